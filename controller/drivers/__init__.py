@@ -1,0 +1,1 @@
+"""Plants behind one protocol; the twin is one of them."""

@@ -1,0 +1,29 @@
+"""Errors of our own, from one base, each carrying the value and the bound it broke."""
+
+
+class TendrilError(Exception):
+    """Base of every error that Tendril raises on purpose; its text is fit for a user."""
+
+
+class ParameterError(TendrilError, ValueError):
+    """A parameter is outside its bounds, or two parameters do not fit each other."""
+
+
+class LayoutMismatch(TendrilError):
+    """Two processes disagree about the layout of a record; neither may guess."""
+
+
+class RigUnreachable(TendrilError):
+    """The rig process did not answer in time."""
+
+
+class CommandRefused(TendrilError):
+    """The rig understood the command and refused it; the text says in which mode and why."""
+
+
+class NotAllowed(TendrilError):
+    """The caller has no right to do this now (no session, no lease)."""
+
+
+class RecordingError(TendrilError):
+    """A recording cannot be written, found or read."""

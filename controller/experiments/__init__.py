@@ -1,0 +1,1 @@
+"""Runs without a rig: simulation, benchmarks, the paper's tables."""

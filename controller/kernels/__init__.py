@@ -1,0 +1,1 @@
+"""The paper, one equation a function: pure numba kernels that know only numbers and arrays."""

@@ -1,0 +1,66 @@
+"""The words that kernels and messages share, as plain enumerations: mode, request, cause, law."""
+
+from enum import IntEnum
+
+
+class Law(IntEnum):
+    """Which terms make the command u (paper, table "Step response average error characterization")."""
+
+    OPEN_LOOP = 0
+    """u is set directly by the operator (`u_open`): neither feedforward nor feedback."""
+    FF = 1
+    FF_P = 2
+    FF_I = 3
+    FF_PI = 4
+
+
+class Mode(IntEnum):
+    """Safety state of the rig (DESIGN section 5). FAULT and E_STOP latch."""
+
+    VENTED = 0
+    HOLD = 1
+    FOLLOW = 2
+    TRACK = 3
+    REST = 4
+    """u is brought to zero at a bounded rate, then VENTED."""
+    FAULT = 5
+    E_STOP = 6
+
+
+class Request(IntEnum):
+    """What an operator can ask for; the rig accepts or refuses it by its transition table."""
+
+    NONE = 0
+    ARM = 1
+    HOLD = 2
+    FOLLOW = 3
+    TRACK = 4
+    REST = 5
+    CLEAR = 6
+    E_STOP = 7
+
+
+class Cause(IntEnum):
+    """Why the rig is in its mode, or why it refused."""
+
+    NONE = 0
+    OPERATOR = 1
+    """Asked for by an operator."""
+    START = 2
+    OPERATOR_LOST = 3
+    SERVER_LOST = 4
+    PUMP_LOST = 5
+    MEASUREMENT_LOST = 6
+    LOOP_STALLED = 7
+    NOT_FINITE = 8
+    PRESSURE = 9
+    TRACKING_ERROR = 10
+    REFERENCE_DONE = 11
+    RESTED = 12
+    WRONG_MODE = 13
+    """Refused: the transition table does not allow the request in this mode."""
+    WRONG_BOOT = 14
+    """Refused: the command was meant for an earlier life of the rig."""
+    NO_REFERENCE = 15
+    NO_OPERATOR = 16
+    """Refused: a moving mode needs an operator who is present."""

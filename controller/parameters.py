@@ -1,0 +1,167 @@
+"""Every parameter, once: unit, bounds and symbol beside the number. SI units, plane frame of the paper.
+
+Live settings (`Settings`) travel in every command; the rest is fixed while a rig process runs.
+"""
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic import Field as Bounds
+
+from controller.layout import Quantity as Q
+from controller.modes import Law
+
+SENSORS = 10
+"""Sensor positions along the backbone. Sensor i sits at arc length i L / 10, so "rod 6" of the paper is the distal end
+of rod 6 of 10 and "rod 10" the tip, whatever the number of rods in the model."""
+
+BACKBONE_POINTS = 21
+"""Backbone samples in telemetry, at arc lengths j L / 20: every second one is a sensor position."""
+
+
+class Model(BaseModel):
+    """Base of every message and parameter: unknown fields are refused, never ignored."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
+
+
+Gain = Annotated[float, Bounds(ge=0.0, le=5.0)]
+IntegralGain = Annotated[float, Bounds(ge=0.0, le=20.0)]
+VelocityGain = Annotated[float, Bounds(ge=0.0, le=1.0)]
+ObserverGain = Annotated[float, Bounds(ge=0.0, le=500.0)]
+ObserverDamping = Annotated[float, Bounds(ge=0.0, le=5.0)]
+Torque = Annotated[float, Bounds(ge=-0.2, le=0.2)]
+
+
+class Settings(Model):
+    """What an operator changes live. Gains are the diagonals of the paper's 2x2 matrices."""
+
+    law: Law = Law.FF_PI
+    sensed: Annotated[int, Bounds(ge=0, lt=2**SENSORS), Q("1", "sensors")] = 1 << (SENSORS - 1)
+    """Bit i-1 set: the observer uses the marker of rod i. Only the tip by default."""
+    K_P: Annotated[tuple[Gain, Gain], Q("1", "K_P", (2,))] = (0.4, 0.4)
+    K_I: Annotated[tuple[IntegralGain, IntegralGain], Q("1/s", "K_I", (2,))] = (1.0, 1.0)
+    K_FF: Annotated[tuple[VelocityGain, VelocityGain], Q("s", "K_FF", (2,))] = (0.0, 0.0)
+    """Velocity feedforward: off by default, as in the paper's Task 5 (live reference)."""
+    K_o: Annotated[tuple[ObserverGain, ObserverGain], Q("N/m", "K_o", (2,))] = (100.0, 100.0)
+    B_o: Annotated[tuple[ObserverDamping, ObserverDamping], Q("N s/m", "B_o", (2,))] = (0.0, 0.0)
+    feedforward_period: Annotated[float, Bounds(ge=0.001, le=0.1), Q("s", "T_ff")] = 0.001
+    """How often the quasi-static inverse is solved; the paper's Task 5 uses 0.01 s."""
+    speed_max: Annotated[float, Bounds(ge=0.001, le=1.0), Q("m/s", "v_max")] = 0.2
+    """Speed limit of a live target in FOLLOW."""
+    acceleration_max: Annotated[float, Bounds(ge=0.01, le=10.0), Q("m/s^2", "a_max")] = 1.5
+    u_open: Annotated[tuple[Torque, Torque], Q("N m", "u", (2,))] = (0.0, 0.0)
+    """Command in the OPEN_LOOP law; approached at `torque_rate_max`, saturated like any other."""
+
+
+class ControllerParameters(Model):
+    """Fixed numbers of the loop. The paper's where it gives them, ours (marked) where it does not."""
+
+    dt: Annotated[float, Bounds(ge=1e-4, le=1e-2), Q("s", "dt")] = 1e-3
+    rods: Annotated[int, Bounds(ge=2, le=1000), Q("1", "N")] = 10
+    omega_B: Annotated[float, Bounds(ge=0.0, le=1000.0), Q("rad/s", "omega_B")] = 100.0
+    """Baumgarte frequency (ours; the paper gives none)."""
+    zeta_B: Annotated[float, Bounds(ge=0.0, le=10.0), Q("1", "zeta_B")] = 1.0
+    epsilon: Annotated[float, Bounds(gt=0.0, le=1e-2), Q("1", "epsilon")] = 1e-8
+    rcond_min: Annotated[float, Bounds(gt=0.0, le=1e-2), Q("1", "rcond")] = 1e-10
+    dead_time: Annotated[float, Bounds(ge=0.0, le=0.2), Q("s", "t_d")] = 0.05
+    pneumatic_lag: Annotated[float, Bounds(gt=0.0, le=1.0), Q("s", "tau")] = 0.05
+    torque_rate_max: Annotated[float, Bounds(gt=0.0, le=10.0), Q("N m/s", "u_dot_max")] = 0.5
+    """Bound on the rate of u_ff at a change of branch, and of u in OPEN_LOOP (ours)."""
+    rest_rate: Annotated[float, Bounds(gt=0.0, le=1.0), Q("N m/s", "u_dot_rest")] = 0.03
+    """Rate at which u is brought to zero in REST and FAULT (ours)."""
+
+
+class SafetyLimits(Model):
+    """Watchdog times and limits of DESIGN section 5; every age is measured on the loop's own clock."""
+
+    operator_timeout: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.5
+    server_hold: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.5
+    server_rest: Annotated[float, Bounds(gt=0.0, le=600.0), Q("s")] = 30.0
+    pump_hold: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.5
+    pump_rest: Annotated[float, Bounds(gt=0.0, le=60.0), Q("s")] = 2.0
+    measurement_old: Annotated[float, Bounds(gt=0.0, le=1.0), Q("s")] = 0.05
+    measurement_lost: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.5
+    loop_gap: Annotated[float, Bounds(gt=0.0, le=1.0), Q("s")] = 0.05
+    error_max: Annotated[float, Bounds(gt=0.0, le=1.0), Q("m")] = 0.08
+    error_time: Annotated[float, Bounds(gt=0.0, le=60.0), Q("s")] = 2.0
+    pressure_max: Annotated[float, Bounds(gt=0.0, le=1e6), Q("Pa")] = 320e3
+    """A measured chamber pressure above this is an E-STOP."""
+
+
+Stiffness = Annotated[float, Bounds(gt=0.0, le=100.0)]
+Damping = Annotated[float, Bounds(ge=0.0, le=10.0)]
+
+
+class Actuator(Model):
+    """A planar pneumatic actuator as data (paper, table "Model Parameters"), given for 10 rods.
+
+    `k` and `b` are base -> tip values, linear in between (our reading of the paper's ranges for P2).
+    """
+
+    name: Annotated[str, Bounds(min_length=1, max_length=40, pattern=r"^[\w .+-]+$")]
+    mass: Annotated[float, Bounds(gt=0.0, le=10.0), Q("kg", "m")]
+    length: Annotated[float, Bounds(gt=0.0, le=2.0), Q("m", "L")]
+    height: Annotated[float, Bounds(gt=0.0, le=0.5), Q("m")] = 0.0275
+    width: Annotated[float, Bounds(gt=0.0, le=0.5), Q("m")] = 0.030
+    """Drawn width of the body (ours; the paper gives only the height)."""
+    k: Annotated[tuple[Stiffness, Stiffness], Q("N m/rad", "k", (2,))]
+    b: Annotated[tuple[Damping, Damping], Q("N m s/rad", "b", (2,))]
+    alpha: Annotated[float, Bounds(ge=0.0, le=50.0), Q("1/s", "alpha")] = 0.5
+    """Mass-proportional Rayleigh damping (ours): sets the first mode's damping ratio."""
+    torque_map: Literal["mid_tip", "base_mid_tip"] = "mid_tip"
+    """`mid_tip`: u1 = +1 on rod N/2, u2 = -1 on rod N/2 and +1 on rod N. `base_mid_tip` adds u1 = -1 on rod 1."""
+    u_max: Annotated[float, Bounds(gt=0.0, le=0.2), Q("N m", "u_max")] = 0.060
+    bend_max: Annotated[float, Bounds(gt=0.0, le=12.0), Q("rad")] = 5.6
+    """Coupled limit on the static tip angle: beyond it the body would touch itself (ours; the paper only says so)."""
+    pressure_max: Annotated[float, Bounds(gt=0.0, le=1e6), Q("Pa", "p_max")] = 241.3e3
+    """Chamber pressure that makes |u_j| = u_max (35 psi; the paper gives no range)."""
+    gravity: Annotated[tuple[float, float], Q("m/s^2", "g", (2,))] = (0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _check_gravity(self) -> "Actuator":
+        if max(abs(g) for g in self.gravity) > 20.0:
+            raise ValueError(f"gravity = {self.gravity} is outside [-20, 20] m/s^2")
+        return self
+
+
+class TwinParameters(Model):
+    """The simulated actuator: the same static map as the model, another time scale, and honest flaws (PHYSICS.md)."""
+
+    rods: Annotated[int, Bounds(ge=2, le=100), Q("1", "N")] = 14
+    substeps: Annotated[int, Bounds(ge=1, le=20), Q("1")] = 4
+    kappa: Annotated[float, Bounds(ge=1.0, le=50.0), Q("1", "kappa")] = 17.4
+    """Stiffness and torque gain are scaled together: the static map stays, the first mode rises to about 2.3 Hz."""
+    zeta: Annotated[float, Bounds(ge=0.0, le=2.0), Q("1", "zeta")] = 0.26
+    stiffness_scale: Annotated[float, Bounds(ge=0.5, le=2.0), Q("1")] = 1.0
+    torque_gain: Annotated[float, Bounds(ge=0.5, le=2.0), Q("1")] = 1.1
+    """Deliberate mismatch: the plant bends this much more than the model believes."""
+    creep: Annotated[tuple[float, float], Q("1", "g", (2,))] = (0.05, 0.05)
+    """Share of the stiffness in each of two Maxwell branches (TPU creep)."""
+    creep_time: Annotated[tuple[float, float], Q("s", "tau_m", (2,))] = (0.15, 3.5)
+    friction: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1", "mu")] = 0.16
+    """Coulomb friction on the PTFE sheet, regularised below 5 mm/s."""
+    inflate_time: Annotated[float, Bounds(gt=0.0, le=1.0), Q("s")] = 0.044
+    exhaust_time: Annotated[float, Bounds(gt=0.0, le=1.0), Q("s")] = 0.05
+    dead_time: Annotated[float, Bounds(ge=0.0, le=0.2), Q("s")] = 0.05
+    marker_noise: Annotated[float, Bounds(ge=0.0, le=0.01), Q("m")] = 1e-4
+    marker_period: Annotated[float, Bounds(ge=1e-3, le=1.0), Q("s")] = 0.01
+    marker_latency: Annotated[float, Bounds(ge=0.0, le=0.1), Q("s")] = 0.004
+    seed: Annotated[int, Bounds(ge=0, le=2**31 - 1), Q("1")] = 0
+
+
+PRESETS = {
+    "P1": Actuator(name="P1", mass=0.1250, length=0.253, k=(0.0751, 0.0751), b=(0.167e-3, 0.167e-3)),
+    "P2": Actuator(name="P2", mass=0.1445, length=0.253, k=(0.0664, 0.0248), b=(0.767e-3, 0.205e-3)),
+    "P3": Actuator(name="P3", mass=0.0922, length=0.193, k=(0.0998, 0.0998), b=(0.132e-3, 0.132e-3)),
+}
+"""The paper's three actuators (table "Model Parameters")."""
+
+
+class RigParameters(Model):
+    """Everything a rig process is started with."""
+
+    actuator: Actuator = PRESETS["P1"]
+    controller: ControllerParameters = ControllerParameters()
+    limits: SafetyLimits = SafetyLimits()
+    twin: TwinParameters = TwinParameters()

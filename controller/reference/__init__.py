@@ -1,0 +1,1 @@
+"""Where the tip should go: shapes, timing, reach."""

@@ -1,0 +1,1 @@
+"""Writing, reading and listing recordings (.rrd); the files themselves are in recordings/data."""

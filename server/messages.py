@@ -1,0 +1,213 @@
+"""What the browser and the server say to each other, once: OpenAPI and the page's TypeScript are made from here.
+
+The live socket carries JSON text both ways and binary frames to the browser:
+  uint32 kind, uint32 count, then
+  FRAME: one Telemetry record, the newest; `Hello.layout` describes it;
+  PLOT: `count` bins as float64 t[count] [s on the rig's clock], float32 low[count][channels], float32
+  high[count][channels]: the extremes of every 1 kHz sample in the bin, so spikes show.
+Little endian. Newest wins: a slow viewer skips frames.
+"""
+
+from datetime import datetime
+from enum import IntEnum
+from typing import Annotated, Literal
+
+from pydantic import Field as Bounds
+
+from controller.layout import Field
+from controller.messages import CommandReply, Coordinate, RigInfo
+from controller.parameters import Model, Settings
+
+
+class Kind(IntEnum):
+    """First word of a binary message."""
+
+    FRAME = 1
+    PLOT = 2
+
+
+Name = Annotated[str, Bounds(min_length=1, max_length=80)]
+
+
+class Login(Model):
+    """Body of POST /api/session: the access token printed by `tendril up`."""
+
+    token: Annotated[str, Bounds(min_length=1, max_length=200)]
+
+
+class Lease(Model):
+    """Who operates. At most one session holds it; it lapses when its page is gone."""
+
+    held: bool
+    mine: bool
+    holder: str
+    """Short name of the holder's session, "" when free."""
+
+
+class Session(Model):
+    """Who I am."""
+
+    name: str
+    lease: Lease
+
+
+class CommandBody(Model):
+    """Body of POST /api/command."""
+
+    request: Literal["arm", "hold", "follow", "rest", "clear", "e_stop"]
+    target: tuple[Coordinate, Coordinate] | None = None
+    """Needed by `follow`; metres in the plane frame."""
+
+
+class SettingsBody(Model):
+    """Body of PATCH /api/settings: only the fields to change (same names and bounds as `Settings`)."""
+
+    changes: dict[str, float | int | list[float]]
+
+
+class PlotChannel(Model):
+    """One plotted signal: an element of a telemetry field, or its norm over the last axis (index null)."""
+
+    key: str
+    label: str
+    unit: str
+    field: str
+    index: int | None
+
+
+class RecordingState(Model):
+    """What the recorder does now."""
+
+    recording: bool
+    id: str
+    seconds: float
+    rows: int
+    gaps: int
+
+
+class Recording(Model):
+    """One row of the Review tab."""
+
+    id: str
+    name: str
+    started: datetime
+    seconds: float
+    rows: int
+    gaps: int
+    bytes: int
+    actuator: str
+    twin: bool
+    complete: bool
+    """False: the writer was killed; the file is readable up to its last batch."""
+
+
+class RecordingBody(Model):
+    """Body of POST /api/recordings."""
+
+    name: Annotated[str, Bounds(max_length=80)] = ""
+
+
+class Workspace(Model):
+    """Reach of the observer's static map over the admissible u (box and coupled bend limit): an image of a u-grid.
+
+    Quads between neighbouring grid points, filled, show the reach with its hole; null where u is not admissible.
+    """
+
+    rows: int
+    columns: int
+    points: list[tuple[float, float] | None]
+    """Row-major tip positions [m]."""
+    length: float
+    """Backbone length [m]."""
+
+
+class Health(Model):
+    """The page's health strip: everything that is not in a telemetry row."""
+
+    rig_connected: bool
+    rig_age: float
+    """Seconds since the last telemetry batch [s]; large when the rig is gone."""
+    link_rtt: float
+    """Median round trip server -> rig loop -> server of the last commands [s]."""
+    viewers: int
+
+
+class Hello(Model):
+    """First message on the live socket."""
+
+    type: Literal["hello"] = "hello"
+    session: Session
+    layout: list[Field]
+    channels: list[PlotChannel]
+    rig: RigInfo | None
+
+
+class Status(Model):
+    """Sent at every change and once a second."""
+
+    type: Literal["status"] = "status"
+    lease: Lease
+    settings: Settings
+    recording: RecordingState
+    health: Health
+    rig: RigInfo | None
+
+
+class Reply(Model):
+    """Answer to a Target message: what the rig did with it."""
+
+    type: Literal["reply"] = "reply"
+    id: int
+    reply: CommandReply
+
+
+class Refused(Model):
+    """A message on the socket was refused before it reached the rig."""
+
+    type: Literal["refused"] = "refused"
+    id: int
+    detail: str
+
+
+class Pong(Model):
+    """Answer to Ping."""
+
+    type: Literal["pong"] = "pong"
+    t: float
+
+
+class Event(Model):
+    """One line of the log: who did what, and what was refused."""
+
+    type: Literal["event"] = "event"
+    time: datetime
+    level: Literal["info", "warning", "error"]
+    text: str
+
+
+class Target(Model):
+    """The operator moved the target. `start` marks a fresh action (press): only it may leave HOLD."""
+
+    type: Literal["target"]
+    id: Annotated[int, Bounds(ge=0)]
+    x: Coordinate
+    y: Coordinate
+    start: bool = False
+
+
+class Presence(Model):
+    """The operator's page is alive: a counter that only it advances, sent at 20 Hz while it holds the lease."""
+
+    type: Literal["presence"]
+    n: Annotated[int, Bounds(ge=0)]
+
+
+class Ping(Model):
+    """For the page's round trip display; t is echoed."""
+
+    type: Literal["ping"]
+    t: float
+
+
+FromServer = Annotated[Hello | Status | Reply | Refused | Pong | Event, Bounds(discriminator="type")]
+FromBrowser = Annotated[Target | Presence | Ping, Bounds(discriminator="type")]
