@@ -17,6 +17,8 @@ from pydantic import Field as Bounds
 from controller.layout import Field
 from controller.messages import CommandReply, Coordinate, RigInfo
 from controller.parameters import Model, Settings
+from recordings.messages import Recording as Recording
+from recordings.messages import RecordingState as RecordingState
 
 
 class Kind(IntEnum):
@@ -73,32 +75,6 @@ class PlotChannel(Model):
     unit: str
     field: str
     index: int | None
-
-
-class RecordingState(Model):
-    """What the recorder does now."""
-
-    recording: bool
-    id: str
-    seconds: float
-    rows: int
-    gaps: int
-
-
-class Recording(Model):
-    """One row of the Review tab."""
-
-    id: str
-    name: str
-    started: datetime
-    seconds: float
-    rows: int
-    gaps: int
-    bytes: int
-    actuator: str
-    twin: bool
-    complete: bool
-    """False: the writer was killed; the file is readable up to its last batch."""
 
 
 class RecordingBody(Model):
