@@ -1,0 +1,6 @@
+"""The link between rig process and server: zenoh keys, and the two ends that speak over them."""
+
+from controller.link.client import RigClient
+from controller.link.rig_end import RigEnd, RigService
+
+__all__ = ["RigClient", "RigEnd", "RigService"]
