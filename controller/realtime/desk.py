@@ -1,0 +1,94 @@
+"""The rig process answers the link here: commands go into the loop's mailbox, and its rows say what became of them."""
+
+import threading
+import time
+
+import numpy as np
+
+from controller.layout import to_record
+from controller.messages import Command, CommandReply, RigInfo
+from controller.modes import Cause, Mode, Request
+from controller.realtime.compiled import Words
+from controller.realtime.mailbox import post, words
+from controller.realtime.ring import Ring
+
+ECHO_TIMEOUT = 0.05
+"""Longest wait until the loop has looked at a command [s]."""
+POLL = 1e-4
+"""Pause between two looks at the ring [s]."""
+
+REASONS = {
+    Cause.WRONG_BOOT: "the rig has restarted since; read its state and arm again",
+    Cause.NO_REFERENCE: "no reference is planned",
+    Cause.NO_OPERATOR: "no operator is present",
+}
+NEXT_STEPS = {
+    Mode.VENTED: "arm first",
+    Mode.REST: "wait until the rig is vented",
+    Mode.FAULT: "clear the fault first",
+    Mode.E_STOP: "clear the E-STOP first",
+}
+
+
+class Desk:
+    """Serves the link (RigService) with the loop's mailbox and ring."""
+
+    def __init__(self, info: RigInfo, ring: Ring, commands: Words) -> None:
+        self._info = info
+        self._ring = ring
+        self._commands = commands
+        self._one_at_a_time = threading.Lock()
+
+    def info(self) -> RigInfo:
+        """Who the rig is."""
+        return self._info
+
+    def replay(self, first: int, count: int) -> np.ndarray:
+        """Rows of ticks [first, first + count) still in the ring; tick k is row k of the ring."""
+        start, rows = self._ring.read(first, count)
+        return rows[: max(0, first + count - start)]
+
+    def submit(self, command: Command) -> CommandReply:
+        """Put the command into the mailbox, wait for a tick that began after that, and say what it made of it."""
+        with self._one_at_a_time:
+            post(self._commands, words(to_record(command)))
+            row = self._row_after(time.monotonic_ns())
+        if row is not None:
+            return answer(command, row)
+        newest = self._ring.newest()
+        mode = Mode.VENTED if newest is None else Mode(newest["mode"])
+        return _reply(command, mode, Cause.LOOP_STALLED, "refused: the control loop does not answer")
+
+    def _row_after(self, t_ns: int) -> np.void | None:
+        """The newest row of a tick that began after t_ns, or None in time."""
+        end = t_ns + int(ECHO_TIMEOUT * 1e9)
+        while time.monotonic_ns() < end:
+            row = self._ring.newest()
+            if row is not None and row["t_ns"] > t_ns:
+                return row
+            time.sleep(POLL)
+        return None
+
+
+def answer(command: Command, row: np.void) -> CommandReply:
+    """What the tick of `row` made of `command`, in one sentence for the operator."""
+    mode, cause = Mode(row["mode"]), Cause(row["cause"])
+    if command.request and command.request_n < row["request_n"]:
+        text = f"refused: request {command.request_n} is older than request {row['request_n']}"
+        return _reply(command, mode, Cause.NONE, text)
+    refusal = Cause(row["request_cause"]) if command.request else Cause.NONE
+    if refusal == Cause.NONE:
+        return _reply(command, mode, cause, mode.name, accepted=True)
+    return _reply(command, mode, refusal, refused_text(command.request, mode, refusal))
+
+
+def refused_text(request: Request, mode: Mode, cause: Cause) -> str:
+    """Why `request` was refused in `mode`, as "refused: FOLLOW is not possible in VENTED; arm first"."""
+    if cause in REASONS:
+        return f"refused: {REASONS[cause]}"
+    hint = NEXT_STEPS.get(mode)
+    return f"refused: {request.name} is not possible in {mode.name}" + (f"; {hint}" if hint else "")
+
+
+def _reply(command: Command, mode: Mode, cause: Cause, detail: str, *, accepted: bool = False) -> CommandReply:
+    return CommandReply(n=command.n, accepted=accepted, mode=mode, cause=cause, detail=detail)

@@ -1,0 +1,50 @@
+"""As much real-time priority as the system grants, and an honest word about what that was."""
+
+import ctypes
+import gc
+import os
+import threading
+
+FIFO_PRIORITY = 50
+NICE = -15
+_PR_SET_TIMERSLACK = 29
+_LOCK_CURRENT_FUTURE_ONFAULT = 1 | 2 | 4
+
+
+def raise_thread_priority() -> str:
+    """Raise the calling thread only: SCHED_FIFO, else nice, else nothing; returns what it really has now.
+
+    Threads started later by this thread would inherit the policy, so call it last, inside the loop's own thread.
+    """
+    ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(FIFO_PRIORITY))
+    except OSError:
+        _raise_nice()
+    return thread_policy()
+
+
+def thread_policy() -> str:
+    """Scheduling of the calling thread as the kernel reports it: "SCHED_FIFO 50", "nice -15" or "none"."""
+    if os.sched_getscheduler(0) == os.SCHED_FIFO:
+        return f"SCHED_FIFO {os.sched_getparam(0).sched_priority}"
+    nice = os.getpriority(os.PRIO_PROCESS, threading.get_native_id())
+    return f"nice {nice}" if nice < 0 else "none"
+
+
+def pin_memory() -> bool:
+    """Keep every touched page in memory and take start-up objects from the garbage collector; False: no locked pages.
+
+    Pages are locked when first touched (MCL_ONFAULT): locking all of them at once would cost the restart its speed.
+    """
+    locked = bool(ctypes.CDLL(None).mlockall(_LOCK_CURRENT_FUTURE_ONFAULT) == 0)
+    gc.collect()
+    gc.freeze()
+    return locked
+
+
+def _raise_nice() -> None:
+    try:
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
+    except OSError:
+        pass

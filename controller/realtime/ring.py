@@ -1,0 +1,156 @@
+"""Telemetry ring in shared memory: one writer that never waits, any number of readers, readable after a crash.
+
+The file holds HEADER_WORDS words of 8 bytes, then `capacity` rows. Each word of the header has one writer: HEAD,
+LOOP_NS and GRID_NS the loop, PUMP_NS and STOP the main thread, the BASELINE words the baseline thread.
+"""
+
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from controller.errors import LayoutMismatch, RigUnreachable, TendrilError
+from controller.layout import layout_hash, record_dtype, require_same_layout
+from controller.messages import Command, Telemetry
+from controller.realtime.compiled import Words, compiled, fence_acquire, fence_release, load_acquire, store_release
+
+CAPACITY = 32768
+"""Rows: 32 s at 1 kHz. With the one before, two rings fit the 64 MB of a container's /dev/shm."""
+ROW = record_dtype(Telemetry)
+ROW_WORDS = ROW.itemsize // 8
+HEADER_WORDS = 64
+MAGIC = int.from_bytes(b"TENDRIL1", "little")
+
+MAGIC_WORD, LAYOUT_WORD, BOOT_WORD, CAPACITY_WORD, PROCESS_WORD = range(5)
+# Written at different rates by different threads, so each on a cache line (8 words) of its own.
+HEAD, LOOP_NS, PUMP_NS, STOP, GRID_NS, BASELINE_TICKS = 8, 16, 24, 32, 40, 48
+BASELINE_LOST = BASELINE_TICKS + 1
+
+
+@compiled
+def ring_push(header: Words, rows: Words, row: Words) -> None:
+    """Append the words of one row."""
+    count = header[HEAD]
+    fence_release()
+    slot = count % rows.shape[0]
+    for i in range(row.shape[0]):
+        rows[slot, i] = row[i]
+    store_release(header, HEAD, count + 1)
+
+
+@compiled
+def ring_read(header: Words, rows: Words, first: int, out: Words) -> tuple[int, int]:
+    """Copy rows [first, head) into out, oldest first; returns (index of the first row copied, rows copied).
+
+    What was overwritten before or during the copy is left out: then the index returned is above `first`.
+    """
+    capacity = rows.shape[0]
+    head = load_acquire(header, HEAD)
+    start = max(0, first, head - capacity + 1)
+    count = max(0, min(head - start, out.shape[0]))
+    for i in range(count):
+        out[i, :] = rows[(start + i) % capacity, :]
+    fence_acquire()
+    overwritten = load_acquire(header, HEAD) - capacity + 1 - start
+    torn = min(max(0, overwritten), count)
+    if torn > 0:
+        for i in range(count - torn):
+            out[i, :] = out[i + torn, :]
+    return start + torn, count - torn
+
+
+class Ring:
+    """A mapped ring file: `header` int64 (HEADER_WORDS,), `rows` int64 (capacity, ROW_WORDS)."""
+
+    def __init__(self, path: Path, *, writable: bool) -> None:
+        """Map an existing ring; raises RigUnreachable without one, LayoutMismatch if it is not of our layout."""
+        try:
+            memory = np.memmap(path, np.int64, "r+" if writable else "r").view(np.ndarray)
+        except (OSError, ValueError) as error:
+            raise RigUnreachable(f"no telemetry ring at {path}: {error}") from error
+        _check(path, memory)
+        self.path = path
+        self.header = memory[:HEADER_WORDS]
+        self.rows = memory[HEADER_WORDS:].reshape(-1, ROW_WORDS)
+
+    @property
+    def boot(self) -> int:
+        """Boot id of the rig process that writes it."""
+        return int(self.header[BOOT_WORD])
+
+    @property
+    def head(self) -> int:
+        """Rows written since the start."""
+        return int(self.header[HEAD])
+
+    def read(self, first: int, count: int) -> tuple[int, np.ndarray]:
+        """Up to `count` Telemetry rows from index `first` on, and the index of the first one returned."""
+        out = np.empty((min(count, len(self.rows)), ROW_WORDS), np.int64)
+        start, copied = ring_read(self.header, self.rows, first, out)
+        return int(start), out[:copied].view(ROW)[:, 0]
+
+    def newest(self) -> np.void | None:
+        """The last Telemetry row, or None while there is none."""
+        for _ in range(10):
+            rows = self.read(self.head - 1, 1)[1]
+            if len(rows):
+                return rows[0]  # type: ignore[no-any-return]
+        return None
+
+
+def create_ring(rig: str, boot: int, folder: Path | None = None, capacity: int = CAPACITY) -> Ring:
+    """A new ring file of `rig`, all pages present, moved to its final name; the one before is kept as `.last`."""
+    size = 8 * HEADER_WORDS + capacity * ROW.itemsize
+    fresh = _reserve([folder] if folder else ring_folders(), rig, size)
+    header = np.memmap(fresh, np.int64, "r+", shape=(HEADER_WORDS,))
+    header[LAYOUT_WORD : LAYOUT_WORD + 1].view(np.uint64)[0] = int(layout_hash(Command, Telemetry), 16)
+    header[[MAGIC_WORD, BOOT_WORD, CAPACITY_WORD, PROCESS_WORD]] = MAGIC, boot, capacity, os.getpid()
+    path = ring_path(rig, fresh.parent)
+    if path.exists():
+        path.replace(path.with_suffix(".last"))
+    fresh.replace(path)
+    ring = Ring(path, writable=True)
+    ring.rows[:] = 0  # touches every page: the loop must not meet a page fault
+    return ring
+
+
+def find_ring(rig: str, folder: Path | None = None) -> Ring:
+    """The ring of the newest life of `rig` on this machine, for reading."""
+    found = [path for place in ([folder] if folder else ring_folders()) if (path := ring_path(rig, place)).exists()]
+    if not found:
+        raise RigUnreachable(f"no telemetry ring of rig {rig!r} on this machine")
+    return Ring(max(found, key=lambda path: path.stat().st_mtime), writable=False)
+
+
+def ring_path(rig: str, folder: Path) -> Path:
+    """Where the current ring of `rig` lies inside `folder`."""
+    return folder / f"tendril-{rig}.ring"
+
+
+def ring_folders() -> list[Path]:
+    """Places for a ring, best first: shared memory, else the folder of temporary files."""
+    shared = Path("/dev/shm")
+    usable = [shared] if os.access(shared, os.W_OK) else []
+    return [*usable, Path(tempfile.gettempdir())]
+
+
+def _reserve(folders: list[Path], rig: str, size: int) -> Path:
+    """An empty file of `size` bytes in the first folder with room for it: room found missing later would be a crash."""
+    for folder in folders:
+        path = ring_path(rig, folder).with_suffix(".new")
+        try:
+            with path.open("wb") as file:
+                os.posix_fallocate(file.fileno(), 0, size)
+            return path
+        except OSError:
+            path.unlink(missing_ok=True)
+    raise TendrilError(f"no room for {size / 1e6:.0f} MB of telemetry ring in {', '.join(map(str, folders))}")
+
+
+def _check(path: Path, memory: Words) -> None:
+    if len(memory) < HEADER_WORDS or memory[MAGIC_WORD] != MAGIC:
+        raise LayoutMismatch(f"{path} is not a telemetry ring")
+    require_same_layout(
+        layout_hash(Command, Telemetry), f"{memory[LAYOUT_WORD : LAYOUT_WORD + 1].view(np.uint64)[0]:016x}"
+    )
