@@ -1,0 +1,135 @@
+"""The command `tendril`. Each command imports what it needs, so that a rig never loads the server's libraries."""
+
+import json
+import logging
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.logging import RichHandler
+
+from controller.errors import ParameterError, TendrilError
+
+if TYPE_CHECKING:
+    from controller.parameters import RigParameters
+
+app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False, help=__doc__)
+out = Console()
+
+RigName = Annotated[str, typer.Option(help="Rig id: part of every key on the link and of every recording.")]
+Host = Annotated[str, typer.Option(help="Address to serve on; anything but loopback is reachable by others.")]
+Port = Annotated[int, typer.Option(help="Port to serve on; 0 takes a free one.")]
+Folder = Annotated[Path | None, typer.Option(help="Folder of the recordings.")]
+Ready = Annotated[Path | None, typer.Option(help="Write address and process ids to this file when ready.")]
+ActuatorName = Annotated[str, typer.Option(help="Actuator of the twin: P1, P2 or P3.")]
+
+
+@app.callback()
+def configure(verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Log more.")] = False) -> None:
+    """Live dashboard and teleoperation for planar pneumatic soft actuators."""
+    logging.basicConfig(
+        level=logging.INFO if verbose else logging.WARNING, format="%(message)s", handlers=[RichHandler(console=out)]
+    )
+
+
+@app.command()
+def up(
+    rig: RigName = "twin",
+    actuator: ActuatorName = "P1",
+    host: Host = "127.0.0.1",
+    port: Port = 8321,
+    recordings: Folder = None,
+    browser: Annotated[bool, typer.Option(help="Open the page if there is a display.")] = True,
+    ready: Ready = None,
+) -> None:
+    """Start rig (twin) and server on this machine and keep both alive."""
+    from controller.realtime.rig import RigSettings
+    from server.settings import ServerSettings
+    from server.up import run_up
+
+    settings = ServerSettings(rig=rig, host=host, port=port, recordings=recordings)
+    run_up(RigSettings(rig=rig, parameters=_parameters(actuator)), settings, browser, ready)
+
+
+@app.command()
+def serve(
+    rig: RigName = "twin",
+    endpoint: Annotated[str, typer.Option(help="Where the rig listens.")] = "tcp/127.0.0.1:7447",
+    host: Host = "127.0.0.1",
+    port: Port = 8321,
+    recordings: Folder = None,
+    ready: Ready = None,
+) -> None:
+    """Start the server only; the rig may run on another machine."""
+    from server.ready import announce_to
+    from server.run import run_server
+    from server.settings import ServerSettings
+
+    settings = ServerSettings(rig=rig, endpoint=endpoint, host=host, port=port, recordings=recordings)
+    run_server(settings, announce_to(ready) if ready else lambda url: out.print(url))
+
+
+@app.command()
+def rig(
+    rig: RigName = "twin",
+    actuator: ActuatorName = "P1",
+    listen: Annotated[str, typer.Option(help="Where servers connect.")] = "tcp/127.0.0.1:7447",
+    ready: Ready = None,
+) -> None:
+    """Start the rig process only: the 1 kHz loop with the twin."""
+    from controller.realtime.rig import RigSettings, run_rig
+
+    run_rig(RigSettings(rig=rig, parameters=_parameters(actuator), listen=listen, ready=ready))
+
+
+@app.command()
+def bench(
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
+    quick: Annotated[bool, typer.Option(help="A loop of 5 s instead of 60 s.")] = False,
+) -> None:
+    """Measure rod step, controller tick and the live loop on this machine."""
+    from server.bench import run_bench
+
+    figures = run_bench(seconds=5.0 if quick else 60.0, out=out)
+    if json_file:
+        json_file.write_text(json.dumps(figures, indent=2) + "\n")
+
+
+@app.command()
+def compile() -> None:
+    """Compile every kernel into the cache, so that the first start is quick."""
+    from controller.build import build_twin
+
+    from controller.build_rig import build_rig
+    from controller.parameters import RigParameters
+    from controller.realtime.loop import compile_loop
+
+    with out.status("Compiling kernels (once per version, about a minute) ..."):
+        compile_loop(build_rig(RigParameters(), boot=1), build_twin(RigParameters()))
+
+
+@app.command()
+def schema() -> None:
+    """Print the server's OpenAPI, socket messages included: the page's types are made from it."""
+    from server.app import openapi_schema
+
+    sys.stdout.write(json.dumps(openapi_schema(), indent=1) + "\n")
+
+
+def main() -> None:
+    """Entry point: our own errors are one clear line, not a traceback."""
+    try:
+        app()
+    except TendrilError as error:
+        Console(stderr=True).print(f"[red]tendril:[/] {error}", highlight=False)
+        sys.exit(1)
+
+
+def _parameters(actuator: str) -> "RigParameters":
+    from controller.parameters import PRESETS, RigParameters
+
+    if actuator not in PRESETS:
+        raise ParameterError(f"actuator = {actuator!r} is not one of {', '.join(PRESETS)}")
+    return RigParameters(actuator=PRESETS[actuator])

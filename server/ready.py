@@ -1,0 +1,35 @@
+"""How a started process tells its address to whoever started it: a small file, written whole."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from controller.parameters import Model
+
+
+class ServerReady(Model):
+    """What a server says when it answers: the address holds the access token, so the file is the user's alone."""
+
+    url: str
+    process: int
+
+
+class UpReady(Model):
+    """What `tendril up` says when the page can be opened."""
+
+    url: str
+    rig_process: int
+    server_process: int
+
+
+def write_ready(path: Path, value: Model) -> None:
+    """Put `value` as JSON at `path` by rename: a reader sees all of it or nothing."""
+    draft = path.with_name(f"{path.name}.draft")
+    with os.fdopen(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w") as file:
+        file.write(value.model_dump_json())
+    draft.replace(path)
+
+
+def announce_to(path: Path) -> Callable[[str], None]:
+    """A listener for `run_server` that writes a `ServerReady` to `path`."""
+    return lambda url: write_ready(path, ServerReady(url=url, process=os.getpid()))

@@ -1,0 +1,125 @@
+"""`tendril up`: rig and server as two child processes on this machine, both kept alive, and one address printed."""
+
+import contextlib
+import logging
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import webbrowser
+from pathlib import Path
+from urllib.parse import urlsplit
+
+from rich.console import Console
+from rich.panel import Panel
+
+from controller.errors import TendrilError
+from controller.realtime.rig import RigSettings
+from controller.realtime.supervisor import Supervisor, restart_delay
+from server.ready import ServerReady, UpReady, write_ready
+from server.settings import ServerSettings
+
+log = logging.getLogger(__name__)
+out = Console()
+
+POLL = 0.05
+START_TIMEOUT = 60.0
+SHORT_LIFE = 5.0
+
+
+class ServerChild:
+    """The server as a child process, started again when it dies."""
+
+    def __init__(self, settings: ServerSettings, ready: Path) -> None:
+        self._command = [sys.executable, "-m", "server", str(ready)]
+        self._environment = os.environ | environment(settings)
+        self._ready = ready
+        self._deaths = 0
+        self._due = 0.0
+        self._born = 0.0
+        self.process = self._start()
+
+    def wait_ready(self) -> ServerReady:
+        """Wait for the first answer; raises `TendrilError` if the server dies before."""
+        for _ in range(int(START_TIMEOUT / POLL)):
+            if self._ready.exists():
+                found = ServerReady.model_validate_json(self._ready.read_bytes())
+                self._environment["TENDRIL_PORT"] = str(urlsplit(found.url).port)  # the page finds a restarted server
+                return found
+            if self.process.poll() is not None:
+                raise TendrilError("the server could not start; its own output says why")
+            time.sleep(POLL)
+        raise TendrilError(f"the server is not ready after {START_TIMEOUT:.0f} s")
+
+    def keep_alive(self) -> None:
+        """Start it again if it is dead: at once the first time, with growing delay when it keeps dying young."""
+        if self.process.poll() is None:
+            return
+        if not self._due:
+            log.error("server ended with code %s: restart", self.process.poll())
+            self._deaths = self._deaths + 1 if time.monotonic() - self._born < SHORT_LIFE else 0
+            self._due = time.monotonic() + restart_delay(self._deaths)
+        if time.monotonic() >= self._due:
+            self.process = self._start()
+
+    def stop(self) -> None:
+        """End it with SIGTERM, after a while with SIGKILL."""
+        self.process.terminate()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self.process.wait(10.0)
+        self.process.kill()
+
+    def _start(self) -> subprocess.Popen[bytes]:
+        self._ready.unlink(missing_ok=True)
+        self._born, self._due = time.monotonic(), 0.0
+        # A session of its own: Ctrl-C in the terminal is for us, we end both children in order.
+        return subprocess.Popen(self._command, env=self._environment, start_new_session=True)
+
+
+def run_up(rig: RigSettings, server: ServerSettings, browser: bool, ready: Path | None) -> None:
+    """Run rig and server until SIGINT or SIGTERM; stopping the server first lets the rig come to rest."""
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    supervisor = Supervisor(rig)
+    supervisor.start()
+    try:
+        with out.status("Starting the rig (kernels are compiled once per version, about a minute) ..."):
+            supervisor.wait_ready()
+        _run_server(supervisor, server.model_copy(update={"endpoint": supervisor.endpoint}), browser, ready, stop)
+    finally:
+        supervisor.stop()
+
+
+def environment(settings: ServerSettings) -> dict[str, str]:
+    """`settings` as environment variables: the token must not be seen in a list of processes."""
+    plain = settings.model_dump(mode="json", exclude_none=True, exclude={"token"})
+    token = {"token": settings.token.get_secret_value()} if settings.token else {}
+    return {f"TENDRIL_{name.upper()}": str(value) for name, value in {**plain, **token}.items()}
+
+
+def _run_server(
+    supervisor: Supervisor, settings: ServerSettings, browser: bool, ready: Path | None, stop: threading.Event
+) -> None:
+    with tempfile.TemporaryDirectory(prefix="tendril-") as folder:
+        child = ServerChild(settings, Path(folder, "server.json"))
+        try:
+            page = child.wait_ready()
+            _announce(page.url, browser)
+            if ready:
+                processes = {"rig_process": supervisor.process, "server_process": page.process}
+                write_ready(ready, UpReady(url=page.url, **processes))
+            while not stop.wait(POLL):
+                child.keep_alive()
+        finally:
+            child.stop()
+
+
+def _announce(url: str, browser: bool) -> None:
+    text = f"[bold]{url}[/]\n\nThe address holds your access token. Ctrl-C stops rig and server."
+    out.print(Panel(text, title="Tendril"))
+    if browser and (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        webbrowser.open(url)
