@@ -1,0 +1,97 @@
+"""Which messages of a browser may reach viser, and what dragging the gizmo asks of the rig.
+
+Every message is judged for the session that sent it, at the moment it arrives, and passed on as it was understood here:
+viser never sees bytes that were not judged.
+"""
+
+import math
+from typing import Any
+
+import msgpack  # type: ignore[import-untyped]
+
+from controller.modes import Request
+from server.auth import Identity
+from server.lease import OperatorLease
+from server.operator import Operator
+from server.scene import GIZMO, Point, Scene
+
+CAMERA = "ViewerCameraMessage"
+START, UPDATE, END = (f"TransformControls{phase}Message" for phase in ("DragStart", "Update", "DragEnd"))
+REACH = 2.0
+"""Bound of a coordinate that is passed on [m]; the rig itself projects targets into its reach."""
+
+
+class Drag:
+    """The upward half of one viser connection."""
+
+    def __init__(self, who: Identity, lease: OperatorLease, operator: Operator, scene: Scene) -> None:
+        self._who, self._lease, self._operator, self._scene = who, lease, operator, scene
+        self._dragging = False
+
+    def judge(self, raw: bytes | str | None) -> bytes | None:
+        """The message to pass on to viser, None to drop it; a drag of the lease's holder also moves the target."""
+        message = _decode(raw)
+        if message is None:
+            return None
+        kind = message["type"]
+        if kind == CAMERA:
+            return _encode(message)
+        if kind not in (START, UPDATE, END) or message.get("name") != GIZMO or message.get("owner", "") != "":
+            return None
+        if not self._lease.holds(self._who):
+            self.end()
+            self._scene.put_back()
+            return None
+        return _encode(message) if self._act(kind, message) else None
+
+    def end(self) -> None:
+        """The drag is over: released, its page gone, or its lease lost."""
+        if self._dragging:
+            self._dragging = False
+            self._scene.hold_gizmo(False)
+
+    def _act(self, kind: str, message: dict[str, Any]) -> bool:
+        self._lease.touch(self._who)
+        self._operator.present()
+        if kind == START:
+            self._start()
+        elif kind == END:
+            self.end()
+        elif (at := _position(message)) is None:
+            return False
+        elif self._dragging:
+            self._operator.move(at)
+        return True
+
+    def _start(self) -> None:
+        """A fresh press: the only thing that may leave HOLD."""
+        at = self._scene.gizmo()
+        if at is not None:
+            self._dragging = True
+            self._scene.hold_gizmo(True)
+            self._operator.request(Request.FOLLOW, at)
+
+
+def _decode(raw: bytes | str | None) -> dict[str, Any] | None:
+    if not isinstance(raw, bytes):
+        return None
+    try:
+        message = msgpack.unpackb(raw)
+    except (ValueError, msgpack.UnpackException):
+        return None
+    return message if isinstance(message, dict) and isinstance(message.get("type"), str) else None
+
+
+def _encode(message: dict[str, Any]) -> bytes:
+    return bytes(msgpack.packb(message))
+
+
+def _position(message: dict[str, Any]) -> Point | None:
+    """The gizmo's place in the plane, None unless it is three finite numbers."""
+    at = message.get("position")
+    if not isinstance(at, list) or len(at) != 3 or not all(isinstance(x, int | float) for x in at):
+        return None
+    if not all(math.isfinite(x) for x in at):
+        return None
+    x, y = (min(REACH, max(-REACH, float(c))) for c in at[:2])
+    return x, y

@@ -1,0 +1,99 @@
+"""The door that every request and socket passes: same origin, signed in, and security headers on the way out."""
+
+import re
+from http.cookies import CookieError
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.requests import HTTPConnection
+from starlette.responses import JSONResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from server.auth import Identity, Sessions, same_origin
+
+BODY_MAX = 1 << 20
+"""Longest request body that is read [bytes]."""
+_OPEN = re.compile(r"/|/assets/.*|/favicon\.(ico|svg)")
+"""What is served to anyone: the page shell (with its sign-in form) and its assets."""
+_HOST = re.compile(r"[\w.:\[\]-]+")
+
+
+class Gate:
+    """ASGI middleware. Whatever is not open needs a session, so a new route is closed unless it is opened here."""
+
+    def __init__(self, app: ASGIApp, sessions: Sessions) -> None:
+        self._app, self._sessions = app, sessions
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Let the request through with `state["who"]` set, or answer 401, 403 or 413."""
+        if scope["type"] not in ("http", "websocket"):
+            return await self._app(scope, receive, send)
+        who = self._who(scope)
+        refusal = _refusal(scope, who)
+        scope.setdefault("state", {})["who"] = who
+        app: ASGIApp = self._app if refusal is None else refusal
+        await app(scope, receive, _with_headers(scope, send))
+
+    def _who(self, scope: Scope) -> Identity | None:
+        try:
+            return self._sessions.read(HTTPConnection(scope).cookies)
+        except CookieError:
+            return None
+
+
+def _refusal(scope: Scope, who: Identity | None) -> JSONResponse | None:
+    headers, method = Headers(scope=scope), scope.get("method", "WEBSOCKET")
+    if method not in ("GET", "HEAD", "OPTIONS") and not same_origin(headers):
+        return JSONResponse({"detail": "the request comes from another origin"}, 403)
+    if who is None and not _is_open(scope["path"], method):
+        return JSONResponse({"detail": "sign in first"}, 401)
+    length = headers.get("content-length", "0")
+    if not length.isdigit() or int(length) > BODY_MAX:
+        return JSONResponse({"detail": f"the body is longer than {BODY_MAX} bytes"}, 413)
+    return None
+
+
+def _is_open(path: str, method: str) -> bool:
+    if method == "POST":
+        return path == "/api/session"
+    return method in ("GET", "HEAD") and _OPEN.fullmatch(path) is not None
+
+
+def _with_headers(scope: Scope, send: Send) -> Send:
+    async def send_with_headers(message: Message) -> None:
+        if message["type"] in ("http.response.start", "websocket.http.response.start"):
+            headers = MutableHeaders(scope=message)
+            for name, value in _security(scope).items():
+                headers.setdefault(name, value)
+        await send(message)
+
+    return send_with_headers
+
+
+def _security(scope: Scope) -> dict[str, str]:
+    """Headers for every response. Viser's and rerun's own pages hold inline scripts, compile wasm and use blobs."""
+    host = Headers(scope=scope).get("host", "")
+    sockets = f" ws://{host} wss://{host}" if _HOST.fullmatch(host) else ""
+    foreign = scope["path"].startswith(("/viser", "/rerun"))
+    scripts = " 'unsafe-inline' 'wasm-unsafe-eval' blob:" if foreign else ""
+    policy = {
+        "default-src": "'self'",
+        "script-src": f"'self'{scripts}",
+        "worker-src": "'self' blob:",
+        "style-src": "'self' 'unsafe-inline'",
+        "img-src": "'self' data: blob:",
+        "connect-src": f"'self' data: blob:{sockets}",
+        "font-src": "'self' data:",
+        "object-src": "'none'",
+        "base-uri": "'self'",
+        "form-action": "'self'",
+        "frame-ancestors": "'self'",
+    }
+    return {
+        "content-security-policy": "; ".join(f"{name} {value}" for name, value in policy.items()),
+        "cross-origin-opener-policy": "same-origin",
+        "cross-origin-embedder-policy": "require-corp",
+        "cross-origin-resource-policy": "same-origin",
+        "referrer-policy": "no-referrer",
+        "x-content-type-options": "nosniff",
+        "cache-control": "no-store" if scope["path"].startswith("/api") else "no-cache",
+    }

@@ -1,0 +1,56 @@
+"""The rig as the server sees it: which life of it is connected, and where its rows go."""
+
+from collections.abc import Callable
+
+from controller.link import RigClient
+from controller.messages import Command, CommandReply, RigInfo
+from server.channels import Rows
+from server.history import History
+
+QUIET = 0.6
+"""Seconds without telemetry after which the page is told that the rig is gone, before the link itself gives up."""
+AGE_MAX = 86400.0
+
+
+class Rig:
+    """One rig behind the link. `on_rows` gets every telemetry row, in order, after the history has it."""
+
+    def __init__(self, endpoint: str, rig: str, history: History, on_rows: Callable[[Rows], None]) -> None:
+        self._history, self._on_rows = history, on_rows
+        self._life: int | None = None
+        self._link = RigClient(endpoint, rig, self._rows, self._born)
+
+    @property
+    def info(self) -> RigInfo | None:
+        """Who the rig is (or was, while it is gone); None before the first contact."""
+        return self._link.info
+
+    @property
+    def age(self) -> float:
+        """Time since the last telemetry [s]."""
+        return min(self._link.age(), AGE_MAX)
+
+    @property
+    def round_trip(self) -> float:
+        """Median time of the last commands to the loop and back [s]; 0 before the first."""
+        return self._link.rtt()
+
+    def boot(self) -> int | None:
+        """The life of the rig that is connected now; None while there is none."""
+        return self._life if self._link.connected and self._link.age() < QUIET else None
+
+    def send(self, command: Command) -> CommandReply:
+        """Send a command and wait for the loop's answer; see `RigClient.command`."""
+        return self._link.command(command)
+
+    def close(self) -> None:
+        """End the link; no row comes after this."""
+        self._link.close()
+
+    def _born(self, info: RigInfo) -> None:
+        self._history.forget()
+        self._life = info.boot
+
+    def _rows(self, rows: Rows) -> None:
+        self._history.add(rows)
+        self._on_rows(rows)

@@ -1,0 +1,78 @@
+"""Settings of the server process and its two secrets: access token and cookie key."""
+
+import ipaddress
+import json
+import os
+import secrets
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field as Bounds
+from pydantic import SecretStr
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+from controller.parameters import Model
+
+
+def state_folder() -> Path:
+    """Folder of the user's own state, by the XDG rule."""
+    return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "tendril"
+
+
+class ServerSettings(BaseSettings):
+    """What a server is started with; every field can also be given as TENDRIL_<NAME> in the environment."""
+
+    model_config = SettingsConfigDict(env_prefix="TENDRIL_", extra="forbid", use_attribute_docstrings=True)
+
+    host: str = "127.0.0.1"
+    port: Annotated[int, Bounds(ge=0, le=65535)] = 8321
+    """0 takes a free one."""
+    endpoint: str = "tcp/127.0.0.1:7447"
+    """Zenoh endpoint at which the rig listens."""
+    rig: Annotated[str, Bounds(pattern=r"^[\w-]{1,40}$")] = "twin"
+    recordings: Path | None = None
+    """Folder of the .rrd files; the default is chosen by the recordings package."""
+    state: Path = Bounds(default_factory=state_folder)
+    """Folder of the token, the cookie key and the last settings."""
+    token: SecretStr | None = None
+    """Access token; made at the first start and kept when not given."""
+    light_scene: bool = False
+    """Leave out what software rendering is slow at (ground grid): for browser tests."""
+
+
+class Secrets(Model):
+    """Access token that people type, and the key that signs cookies."""
+
+    token: Annotated[str, Bounds(min_length=1, max_length=200)]
+    key: str
+
+
+def load_secrets(settings: ServerSettings) -> Secrets:
+    """The stored secrets (made at the first start, readable by the user alone); a given token goes first."""
+    path = settings.state / "secrets.json"
+    if not path.exists():
+        path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+        fresh = Secrets(token=secrets.token_urlsafe(18), key=secrets.token_urlsafe(32))
+        write_private(path, fresh.model_dump_json())
+    kept = Secrets.model_validate(json.loads(path.read_text()))
+    if settings.token is None:
+        return kept
+    return Secrets(token=settings.token.get_secret_value(), key=kept.key)
+
+
+def exposed(host: str) -> bool:
+    """Whether `host` can be reached from other machines."""
+    if host == "localhost":
+        return False
+    try:
+        return not ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return True
+
+
+def write_private(path: Path, text: str) -> None:
+    """Write a file whole or not at all, readable by the user alone."""
+    draft = path.with_name(f"{path.name}.{os.getpid()}")
+    with os.fdopen(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w") as file:
+        file.write(text)
+    draft.replace(path)

@@ -1,0 +1,74 @@
+"""What nobody asked for but everyone should know: the rig came or went, restarted, changed mode; the lease lapsed."""
+
+from controller.modes import Cause, Mode, Request
+from server.auth import Identity
+from server.events import EventLog, Level
+from server.history import History
+from server.lease import OperatorLease
+from server.operator import Operator
+from server.rig import Rig
+
+_MOVING = (Mode.FOLLOW, Mode.TRACK)
+
+
+class Watch:
+    """Called at every beat; compares with the beat before."""
+
+    def __init__(self, rig: Rig, history: History, lease: OperatorLease, operator: Operator, events: EventLog) -> None:
+        self._rig, self._history, self._lease, self._operator, self._events = rig, history, lease, operator, events
+        self._life: int | None = None
+        self._boot: int | None = None
+        self._holder: Identity | None = None
+        self._mode: tuple[Mode, Cause] | None = None
+
+    def __call__(self) -> None:
+        """Look once."""
+        self._look_at_rig()
+        self._look_at_lease()
+        self._look_at_mode()
+
+    def _look_at_rig(self) -> None:
+        life = self._rig.boot()
+        if life == self._life:
+            return
+        if life is None:
+            self._events.add("the rig is gone", "error")
+        elif self._boot not in (None, life):
+            self._events.add("the rig restarted: arm it again", "warning")
+        else:
+            self._events.add("the rig is connected")
+        self._life, self._boot = life, life or self._boot
+
+    def _look_at_lease(self) -> None:
+        holder, before = self._lease.holder, self._holder
+        if holder == before:
+            return
+        self._holder = holder
+        if before is not None:
+            self._events.add(f"{before.name} no longer operates")
+            # The next operator's page must not keep a motion going that someone else began.
+            if self._mode is not None and self._mode[0] in _MOVING:
+                self._operator.request(Request.HOLD)
+        if holder is not None:
+            self._events.add(f"{holder.name} operates")
+
+    def _look_at_mode(self) -> None:
+        newest = self._history.newest
+        if newest is None:
+            self._mode = None
+            return
+        mode, cause = Mode(int(newest[0]["mode"])), Cause(int(newest[0]["cause"]))
+        if self._mode not in (None, (mode, cause)):
+            self._events.add(f"rig: {_words(mode)} ({_words(cause)})", _level(mode, cause))
+        self._mode = mode, cause
+
+
+def _words(member: Mode | Cause) -> str:
+    return member.name.replace("_", " ").lower() if isinstance(member, Cause) else member.name.replace("_", " ")
+
+
+def _level(mode: Mode, cause: Cause) -> Level:
+    if mode in (Mode.FAULT, Mode.E_STOP):
+        return "error"
+    expected = (Cause.NONE, Cause.OPERATOR, Cause.START, Cause.RESTED, Cause.REFERENCE_DONE)
+    return "info" if cause in expected else "warning"
