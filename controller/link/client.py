@@ -107,6 +107,14 @@ class RigClient:
         payload = np.array([first, count], np.int64).tobytes()
         return np.frombuffer(self._ask(self._keys.replay, payload), record_dtype(Telemetry))
 
+    def plan(self, points: np.ndarray) -> int:
+        """Send (n, 2) points [m], one a tick, as the reference of the next TRACK run; returns their number.
+
+        Raises ParameterError with the rig's words if it cannot take them, because of their values or of its mode.
+        """
+        answer = self._ask(self._keys.reference, np.ascontiguousarray(points, np.float64).tobytes())
+        return int.from_bytes(answer, "little")
+
     def close(self) -> None:
         """End the connection; no callback comes after this."""
         self._session.close()

@@ -36,6 +36,11 @@ class Keys:
         """Queryable: nothing -> RigInfo as JSON."""
         return f"tendril/{self.rig}/info"
 
+    @property
+    def reference(self) -> str:
+        """Queryable: float64 (n, 2) planned reference [m], one point a tick -> the number of points, int64."""
+        return f"tendril/{self.rig}/reference"
+
     def alive(self, boot: str) -> str:
         """Liveliness token of one life of the rig process; "*" for any."""
         return f"tendril/{self.rig}/alive/{boot}"

@@ -29,6 +29,9 @@ class RigService(Protocol):
     def replay(self, first: int, count: int) -> np.ndarray:
         """Telemetry rows of ticks [first, first + count) that are still there."""
 
+    def plan(self, points: np.ndarray) -> int:
+        """Take (n, 2) points [m] as the planned reference; the number of points."""
+
 
 class RigEnd:
     """Declares the keys of one rig on `session`; `close` withdraws them, the session stays its owner's."""
@@ -44,6 +47,7 @@ class RigEnd:
         answers: dict[str, Callable[[bytes], bytes]] = {
             self._keys.command: self._command,
             self._keys.replay: self._replay,
+            self._keys.reference: self._reference,
             self._keys.info: lambda payload: service.info().model_dump_json().encode(),
         }
         self._declared = [
@@ -68,6 +72,11 @@ class RigEnd:
             raise ParameterError(f"replay request of {len(payload)} bytes is not two int64 words (first tick, count)")
         first, count = np.frombuffer(payload, np.int64).tolist()
         return self._service.replay(first, count).tobytes()
+
+    def _reference(self, payload: bytes) -> bytes:
+        if len(payload) % 16:
+            raise ParameterError(f"reference of {len(payload)} bytes is not rows of two float64")
+        return self._service.plan(np.frombuffer(payload).reshape(-1, 2)).to_bytes(8, "little")
 
 
 def read_command(payload: bytes) -> Command:

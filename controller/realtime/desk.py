@@ -2,9 +2,11 @@
 
 import threading
 import time
+from typing import NamedTuple
 
 import numpy as np
 
+from controller.errors import CommandRefused, ParameterError
 from controller.layout import to_record
 from controller.messages import Command, CommandReply, RigInfo
 from controller.modes import Cause, Mode, Request
@@ -14,6 +16,7 @@ from controller.realtime.ring import Ring
 
 ECHO_TIMEOUT = 0.05
 """Longest wait until the loop has looked at a command [s]."""
+COORDINATE_MAX = 2.0
 POLL = 1e-4
 """Pause between two looks at the ring [s]."""
 
@@ -30,13 +33,21 @@ NEXT_STEPS = {
 }
 
 
+class Plan(NamedTuple):
+    """Planned reference in the loop's memory: float64 (rows, 2) [m], one point a tick; rows in force, int64 (1,)."""
+
+    points: np.ndarray
+    rows: np.ndarray
+
+
 class Desk:
     """Serves the link (RigService) with the loop's mailbox and ring."""
 
-    def __init__(self, info: RigInfo, ring: Ring, commands: Words) -> None:
+    def __init__(self, info: RigInfo, ring: Ring, commands: Words, plan: Plan) -> None:
         self._info = info
         self._ring = ring
         self._commands = commands
+        self._plan = plan
         self._one_at_a_time = threading.Lock()
 
     def info(self) -> RigInfo:
@@ -58,6 +69,21 @@ class Desk:
         newest = self._ring.newest()
         mode = Mode.VENTED if newest is None else Mode(newest["mode"])
         return _reply(command, mode, Cause.LOOP_STALLED, "refused: the control loop does not answer")
+
+    def plan(self, points: np.ndarray) -> int:
+        """Take (n, 2) points [m] as the reference of the next TRACK run; refused while one is under way."""
+        room = len(self._plan.points)
+        if not 0 < len(points) <= room:
+            raise ParameterError(f"reference of {len(points)} points is outside [1, {room}]")
+        if not np.all(np.abs(points) <= COORDINATE_MAX):
+            raise ParameterError(f"reference holds a coordinate outside [-{COORDINATE_MAX}, {COORDINATE_MAX}] m")
+        with self._one_at_a_time:
+            row = self._ring.newest()
+            if row is not None and row["mode"] == Mode.TRACK:
+                raise CommandRefused("refused: the reference cannot change while it is tracked; hold first")
+            self._plan.points[: len(points)] = points
+            self._plan.rows[0] = len(points)
+        return len(points)
 
     def _row_after(self, t_ns: int) -> np.void | None:
         """The newest row of a tick that began after t_ns, or None in time."""

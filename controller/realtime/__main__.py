@@ -1,0 +1,9 @@
+"""`python -m controller.realtime SETTINGS`: run one rig; SETTINGS is a `RigSettings` as JSON."""
+
+import logging
+import sys
+
+from controller.realtime.rig import RigSettings, run_rig
+
+logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+run_rig(RigSettings.model_validate_json(sys.argv[1]))

@@ -1,0 +1,159 @@
+"""The 1 kHz loop: one compiled function on a fixed grid of deadlines, which never needs the GIL.
+
+A slot that has passed when a tick ends is skipped and counted, never caught up, so the grid stays where it began.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from controller.kernels.tick import Rig, tick
+from controller.kernels.twin import Twin, twin_step
+from controller.layout import record_dtype
+from controller.messages import Command, LoopStatus, Measurement, Telemetry
+from controller.modes import Mode
+from controller.realtime.clock import now_ns, sleep_until, slots_missed
+from controller.realtime.compiled import Words, compiled, load_acquire, store_release
+from controller.realtime.mailbox import mailbox, post, receive, words
+from controller.realtime.ring import (
+    BASELINE_LOST,
+    BASELINE_TICKS,
+    GRID_NS,
+    HEADER_WORDS,
+    LOOP_NS,
+    PUMP_NS,
+    ROW_WORDS,
+    STOP,
+    ring_push,
+    ring_read,
+)
+
+VENTED = int(Mode.VENTED)
+
+
+class LoopMemory(NamedTuple):
+    """Everything the loop reads and writes: shared words and rows, mailboxes, and its own records with word views."""
+
+    header: Words
+    rows: Words
+    commands: Words
+    """Mailbox of Command, written by the link."""
+    measurements: Words
+    """Mailbox of Measurement, written by the driver: here the twin, after each of its steps."""
+    command: np.ndarray
+    command_words: Words
+    measurement: np.ndarray
+    measurement_words: Words
+    sensed: np.ndarray
+    """The twin's own Measurement, before it is posted."""
+    sensed_words: Words
+    telemetry: np.ndarray
+    telemetry_words: Words
+    status: np.ndarray
+    scratch: Words
+
+
+def loop_memory(header: Words, rows: Words) -> LoopMemory:
+    """Memory of a loop that writes into the ring of `header` and `rows`, before any command."""
+    command, measurement, sensed, telemetry, status = (
+        np.zeros(1, record_dtype(model)) for model in (Command, Measurement, Measurement, Telemetry, LoopStatus)
+    )
+    return LoopMemory(
+        header=header,
+        rows=rows,
+        commands=mailbox(command.dtype),
+        measurements=mailbox(measurement.dtype),
+        command=command,
+        command_words=words(command),
+        measurement=measurement,
+        measurement_words=words(measurement),
+        sensed=sensed,
+        sensed_words=words(sensed),
+        telemetry=telemetry,
+        telemetry_words=words(telemetry),
+        status=status,
+        scratch=np.zeros(max(len(words(command)), len(words(measurement))), np.int64),
+    )
+
+
+@compiled
+def run_loop(rig: Rig, twin: Twin, memory: LoopMemory, period_ns: int) -> None:
+    """Tick on the grid until STOP is set, then write one last row with everything vented."""
+    clock = np.zeros(4, np.int64)
+    status = memory.status[0]
+    telemetry = memory.telemetry[0]
+    command_seen = measurement_seen = slot = 0
+    deadline = now_ns(clock) + period_ns
+    store_release(memory.header, GRID_NS, deadline)
+    while load_acquire(memory.header, STOP) == 0:
+        sleep_until(clock, deadline)
+        t_ns = now_ns(clock)
+        command_n = receive(memory.commands, command_seen, memory.scratch, memory.command_words)
+        if command_n != command_seen:
+            status.server_ns = t_ns
+        command_seen = command_n
+        measurement_seen = receive(memory.measurements, measurement_seen, memory.scratch, memory.measurement_words)
+        status.pump_ns = memory.header[PUMP_NS]
+        status.lateness_ns = t_ns - deadline
+        telemetry.slot = slot
+        tick(rig, t_ns, memory.command[0], memory.measurement[0], status, telemetry)
+        status.step_ns = now_ns(clock) - t_ns
+        twin_step(twin, t_ns, telemetry, memory.sensed[0])
+        post(memory.measurements, memory.sensed_words)
+        ring_push(memory.header, memory.rows, memory.telemetry_words)
+        end_ns = now_ns(clock)
+        store_release(memory.header, LOOP_NS, end_ns)
+        missed = slots_missed(end_ns, deadline + period_ns, period_ns)
+        status.lost += missed
+        slot += 1 + missed
+        deadline += (1 + missed) * period_ns
+    write_vented_row(memory, slot, now_ns(clock))
+
+
+@compiled
+def write_vented_row(memory: LoopMemory, slot: int, t_ns: int) -> None:
+    """The last row of a life: the last tick's with mode VENTED, no pressure and no torque; STOP holds the cause."""
+    telemetry = memory.telemetry[0]
+    telemetry.tick += 1
+    telemetry.slot = slot
+    telemetry.t_ns = t_ns
+    telemetry.mode = VENTED
+    telemetry.cause = memory.header[STOP]
+    for i in range(telemetry.pressure_cmd.shape[0]):
+        telemetry.pressure_cmd[i] = 0.0
+    for i in range(telemetry.u.shape[0]):
+        telemetry.u[i] = telemetry.u_ff[i] = telemetry.u_fb[i] = 0.0
+    ring_push(memory.header, memory.rows, memory.telemetry_words)
+
+
+@compiled
+def run_baseline(header: Words, period_ns: int) -> None:
+    """A bare thread beside the loop: it only sleeps on the same grid, half a period later, and counts by the same rule.
+
+    What it loses, any program of its priority would have lost on this machine in the same time.
+    """
+    clock = np.zeros(4, np.int64)
+    while load_acquire(header, GRID_NS) == 0 and load_acquire(header, STOP) == 0:
+        sleep_until(clock, now_ns(clock) + period_ns)
+    deadline = load_acquire(header, GRID_NS) + period_ns // 2
+    deadline += slots_missed(now_ns(clock), deadline, period_ns) * period_ns
+    while load_acquire(header, STOP) == 0:
+        sleep_until(clock, deadline)
+        missed = slots_missed(now_ns(clock), deadline + period_ns, period_ns)
+        store_release(header, BASELINE_TICKS, header[BASELINE_TICKS] + 1)
+        store_release(header, BASELINE_LOST, header[BASELINE_LOST] + missed)
+        deadline += (1 + missed) * period_ns
+
+
+def compile_loop(rig: Rig, twin: Twin) -> None:
+    """Compile, or load from the cache, all that the loop and its readers call; `rig` and `twin` are spares.
+
+    The loop ends at once because STOP is set, and writes its one row into a ring that is thrown away.
+    """
+    header, rows = np.zeros(HEADER_WORDS, np.int64), np.zeros((4, ROW_WORDS), np.int64)
+    header[STOP] = 1
+    memory = loop_memory(header, rows)
+    run_loop(rig, twin, memory, 1_000_000)
+    run_baseline(header, 1_000_000)
+    post(memory.commands, memory.command_words)
+    ring_read(header, rows, 0, np.empty((1, ROW_WORDS), np.int64))

@@ -1,0 +1,209 @@
+"""The rig process: the loop in its own thread, and in the main thread the pump from the ring to the link.
+
+Whatever ends the main thread also ends the loop: SIGTERM, SIGINT, an exception, or the loss of its parent.
+"""
+
+import fcntl
+import logging
+import os
+import secrets
+import signal
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.metadata import version
+from pathlib import Path
+from typing import IO, Annotated
+
+from pydantic import Field as Bounds
+
+from controller.build import build_twin
+from controller.build_rig import build_rig
+from controller.errors import TendrilError
+from controller.layout import layout_hash
+from controller.link.keys import open_session
+from controller.link.rig_end import RigEnd
+from controller.messages import Command, RigInfo, Telemetry
+from controller.modes import Cause, Mode
+from controller.parameters import Model, RigParameters
+from controller.realtime.desk import Desk, Plan
+from controller.realtime.loop import LoopMemory, compile_loop, loop_memory, run_baseline, run_loop
+from controller.realtime.priority import pin_memory, raise_thread_priority
+from controller.realtime.ring import PUMP_NS, STOP, Ring, create_ring, ring_folders
+
+log = logging.getLogger(__name__)
+
+PUMP_PERIOD = 0.01
+BATCH = 1000
+"""Most rows in one batch: a pump that was held up for long sends several."""
+
+
+class RigSettings(Model):
+    """How a rig process is started; `python -m controller.realtime` takes it as JSON."""
+
+    rig: Annotated[str, Bounds(pattern=r"^[A-Za-z0-9_-]{1,40}$")] = "rig"
+    listen: Annotated[str, Bounds(pattern=r"^\w+/.+:\d+$")] = "tcp/127.0.0.1:0"
+    """zenoh endpoint; port 0 takes a free one (see `ready`)."""
+    parameters: RigParameters = RigParameters()
+    baseline: bool = False
+    """Run a bare thread of the same priority beside the loop and count what it loses."""
+    folder: Path | None = None
+    """Where the ring lies; None: shared memory, else the folder of temporary files."""
+    ready: Path | None = None
+    """Written when the loop runs and the link answers: a `RigReady` as JSON."""
+    parent: int = 0
+    """Process without which this rig ends, once it is VENTED; 0: none."""
+
+
+class RigReady(Model):
+    """What a rig says when it is ready."""
+
+    endpoint: str
+    boot: int
+    process: int
+
+
+def run_rig(settings: RigSettings) -> None:
+    """Run a rig in this process, from its main thread, until SIGTERM or SIGINT."""
+    with _only_one(settings):
+        RigProcess(settings).run()
+
+
+class RigProcess:
+    """Builds and compiles everything in the constructor, so that arming is possible only when no step is slow."""
+
+    def __init__(self, settings: RigSettings) -> None:
+        self.settings = settings
+        self.boot = secrets.randbits(62) + 1
+        self.policy = "none"
+        parameters = settings.parameters
+        self._period_ns = round(parameters.controller.dt * 1e9)
+        compile_loop(build_rig(parameters, self.boot), build_twin(parameters))
+        self._rig = build_rig(parameters, self.boot)
+        self._twin = build_twin(parameters)
+        self.ring: Ring = create_ring(settings.rig, self.boot, settings.folder)
+        self.memory: LoopMemory = loop_memory(self.ring.header, self.ring.rows)
+        self._started = threading.Event()
+        self._sent = 0
+
+    def run(self) -> None:
+        """Start loop and link, pump until the stop, then leave a last vented row, sent and in the ring."""
+        endpoint = free_port(self.settings.listen)
+        session = open_session(listen=endpoint)
+        threads = [threading.Thread(target=self._loop, name="loop")]
+        if self.settings.baseline:
+            threads.append(threading.Thread(target=self._baseline, name="baseline"))
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, lambda *_: self.stop(Cause.OPERATOR))
+        pin_memory()
+        self._beat()
+        try:
+            for thread in threads:
+                thread.start()
+            self._wait_first_tick(threads[0])
+            end = RigEnd(session, self.settings.rig, self.boot, self._desk())
+            self._say_ready(endpoint)
+            self._pump(threads[0], end)
+        finally:
+            self.stop(Cause.PUMP_LOST)
+            for thread in threads:
+                thread.join()
+            session.close()
+
+    def stop(self, cause: Cause) -> None:
+        """Let the loop end after its current tick; the first cause stays."""
+        if self.ring.header[STOP] == 0:
+            self.ring.header[STOP] = cause
+
+    def _loop(self) -> None:
+        self.policy = raise_thread_priority()
+        self._started.set()
+        run_loop(self._rig, self._twin, self.memory, self._period_ns)
+
+    def _wait_first_tick(self, loop: threading.Thread) -> None:
+        self._started.wait()
+        while self.ring.head == 0 and loop.is_alive():
+            self._beat()
+            time.sleep(1e-3)
+
+    def _baseline(self) -> None:
+        raise_thread_priority()
+        run_baseline(self.ring.header, self._period_ns)
+
+    def _pump(self, loop: threading.Thread, end: RigEnd) -> None:
+        while loop.is_alive():
+            self._beat()
+            self._send(end)
+            self._leave_orphaned()
+            time.sleep(PUMP_PERIOD)
+        self._send(end)
+        end.close()
+        if self.ring.header[STOP] == 0:
+            raise TendrilError("the control loop ended by itself")
+
+    def _beat(self) -> None:
+        self.ring.header[PUMP_NS] = time.monotonic_ns()
+
+    def _send(self, end: RigEnd) -> None:
+        while self._sent < self.ring.head:
+            start, rows = self.ring.read(self._sent, BATCH)
+            end.publish(rows)
+            self._sent = start + len(rows)
+
+    def _leave_orphaned(self) -> None:
+        """Without the parent nobody would ever end this process: stay until the safety states have vented it."""
+        if self.settings.parent in (0, os.getppid()):
+            return
+        row = self.ring.newest()
+        if row is None or row["mode"] == Mode.VENTED:
+            self.stop(Cause.SERVER_LOST)
+
+    def _desk(self) -> Desk:
+        info = RigInfo(
+            rig=self.settings.rig,
+            boot=self.boot,
+            version=version("tendril"),
+            layout=layout_hash(Command, Telemetry),
+            wall_offset_ns=time.time_ns() - time.monotonic_ns(),
+            policy=self.policy,
+            twin=True,
+            parameters=self.settings.parameters,
+        )
+        plan = Plan(self._rig.reference, self._rig.reference_count)
+        return Desk(info, self.ring, self.memory.commands, plan)
+
+    def _say_ready(self, endpoint: str) -> None:
+        log.info("rig %s ready on %s, %s", self.settings.rig, endpoint, self.policy)
+        if self.settings.ready:
+            ready = RigReady(endpoint=endpoint, boot=self.boot, process=os.getpid())
+            draft = self.settings.ready.with_suffix(".draft")
+            draft.write_text(ready.model_dump_json())
+            draft.replace(self.settings.ready)
+
+
+def free_port(endpoint: str) -> str:
+    """`endpoint` with port 0 replaced by a port that is free now."""
+    place, port = endpoint.rsplit(":", 1)
+    if port != "0":
+        return endpoint
+    with socket.socket() as probe:
+        probe.bind((place.split("/", 1)[1], 0))
+        return f"{place}:{probe.getsockname()[1]}"
+
+
+@contextmanager
+def _only_one(settings: RigSettings) -> Iterator[None]:
+    """Two loops on one actuator would fight: refuse a second process of the same rig id on this machine."""
+    folder = settings.folder or ring_folders()[0]
+    with (folder / f"tendril-{settings.rig}.lock").open("w") as file:
+        _lock(file, settings.rig)
+        yield
+
+
+def _lock(file: IO[str], rig: str) -> None:
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        raise TendrilError(f"rig {rig!r} already runs on this machine") from error
