@@ -1,0 +1,95 @@
+"""From parameters to the arrays that one tick works on: the bridge between pydantic and the kernels."""
+
+import itertools
+import math
+
+import numpy as np
+
+from controller.build import build_rod
+from controller.kernels.inverse import StaticMap
+from controller.kernels.memory import STATE, Rig
+from controller.kernels.observer import Observer, Sensing
+from controller.kernels.polygon import Polygon, admissible
+from controller.kernels.rod import Array, RodModel, make_load, make_work, straight
+from controller.kernels.statics import places, static_tip
+from controller.layout import to_record
+from controller.modes import Cause
+from controller.parameters import BACKBONE_POINTS, SENSORS, Actuator, ControllerParameters, RigParameters
+
+SEED_GRID = 41
+"""Points a side of the grid of starts for the inverse: 3 mN m, some 10 mm at the tip."""
+REFERENCE_ROWS = 300_000
+"""Room for a planned reference: 5 minutes at 1 kHz."""
+
+
+def build_rig(parameters: RigParameters, boot: int) -> Rig:
+    """The controller's memory for one life of a rig with boot id `boot`: vented, at rest, nothing planned."""
+    controller, actuator = parameters.controller, parameters.actuator
+    model = build_rod(actuator, controller.rods, omega_B=controller.omega_B, zeta_B=controller.zeta_B)
+    state = np.zeros(1, STATE)
+    state["boot"] = boot
+    state["cause"] = Cause.START
+    return Rig(
+        controller=to_record(controller),
+        limits=to_record(parameters.limits),
+        pascal_per_torque=actuator.pressure_max / actuator.u_max,
+        smap=build_static_map(model, actuator, controller),
+        observer=build_observer(model, controller),
+        sensing=Sensing(np.zeros(1, np.int64), np.full((SENSORS, 2), math.nan), np.zeros((SENSORS, 2))),
+        reference=np.zeros((REFERENCE_ROWS, 2)),
+        reference_count=np.zeros(1, np.int64),
+        state=state,
+    )
+
+
+def build_observer(model: RodModel, controller: ControllerParameters) -> Observer:
+    """Observer of `model` at rest."""
+    length, rods = float(model.L.sum()), model.L.size
+    return Observer(
+        model=model,
+        state=straight(model),
+        load=make_load(rods),
+        work=make_work(rods),
+        dt=controller.dt,
+        substeps=1,
+        dead_time=np.zeros((round(controller.dead_time / controller.dt) + 1, 2)),
+        head=np.zeros(1, np.int64),
+        lag=controller.pneumatic_lag,
+        u_hat=np.zeros(2),
+        sensors=places(model.L, length * np.arange(1, SENSORS + 1) / SENSORS),
+        backbone=places(model.L, length * np.arange(BACKBONE_POINTS) / (BACKBONE_POINTS - 1)),
+        points=np.zeros((SENSORS, 2)),
+    )
+
+
+def build_polygon(actuator: Actuator, bend: Array) -> Polygon:
+    """Admissible torques of `actuator`; `bend` (2,) [rad/(N m)] is the tip angle per torque."""
+    normals = np.array([[1.0, 0.0], [0.0, 1.0], bend])
+    bounds = np.array([actuator.u_max, actuator.u_max, actuator.bend_max])
+    open_polygon = Polygon(normals, bounds, np.zeros((0, 2)))
+    corners = []
+    for first, second in itertools.combinations(range(3), 2):
+        for sign, other in itertools.product((-1.0, 1.0), repeat=2):
+            sides = np.array([sign * bounds[first], other * bounds[second]])
+            corner = np.linalg.solve(normals[[first, second]], sides)
+            if admissible(open_polygon, corner[0], corner[1]):
+                corners.append(corner)
+    corners.sort(key=lambda corner: math.atan2(corner[1], corner[0]))
+    return Polygon(normals, bounds, np.array(corners))
+
+
+def build_static_map(model: RodModel, actuator: Actuator, controller: ControllerParameters) -> StaticMap:
+    """Static map of `model` over the torques of `actuator`, with a grid of starts."""
+    polygon = build_polygon(actuator, model.compliance[-1])
+    side = np.linspace(-actuator.u_max, actuator.u_max, SEED_GRID)
+    grid = [(u1, u2) for u1 in side for u2 in side if admissible(polygon, u1, u2)]
+    tips = [static_tip(model, u1, u2) for u1, u2 in grid]
+    return StaticMap(
+        L=model.L,
+        compliance=model.compliance,
+        polygon=polygon,
+        epsilon=controller.epsilon,
+        rcond_min=controller.rcond_min,
+        seeds=np.array(grid),
+        seed_tips=np.array(tips),
+    )

@@ -1,0 +1,129 @@
+"""Task-space PI feedback through the sensitivity at the observer's pose, saturation and anti-windup."""
+
+import math
+
+from numba import njit
+
+from controller.kernels.feedforward import OPEN_LOOP
+from controller.kernels.polygon import nearest_admissible
+from controller.kernels.safety import E_STOP, NOT_FINITE, is_live, move
+from controller.kernels.statics import sensitivity
+from controller.modes import Law
+
+FF, FF_P, FF_I, FF_PI = int(Law.FF), int(Law.FF_P), int(Law.FF_I), int(Law.FF_PI)
+TIP = 1 << 9
+BUMP_TIME = 0.2
+"""Time constant with which the jump of u at a switch is let go (ours) [s]."""
+EXCESS = 1e-9
+"""A sum further outside the admissible torques than this counts as saturated [N m]."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def feed_back(rig, settings, telemetry):
+    """Set the error and u_fb: the law's feedback, plus what keeps u continuous where the law has just been switched."""
+    state = rig.state[0]
+    live = is_live(state.mode) and settings.law != OPEN_LOOP
+    closed = live and settings.law > FF and state.used != 0
+    measured = state.used & TIP
+    for j in range(2):
+        tip = telemetry.p_meas[j] if measured else telemetry.p_hat[j]
+        telemetry.error[j] = state.p_ref[j] - tip
+    switched = scheme_changed(state, settings, live + 2 * closed + 4 * (measured != 0))
+    f_1, f_2 = effort(state, settings, telemetry.error)
+    g_1, g_2 = through_sensitivity(rig, f_1, f_2)
+    if not closed:
+        g_1 = g_2 = 0.0
+    let_go(state, g_1, g_2, live, switched, math.exp(-rig.observer.dt / BUMP_TIME))
+    if not live or settings.law == FF or settings.law == FF_P:
+        state.integral[0] = state.integral[1] = 0.0
+    watch_off_time(rig, telemetry.error, closed)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def let_go(state, g_1, g_2, live, switched, fade):
+    """u_fb = feedback g + bump: at a switch the bump takes up the jump of u, then it fades."""
+    for j in range(2):
+        raw = g_1 if j == 0 else g_2
+        if not live:
+            state.bump[j] = 0.0
+        elif switched:
+            state.bump[j] = state.u[j] - state.u_ff[j] - raw
+        else:
+            state.bump[j] *= fade
+        state.u_fb[j] = raw + state.bump[j]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def effort(state, settings, error):
+    """Desired task-space effort f_des [m] of the law in force (paper, "Task-space PI control")."""
+    P = settings.law == FF_P or settings.law == FF_PI
+    I = settings.law == FF_I or settings.law == FF_PI  # noqa: E741
+    f_1 = P * settings.K_P[0] * error[0] + I * settings.K_I[0] * state.integral[0]
+    f_2 = P * settings.K_P[1] * error[1] + I * settings.K_I[1] * state.integral[1]
+    return f_1 + settings.K_FF[0] * state.p_ref_dot[0], f_2 + settings.K_FF[1] * state.p_ref_dot[1]  # Eq. FDES
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def through_sensitivity(rig, f_1, f_2):
+    """u_FB = (S^T S + epsilon I)^-1 S^T f_des [N m], S at the observer's pose."""
+    S11, S12, S21, S22 = sensitivity(rig.smap, rig.observer.state.q[2])
+    epsilon = rig.controller[0].epsilon
+    H11, H12, H22 = S11 * S11 + S21 * S21 + epsilon, S11 * S12 + S21 * S22, S12 * S12 + S22 * S22 + epsilon
+    g_1, g_2 = S11 * f_1 + S21 * f_2, S12 * f_1 + S22 * f_2
+    det = H11 * H22 - H12 * H12
+    return (H22 * g_1 - H12 * g_2) / det, (H11 * g_2 - H12 * g_1) / det  # Eq. UFB
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def scheme_changed(state, settings, how):
+    """Whether law, gains or the source of the error (`how`) differ from the last tick's; remembers them."""
+    scheme = 8 * settings.law + how
+    changed = scheme != state.scheme
+    state.scheme = scheme
+    for j in range(2):
+        changed |= settings.K_P[j] != state.gains[j]
+        changed |= settings.K_I[j] != state.gains[2 + j]
+        changed |= settings.K_FF[j] != state.gains[4 + j]
+        state.gains[j], state.gains[2 + j], state.gains[4 + j] = settings.K_P[j], settings.K_I[j], settings.K_FF[j]
+    return changed
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def watch_off_time(rig, error, closed):
+    """Count the time for which a closed loop with its goal in reach has been off by more than the limit."""
+    state = rig.state[0]
+    off = closed and state.reachable and math.hypot(error[0], error[1]) > rig.limits[0].error_max
+    state.off_time = state.off_time + rig.observer.dt if off else 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def saturate(rig, settings, telemetry):
+    """U = u_ff + u_fb, brought to the nearest admissible torque; the integral runs on, unless that would wind it up.
+
+    Not a number ends here: E_STOP with u = 0.
+    """
+    state = rig.state[0]
+    sum_1, sum_2 = state.u_ff[0] + state.u_fb[0], state.u_ff[1] + state.u_fb[1]
+    u1, u2 = nearest_admissible(rig.smap.polygon, sum_1, sum_2)
+    if state.mode != E_STOP and not math.isfinite(u1 + u2):
+        move(state, E_STOP, NOT_FINITE)
+    if state.mode == E_STOP:
+        u1 = u2 = 0.0
+    state.u[0], state.u[1] = u1, u2
+    telemetry.saturated = max(abs(sum_1 - u1), abs(sum_2 - u2)) > EXCESS
+    integrate(rig, settings, telemetry, sum_1 - u1, sum_2 - u2)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def integrate(rig, settings, telemetry, excess_1, excess_2):
+    """Let the integral run; held while saturated, but for steps that lead back (conditional anti-windup)."""
+    state, e = rig.state[0], telemetry.error
+    closed = state.scheme & 2
+    if not closed or not (settings.law == FF_I or settings.law == FF_PI):
+        return
+    if telemetry.saturated:
+        w_1, w_2 = through_sensitivity(rig, settings.K_I[0] * e[0], settings.K_I[1] * e[1])
+        if w_1 * excess_1 + w_2 * excess_2 > 0.0:
+            return
+    state.integral[0] += e[0] * rig.observer.dt
+    state.integral[1] += e[1] * rig.observer.dt

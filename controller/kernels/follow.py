@@ -1,0 +1,104 @@
+"""The reference: from the operator's target or the planned rows to a wish that moves within its limits."""
+
+import math
+
+from numba import njit
+
+from controller.kernels.inverse import TOLERANCE, invert
+from controller.kernels.safety import FOLLOW, HOLD, TRACK, move
+from controller.kernels.statics import static_tip
+from controller.modes import Cause
+
+SEARCH_EVERY = 10
+"""Ticks between two looks at other branches, which cost as much as the rest of the tick."""
+REFERENCE_DONE = int(Cause.REFERENCE_DONE)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def refer(rig, command, due):
+    """Set the goal and move the wish for this tick; in any other mode than FOLLOW and TRACK the wish stays."""
+    state = rig.state[0]
+    if state.entered:
+        anchor(state)
+        state.index = 0
+    if state.mode == FOLLOW:
+        if due:
+            aim(rig, command.target[0], command.target[1])
+        approach_goal(state, command.settings, rig.observer.dt)
+    elif state.mode == TRACK:
+        track(rig)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def anchor(state):
+    """Let the wish stand where the reference is, on the branch on which u_ff is."""
+    state.blending, state.blend_rate = 0, 0.0
+    state.reachable = state.reached = 1
+    for j in range(2):
+        state.wish[j] = state.p_goal[j] = state.p_ref[j]
+        state.wish_dot[j] = 0.0
+        state.u_goal[j] = state.u_ff[j]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def aim(rig, x, y):
+    """Project the goal (x, y) [m] into the reach: u_goal, and p_goal, the goal itself where it can be reached."""
+    state = rig.state[0]
+    search = state.tick % SEARCH_EVERY == 0
+    u1, u2, distance = invert(rig.smap, (x, y), (state.u_goal[0], state.u_goal[1]), search)
+    state.u_goal[0], state.u_goal[1] = u1, u2
+    state.reachable = distance < TOLERANCE
+    if not state.reachable:
+        x, y = static_tip(rig.smap, u1, u2)
+    state.p_goal[0], state.p_goal[1] = x, y
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def approach_goal(state, settings, dt):
+    """Move the wish towards p_goal for one tick, unless u_ff is on its way to another branch: then the wish waits."""
+    if state.blending:
+        return
+    p, v = limit_motion(
+        (state.wish[0], state.wish[1]),
+        (state.wish_dot[0], state.wish_dot[1]),
+        (state.p_goal[0], state.p_goal[1]),
+        (settings.speed_max, settings.acceleration_max),
+        dt,
+    )
+    state.wish[0], state.wish[1] = p
+    state.wish_dot[0], state.wish_dot[1] = v
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def limit_motion(p, v, goal, limits, dt):
+    """Position [m] and velocity [m/s] after dt of the fastest motion to `goal` within speed and acceleration `limits`.
+
+    The speed is the highest from which it can still stop at the goal: v dt / 2 + v^2 / (2 a) = distance.
+    """
+    speed_max, a = limits
+    d_x, d_y = goal[0] - p[0], goal[1] - p[1]
+    distance = math.hypot(d_x, d_y)
+    speed = a * dt * (math.sqrt(0.25 + 2.0 * distance / (a * dt * dt)) - 0.5)
+    speed = min(speed, speed_max, distance / dt)
+    share = speed / distance if distance > 0.0 else 0.0
+    c_x, c_y = share * d_x - v[0], share * d_y - v[1]
+    change = math.hypot(c_x, c_y)
+    if change > a * dt:
+        c_x, c_y = c_x * a * dt / change, c_y * a * dt / change
+    v_x, v_y = v[0] + c_x, v[1] + c_y
+    return (p[0] + v_x * dt, p[1] + v_y * dt), (v_x, v_y)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def track(rig):
+    """Take the next row of the planned reference; after the last one, HOLD."""
+    state = rig.state[0]
+    if state.index >= rig.reference_count[0]:
+        move(state, HOLD, REFERENCE_DONE)
+        anchor(state)
+        return
+    aim(rig, rig.reference[state.index, 0], rig.reference[state.index, 1])
+    state.index += 1
+    for j in range(2):
+        state.wish_dot[j] = (state.p_goal[j] - state.wish[j]) / rig.observer.dt
+        state.wish[j] = state.p_goal[j]

@@ -1,0 +1,69 @@
+"""What the controller remembers from tick to tick, and the parcel of arrays that every stage of the tick is handed."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from controller.kernels.inverse import StaticMap
+from controller.kernels.observer import Observer, Sensing
+
+STATE = np.dtype(
+    [
+        ("boot", "<i8"),
+        ("tick", "<i8"),
+        ("start_ns", "<i8"),
+        ("last_ns", "<i8"),
+        ("resume_ns", "<i8"),  # end of the last stall of the loop: silence before it is not held against anyone
+        ("mode", "<i8"),
+        ("cause", "<i8"),
+        ("entered", "<i8"),  # 1 in the tick in which the mode changed
+        ("request_n", "<i8"),
+        ("request_cause", "<i8"),
+        ("presence", "<i8"),
+        ("presence_ns", "<i8"),
+        ("unattended", "<i8"),
+        ("used", "<i8"),  # sensors used in this tick, as bits
+        ("seen_ns", "<i8"),  # capture time of the last sample with a marker that is wanted
+        ("off_time", "<f8"),  # how long the tracking error has been above its limit [s]
+        ("index", "<i8"),  # next row of the planned reference
+        ("reachable", "<i8"),  # the goal is in reach
+        ("reached", "<i8"),  # the static tip of u_ff is at the wish
+        ("blending", "<i8"),  # u_ff is on its way to another branch
+        ("blend_rate", "<f8"),  # [N m/s]
+        ("u_goal", "<f8", (2,)),  # static inverse of the goal
+        ("p_goal", "<f8", (2,)),  # the goal, or the nearest reachable point
+        ("wish", "<f8", (2,)),  # on its way to p_goal under the limits of speed and acceleration
+        ("wish_dot", "<f8", (2,)),
+        ("p_ref", "<f8", (2,)),
+        ("p_ref_dot", "<f8", (2,)),
+        ("u_ff", "<f8", (2,)),
+        ("u_fb", "<f8", (2,)),
+        ("u", "<f8", (2,)),
+        ("integral", "<f8", (2,)),
+        ("bump", "<f8", (2,)),  # what keeps u continuous at a switch; decays
+        ("scheme", "<i8"),  # law, source of the error and gains as of the last tick, to notice a switch
+        ("gains", "<f8", (6,)),
+        ("ledger", "<f8"),
+    ]
+)
+"""Memory of the controller, one record."""
+
+
+class Rig(NamedTuple):
+    """Everything one tick needs beside its messages; built once by `build_rig`."""
+
+    controller: np.ndarray
+    """ControllerParameters, one record."""
+    limits: np.ndarray
+    """SafetyLimits, one record."""
+    pascal_per_torque: float
+    """Chamber pressure per u_j [Pa/(N m)]."""
+    smap: StaticMap
+    observer: Observer
+    sensing: Sensing
+    reference: np.ndarray
+    """Planned reference for TRACK (rows,2) [m], one row a tick."""
+    reference_count: np.ndarray
+    """(1,) rows of it in force; written only while the rig is not in TRACK."""
+    state: np.ndarray
+    """STATE, one record."""

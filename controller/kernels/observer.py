@@ -1,0 +1,147 @@
+"""The dynamic observer: the rod model, driven by the sent torques and pulled to the markers by virtual forces."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from controller.kernels.integrate import rk4_step
+from controller.kernels.pneumatics import delay, first_order_lag
+from controller.kernels.rod import Array, Load, RodModel, RodState, Work
+from controller.kernels.statics import Places, points_on
+
+
+class Observer(NamedTuple):
+    """The observer's model and its memory."""
+
+    model: RodModel
+    state: RodState
+    load: Load
+    work: Work
+    dt: float
+    substeps: int
+    """Rod steps a tick, so that RK4 is stable with every allowed gain."""
+    dead_time: Array
+    """Ring of the sent torques (ticks of dead time + 1, 2) [N m]."""
+    head: np.ndarray
+    """(1,) place of the next torque in the ring."""
+    lag: float
+    """Time constant of the chambers [s]."""
+    u_hat: Array
+    """Torques that act on the model (2,) [N m]."""
+    sensors: Places
+    """The markers' material points (10)."""
+    backbone: Places
+    """The telemetry's backbone points (21)."""
+    points: Array
+    """The model's position at the sensors (10,2) [m]."""
+
+
+class Sensing(NamedTuple):
+    """The last sample of the markers, held."""
+
+    sample_ns: np.ndarray
+    """(1,) its time of capture; 0 before the first."""
+    p: Array
+    """Positions (10,2) [m], nan where not seen."""
+    v: Array
+    """Velocities by difference of the last two samples (10,2) [m/s], 0 where unknown."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def sense(rig, t_ns, settings, measurement):
+    """Take over a new sample; returns which of the switched-on sensors are usable now, as bits."""
+    state, sensing = rig.state[0], rig.sensing
+    usable = 0
+    if measurement.t_ns > sensing.sample_ns[0]:
+        take_sample(sensing, measurement)
+    for i in range(sensing.p.shape[0]):
+        if settings.sensed >> i & 1 and math.isfinite(sensing.p[i, 0] + sensing.p[i, 1]):
+            usable |= 1 << i
+    if usable != 0 or settings.sensed == 0:
+        state.seen_ns = sensing.sample_ns[0]
+    fresh = sensing.sample_ns[0] > 0 and (t_ns - sensing.sample_ns[0]) * 1e-9 <= rig.limits[0].measurement_old
+    state.used = usable if fresh else 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def take_sample(sensing, measurement):
+    """Hold the markers of `measurement` and their velocity since the sample before."""
+    rate = 1e9 / (measurement.t_ns - sensing.sample_ns[0])
+    for i in range(sensing.p.shape[0]):
+        for j in range(2):
+            v = (measurement.markers[i, j] - sensing.p[i, j]) * rate
+            sensing.v[i, j] = v if math.isfinite(v) and sensing.sample_ns[0] > 0 else 0.0
+            sensing.p[i, j] = measurement.markers[i, j]
+    sensing.sample_ns[0] = measurement.t_ns
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def pull(observer, sensing, settings, used, h):
+    """Virtual forces at the used sensors into the load (paper, "Dynamic observer").
+
+    The residual is taken at the sensor's arc length, the force enters the centre of the rod that holds it. It is held
+    for one step of h [s], so it is taken at the step's middle: taken at its start, the spring would feed energy.
+    """
+    F, q, v = observer.load.F, observer.state.q, observer.state.v
+    for row in range(2):
+        for i in range(F.shape[1]):
+            F[row, i] = 0.0
+    points_on(q, observer.sensors, observer.points)
+    for j in range(observer.points.shape[0]):
+        if used >> j & 1:
+            i = observer.sensors.rod[j]
+            x, y = observer.points[j]
+            x_dot, y_dot = v[0, i] - v[2, i] * (y - q[1, i]), v[1, i] + v[2, i] * (x - q[0, i])
+            e_x, e_y = sensing.p[j, 0] - x - 0.5 * h * x_dot, sensing.p[j, 1] - y - 0.5 * h * y_dot
+            F[0, i] += settings.K_o[0] * e_x + settings.B_o[0] * (sensing.v[j, 0] - x_dot)  # Eq. OBS
+            F[1, i] += settings.K_o[1] * e_y + settings.B_o[1] * (sensing.v[j, 1] - y_dot)  # Eq. OBS
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def drive(observer, u1, u2):
+    """Pass u through dead time and lag and put its torques into the load (paper, "Dynamic observer")."""
+    late_1, late_2, observer.head[0] = delay(observer.dead_time, observer.head[0], u1, u2)
+    observer.u_hat[0] = first_order_lag(observer.u_hat[0], late_1, observer.lag, observer.dt)
+    observer.u_hat[1] = first_order_lag(observer.u_hat[1], late_2, observer.lag, observer.dt)
+    T = observer.model.T_theta
+    for i in range(T.shape[0]):
+        observer.load.Q_theta[i] = T[i, 0] * observer.u_hat[0] + T[i, 1] * observer.u_hat[1]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def observe(rig, settings, ticks):
+    """Advance the observer by `ticks` periods under the torques sent last: 1, or more to catch up after a stall."""
+    observer, state = rig.observer, rig.state[0]
+    h = observer.dt / observer.substeps
+    for _ in range(ticks):
+        drive(observer, state.u[0], state.u[1])
+        for _ in range(observer.substeps):
+            pull(observer, rig.sensing, settings, state.used, h)
+            rk4_step(observer.model, observer.state, observer.load, h, observer.work)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def residual(observer, sensing, used):
+    """RMS distance between used markers and model [m]; nan when none is used."""
+    points_on(observer.state.q, observer.sensors, observer.points)
+    total, count = 0.0, 0
+    for j in range(observer.points.shape[0]):
+        if used >> j & 1:
+            total += (sensing.p[j, 0] - observer.points[j, 0]) ** 2 + (sensing.p[j, 1] - observer.points[j, 1]) ** 2
+            count += 1
+    return math.sqrt(total / count) if count > 0 else math.nan
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def reset_observer(observer):
+    """Back to the unactuated equilibrium, at rest along +x, with nothing in the air lines."""
+    centre = 0.0
+    for i in range(observer.model.L.size):
+        for row in range(3):
+            observer.state.q[row, i] = observer.state.v[row, i] = 0.0
+        observer.state.q[0, i] = centre + 0.5 * observer.model.L[i]
+        centre += observer.model.L[i]
+    observer.dead_time[:, :] = 0.0
+    observer.u_hat[:] = 0.0

@@ -1,0 +1,112 @@
+"""The static map of the actuator: linear in the angles, theta = K_theta^-1 T_theta u, so the tip is a sum of N vectors.
+
+A `model` here is anything with `L` (N,) [m] and `compliance` = K_theta^-1 T_theta (N,2) [rad/(N m)].
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from controller.kernels.rod import Array, sine_cosine
+
+
+class Expansion(NamedTuple):
+    """Static tip p(u) to second order; suffix j is a derivative with respect to u_j [N m]."""
+
+    x: float
+    y: float
+    """p(u) [m]."""
+    x_1: float
+    x_2: float
+    y_1: float
+    y_2: float
+    """S = dp/du [m/(N m)]."""
+    x_11: float
+    x_12: float
+    x_22: float
+    y_11: float
+    y_12: float
+    y_22: float
+    """Curvature of p [m/(N m)^2]."""
+
+
+class Places(NamedTuple):
+    """Material points of the backbone, given by arc length, as rod index and distance from that rod's centre."""
+
+    rod: np.ndarray
+    """(n,) index."""
+    offset: Array
+    """(n,) along the rod, towards the tip [m]."""
+
+
+def places(length: Array, arc: Array) -> Places:
+    """Where the arc lengths `arc` (n,) [m] lie on rods of `length` (N,) [m]; a joint counts to the rod before it."""
+    ends = np.cumsum(length)
+    rod = np.minimum(np.searchsorted(ends, arc - 1e-9 * ends[-1]), length.size - 1).astype(np.int64)
+    return Places(rod, arc - (ends - length / 2)[rod])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def static_angles(model, u1, u2, theta):
+    """Static angles theta (N,) [rad] under u [N m] into `theta` (paper, "Quasi-Static Feedforward Control")."""
+    for i in range(theta.size):
+        theta[i] = model.compliance[i, 0] * u1 + model.compliance[i, 1] * u2
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def static_tip(model, u1, u2):
+    """Static tip p(u) = sum L_i (cos theta_i, sin theta_i) [m]."""
+    x = y = 0.0
+    for i in range(model.L.size):
+        s, c = sine_cosine(model.compliance[i, 0] * u1 + model.compliance[i, 1] * u2)
+        x += model.L[i] * c
+        y += model.L[i] * s
+    return x, y
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def expand_tip(model, u1, u2):
+    """Tip, sensitivity and curvature of the static map at u [N m]."""
+    x = y = x_1 = x_2 = y_1 = y_2 = 0.0
+    x_11 = x_12 = x_22 = y_11 = y_12 = y_22 = 0.0
+    for i in range(model.L.size):
+        c1, c2 = model.compliance[i, 0], model.compliance[i, 1]
+        s, c = sine_cosine(c1 * u1 + c2 * u2)
+        dx, dy = model.L[i] * c, model.L[i] * s
+        x, y = x + dx, y + dy
+        x_1, x_2 = x_1 - dy * c1, x_2 - dy * c2
+        y_1, y_2 = y_1 + dx * c1, y_2 + dx * c2
+        x_11, x_12, x_22 = x_11 - dx * c1 * c1, x_12 - dx * c1 * c2, x_22 - dx * c2 * c2
+        y_11, y_12, y_22 = y_11 - dy * c1 * c1, y_12 - dy * c1 * c2, y_22 - dy * c2 * c2
+    return Expansion(x, y, x_1, x_2, y_1, y_2, x_11, x_12, x_22, y_11, y_12, y_22)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def sensitivity(model, theta):
+    """S = J(theta) K_theta^-1 T_theta [m/(N m)] at any pose theta (N,), row by row: S11, S12, S21, S22."""
+    S11 = S12 = S21 = S22 = 0.0
+    for i in range(theta.size):
+        s, c = sine_cosine(theta[i])
+        J_x, J_y = -model.L[i] * s, model.L[i] * c
+        S11, S12 = S11 + J_x * model.compliance[i, 0], S12 + J_x * model.compliance[i, 1]
+        S21, S22 = S21 + J_y * model.compliance[i, 0], S22 + J_y * model.compliance[i, 1]  # Eq. S
+    return S11, S12, S21, S22
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def points_on(q, at, points):
+    """Positions (n,2) [m] of the material points `at` (Places) in the pose q (3,N), into `points`."""
+    for j in range(at.rod.size):
+        i = at.rod[j]
+        s, c = sine_cosine(q[2, i])
+        points[j, 0] = q[0, i] + at.offset[j] * c
+        points[j, 1] = q[1, i] + at.offset[j] * s
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def tip_of(q, length):
+    """Distal end of the last rod [m] in the pose q (3,N) with rod lengths `length` (N,)."""
+    last = length.size - 1
+    s, c = sine_cosine(q[2, last])
+    return q[0, last] + 0.5 * length[last] * c, q[1, last] + 0.5 * length[last] * s
