@@ -8,61 +8,34 @@ import logging
 import os
 import secrets
 import signal
-import socket
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.metadata import version
-from pathlib import Path
-from typing import IO, Annotated
+from typing import IO
 
-from pydantic import Field as Bounds
-
-from controller.build import build_twin
 from controller.build_rig import build_rig
+from controller.drivers import TwinDriver
 from controller.errors import TendrilError
 from controller.layout import layout_hash
 from controller.link.keys import open_session
 from controller.link.rig_end import RigEnd
 from controller.messages import Command, RigInfo, Telemetry
 from controller.modes import Cause, Mode
-from controller.parameters import Model, RigParameters
 from controller.realtime.desk import Desk, Plan
 from controller.realtime.loop import LoopMemory, compile_loop, loop_memory, run_baseline, run_loop
+from controller.realtime.mailbox import post, words
 from controller.realtime.priority import pin_memory, raise_thread_priority
 from controller.realtime.ring import PUMP_NS, STOP, Ring, create_ring, ring_folders
+from controller.realtime.settings import RigReady, free_port
+from controller.realtime.settings import RigSettings as RigSettings
 
 log = logging.getLogger(__name__)
 
 PUMP_PERIOD = 0.01
 BATCH = 1000
 """Most rows in one batch: a pump that was held up for long sends several."""
-
-
-class RigSettings(Model):
-    """How a rig process is started; `python -m controller.realtime` takes it as JSON."""
-
-    rig: Annotated[str, Bounds(pattern=r"^[A-Za-z0-9_-]{1,40}$")] = "rig"
-    listen: Annotated[str, Bounds(pattern=r"^\w+/.+:\d+$")] = "tcp/127.0.0.1:0"
-    """zenoh endpoint; port 0 takes a free one (see `ready`)."""
-    parameters: RigParameters = RigParameters()
-    baseline: bool = False
-    """Run a bare thread of the same priority beside the loop and count what it loses."""
-    folder: Path | None = None
-    """Where the ring lies; None: shared memory, else the folder of temporary files."""
-    ready: Path | None = None
-    """Written when the loop runs and the link answers: a `RigReady` as JSON."""
-    parent: int = 0
-    """Process without which this rig ends, once it is VENTED; 0: none."""
-
-
-class RigReady(Model):
-    """What a rig says when it is ready."""
-
-    endpoint: str
-    boot: int
-    process: int
 
 
 def run_rig(settings: RigSettings) -> None:
@@ -80,12 +53,11 @@ class RigProcess:
         self.policy = "none"
         parameters = settings.parameters
         self._period_ns = round(parameters.controller.dt * 1e9)
-        compile_loop(build_rig(parameters, self.boot), build_twin(parameters))
+        compile_loop(build_rig(parameters, self.boot), TwinDriver(parameters).twin)
         self._rig = build_rig(parameters, self.boot)
-        self._twin = build_twin(parameters)
+        self._driver = TwinDriver(parameters)
         self.ring: Ring = create_ring(settings.rig, self.boot, settings.folder)
         self.memory: LoopMemory = loop_memory(self.ring.header, self.ring.rows)
-        self._started = threading.Event()
         self._sent = 0
 
     def run(self) -> None:
@@ -100,6 +72,7 @@ class RigProcess:
         pin_memory()
         self._beat()
         try:
+            self._driver.start(lambda record: post(self.memory.measurements, words(record)), self.ring.newest)
             for thread in threads:
                 thread.start()
             self._wait_first_tick(threads[0])
@@ -110,6 +83,7 @@ class RigProcess:
             self.stop(Cause.PUMP_LOST)
             for thread in threads:
                 thread.join()
+            self._driver.stop()
             session.close()
 
     def stop(self, cause: Cause) -> None:
@@ -119,11 +93,9 @@ class RigProcess:
 
     def _loop(self) -> None:
         self.policy = raise_thread_priority()
-        self._started.set()
-        run_loop(self._rig, self._twin, self.memory, self._period_ns)
+        run_loop(self._rig, self._driver.twin, self.memory, self._period_ns)
 
     def _wait_first_tick(self, loop: threading.Thread) -> None:
-        self._started.wait()
         while self.ring.head == 0 and loop.is_alive():
             self._beat()
             time.sleep(1e-3)
@@ -168,7 +140,7 @@ class RigProcess:
             layout=layout_hash(Command, Telemetry),
             wall_offset_ns=time.time_ns() - time.monotonic_ns(),
             policy=self.policy,
-            twin=True,
+            twin=self._driver.simulated,
             parameters=self.settings.parameters,
         )
         plan = Plan(self._rig.reference, self._rig.reference_count)
@@ -181,16 +153,6 @@ class RigProcess:
             draft = self.settings.ready.with_suffix(".draft")
             draft.write_text(ready.model_dump_json())
             draft.replace(self.settings.ready)
-
-
-def free_port(endpoint: str) -> str:
-    """`endpoint` with port 0 replaced by a port that is free now."""
-    place, port = endpoint.rsplit(":", 1)
-    if port != "0":
-        return endpoint
-    with socket.socket() as probe:
-        probe.bind((place.split("/", 1)[1], 0))
-        return f"{place}:{probe.getsockname()[1]}"
 
 
 @contextmanager

@@ -10,8 +10,8 @@ import time
 from pathlib import Path
 
 from controller.errors import RigUnreachable, TendrilError
-from controller.realtime.rig import RigReady, RigSettings, free_port
 from controller.realtime.ring import LOOP_NS, Ring, find_ring
+from controller.realtime.settings import RigReady, RigSettings, free_port
 
 log = logging.getLogger(__name__)
 

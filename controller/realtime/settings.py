@@ -1,0 +1,44 @@
+"""How a rig process is started and what it says when it is ready; imports nothing heavy."""
+
+import socket
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field as Bounds
+
+from controller.parameters import Model, RigParameters
+
+
+class RigSettings(Model):
+    """How a rig process is started; `python -m controller.realtime` takes it as JSON."""
+
+    rig: Annotated[str, Bounds(pattern=r"^[A-Za-z0-9_-]{1,40}$")] = "rig"
+    listen: Annotated[str, Bounds(pattern=r"^\w+/.+:\d+$")] = "tcp/127.0.0.1:0"
+    """zenoh endpoint; port 0 takes a free one (see `ready`)."""
+    parameters: RigParameters = RigParameters()
+    baseline: bool = False
+    """Run a bare thread of the same priority beside the loop and count what it loses."""
+    folder: Path | None = None
+    """Where the ring lies; None: shared memory, else the folder of temporary files."""
+    ready: Path | None = None
+    """Written when the loop runs and the link answers: a `RigReady` as JSON."""
+    parent: int = 0
+    """Process without which this rig ends, once it is VENTED; 0: none."""
+
+
+class RigReady(Model):
+    """What a rig says when it is ready."""
+
+    endpoint: str
+    boot: int
+    process: int
+
+
+def free_port(endpoint: str) -> str:
+    """`endpoint` with port 0 replaced by a port that is free now."""
+    place, port = endpoint.rsplit(":", 1)
+    if port != "0":
+        return endpoint
+    with socket.socket() as probe:
+        probe.bind((place.split("/", 1)[1], 0))
+        return f"{place}:{probe.getsockname()[1]}"

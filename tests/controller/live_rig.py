@@ -1,0 +1,96 @@
+"""A real rig process with its client, for tests: commands by name, every row it ever sent, and waiting for a row."""
+
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from controller.link import RigClient
+from controller.messages import Command, CommandReply
+from controller.modes import Request
+from controller.realtime.ring import Ring, find_ring
+from controller.realtime.settings import RigReady, RigSettings
+
+PATIENCE = 200.0
+"""A cold cache compiles the whole loop [s]."""
+
+
+def wait_for(what: Callable[[], Any], patience: float = 20.0) -> Any:
+    """The first true answer of `what`."""
+    end = time.monotonic() + patience
+    while not (found := what()):
+        assert time.monotonic() < end, "this never came true"
+        time.sleep(0.005)
+    return found
+
+
+class Operator:
+    """A client that numbers its commands and collects every row."""
+
+    def __init__(self, endpoint: str, rig: str) -> None:
+        self.batches: list[np.ndarray] = []
+        self.boots: list[int] = []
+        self.client = RigClient(endpoint, rig, self.batches.append, lambda info: self.boots.append(info.boot))
+        self.n = 0
+        self.request_n = 0
+        wait_for(lambda: self.client.connected)
+
+    def send(self, request: Request = Request.NONE, **fields: Any) -> CommandReply:
+        """One command; any request is a new one, and every command shows presence unless told otherwise."""
+        assert self.client.info
+        self.n += 1
+        self.request_n += request != Request.NONE
+        told = {"boot": self.client.info.boot, "presence": self.n, "request_n": self.request_n} | fields
+        return self.client.command(Command(n=self.n, request=request, **told))
+
+    def arm_and_follow(self) -> None:
+        """VENTED -> HOLD -> FOLLOW, towards the straight actuator's tip."""
+        assert self.send(Request.ARM).accepted
+        assert self.send(Request.FOLLOW, target=(0.24, 0.02)).accepted
+
+    def rows(self) -> np.ndarray:
+        """Every row so far."""
+        return np.concatenate(list(self.batches))
+
+    def newest(self) -> np.void:
+        """The newest row."""
+        return self.batches[-1][-1]  # type: ignore[no-any-return]
+
+    def first(self, column: str, value: int) -> int:
+        """Index in `rows()` of the first row with this value, once it is there."""
+        wait_for(lambda: value in self.newest()[[column]].tolist() or value in self.rows()[column])
+        return int(np.argmax(self.rows()[column] == value))
+
+
+class LiveRig:
+    """The process of one rig and its operator."""
+
+    def __init__(self, settings: RigSettings, command: list[str]) -> None:
+        assert settings.ready
+        self.settings = settings
+        self.process = subprocess.Popen([sys.executable, *command, settings.model_dump_json()])
+        wait_for(lambda: settings.ready.exists() or self.process.poll() is not None, PATIENCE)
+        assert self.process.poll() is None
+        self.ready = RigReady.model_validate_json(settings.ready.read_bytes())
+        self.operator = Operator(self.ready.endpoint, settings.rig)
+
+    def ring(self) -> Ring:
+        return find_ring(self.settings.rig, self.settings.folder)
+
+
+@contextmanager
+def live_rig(folder: Path, command: list[str] | None = None, **fields: Any) -> Iterator[LiveRig]:
+    """A rig with its ring in `folder`; whatever is left of it is killed at the end."""
+    settings = RigSettings(rig="test", folder=folder, ready=folder / "ready.json", **fields)
+    rig = LiveRig(settings, command or ["-m", "controller.realtime"])
+    try:
+        yield rig
+    finally:
+        rig.operator.client.close()
+        rig.process.kill()
+        rig.process.wait()

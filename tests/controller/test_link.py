@@ -1,0 +1,217 @@
+"""Both ends of the link over real zenoh, with a rig whose rows we make up: so batches can be lost at will."""
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from controller.errors import LayoutMismatch, ParameterError, RigUnreachable
+from controller.layout import layout_hash, record_dtype, to_record
+from controller.link import RigClient, RigEnd
+from controller.link.keys import Keys, open_session
+from controller.messages import Command, CommandReply, RigInfo, Telemetry
+from controller.modes import Cause, Mode
+from controller.parameters import RigParameters
+from controller.realtime.settings import free_port
+from tests.controller.live_rig import wait_for
+
+
+class FakeRig:
+    """Rows without a loop; `kept` is the first tick that the ring still holds."""
+
+    def __init__(self, endpoint: str, boot: int, layout: str = "") -> None:
+        self.rows = np.zeros(20_000, record_dtype(Telemetry))
+        self.rows["tick"] = np.arange(len(self.rows))
+        self.kept = self.replays = 0
+        self.layout = layout or layout_hash(Command, Telemetry)
+        self.boot = boot
+        self.session = open_session(listen=endpoint)
+        self.end = RigEnd(self.session, "fake", boot, self)
+
+    def info(self) -> RigInfo:
+        return RigInfo(
+            rig="fake",
+            boot=self.boot,
+            version="0",
+            layout=self.layout,
+            wall_offset_ns=0,
+            policy="none",
+            twin=True,
+            parameters=RigParameters(),
+        )
+
+    def submit(self, command: Command) -> CommandReply:
+        return CommandReply(n=command.n, accepted=True, mode=Mode.HOLD, cause=Cause.NONE, detail="HOLD")
+
+    def replay(self, first: int, count: int) -> np.ndarray:
+        self.replays += 1
+        return self.rows[max(first, self.kept) : max(first + count, self.kept)]
+
+    def plan(self, points: np.ndarray) -> int:
+        return len(points)
+
+    def publish(self, first: int, end: int) -> None:
+        self.end.publish(self.rows[first:end])
+
+    def close(self) -> None:
+        if not self.session.is_closed():
+            self.end.close()
+            self.session.close()
+
+
+class Reader:
+    """A client of the fake rig that notes ticks and boots."""
+
+    def __init__(self, endpoint: str) -> None:
+        self.ticks: list[int] = []
+        self.boots: list[int] = []
+        self.client = RigClient(endpoint, "fake", self.on_rows, lambda info: self.boots.append(info.boot))
+
+    def on_rows(self, rows: np.ndarray) -> None:
+        self.ticks.extend(rows["tick"].tolist())
+        if len(self.ticks) == 10:
+            raise RuntimeError("a reader's own mistake")
+
+    def has(self, tick: int) -> Callable[[], bool]:
+        return lambda: self.ticks[-1:] == [tick]
+
+
+@pytest.fixture
+def endpoint() -> str:
+    return free_port("tcp/127.0.0.1:0")
+
+
+@pytest.fixture
+def rig(endpoint: str) -> Iterator[FakeRig]:
+    rig = FakeRig(endpoint, boot=1)
+    yield rig
+    rig.close()
+
+
+@pytest.fixture
+def reader(endpoint: str, rig: FakeRig) -> Iterator[Reader]:
+    reader = Reader(endpoint)
+    meet(rig, reader)
+    yield reader
+    reader.client.close()
+
+
+def meet(rig: FakeRig, reader: Reader) -> None:
+    """Repeat the first rows until the connection is there; repeated rows are not delivered twice."""
+
+    def met() -> bool:
+        rig.publish(0, 5)
+        return rig.boot in reader.boots and reader.client.connected
+
+    wait_for(met)
+
+
+def test_rows_of_a_lost_batch_are_fetched_again_and_delivered_in_order(rig: FakeRig, reader: Reader) -> None:
+    rig.publish(5, 10)
+    rig.publish(20, 30)
+    rig.publish(9000, 9010)
+    wait_for(reader.has(9009))
+    assert reader.ticks == list(range(9010))
+    assert reader.client.gaps == 0
+    assert rig.replays > 2
+
+
+def test_rows_that_the_ring_has_lost_are_skipped_and_counted(rig: FakeRig, reader: Reader) -> None:
+    rig.publish(5, 10)
+    rig.kept = 15
+    rig.publish(20, 30)
+    wait_for(reader.has(29))
+    assert reader.ticks == [*range(10), *range(15, 30)]
+    assert reader.client.gaps == 5
+
+
+def test_a_slow_reader_does_not_hold_up_commands(rig: FakeRig, endpoint: str) -> None:
+    go = threading.Event()
+    client = RigClient(endpoint, "fake", lambda rows: (go.wait(), None)[1])
+    wait_for(lambda: (rig.publish(0, 5), client.connected)[1])
+    assert client.command(Command(n=3)).n == 3
+    assert 0.0 < client.rtt() < 1.0
+    go.set()
+    client.close()
+
+
+def test_a_restarted_rig_is_announced_and_its_rows_begin_at_tick_0(endpoint: str, rig: FakeRig, reader: Reader) -> None:
+    rig.publish(5, 10)
+    wait_for(reader.has(9))
+    rig.close()
+    wait_for(lambda: not reader.client.connected)
+    with pytest.raises(RigUnreachable, match="'fake'"):
+        reader.client.command(Command())
+    reader.ticks.clear()
+    second = FakeRig(endpoint, boot=2)
+    wait_for(lambda: (second.publish(7, 9), reader.client.connected)[1])
+    wait_for(reader.has(8))
+    assert reader.boots == [1, 2]
+    assert reader.ticks == list(range(9))
+    assert reader.client.info is not None and reader.client.info.boot == 2
+    second.close()
+
+
+def test_a_rig_of_another_layout_is_refused_with_a_clear_word(endpoint: str) -> None:
+    rig = FakeRig(endpoint, boot=1, layout="0123456789abcdef")
+    reader = Reader(endpoint)
+    wait_for(lambda: (rig.publish(0, 5), reader.client.refused)[1])
+    assert not reader.client.connected
+    with pytest.raises(LayoutMismatch, match=r"0123456789abcdef.*run the same version"):
+        reader.client.command(Command())
+    assert reader.ticks == reader.boots == []
+    reader.client.close()
+    rig.close()
+
+
+def test_a_malformed_command_is_answered_with_field_value_and_bound(endpoint: str, rig: FakeRig) -> None:
+    session = open_session(connect=endpoint)
+
+    def ask(payload: bytes) -> str:
+        def answer() -> Any:
+            return list(session.get(Keys("fake").command, payload=payload, timeout=1.0))
+
+        reply = wait_for(answer)[0]
+        return str(reply.err.payload.to_string())
+
+    raw = to_record(Command())
+    assert ask(b"12345") == f"command of 5 bytes is not a Command record of {raw.itemsize} bytes"
+    assert ask(b"").startswith("command of 0 bytes")
+    broken = raw.copy()
+    broken["target"][0, 1] = np.nan
+    assert "target.1 = nan" in ask(broken.tobytes())
+    broken = raw.copy()
+    broken["settings"]["K_P"][0, 0] = 12.0
+    assert ask(broken.tobytes()) == "settings.K_P.0 = 12.0: Input should be less than or equal to 5"
+    broken = raw.copy()
+    broken["request"] = 99
+    assert "request = 99" in ask(broken.tobytes())
+    session.close()
+
+
+def test_a_replay_request_or_a_reference_of_wrong_size_is_refused(rig: FakeRig, reader: Reader) -> None:
+    assert reader.client.plan(np.zeros((7, 2))) == 7
+    with pytest.raises(ParameterError, match="24 bytes is not rows of two"):
+        reader.client.plan(np.zeros(3))
+    with pytest.raises(ParameterError, match="could not answer"):
+        rig.rows = None  # type: ignore[assignment]
+        reader.client.replay(0, 5)
+
+
+def test_without_a_rig_everything_says_so_and_closing_ends_the_thread(endpoint: str) -> None:
+    reader = Reader(endpoint)
+    assert not reader.client.connected
+    assert reader.client.info is None
+    with pytest.raises(RigUnreachable, match="did not answer"):
+        reader.client.command(Command())
+    before = reader.client.age()
+    time.sleep(0.01)
+    assert reader.client.age() > before
+    reader.client.close()
+    reader.client.close()
+    with pytest.raises(RigUnreachable):
+        reader.client.command(Command())
+    assert "rig-link" not in [thread.name for thread in threading.enumerate()]

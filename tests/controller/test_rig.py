@@ -1,0 +1,171 @@
+"""The rig process with its twin, over the real link: commands, refusals, watchdogs, and how it ends."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from controller.modes import Cause, Mode, Request
+from controller.parameters import Law, RigParameters, SafetyLimits, Settings
+from controller.realtime.ring import Ring
+from tests.controller.live_rig import LiveRig, live_rig, wait_for
+
+CRASHING_PUMP = """
+import sys
+from controller.link.rig_end import RigEnd
+from controller.realtime.rig import RigSettings, run_rig
+
+def publish(self, rows, real=RigEnd.publish):
+    real(self, rows)
+    if rows["tick"][-1] > 500:
+        raise OSError("the pump's own mistake")
+
+RigEnd.publish = publish
+run_rig(RigSettings.model_validate_json(sys.argv[1]))
+"""
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveRig]:
+    """One rig for the tests that leave it as they found it: VENTED."""
+    with live_rig(tmp_path_factory.mktemp("rig")) as rig:
+        yield rig
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Iterator[LiveRig]:
+    with live_rig(tmp_path) as rig:
+        yield rig
+
+
+def test_a_reply_comes_after_the_loop_has_looked_and_says_what_it_did(shared: LiveRig) -> None:
+    operator = shared.operator
+    reply = operator.send(Request.ARM, settings=Settings(law=Law.FF_P))
+    newest = shared.ring().newest()
+    assert newest is not None and (newest["command_n"], newest["mode"]) == (operator.n, Mode.HOLD)
+    assert (reply.n, reply.accepted, reply.mode, reply.cause) == (operator.n, True, Mode.HOLD, Cause.OPERATOR)
+    assert newest["law"] == Law.FF_P
+    assert operator.send(Request.REST).mode == Mode.REST
+    operator.first("cause", Cause.RESTED)
+
+
+def test_a_refusal_names_the_mode_and_the_way_out(shared: LiveRig) -> None:
+    send = shared.operator.send
+    refused = send(Request.FOLLOW)
+    assert (refused.accepted, refused.mode, refused.cause) == (False, Mode.VENTED, Cause.WRONG_MODE)
+    assert refused.detail == "refused: FOLLOW is not possible in VENTED; arm first"
+    assert send().accepted
+    assert send(Request.ARM, boot=1).cause == Cause.WRONG_BOOT
+    old = send(Request.ARM, request_n=0)
+    assert not old.accepted and "is older than request" in old.detail
+    assert send(Request.E_STOP, boot=1).mode == Mode.E_STOP
+    assert send(Request.ARM).detail == "refused: ARM is not possible in E_STOP; clear the E-STOP first"
+    assert send(Request.CLEAR).mode == Mode.VENTED
+    assert send(Request.ARM).accepted
+    assert send(Request.TRACK).cause == Cause.NO_REFERENCE
+    assert send(Request.FOLLOW).accepted
+    assert send(Request.TRACK).cause == Cause.WRONG_MODE
+    assert send(Request.E_STOP).accepted and send(Request.CLEAR).mode == Mode.VENTED
+
+
+def test_replay_gives_the_rows_of_the_ring_byte_for_byte(shared: LiveRig) -> None:
+    wait_for(lambda: shared.ring().head > 300)
+    start, rows = shared.ring().read(50, 200)
+    replayed = shared.operator.client.replay(50, 200)
+    assert start == 50
+    assert replayed.tobytes() == rows.tobytes()
+    assert len(shared.operator.client.replay(10**9, 5)) == 0
+
+
+def test_the_tip_follows_and_every_row_arrives(shared: LiveRig) -> None:
+    operator = shared.operator
+    operator.arm_and_follow()
+    for _ in range(100):
+        assert operator.send(target=(0.22, 0.05)).mode == Mode.FOLLOW
+        time.sleep(0.02)
+    row = operator.newest()
+    assert np.hypot(*(row["p_hat"] - (0.22, 0.05))) < 0.02
+    assert np.all(np.isfinite(row["twin_backbone"]))
+    assert np.all(np.diff(operator.rows()["tick"]) == 1)
+    assert operator.send(Request.E_STOP).accepted and operator.send(Request.CLEAR).accepted
+
+
+def test_a_second_process_of_the_same_rig_is_refused(shared: LiveRig) -> None:
+    command = [sys.executable, "-m", "controller.realtime", shared.settings.model_dump_json()]
+    second = subprocess.run(command, capture_output=True, text=True)
+    assert second.returncode != 0
+    assert "rig 'test' already runs on this machine" in second.stderr
+    assert shared.ring().boot == shared.ready.boot
+
+
+def test_a_frozen_process_holds_when_it_goes_on(rig: LiveRig) -> None:
+    rig.operator.arm_and_follow()
+    os.kill(rig.process.pid, signal.SIGSTOP)
+    time.sleep(0.2)
+    os.kill(rig.process.pid, signal.SIGCONT)
+    row = rig.operator.rows()[rig.operator.first("cause", Cause.LOOP_STALLED)]
+    assert row["mode"] == Mode.HOLD
+    assert rig.operator.send().mode == Mode.HOLD
+    assert rig.operator.send(Request.FOLLOW, target=(0.24, 0.02)).mode == Mode.FOLLOW
+
+
+def test_a_silent_server_makes_it_hold_then_rest_at_their_times(tmp_path: Path) -> None:
+    limits = SafetyLimits(operator_timeout=8.0, server_rest=1.0)
+    with live_rig(tmp_path, parameters=RigParameters(limits=limits)) as rig:
+        rig.operator.arm_and_follow()
+        rest = rig.operator.first("mode", Mode.REST)
+        rows = rig.operator.rows()
+        hold = int(np.argmax(rows["cause"] == Cause.SERVER_LOST))
+        assert rows["mode"][hold] == Mode.HOLD
+        assert rows["server_age"][hold - 1] <= limits.server_hold < rows["server_age"][hold]
+        assert rows["server_age"][rest - 1] <= limits.server_rest < rows["server_age"][rest]
+        assert rows["cause"][rest] == Cause.SERVER_LOST
+        rig.operator.first("cause", Cause.RESTED)
+
+
+def test_commands_without_presence_hold_at_the_operator_timeout(rig: LiveRig) -> None:
+    operator = rig.operator
+    operator.arm_and_follow()
+    shown = operator.n
+    wait_for(lambda: (time.sleep(0.05), operator.send(presence=shown).mode == Mode.HOLD)[1])
+    rows = operator.rows()[: operator.first("cause", Cause.OPERATOR_LOST) + 1]
+    assert rows["operator_age"][-2] <= 0.5 < rows["operator_age"][-1]
+    assert rows["server_age"][-1] < 0.5
+
+
+def test_sigterm_leaves_a_last_vented_row_sent_and_in_the_ring(rig: LiveRig) -> None:
+    rig.operator.arm_and_follow()
+    ring = rig.ring()
+    rig.process.terminate()
+    assert rig.process.wait(10) == 0
+    last = ring.newest()
+    assert last is not None and (last["mode"], last["cause"]) == (Mode.VENTED, Cause.OPERATOR)
+    assert not last["pressure_cmd"].any() and not last["u"].any()
+    wait_for(lambda: rig.operator.newest()["tick"] == last["tick"])
+    assert Ring(ring.path, writable=False).head == ring.head
+    wait_for(lambda: not rig.operator.client.connected)
+
+
+def test_an_exception_in_the_main_thread_stops_the_loop_vented(tmp_path: Path) -> None:
+    with live_rig(tmp_path, ["-c", CRASHING_PUMP]) as rig:
+        ring = rig.ring()
+        rig.operator.send(Request.ARM)
+        assert rig.process.wait(20) == 1
+        last = ring.newest()
+        assert last is not None and (last["mode"], last["cause"]) == (Mode.VENTED, Cause.PUMP_LOST)
+        assert not last["pressure_cmd"].any()
+
+
+def test_without_its_parent_it_rests_and_then_ends(tmp_path: Path) -> None:
+    limits = SafetyLimits(server_rest=1.0)
+    with live_rig(tmp_path, parent=1 << 22, parameters=RigParameters(limits=limits)) as rig:
+        ring = rig.ring()
+        assert rig.process.wait(20) == 0
+        last = ring.newest()
+        assert last is not None and last["mode"] == Mode.VENTED
