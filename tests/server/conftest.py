@@ -1,0 +1,21 @@
+from collections.abc import Iterator
+
+import pytest
+
+from tests.server.live_server import RigProcess, TestServer, free_environment
+
+
+@pytest.fixture(scope="session")
+def shared_rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RigProcess]:
+    """One rig for all tests that do not kill it."""
+    rig = RigProcess(tmp_path_factory.mktemp("rig"))
+    yield rig
+    rig.stop()
+
+
+@pytest.fixture
+def server(shared_rig: RigProcess, tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestServer]:
+    free_environment()
+    found = TestServer(tmp_path_factory.mktemp("server"), shared_rig.endpoint)
+    yield found
+    found.close()

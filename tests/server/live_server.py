@@ -1,0 +1,206 @@
+"""A real rig process, a real server on a free port, and a page that speaks to it over real sockets."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+from pydantic import SecretStr
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import ClientConnection, connect
+
+from controller.layout import record_dtype
+from controller.messages import Telemetry
+from controller.modes import Mode
+from server.app import create_app
+from server.run import address, listen, uvicorn_server
+from server.services import Services, open_services
+from server.settings import ServerSettings
+
+TOKEN = "correct horse"
+ROW = record_dtype(Telemetry)
+PATIENCE = 60.0
+"""Seconds before a wait gives up: a machine may be busy, so no test asserts a time."""
+
+
+def wait_for(what: Callable[[], Any], text: str) -> Any:
+    """The first true value of `what()`."""
+    end = time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        if found := what():
+            return found
+        time.sleep(0.01)
+    raise AssertionError(f"waited in vain for {text}")
+
+
+class RigProcess:
+    """`python -m controller.realtime`, with the endpoint kept over restarts."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self.endpoint = "tcp/127.0.0.1:0"
+        self.start()
+
+    def start(self) -> None:
+        ready = self._folder / "ready.json"
+        ready.unlink(missing_ok=True)
+        settings = {"rig": "test", "listen": self.endpoint, "ready": str(ready), "folder": str(self._folder)}
+        self.process = subprocess.Popen([sys.executable, "-m", "controller.realtime", json.dumps(settings)])
+        wait_for(lambda: ready.exists() or self.process.poll() is not None, "the rig")
+        said = json.loads(ready.read_text())
+        self.endpoint, self.boot = said["endpoint"], said["boot"]
+
+    def kill(self) -> None:
+        self.process.kill()
+        self.process.wait()
+
+    def stop(self) -> None:
+        self.process.send_signal(signal.SIGTERM)
+        self.process.wait()
+
+
+class Live:
+    """One live socket; a thread keeps what it hears, and sends presence while asked to."""
+
+    def __init__(self, socket: ClientConnection) -> None:
+        self.socket = socket
+        self.texts: list[dict[str, Any]] = []
+        self.frames: list[np.ndarray] = []
+        self.plots: list[bytes] = []
+        self._present = threading.Event()
+        self._closed = threading.Event()
+        self._threads = [threading.Thread(target=job) for job in (self._hear, self._tell)]
+        for thread in self._threads:
+            thread.start()
+
+    def send(self, **message: Any) -> None:
+        self.socket.send(json.dumps(message))
+
+    def operate(self, present: bool = True) -> None:
+        (self._present.set if present else self._present.clear)()
+
+    def wait(self, kind: str, which: Callable[[dict[str, Any]], bool] = lambda message: True) -> dict[str, Any]:
+        return wait_for(lambda: next((m for m in self.texts if m["type"] == kind and which(m)), None), kind)
+
+    def wait_mode(self, mode: Mode) -> np.void:
+        return wait_for(lambda: self.frames and self.frames[-1]["mode"] == mode and self.frames[-1], mode.name)
+
+    def close(self) -> None:
+        self._closed.set()
+        self.socket.close()
+        for thread in self._threads:
+            thread.join()
+
+    def _hear(self) -> None:
+        try:
+            for message in self.socket:
+                if isinstance(message, str):
+                    self.texts.append(json.loads(message))
+                elif message[0] == 1:
+                    self.frames.append(np.frombuffer(message, ROW, offset=8)[0])
+                else:
+                    self.plots.append(message)
+        except ConnectionClosed:
+            pass
+
+    def _tell(self) -> None:
+        n = 0
+        while not self._closed.wait(0.05):
+            n += 1
+            if self._present.is_set():
+                try:
+                    self.send(type="presence", n=n)
+                except ConnectionClosed:
+                    return
+
+
+class Page(httpx.Client):
+    """One browser: its own cookies."""
+
+    def __init__(self, url: str) -> None:
+        super().__init__(base_url=url, trust_env=False, timeout=PATIENCE)
+
+    def sign_in(self) -> "Page":
+        assert self.post("/api/session", json={"token": TOKEN}).status_code == 200
+        return self
+
+    def operate(self) -> "Page":
+        assert self.post("/api/lease").status_code == 200
+        return self
+
+    def command(self, request: str, **more: Any) -> httpx.Response:
+        return self.post("/api/command", json={"request": request, **more})
+
+    def connect(self, path: str, **more: Any) -> ClientConnection:
+        cookies = "; ".join(f"{name}={value}" for name, value in self.cookies.items())
+        headers = {"Cookie": cookies, **more.pop("headers", {})}
+        url = str(self.base_url).replace("http", "ws").rstrip("/") + path
+        return connect(url, additional_headers=headers, proxy=None, max_size=None, **more)
+
+    @contextmanager
+    def live(self) -> Iterator[Live]:
+        found = Live(self.connect("/ws/live"))
+        try:
+            yield found
+        finally:
+            found.close()
+
+
+class TestServer:
+    """The server in a thread of this process, so that tests can also look inside."""
+
+    __test__ = False
+
+    def __init__(self, folder: Path, endpoint: str) -> None:
+        self.settings = ServerSettings(
+            port=0,
+            endpoint=endpoint,
+            rig="test",
+            recordings=folder / "recordings",
+            state=folder / "state",
+            token=SecretStr(TOKEN),
+            light_scene=True,
+        )
+        self.services: Services = open_services(self.settings)
+        self.app = create_app(self.services)
+        listening = listen("127.0.0.1", 0)
+        self.url = address("127.0.0.1", listening)
+        self._server = uvicorn_server(self.app)
+        self._thread = threading.Thread(target=self._server.run, args=([listening],))
+        self._thread.start()
+        wait_for(lambda: self._server.started, "the server")
+        self._pages: list[Page] = []
+
+    def page(self) -> Page:
+        """A browser that is not signed in yet."""
+        self._pages.append(Page(self.url))
+        return self._pages[-1]
+
+    def operator(self) -> Page:
+        """A signed-in browser that holds the lease, with the rig connected and vented."""
+        page = self.page().sign_in().operate()
+        wait_for(lambda: page.get("/api/health").json()["rig_connected"], "the rig")
+        assert page.command("e_stop").status_code == 200
+        assert page.command("clear").status_code == 200
+        return page
+
+    def close(self) -> None:
+        for page in self._pages:
+            page.close()
+        self._server.should_exit = True
+        self._thread.join()
+
+
+def free_environment() -> None:
+    """No setting of the machine may reach the servers under test."""
+    for name in [name for name in os.environ if name.startswith("TENDRIL_")]:
+        del os.environ[name]

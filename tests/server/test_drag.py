@@ -1,0 +1,119 @@
+"""What may pass up to viser, and what a drag does, judged for whoever sent it."""
+
+from typing import Any, cast
+
+import msgpack
+import pytest
+
+from controller.modes import Request
+from server.auth import Identity
+from server.drag import CAMERA, END, START, UPDATE, Drag
+from server.lease import OperatorLease
+from server.operator import Operator
+from server.scene import GIZMO, Scene
+
+ANN, BOB = Identity("a", "ann"), Identity("b", "bob")
+
+
+class Recorded:
+    """Operator and scene in one: keeps what was called."""
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[Any, ...]] = []
+
+    def __getattr__(self, name: str) -> Any:
+        return lambda *given: self.calls.append((name, *given))
+
+    def gizmo(self) -> tuple[float, float]:
+        return (0.2, 0.0)
+
+
+@pytest.fixture
+def lease() -> OperatorLease:
+    found = OperatorLease()
+    found.acquire(ANN)
+    return found
+
+
+def drag_of(who: Identity, lease: OperatorLease) -> tuple[Drag, Recorded]:
+    seen = Recorded()
+    return Drag(who, lease, cast(Operator, seen), cast(Scene, seen)), seen
+
+
+def gizmo(kind: str, **more: Any) -> bytes:
+    return bytes(msgpack.packb({"type": kind, "name": GIZMO, "owner": "", **more}))
+
+
+def test_a_viewer_gets_only_the_camera_through(lease: OperatorLease) -> None:
+    drag, seen = drag_of(BOB, lease)
+    camera = {"type": CAMERA, "fov": 0.4}
+    assert msgpack.unpackb(drag.judge(msgpack.packb(camera)) or b"") == camera
+    for kind in (START, UPDATE, END):
+        assert drag.judge(gizmo(kind, position=[0.1, 0.1, 0.0], wxyz=[1, 0, 0, 0])) is None
+    assert {call[0] for call in seen.calls} == {"put_back"}
+
+
+@pytest.mark.parametrize(
+    "raw",
+    [
+        b"",
+        b"\xc1",
+        b"\xff" * 40,
+        "text",
+        None,
+        msgpack.packb([1, 2]),
+        msgpack.packb({"type": 3}),
+        msgpack.packb({"type": CAMERA}) + b"\x00",
+        msgpack.packb({"type": "ShareUrlRequest"}),
+        msgpack.packb({"type": "GuiUpdateMessage", "uuid": "x", "updates": {}}),
+        msgpack.packb({"type": UPDATE, "name": "/other", "owner": "", "position": [0, 0, 0]}),
+        msgpack.packb({"type": UPDATE, "name": GIZMO, "owner": "other", "position": [0, 0, 0]}),
+        b"\x91" * 5000,
+    ],
+)
+def test_nobody_gets_anything_else_through(raw: bytes | str | None, lease: OperatorLease) -> None:
+    drag, seen = drag_of(ANN, lease)
+    assert drag.judge(raw) is None
+    assert seen.calls == []
+
+
+def test_a_key_given_twice_is_passed_on_only_as_it_was_judged(lease: OperatorLease) -> None:
+    twice = b"\x82" + msgpack.packb("type") + msgpack.packb(UPDATE) + msgpack.packb("type") + msgpack.packb(CAMERA)
+    drag, _ = drag_of(BOB, lease)
+    assert drag.judge(twice) == msgpack.packb({"type": CAMERA})
+
+
+def test_the_operators_drag_is_a_fresh_follow_then_moves(lease: OperatorLease) -> None:
+    drag, seen = drag_of(ANN, lease)
+    assert drag.judge(gizmo(START))
+    assert drag.judge(gizmo(UPDATE, position=[0.1, 9.0, 0.5], wxyz=[1, 0, 0, 0]))
+    assert drag.judge(gizmo(END))
+    assert [call for call in seen.calls if call[0] != "present"] == [
+        ("hold_gizmo", True),
+        ("request", Request.FOLLOW, (0.2, 0.0)),
+        ("move", (0.1, 2.0)),
+        ("hold_gizmo", False),
+    ]
+
+
+def test_a_move_without_a_press_moves_nothing(lease: OperatorLease) -> None:
+    drag, seen = drag_of(ANN, lease)
+    drag.judge(gizmo(UPDATE, position=[0.1, 0.1, 0.0], wxyz=[1, 0, 0, 0]))
+    assert {call[0] for call in seen.calls} == {"present"}
+
+
+@pytest.mark.parametrize("position", [None, [0.1, 0.1], [0.1, float("nan"), 0.0], ["a", 0, 0], [float("inf"), 0, 0]])
+def test_a_position_that_is_no_point_is_dropped(position: Any, lease: OperatorLease) -> None:
+    drag, seen = drag_of(ANN, lease)
+    drag.judge(gizmo(START))
+    assert drag.judge(gizmo(UPDATE, position=position, wxyz=[1, 0, 0, 0])) is None
+    assert "move" not in {call[0] for call in seen.calls}
+
+
+def test_losing_the_lease_ends_the_drag(lease: OperatorLease) -> None:
+    drag, seen = drag_of(ANN, lease)
+    drag.judge(gizmo(START))
+    lease.release(ANN)
+    assert drag.judge(gizmo(UPDATE, position=[0.1, 0.1, 0.0], wxyz=[1, 0, 0, 0])) is None
+    assert seen.calls[-2:] == [("hold_gizmo", False), ("put_back",)]
+    assert "move" not in {call[0] for call in seen.calls}

@@ -1,0 +1,89 @@
+"""Token, cookie and lease."""
+
+import stat
+from pathlib import Path
+
+import pytest
+from pydantic import SecretStr
+
+from server.auth import FAILURES, Identity, Sessions, TooManyAttempts, WrongToken, same_origin
+from server.lease import LAPSE, OperatorLease
+from server.settings import Secrets, ServerSettings, exposed, load_secrets
+
+
+class Clock:
+    """A clock that stands until it is moved."""
+
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def sessions(token: str = "right", clock: Clock | None = None) -> Sessions:
+    return Sessions(Secrets(token=token, key="k" * 20), "rig", clock or Clock())
+
+
+def test_cookie_is_read_back_and_a_forged_or_foreign_one_is_not() -> None:
+    ours = sessions()
+    who = ours.open("right", "here")
+    sealed = ours.seal(who)
+    assert ours.read({ours.cookie: sealed}) == who
+    assert ours.read({ours.cookie: sealed[:-2] + "xx"}) is None
+    assert ours.read({ours.cookie: '["id","name"]'}) is None
+    assert ours.read({}) is None
+    assert sessions("another token").read({ours.cookie: sealed}) is None, "a new token ends old sessions"
+
+
+def test_guessing_is_stopped_and_forgiven_after_a_minute() -> None:
+    clock = Clock()
+    ours = sessions(clock=clock)
+    for _ in range(FAILURES):
+        with pytest.raises(WrongToken):
+            ours.open("wrong", "guesser")
+    with pytest.raises(TooManyAttempts):
+        ours.open("right", "guesser")
+    assert ours.open("right", "somebody else")
+    clock.now = 61.0
+    assert ours.open("right", "guesser")
+
+
+def test_token_is_kept_and_readable_by_the_user_alone(tmp_path: Path) -> None:
+    first = load_secrets(ServerSettings(state=tmp_path / "state"))
+    assert load_secrets(ServerSettings(state=tmp_path / "state")) == first
+    assert stat.S_IMODE((tmp_path / "state" / "secrets.json").stat().st_mode) == 0o600
+    given = load_secrets(ServerSettings(state=tmp_path / "state", token=SecretStr("mine")))
+    assert (given.token, given.key) == ("mine", first.key)
+
+
+def test_only_loopback_is_not_exposed() -> None:
+    assert [exposed(host) for host in ("127.0.0.1", "::1", "localhost")] == [False] * 3
+    assert [exposed(host) for host in ("0.0.0.0", "::", "192.168.1.4", "lab.example")] == [True] * 4
+
+
+def test_only_our_own_page_or_no_page_is_the_same_origin() -> None:
+    assert same_origin({"host": "rig:8321"})
+    assert same_origin({"host": "rig:8321", "origin": "http://rig:8321"})
+    for origin in ("null", "", "http://rig:9999", "http://evil.example", "https://rig:8321.evil.example"):
+        assert not same_origin({"host": "rig:8321", "origin": origin}), origin
+
+
+def test_one_session_operates_until_it_releases_or_falls_silent() -> None:
+    clock = Clock()
+    lease = OperatorLease(clock)
+    ann, bob = Identity("a", "ann"), Identity("b", "bob")
+    assert lease.acquire(ann)
+    assert lease.acquire(ann)
+    assert not lease.acquire(bob)
+    assert lease.view(bob).model_dump() == {"held": True, "mine": False, "holder": "ann"}
+    clock.now = LAPSE
+    lease.touch(bob)
+    lease.touch(ann)
+    clock.now = 2 * LAPSE
+    assert lease.holds(ann)
+    assert not lease.release(bob)
+    clock.now += 0.1
+    assert lease.holder is None, "silence ends it"
+    assert lease.acquire(bob)
+    assert lease.release(bob)
+    assert not lease.view(bob).held
