@@ -1,9 +1,13 @@
 """From parameters to the arrays of a rod model: tables given for 10 rods become a model of any number of rods."""
 
+import math
+
 import numpy as np
 
-from controller.kernels.rod import Array, RodModel
-from controller.parameters import Actuator
+from controller.kernels.rod import Array, RodModel, make_load, make_work, straight
+from controller.kernels.statics import places
+from controller.kernels.twin import Camera, Chambers, Creep, Twin
+from controller.parameters import BACKBONE_POINTS, SENSORS, Actuator, RigParameters, TwinParameters
 
 TABLE_RODS = 10
 """The paper's stiffness and damping are given for 10 rods (table "Model Parameters")."""
@@ -11,8 +15,11 @@ TABLE_RODS = 10
 NO_STIFFNESS = 1e-9
 """Stands for a stiffness or damping of zero, whose compliance is infinite [N m/rad]."""
 
-TWIN_MARGIN = 0.7
-"""A step of the twin is at most this share of the largest stable one."""
+TWIN_BETA = 1.5e-4
+"""Stiffness-proportional damping of the twin: small, so that fine rods stay cheap [s]."""
+
+STEP_MARGIN = 0.7
+"""A step is at most this share of the largest stable one."""
 
 
 def build_rod(actuator: Actuator, rods: int, *, omega_B: float = 100.0, zeta_B: float = 1.0) -> RodModel:
@@ -40,6 +47,56 @@ def build_rod(actuator: Actuator, rods: int, *, omega_B: float = 100.0, zeta_B: 
         m_inv=1 / m,
         I_inv=1 / I,
     )
+
+
+def build_twin(parameters: RigParameters) -> Twin:
+    """The simulated plant of `parameters`, at rest, with the substeps that its fastest mode needs."""
+    twin, actuator, dt = parameters.twin, parameters.actuator, parameters.controller.dt
+    model = twin_model(actuator, twin)
+    creeping = model._replace(k=model.k * (1.0 + sum(twin.creep)))
+    rods, length = twin.rods, actuator.length
+    period, latency = max(1, round(twin.marker_period / dt)), round(twin.marker_latency / dt)
+    waiting = latency // period + 1
+    return Twin(
+        model=model,
+        state=straight(model),
+        load=make_load(rods),
+        work=make_work(rods),
+        dt=dt,
+        substeps=max(twin.substeps, stable_substeps(creeping, dt, actuator.u_max)),
+        friction=twin.friction,
+        creep=Creep(np.array(twin.creep), np.array(twin.creep_time), np.zeros((2, rods))),
+        chambers=Chambers(
+            pressure=np.zeros(4),
+            line=np.zeros((round(twin.dead_time / dt) + 1, 4)),
+            inflate_time=twin.inflate_time,
+            exhaust_time=twin.exhaust_time,
+            torque_per_pascal=twin.kappa * twin.torque_gain * actuator.u_max / actuator.pressure_max,
+        ),
+        camera=Camera(
+            markers=places(model.L, length * np.arange(1, SENSORS + 1) / SENSORS),
+            noise=twin.marker_noise,
+            period=period,
+            latency=latency,
+            t_ns=np.zeros(waiting, np.int64),
+            points=np.zeros((waiting, SENSORS, 2)),
+        ),
+        backbone=places(model.L, length * np.arange(BACKBONE_POINTS) / (BACKBONE_POINTS - 1)),
+        ticks=np.zeros(1, np.int64),
+        seed=np.array([twin.seed], np.uint64),
+    )
+
+
+def twin_model(actuator: Actuator, twin: TwinParameters) -> RodModel:
+    """The twin's chain: stiffness times kappa, damping given by zeta of its first mode and TWIN_BETA.
+
+    Its `compliance` maps torques in the model's units, before kappa and the torque gain.
+    """
+    model = build_rod(actuator, twin.rods)
+    k = model.k * twin.kappa * twin.stiffness_scale
+    loose = model._replace(k=k, b=np.zeros(twin.rods), alpha=0.0)
+    omega = float(np.abs(natural_modes(loose, np.zeros(twin.rods))).min())
+    return loose._replace(b=TWIN_BETA * k, alpha=max(0.0, 2.0 * twin.zeta * omega - TWIN_BETA * omega**2))
 
 
 def joint_profile(ends: tuple[float, float], rods: int) -> Array:
@@ -111,3 +168,8 @@ def largest_step(model: RodModel, u_max: float = 0.0, K_o: float = 0.0) -> float
         growth = np.abs(1 + z * (1 + z / 2 * (1 + z / 3 * (1 + z / 4))))
         low, high = (step, high) if growth.max() <= 1.0 else (low, step)
     return low
+
+
+def stable_substeps(model: RodModel, dt: float, u_max: float = 0.0, K_o: float = 0.0) -> int:
+    """Steps that dt [s] must be cut into, with a margin, for RK4 to be stable (see `largest_step`)."""
+    return math.ceil(dt / (STEP_MARGIN * largest_step(model, u_max, K_o)))

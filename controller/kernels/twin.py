@@ -1,0 +1,182 @@
+"""The twin: a simulated actuator that stands in for the hardware, with its flaws (PHYSICS.md, "the twin").
+
+A finer chain than the controller's model, stiffness and torque gain scaled together, creep, friction on the sheet, four
+chambers behind air lines, and noisy markers at 100 Hz that arrive late.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from controller.kernels.integrate import rk4_step
+from controller.kernels.noise import normal_pair
+from controller.kernels.pneumatics import first_order_lag
+from controller.kernels.rod import Array, Load, RodModel, RodState, Work
+from controller.kernels.statics import Places, points_on
+
+GRAVITY = 9.81
+"""Presses the rods on the sheet [m/s^2]."""
+SLIP_SPEED = 0.005
+"""Speed below which Coulomb friction turns into viscous friction [m/s]."""
+
+
+class Chambers(NamedTuple):
+    """Four chambers (u1+, u1-, u2+, u2-) at the end of their air lines."""
+
+    pressure: Array
+    """(4,) [Pa]."""
+    line: Array
+    """Ring of setpoints on their way (ticks of dead time + 1, 4) [Pa]."""
+    inflate_time: float
+    exhaust_time: float
+    torque_per_pascal: float
+    """Real torque on a unit of T_theta per differential pressure [N m/Pa]."""
+
+
+class Creep(NamedTuple):
+    """Two Maxwell branches beside every hinge's spring."""
+
+    share: Array
+    """Branch stiffness over hinge stiffness (2,)."""
+    time: Array
+    """Relaxation times (2,) [s]."""
+    relaxed: Array
+    """Bend at which each branch carries no torque (2,N) [rad]."""
+
+
+class Camera(NamedTuple):
+    """Motion capture of the markers; samples wait here until they are due."""
+
+    markers: Places
+    noise: float
+    """Standard deviation of each coordinate [m]."""
+    period: int
+    """Ticks between samples."""
+    latency: int
+    """Ticks from capture to delivery."""
+    t_ns: np.ndarray
+    """(n,) time of capture."""
+    points: Array
+    """(n,10,2) [m]."""
+
+
+class Twin(NamedTuple):
+    """The plant and its memory; built by `build_twin`."""
+
+    model: RodModel
+    state: RodState
+    load: Load
+    work: Work
+    dt: float
+    """Period of the loop [s]."""
+    substeps: int
+    friction: float
+    """Coulomb coefficient on the sheet [1]."""
+    creep: Creep
+    chambers: Chambers
+    camera: Camera
+    backbone: Places
+    """The telemetry's backbone points (21)."""
+    ticks: np.ndarray
+    """(1,) steps made."""
+    seed: np.ndarray
+    """(1,) uint64 state of the noise."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def twin_step(twin, t_ns, telemetry, measurement):
+    """Show the plant as it is at t_ns [ns], then advance it by dt under telemetry.pressure_cmd.
+
+    Writes telemetry.twin_backbone, measurement.pressures and, when a sample is due, the markers and their capture time.
+    """
+    points_on(twin.state.q, twin.backbone, telemetry.twin_backbone)
+    capture(twin, t_ns)
+    deliver(twin.camera, twin.ticks[0], measurement)
+    fill_chambers(twin.chambers, twin.ticks[0], telemetry.pressure_cmd, twin.dt)
+    h = twin.dt / twin.substeps
+    for _ in range(twin.substeps):
+        press(twin.model, twin.chambers, twin.load)
+        resist_creep(twin.model, twin.creep, twin.state.q, twin.load, h)
+        rub(twin.model, twin.friction, twin.state.v, twin.load)
+        rk4_step(twin.model, twin.state, twin.load, h, twin.work)
+    for j in range(4):
+        measurement.pressures[j] = twin.chambers.pressure[j]
+    twin.ticks[0] += 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def capture(twin, t_ns):
+    """Take a noisy sample of all markers if one is due."""
+    camera = twin.camera
+    if twin.ticks[0] % camera.period != 0:
+        return
+    slot = twin.ticks[0] // camera.period % camera.t_ns.size
+    camera.t_ns[slot] = t_ns
+    points = camera.points[slot]
+    points_on(twin.state.q, camera.markers, points)
+    for i in range(points.shape[0]):
+        x, y = normal_pair(twin.seed)
+        points[i, 0] += camera.noise * x
+        points[i, 1] += camera.noise * y
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def deliver(camera, tick, measurement):
+    """Hand over the sample whose latency has passed in this tick."""
+    taken = tick - camera.latency
+    if taken < 0 or taken % camera.period != 0:
+        return
+    slot = taken // camera.period % camera.t_ns.size
+    measurement.t_ns = camera.t_ns[slot]
+    for i in range(camera.points.shape[1]):
+        for j in range(2):
+            measurement.markers[i, j] = camera.points[slot, i, j]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def fill_chambers(chambers, tick, setpoints, dt):
+    """Chamber pressures after dt [s]: dead time, then a first-order lag, slower to exhaust than to inflate."""
+    slots = chambers.line.shape[0]
+    put, take = tick % slots, (tick + 1) % slots
+    for j in range(4):
+        chambers.line[put, j] = setpoints[j]
+        p, p_set = chambers.pressure[j], chambers.line[take, j]
+        tau = chambers.inflate_time if p_set > p else chambers.exhaust_time
+        chambers.pressure[j] = first_order_lag(p, p_set, tau, dt)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def press(model, chambers, load):
+    """Torques of the differential pressures, into the load."""
+    p = chambers.pressure
+    u1 = chambers.torque_per_pascal * (p[0] - p[1])
+    u2 = chambers.torque_per_pascal * (p[2] - p[3])
+    for i in range(load.Q_theta.size):
+        load.Q_theta[i] = model.T_theta[i, 0] * u1 + model.T_theta[i, 1] * u2
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def resist_creep(model, creep, q, load, h):
+    """Torques of the Maxwell branches, added to the load; the branches relax towards the present bend for h [s]."""
+    for branch in range(2):
+        keep = math.exp(-h / creep.time[branch])
+        for i in range(load.Q_theta.size):
+            bend = q[2, i] - q[2, i - 1] if i > 0 else q[2, 0]
+            stretch = bend - creep.relaxed[branch, i]
+            creep.relaxed[branch, i] = bend - keep * stretch
+            torque = creep.share[branch] * model.k[i] * stretch
+            load.Q_theta[i] -= torque
+            if i > 0:
+                load.Q_theta[i - 1] += torque
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def rub(model, friction, v, load):
+    """Coulomb friction at the rods' centres against the sheet, into the load; regularised below SLIP_SPEED."""
+    for i in range(load.F.shape[1]):
+        speed = math.sqrt(v[0, i] * v[0, i] + v[1, i] * v[1, i] + SLIP_SPEED * SLIP_SPEED)
+        drag = friction * model.m[i] * GRAVITY / speed
+        load.F[0, i] = -drag * v[0, i]
+        load.F[1, i] = -drag * v[1, i]
