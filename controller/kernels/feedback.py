@@ -5,13 +5,13 @@ import math
 from numba import njit
 
 from controller.kernels.feedforward import OPEN_LOOP
+from controller.kernels.observer import TIP
 from controller.kernels.polygon import nearest_admissible
 from controller.kernels.safety import E_STOP, NOT_FINITE, is_live, move
 from controller.kernels.statics import sensitivity
 from controller.modes import Law
 
 FF, FF_P, FF_I, FF_PI = int(Law.FF), int(Law.FF_P), int(Law.FF_I), int(Law.FF_PI)
-TIP = 1 << 9
 BUMP_TIME = 0.2
 """Time constant with which the jump of u at a switch is let go (ours) [s]."""
 EXCESS = 1e-9

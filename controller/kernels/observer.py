@@ -11,6 +11,9 @@ from controller.kernels.pneumatics import delay, first_order_lag
 from controller.kernels.rod import Array, Load, RodModel, RodState, Work
 from controller.kernels.statics import Places, points_on
 
+TIP = 1 << 9
+"""The bit of the sensor at the tip."""
+
 
 class Observer(NamedTuple):
     """The observer's model and its memory."""
@@ -78,36 +81,45 @@ def take_sample(sensing, measurement):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def pull(observer, sensing, settings, used, h):
-    """Virtual forces at the used sensors into the load (paper, "Dynamic observer").
+def breathe(observer, u1, u2):
+    """Pass u through dead time and lag: the torques that act on the model now (paper, "Dynamic observer")."""
+    late_1, late_2, observer.head[0] = delay(observer.dead_time, observer.head[0], u1, u2)
+    observer.u_hat[0] = first_order_lag(observer.u_hat[0], late_1, observer.lag, observer.dt)
+    observer.u_hat[1] = first_order_lag(observer.u_hat[1], late_2, observer.lag, observer.dt)
 
-    The residual is taken at the sensor's arc length, the force enters the centre of the rod that holds it. It is held
-    for one step of h [s], so it is taken at the step's middle: taken at its start, the spring would feed energy.
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def pressurise(observer):
+    """Load of the chambers alone: Q_theta = T_theta u_hat."""
+    load, T = observer.load, observer.model.T_theta
+    for i in range(T.shape[0]):
+        load.Q_theta[i] = T[i, 0] * observer.u_hat[0] + T[i, 1] * observer.u_hat[1]
+        load.F[0, i] = load.F[1, i] = 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def pull(observer, sensing, settings, used, h):
+    """Add the virtual forces of the used sensors to the load (paper, "Dynamic observer").
+
+    The residual is taken at the sensor's arc length, the force enters the centre of the rod that holds it. For the tip
+    alone that is the paper's law. Springs at several rods, or strong ones further in, would then feed energy and
+    flutter, so there each spring also turns its rod, as if it pulled at the marker: that is passive. A force is held
+    for one step of h [s], so it is taken at the step's middle: taken at its start, the spring would feed energy too.
     """
-    F, q, v = observer.load.F, observer.state.q, observer.state.v
-    for row in range(2):
-        for i in range(F.shape[1]):
-            F[row, i] = 0.0
+    load, q, v = observer.load, observer.state.q, observer.state.v
+    turn = 0.0 if used == TIP else 1.0
     points_on(q, observer.sensors, observer.points)
     for j in range(observer.points.shape[0]):
         if used >> j & 1:
             i = observer.sensors.rod[j]
             x, y = observer.points[j]
-            x_dot, y_dot = v[0, i] - v[2, i] * (y - q[1, i]), v[1, i] + v[2, i] * (x - q[0, i])
+            r_x, r_y = x - q[0, i], y - q[1, i]
+            x_dot, y_dot = v[0, i] - v[2, i] * r_y, v[1, i] + v[2, i] * r_x
             e_x, e_y = sensing.p[j, 0] - x - 0.5 * h * x_dot, sensing.p[j, 1] - y - 0.5 * h * y_dot
-            F[0, i] += settings.K_o[0] * e_x + settings.B_o[0] * (sensing.v[j, 0] - x_dot)  # Eq. OBS
-            F[1, i] += settings.K_o[1] * e_y + settings.B_o[1] * (sensing.v[j, 1] - y_dot)  # Eq. OBS
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def drive(observer, u1, u2):
-    """Pass u through dead time and lag and put its torques into the load (paper, "Dynamic observer")."""
-    late_1, late_2, observer.head[0] = delay(observer.dead_time, observer.head[0], u1, u2)
-    observer.u_hat[0] = first_order_lag(observer.u_hat[0], late_1, observer.lag, observer.dt)
-    observer.u_hat[1] = first_order_lag(observer.u_hat[1], late_2, observer.lag, observer.dt)
-    T = observer.model.T_theta
-    for i in range(T.shape[0]):
-        observer.load.Q_theta[i] = T[i, 0] * observer.u_hat[0] + T[i, 1] * observer.u_hat[1]
+            k_x, k_y = settings.K_o[0] * e_x, settings.K_o[1] * e_y
+            load.F[0, i] += k_x + settings.B_o[0] * (sensing.v[j, 0] - x_dot)  # Eq. OBS
+            load.F[1, i] += k_y + settings.B_o[1] * (sensing.v[j, 1] - y_dot)  # Eq. OBS
+            load.Q_theta[i] += turn * (r_x * k_y - r_y * k_x)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -116,8 +128,9 @@ def observe(rig, settings, ticks):
     observer, state = rig.observer, rig.state[0]
     h = observer.dt / observer.substeps
     for _ in range(ticks):
-        drive(observer, state.u[0], state.u[1])
+        breathe(observer, state.u[0], state.u[1])
         for _ in range(observer.substeps):
+            pressurise(observer)
             pull(observer, rig.sensing, settings, state.used, h)
             rk4_step(observer.model, observer.state, observer.load, h, observer.work)
 
