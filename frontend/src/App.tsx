@@ -1,0 +1,96 @@
+import { Loader, Tabs } from "@mantine/core";
+import { lazy, Suspense, useState } from "react";
+import { Banner } from "./panels/Banner";
+import { ControlPanel } from "./panels/ControlPanel";
+import { GainsPanel } from "./panels/GainsPanel";
+import { Header, type View } from "./panels/Header";
+import { HealthStrip } from "./panels/HealthStrip";
+import { KeyHelp } from "./panels/KeyHelp";
+import { LogPanel } from "./panels/LogPanel";
+import { Login } from "./panels/Login";
+import { Scene3D } from "./panels/Scene3D";
+import { SensingPanel } from "./panels/SensingPanel";
+import { usePage } from "./panels/context";
+import { useKeys } from "./panels/useKeys";
+import { PlanView } from "./plan/PlanView";
+import { PlotStrip } from "./plots/PlotStrip";
+
+const Review = lazy(() => import("./panels/Review"));
+
+export function App() {
+  const session = usePage((page) => page.session);
+  if (session === "unknown") return <Loader className="starting" />;
+  return session === "absent" ? <Login /> : <Bench />;
+}
+
+/** Live and Review. The live half stays mounted (hidden) while reviewing: nothing reloads on return. */
+function Bench() {
+  const [view, setView] = useState<View>("live");
+  const [help, setHelp] = useKeys();
+  return (
+    <div className="bench">
+      <Header
+        view={view}
+        onView={setView}
+        onHelp={() => {
+          setHelp(true);
+        }}
+      />
+      <HealthStrip />
+      <Live hidden={view !== "live"} />
+      {view === "review" ? (
+        <Suspense fallback={<Loader m="xl" />}>
+          <Review />
+        </Suspense>
+      ) : null}
+      <KeyHelp
+        opened={help}
+        onClose={() => {
+          setHelp(false);
+        }}
+      />
+    </div>
+  );
+}
+
+function Live({ hidden }: { readonly hidden: boolean }) {
+  const stale = usePage((page) => !page.online || !page.rigLive);
+  return (
+    <main className="live" hidden={hidden} data-stale={stale}>
+      <div className="stage">
+        <PlanView />
+        <Banner />
+      </div>
+      <aside className="side">
+        <Scene3D />
+        <Panels />
+      </aside>
+      <PlotStrip />
+    </main>
+  );
+}
+
+function Panels() {
+  return (
+    <Tabs defaultValue="control" className="tabs" keepMounted={false}>
+      <Tabs.List>
+        <Tabs.Tab value="control">Control</Tabs.Tab>
+        <Tabs.Tab value="sensing">Sensing</Tabs.Tab>
+        <Tabs.Tab value="gains">Gains</Tabs.Tab>
+        <Tabs.Tab value="log">Log</Tabs.Tab>
+      </Tabs.List>
+      <Tabs.Panel value="control">
+        <ControlPanel />
+      </Tabs.Panel>
+      <Tabs.Panel value="sensing">
+        <SensingPanel />
+      </Tabs.Panel>
+      <Tabs.Panel value="gains">
+        <GainsPanel />
+      </Tabs.Panel>
+      <Tabs.Panel value="log">
+        <LogPanel />
+      </Tabs.Panel>
+    </Tabs>
+  );
+}

@@ -1,0 +1,80 @@
+import type {
+  CommandBody,
+  CommandReply,
+  Lease,
+  Recording,
+  RecordingState,
+  Session,
+  Settings,
+  Workspace,
+} from "./types";
+
+/** The server refused; `message` is its own text. */
+export class Refusal extends Error {
+  constructor(
+    readonly status: number,
+    message: string,
+  ) {
+    super(message);
+  }
+}
+
+/** The server did not answer at all. */
+export class Unreachable extends Error {}
+
+type Method = "GET" | "POST" | "PATCH" | "DELETE";
+
+async function call<T>(method: Method, path: string, body?: unknown): Promise<T> {
+  const init: RequestInit = { method, credentials: "same-origin" };
+  if (body !== undefined) {
+    init.body = JSON.stringify(body);
+    init.headers = { "content-type": "application/json" };
+  }
+  const response = await fetch(path, init).catch((error: unknown) => {
+    throw new Unreachable(`The server did not answer (${String(error)})`);
+  });
+  const answer: unknown = await response.json().catch(() => null);
+  if (!response.ok) throw new Refusal(response.status, refusalText(answer, response.statusText));
+  return answer as T;
+}
+
+/** The sentence in an error body: `{detail: "..."}`, FastAPI's list of field errors, or a refused CommandReply. */
+export function refusalText(body: unknown, fallback: string): string {
+  const detail = typeof body === "object" && body !== null && "detail" in body ? body.detail : body;
+  if (typeof detail === "string" && detail !== "") return detail;
+  if (Array.isArray(detail)) return detail.map(fieldError).join("; ");
+  if (typeof detail === "object" && detail !== null) return refusalText(detail, JSON.stringify(detail));
+  return fallback || "refused without a reason";
+}
+
+function fieldError(item: unknown): string {
+  if (typeof item !== "object" || item === null || !("msg" in item)) return JSON.stringify(item);
+  const place = "loc" in item && Array.isArray(item.loc) ? item.loc.slice(1).join(".") : "";
+  const value = "input" in item ? ` (got ${JSON.stringify(item.input)})` : "";
+  return `${place}: ${String(item.msg)}${value}`;
+}
+
+export const rest = {
+  login: (token: string) => call<Session>("POST", "/api/session", { token }),
+  session: () => call<Session>("GET", "/api/session"),
+  takeLease: () => call<Lease>("POST", "/api/lease"),
+  releaseLease: () => call<Lease>("DELETE", "/api/lease"),
+  command: (body: CommandBody) => call<CommandReply>("POST", "/api/command", body),
+  changeSettings: (changes: Partial<Settings>) => call<Settings>("PATCH", "/api/settings", { changes }),
+  workspace: () => call<Workspace>("GET", "/api/workspace"),
+  recordings: () => call<Recording[]>("GET", "/api/recordings"),
+  startRecording: (name: string) => call<RecordingState>("POST", "/api/recordings", { name }),
+  stopRecording: () => call<Recording>("DELETE", "/api/recordings/current"),
+};
+
+/** Address of rerun's own viewer, showing the recording `id` of the server at `origin`. */
+export function viewerUrl(
+  origin: string,
+  id: string,
+  theme: "dark" | "light",
+  renderer: string | null,
+): string {
+  const query = new URLSearchParams({ url: `${origin}/api/recordings/${encodeURIComponent(id)}.rrd` });
+  if (renderer !== null) query.set("renderer", renderer);
+  return `/rerun/?${query.toString()}&hide_welcome_screen&persist=0&theme=${theme}`;
+}

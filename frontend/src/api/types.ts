@@ -1,0 +1,34 @@
+/** Short names of the generated message types (schema.d.ts is made from the server's OpenAPI document). */
+import type { components } from "./schema";
+
+type Schemas = components["schemas"];
+
+export type Field = Schemas["Field"];
+export type Mode = Schemas["Mode"];
+export type Cause = Schemas["Cause"];
+export type Law = Schemas["Law"];
+export type Settings = Schemas["Settings"];
+export type Lease = Schemas["Lease"];
+export type Session = Schemas["Session"];
+export type RigInfo = Schemas["RigInfo"];
+export type CommandReply = Schemas["CommandReply"];
+export type CommandBody = Schemas["CommandBody"];
+export type Workspace = Schemas["Workspace"];
+export type Recording = Schemas["Recording"];
+export type RecordingState = Schemas["RecordingState"];
+export type PlotChannel = Schemas["PlotChannel"];
+export type Health = Schemas["Health"];
+export type Event = Schemas["Event"];
+
+export type FromServer =
+  | Schemas["Hello"]
+  | Schemas["Status"]
+  | Schemas["Reply"]
+  | Schemas["Refused"]
+  | Schemas["Pong"]
+  | Schemas["Event"];
+
+export type FromBrowser = Schemas["Target"] | Schemas["Presence"] | Schemas["Ping"];
+
+/** A point of the plane frame [m]. */
+export type Point = readonly [number, number];

@@ -1,0 +1,42 @@
+import "@mantine/core/styles.css";
+import "@mantine/notifications/styles.css";
+import "uplot/dist/uPlot.min.css";
+import "./app.css";
+import { createTheme, MantineProvider } from "@mantine/core";
+import { Notifications, notifications } from "@mantine/notifications";
+import { createRoot } from "react-dom/client";
+import { App } from "./App";
+import { DashboardContext } from "./panels/context";
+import { Dashboard, type Notify } from "./state/dashboard";
+
+const COLOUR = { info: "blue", warning: "yellow", error: "red" } as const;
+
+const notify: Notify = (level, title, text) => {
+  notifications.show({
+    id: `${title} ${text}`,
+    color: COLOUR[level],
+    title,
+    message: text,
+    autoClose: level === "error" ? 12_000 : 5000,
+  });
+};
+
+const theme = createTheme({
+  fontFamily: "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif",
+  defaultRadius: "sm",
+  cursorType: "pointer",
+});
+
+const dashboard = new Dashboard(notify);
+void dashboard.start();
+
+const root = document.getElementById("root");
+if (root)
+  createRoot(root).render(
+    <MantineProvider theme={theme} defaultColorScheme="dark">
+      <Notifications position="bottom-left" limit={4} />
+      <DashboardContext value={dashboard}>
+        <App />
+      </DashboardContext>
+    </MantineProvider>,
+  );

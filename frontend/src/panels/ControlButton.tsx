@@ -1,0 +1,38 @@
+import { Button, Tooltip, VisuallyHidden, type ButtonProps } from "@mantine/core";
+import { useId, type ReactNode } from "react";
+import type { Control } from "../state/permission";
+import { useWhyNot } from "./context";
+
+interface Props extends Omit<ButtonProps, "disabled"> {
+  readonly control: Control;
+  readonly onClick: () => void;
+  /** What it does, shown when it is allowed. */
+  readonly meaning: string;
+  readonly testId: string;
+  readonly children: ReactNode;
+}
+
+/** A button that says why when it is not allowed: on hover and to a screen reader. */
+export function ControlButton({ control, onClick, meaning, testId, children, ...button }: Props) {
+  const reason = useWhyNot(control);
+  const id = useId();
+  const blocked = reason !== null;
+  return (
+    <Tooltip label={reason ?? meaning} openDelay={blocked ? 0 : 500}>
+      <Button
+        size="xs"
+        {...button}
+        data-testid={testId}
+        data-disabled={blocked}
+        aria-disabled={blocked}
+        aria-describedby={id}
+        onClick={() => {
+          if (!blocked) onClick();
+        }}
+      >
+        {children}
+        <VisuallyHidden id={id}>{reason ?? meaning}</VisuallyHidden>
+      </Button>
+    </Tooltip>
+  );
+}

@@ -1,0 +1,29 @@
+import { Kbd, Modal } from "@mantine/core";
+import { KEY_LIST } from "../state/keys";
+
+interface Props {
+  readonly opened: boolean;
+  readonly onClose: () => void;
+}
+
+export function KeyHelp({ opened, onClose }: Props) {
+  return (
+    <Modal opened={opened} onClose={onClose} title="Keys" size="md" centered>
+      <dl className="keys" data-testid="keys">
+        {KEY_LIST.map(([key, meaning]) => (
+          <div key={key}>
+            <dt>
+              {key.split(" ").map((part, i) => (
+                <Kbd key={i}>{part}</Kbd>
+              ))}
+            </dt>
+            <dd>{meaning}</dd>
+          </div>
+        ))}
+      </dl>
+      <p className="note">
+        In the plan: drag the target; drag empty space to pan; wheel or pinch to zoom; double-click to fit.
+      </p>
+    </Modal>
+  );
+}

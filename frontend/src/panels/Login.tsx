@@ -1,0 +1,48 @@
+import { Button, Paper, PasswordInput, Title } from "@mantine/core";
+import { useState } from "react";
+import { useDashboard } from "./context";
+
+/** Asks for the access token that `tendril up` prints. */
+export function Login() {
+  const dashboard = useDashboard();
+  const [token, setToken] = useState("");
+  const [problem, setProblem] = useState("");
+  const enter = async () => {
+    try {
+      await dashboard.login(token.trim());
+    } catch (error) {
+      setProblem(error instanceof Error ? error.message : String(error));
+    }
+  };
+  return (
+    <main className="login">
+      <Paper withBorder p="xl" w={380}>
+        <form
+          onSubmit={(event) => {
+            event.preventDefault();
+            void enter();
+          }}
+        >
+          <Title order={3} mb="md">
+            Tendril
+          </Title>
+          <PasswordInput
+            label="Access token"
+            description="Printed by `tendril up` beside the page's address"
+            data-testid="token"
+            autoFocus
+            value={token}
+            error={problem || undefined}
+            onChange={(event) => {
+              setToken(event.currentTarget.value);
+              setProblem("");
+            }}
+          />
+          <Button type="submit" mt="md" fullWidth disabled={token.trim() === ""} data-testid="sign-in">
+            Sign in
+          </Button>
+        </form>
+      </Paper>
+    </main>
+  );
+}

@@ -1,0 +1,79 @@
+import {
+  IconAlertTriangle,
+  IconArrowsMove,
+  IconHandStop,
+  IconLock,
+  IconPlugConnectedX,
+  IconRoute,
+  IconTrendingDown,
+  IconWind,
+} from "@tabler/icons-react";
+import type { Icon } from "@tabler/icons-react";
+import { Tooltip } from "@mantine/core";
+import type { Mode } from "../api/types";
+import { CAUSE_TEXT, isLatched, MODE, MODE_MEANING, MODE_WORD } from "../state/modes";
+import { ControlButton } from "./ControlButton";
+import { useDashboard, usePage } from "./context";
+
+const LOOK: Record<Mode, { icon: Icon; colour: string }> = {
+  0: { icon: IconWind, colour: "grey" },
+  1: { icon: IconLock, colour: "blue" },
+  2: { icon: IconArrowsMove, colour: "green" },
+  3: { icon: IconRoute, colour: "green" },
+  4: { icon: IconTrendingDown, colour: "grey" },
+  5: { icon: IconAlertTriangle, colour: "amber" },
+  6: { icon: IconHandStop, colour: "red" },
+};
+
+/** The rig's state as word, icon and colour; beside a latched state its cause and the one button that leads out. */
+export function StatePill() {
+  const dashboard = useDashboard();
+  const mode = usePage((page) => page.mode);
+  const cause = usePage((page) => page.cause);
+  const known = usePage((page) => page.online && page.rigLive);
+  if (mode === null || !known) return <Unknown mode={mode} />;
+  const { icon: Glyph, colour } = LOOK[mode];
+  const meaning = cause === 0 ? MODE_MEANING[mode] : `${MODE_MEANING[mode]} (${CAUSE_TEXT[cause]})`;
+  return (
+    <>
+      <Tooltip label={meaning}>
+        <output
+          className={`pill pill-${colour}`}
+          data-testid="state"
+          aria-label={`State: ${MODE_WORD[mode]}`}
+        >
+          <Glyph size={17} aria-hidden />
+          <span>{MODE_WORD[mode]}</span>
+        </output>
+      </Tooltip>
+      {isLatched(mode) ? (
+        <>
+          <span className="cause" data-testid="cause">
+            {CAUSE_TEXT[cause]}
+          </span>
+          <ControlButton
+            control="clear"
+            variant="white"
+            color="dark"
+            testId="clear-latch"
+            meaning="Unlatch: the rig is then VENTED and needs a new Arm"
+            onClick={() => void dashboard.command({ request: "clear" })}
+          >
+            {mode === MODE.E_STOP ? "Clear E-STOP" : "Clear fault"}
+          </ControlButton>
+        </>
+      ) : null}
+    </>
+  );
+}
+
+function Unknown({ mode }: { readonly mode: Mode | null }) {
+  return (
+    <Tooltip label={mode === null ? "Nothing heard from the rig yet" : `Last heard: ${MODE_WORD[mode]}`}>
+      <output className="pill pill-unknown" data-testid="state" aria-label="State: unknown">
+        <IconPlugConnectedX size={17} aria-hidden />
+        <span>NO RIG</span>
+      </output>
+    </Tooltip>
+  );
+}

@@ -1,0 +1,79 @@
+import { SETTING_BOUNDS } from "../api/bounds";
+import type { Settings } from "../api/types";
+
+export type PairName = "K_P" | "K_I" | "K_FF" | "K_o" | "B_o" | "u_open";
+export type ScalarName = "feedforward_period" | "speed_max" | "acceleration_max";
+
+/** How a live setting is shown: `scale` turns SI into the display unit. */
+export interface Shown<Name> {
+  readonly name: Name;
+  readonly label: string;
+  readonly meaning: string;
+  readonly unit: string;
+  readonly scale: number;
+  readonly step: number;
+}
+
+export const PAIRS: readonly Shown<Exclude<PairName, "u_open">>[] = [
+  { name: "K_P", label: "K_P", meaning: "Proportional gain", unit: "1", scale: 1, step: 0.05 },
+  { name: "K_I", label: "K_I", meaning: "Integral gain", unit: "1/s", scale: 1, step: 0.1 },
+  { name: "K_FF", label: "K_FF", meaning: "Velocity feedforward", unit: "s", scale: 1, step: 0.01 },
+  { name: "K_o", label: "K_o", meaning: "Observer stiffness", unit: "N/m", scale: 1, step: 10 },
+  { name: "B_o", label: "B_o", meaning: "Observer damping", unit: "N s/m", scale: 1, step: 0.1 },
+];
+
+export const SCALARS: readonly Shown<ScalarName>[] = [
+  {
+    name: "feedforward_period",
+    label: "T_ff",
+    meaning: "Feedforward period",
+    unit: "ms",
+    scale: 1e3,
+    step: 1,
+  },
+  { name: "speed_max", label: "v_max", meaning: "Target speed limit", unit: "mm/s", scale: 1e3, step: 10 },
+  {
+    name: "acceleration_max",
+    label: "a_max",
+    meaning: "Target acceleration limit",
+    unit: "mm/s²",
+    scale: 1e3,
+    step: 100,
+  },
+];
+
+export const OPEN_LOOP: Shown<"u_open"> = {
+  name: "u_open",
+  label: "u",
+  meaning: "Open-loop command",
+  unit: "mN m",
+  scale: 1e3,
+  step: 0.5,
+};
+
+/** Lowest and highest value in the display unit. */
+export function limits({ name, scale }: Shown<PairName | ScalarName>): { min: number; max: number } {
+  const { minimum, maximum } = SETTING_BOUNDS[name];
+  return { min: rounded(minimum * scale), max: rounded(maximum * scale) };
+}
+
+/** A display value without the dust of binary fractions. */
+export function rounded(value: number): number {
+  return Number(value.toPrecision(10));
+}
+
+/** The server's defaults of everything in the Gains panel; the choice of sensors and the open-loop command stay. */
+export function defaultGains(): Partial<Settings> {
+  const { K_P, K_I, K_FF, K_o, B_o, law, feedforward_period, speed_max, acceleration_max } = SETTING_BOUNDS;
+  return {
+    law: law.default,
+    K_P: [...K_P.default],
+    K_I: [...K_I.default],
+    K_FF: [...K_FF.default],
+    K_o: [...K_o.default],
+    B_o: [...B_o.default],
+    feedforward_period: feedforward_period.default,
+    speed_max: speed_max.default,
+    acceleration_max: acceleration_max.default,
+  };
+}

@@ -1,0 +1,156 @@
+import type { Point, Workspace } from "../api/types";
+import { INK, type Scheme } from "../roles";
+import type { Dashboard } from "../state/dashboard";
+import { resize, sheetOf, type Sheet } from "./canvas";
+import { handleRadius, paintFigure } from "./figure";
+import { paintPaper, reachPath } from "./paper";
+import { PlanPointer, type PointerTarget } from "./pointer";
+import { reachQuads } from "./reach";
+import { boundingBox, fit, toPixel, toPlane, type Box, type Size, type View } from "./transform";
+
+const FIT_MARGIN_PX = 26;
+const FIRST_BOX: Box = { left: -0.15, right: 0.27, bottom: -0.25, top: 0.25 };
+const BODY_WIDTH_M = 0.03;
+const HANDLE_EXTRA_PX = 7;
+const FINGER_PX = 24;
+
+/** The two canvases of the plan: the paper, painted when the view changes, and the figure, painted per frame. */
+export class Plan implements PointerTarget {
+  size: Size = { width: 1, height: 1 };
+  onHover: (point: Point | null) => void = () => undefined;
+  private shown: View = { centre: [0, 0], scale: 1000 };
+  private fitted = true;
+  private box = FIRST_BOX;
+  private reach: Path2D | null = null;
+  private workspace: Workspace | null = null;
+  private scheme: Scheme = "dark";
+  private paperDirty = true;
+  private paintedFrames = -1;
+
+  constructor(
+    private readonly dashboard: Dashboard,
+    private readonly paper: HTMLCanvasElement,
+    private readonly canvas: HTMLCanvasElement,
+  ) {}
+
+  /** Follow stream, size and pointer until the returned function is called. */
+  start(): () => void {
+    const sizes = new ResizeObserver(([entry]) => {
+      this.resized({ width: entry.contentRect.width, height: entry.contentRect.height });
+    });
+    sizes.observe(this.canvas);
+    const stops = [
+      this.dashboard.ticker.every(60, () => {
+        this.paint();
+      }),
+      new PlanPointer(this.canvas, this).listen(),
+      () => {
+        sizes.disconnect();
+      },
+    ];
+    return () => {
+      for (const stop of stops) stop();
+    };
+  }
+
+  get view(): View {
+    return this.shown;
+  }
+
+  set view(view: View) {
+    this.shown = view;
+    this.fitted = false;
+    this.paperDirty = true;
+  }
+
+  useScheme(scheme: Scheme): void {
+    this.scheme = scheme;
+    this.paperDirty = true;
+  }
+
+  fit(): void {
+    this.shown = fit(this.box, this.size, FIT_MARGIN_PX);
+    this.fitted = true;
+    this.paperDirty = true;
+  }
+
+  handlePixel(): Point | null {
+    const handle = this.dashboard.handle(performance.now());
+    return handle && toPixel(this.shown, this.size, handle.point);
+  }
+
+  handleReach(touch: boolean): number {
+    const radius = handleRadius(this.shown.scale) + HANDLE_EXTRA_PX;
+    return touch ? Math.max(FINGER_PX, radius) : radius;
+  }
+
+  moveTarget(point: Point, fresh: boolean): boolean {
+    this.paintedFrames = -1;
+    return this.dashboard.moveTarget(point, fresh, true);
+  }
+
+  releaseTarget(): void {
+    this.dashboard.releaseTarget();
+  }
+
+  hover(point: Point | null, overHandle: boolean): void {
+    this.canvas.style.cursor = overHandle ? "grab" : "";
+    this.onHover(point);
+  }
+
+  /** Position on the screen [CSS px of the window] of a point of the plane [m]. */
+  clientOf(point: Point): Point {
+    const bounds = this.canvas.getBoundingClientRect();
+    const [px, py] = toPixel(this.shown, this.size, point);
+    return [bounds.left + px, bounds.top + py];
+  }
+
+  /** Point of the plane [m] at a position on the screen. */
+  planeOf([clientX, clientY]: Point): Point {
+    const bounds = this.canvas.getBoundingClientRect();
+    return toPlane(this.shown, this.size, [clientX - bounds.left, clientY - bounds.top]);
+  }
+
+  private resized(size: Size): void {
+    if (size.width < 2 || size.height < 2) return;
+    this.size = size;
+    this.paperDirty = true;
+    if (this.fitted) this.fit();
+  }
+
+  private paint(): void {
+    const { live, page } = this.dashboard;
+    this.follow(page.get().workspace);
+    const paperDirty = this.paperDirty;
+    if (paperDirty) this.paintPaper();
+    if (!paperDirty && this.paintedFrames === live.frames) return;
+    this.paintedFrames = live.frames;
+    const sheet = this.sheet(this.canvas);
+    if (!sheet || !live.telemetry) return;
+    sheet.g.clearRect(0, 0, this.size.width, this.size.height);
+    const now = performance.now();
+    const width = page.get().rig?.parameters.actuator.width ?? BODY_WIDTH_M;
+    const { telemetry, trail } = live;
+    paintFigure(sheet, { telemetry, trail, width, handle: this.dashboard.handle(now), now: now / 1e3 });
+  }
+
+  private paintPaper(): void {
+    this.paperDirty = false;
+    const sheet = this.sheet(this.paper);
+    if (sheet) paintPaper(sheet, this.reach, devicePixelRatio);
+  }
+
+  private sheet(canvas: HTMLCanvasElement): Sheet | null {
+    const g = resize(canvas, this.size, devicePixelRatio);
+    return g && sheetOf(g, this.shown, this.size, INK[this.scheme]);
+  }
+
+  private follow(workspace: Workspace | null): void {
+    if (workspace === this.workspace) return;
+    this.workspace = workspace;
+    this.reach = workspace && reachPath(reachQuads(workspace));
+    this.box = (workspace && boundingBox(workspace.points)) ?? FIRST_BOX;
+    this.paperDirty = true;
+    if (this.fitted) this.fit();
+  }
+}

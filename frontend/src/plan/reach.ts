@@ -1,0 +1,31 @@
+import type { Point, Workspace } from "../api/types";
+
+export type Quad = readonly [Point, Point, Point, Point];
+
+/** Quads between neighbouring points of the workspace's grid; where a corner is not admissible there is none. */
+export function reachQuads(workspace: Workspace): Quad[] {
+  const { rows, columns, points } = workspace;
+  const quads: Quad[] = [];
+  for (let row = 0; row + 1 < rows; row++)
+    for (let column = 0; column + 1 < columns; column++) {
+      const first = row * columns + column;
+      const [a, b, c, d] = [
+        points[first],
+        points[first + 1],
+        points[first + columns + 1],
+        points[first + columns],
+      ];
+      if (a && b && c && d) quads.push(counterClockwise([a, b, c, d]));
+    }
+  return quads;
+}
+
+/** Where the map folds over, quads turn the other way round; turned alike, they all fill under the non-zero rule. */
+export function counterClockwise(quad: Quad): Quad {
+  const [a, b, c, d] = quad;
+  return signedArea(quad) < 0 ? [d, c, b, a] : quad;
+}
+
+export function signedArea([a, b, c, d]: Quad): number {
+  return ((c[0] - a[0]) * (d[1] - b[1]) - (d[0] - b[0]) * (c[1] - a[1])) / 2;
+}

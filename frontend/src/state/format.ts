@@ -1,0 +1,44 @@
+/** Numbers for people: SI in, display unit out, a dash for what is missing. */
+export const DASH = "–";
+
+function fixed(value: number | null | undefined, scale: number, digits: number, unit: string): string {
+  if (value === null || value === undefined || !Number.isFinite(value)) return DASH;
+  const text = (value * scale).toFixed(digits);
+  const clean = Number(text) === 0 ? text.replace("-", "") : text;
+  return unit ? `${clean} ${unit}` : clean;
+}
+
+type Value = number | null | undefined;
+
+export const millimetres = (metres: Value, digits = 1) => fixed(metres, 1e3, digits, "mm");
+export const kilopascals = (pascals: Value) => fixed(pascals, 1e-3, 0, "kPa");
+export const milliseconds = (seconds: Value, digits = 1) => fixed(seconds, 1e3, digits, "ms");
+export const microseconds = (nanoseconds: Value) => fixed(nanoseconds, 1e-3, 1, "µs");
+export const percent = (share: Value) => fixed(share, 100, 2, "%");
+export const wholeNumber = (value: Value) => fixed(value, 1, 0, "");
+export const seconds = (value: Value) => fixed(value, 1, 0, "s");
+
+/** Duration as 1:02:03 or 2:03. */
+export function clock(duration: number): string {
+  const whole = Math.max(0, Math.floor(duration));
+  const [h, m, s] = [Math.floor(whole / 3600), Math.floor(whole / 60) % 60, whole % 60];
+  const two = (n: number) => String(n).padStart(2, "0");
+  return h > 0 ? `${h}:${two(m)}:${two(s)}` : `${m}:${two(s)}`;
+}
+
+/** Size with a decimal prefix. */
+export function bytes(size: number): string {
+  if (size >= 1e9) return `${(size / 1e9).toFixed(2)} GB`;
+  if (size >= 1e6) return `${(size / 1e6).toFixed(1)} MB`;
+  return `${(size / 1e3).toFixed(0)} kB`;
+}
+
+/** Local date and time of an ISO time stamp. */
+export function localTime(iso: string): string {
+  return new Date(iso).toLocaleString(undefined, { dateStyle: "medium", timeStyle: "medium" });
+}
+
+/** Local time of day of an ISO time stamp. */
+export function timeOfDay(iso: string): string {
+  return new Date(iso).toLocaleTimeString(undefined, { hour12: false });
+}

@@ -1,0 +1,85 @@
+export type Action =
+  | { kind: "hold" }
+  | { kind: "e_stop" }
+  | { kind: "follow" }
+  | { kind: "record" }
+  | { kind: "help" }
+  | { kind: "nudge"; dx: number; dy: number; fresh: boolean };
+
+/** The part of a KeyboardEvent that decides, and whether the focus takes text or arrows itself. */
+export interface Press {
+  readonly key: string;
+  readonly shiftKey: boolean;
+  readonly ctrlKey: boolean;
+  readonly altKey: boolean;
+  readonly metaKey: boolean;
+  readonly repeat: boolean;
+}
+
+export type Focus = "page" | "text" | "widget";
+
+const DOUBLE_MS = 1000;
+const STEP = 1e-3;
+const ARROWS: Partial<Record<string, readonly [number, number]>> = {
+  ArrowLeft: [-1, 0],
+  ArrowRight: [1, 0],
+  ArrowUp: [0, 1],
+  ArrowDown: [0, -1],
+};
+
+/** Turns key presses into actions; remembers the last Esc, because two within 1 s are an E-STOP. */
+export class KeyMap {
+  private lastEscape = -Infinity;
+
+  /** `now` in milliseconds of any steady clock; null: the press is not ours. */
+  press(event: Press, focus: Focus, now: number): Action | null {
+    if (event.key === "Escape") return event.repeat ? null : this.escape(now);
+    if (event.altKey || event.metaKey || focus === "text") return null;
+    const arrow = ARROWS[event.key];
+    if (arrow) return focus === "page" ? nudge(arrow, event) : null;
+    if (event.ctrlKey || event.repeat) return null;
+    return letter(event.key);
+  }
+
+  private escape(now: number): Action {
+    const twice = now - this.lastEscape <= DOUBLE_MS;
+    this.lastEscape = twice ? -Infinity : now;
+    return { kind: twice ? "e_stop" : "hold" };
+  }
+}
+
+function nudge([x, y]: readonly [number, number], event: Press): Action {
+  const step = STEP * (event.shiftKey ? 10 : event.ctrlKey ? 0.1 : 1);
+  return { kind: "nudge", dx: x * step, dy: y * step, fresh: !event.repeat };
+}
+
+function letter(key: string): Action | null {
+  switch (key) {
+    case "f":
+    case "F":
+      return { kind: "follow" };
+    case "r":
+    case "R":
+      return { kind: "record" };
+    case "?":
+      return { kind: "help" };
+    default:
+      return null;
+  }
+}
+
+/** What the focused element does with keys of its own. */
+export function focusOf(element: Element | null): Focus {
+  if (!element || element === document.body || element.hasAttribute("data-plan")) return "page";
+  if (element.matches("input:not([type=checkbox]), textarea, select, [contenteditable=true]")) return "text";
+  return "widget";
+}
+
+export const KEY_LIST: readonly (readonly [string, string])[] = [
+  ["Esc", "HOLD"],
+  ["Esc Esc", "E-STOP (twice within 1 s, anywhere)"],
+  ["F", "Follow the target"],
+  ["R", "Start or stop a recording"],
+  ["Arrows", "Move the target 1 mm (Shift 10 mm, Ctrl 0.1 mm)"],
+  ["?", "Show or hide this list"],
+];

@@ -1,0 +1,80 @@
+import type { Cause, Law, Mode } from "../api/types";
+
+/** Numbers of the rig's safety states (controller/modes.py). */
+export const MODE = {
+  VENTED: 0,
+  HOLD: 1,
+  FOLLOW: 2,
+  TRACK: 3,
+  REST: 4,
+  FAULT: 5,
+  E_STOP: 6,
+} as const satisfies Record<string, Mode>;
+
+export const MODE_WORD: Record<Mode, string> = {
+  0: "VENTED",
+  1: "HOLD",
+  2: "FOLLOW",
+  3: "TRACK",
+  4: "REST",
+  5: "FAULT",
+  6: "E-STOP",
+};
+
+export const MODE_MEANING: Record<Mode, string> = {
+  0: "Disarmed, chambers at zero pressure",
+  1: "Armed, holds the reference where it is",
+  2: "Follows the target",
+  3: "Follows a planned reference",
+  4: "Returns to rest at a bounded rate, then vents",
+  5: "Latched: returns to rest, needs Clear",
+  6: "Latched: vented at once, needs Clear",
+};
+
+export const CAUSE_TEXT: Record<Cause, string> = {
+  0: "",
+  1: "asked for by an operator",
+  2: "rig started",
+  3: "operator's page was gone",
+  4: "no server",
+  5: "rig's link process stalled",
+  6: "no measurement",
+  7: "control loop stalled",
+  8: "a value was not finite",
+  9: "pressure out of range",
+  10: "tracking error too large",
+  11: "reference finished",
+  12: "came to rest",
+  13: "not possible in this state",
+  14: "meant for an earlier start of the rig",
+  15: "no reference loaded",
+  16: "no operator present",
+};
+
+export const LAW_TEXT: Record<Law, string> = {
+  4: "FF + PI",
+  3: "FF + I",
+  2: "FF + P",
+  1: "FF",
+  0: "Open loop",
+};
+
+/** Latched states need Clear. */
+export function isLatched(mode: Mode): boolean {
+  return mode === MODE.FAULT || mode === MODE.E_STOP;
+}
+
+/** The operator may move the target. */
+export function isMovable(mode: Mode): boolean {
+  return mode === MODE.HOLD || mode === MODE.FOLLOW || mode === MODE.TRACK;
+}
+
+/** `value` as a mode, or null if this page does not know it. */
+export function asMode(value: number): Mode | null {
+  return value in MODE_WORD ? (value as Mode) : null;
+}
+
+/** `value` as a cause; an unknown one reads as none. */
+export function asCause(value: number): Cause {
+  return value in CAUSE_TEXT ? (value as Cause) : 0;
+}

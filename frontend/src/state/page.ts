@@ -1,0 +1,77 @@
+import type {
+  Cause,
+  Event,
+  Health,
+  Lease,
+  Mode,
+  RecordingState,
+  RigInfo,
+  Settings,
+  Workspace,
+} from "../api/types";
+import type { Situation } from "./permission";
+
+export interface LogLine extends Event {
+  readonly key: number;
+}
+
+/** Everything that React controls show. It changes at human speed; the 60 Hz stream is in `Live`. */
+export interface Page {
+  readonly session: "unknown" | "absent" | "present";
+  readonly online: boolean;
+  readonly rigLive: boolean;
+  readonly lease: Lease;
+  readonly settings: Settings | null;
+  readonly recording: RecordingState;
+  readonly health: Health | null;
+  readonly rig: RigInfo | null;
+  readonly workspace: Workspace | null;
+  readonly mode: Mode | null;
+  readonly cause: Cause;
+  readonly saturated: boolean;
+  readonly reachable: boolean;
+  readonly log: readonly LogLine[];
+  /** Why the last touch of the target did nothing; shown on the plan. */
+  readonly hint: string;
+  /** Name that the next recording gets. */
+  readonly recordingName: string;
+}
+
+export const EMPTY_PAGE: Page = {
+  session: "unknown",
+  online: false,
+  rigLive: false,
+  lease: { held: false, mine: false, holder: "" },
+  settings: null,
+  recording: { recording: false, id: "", seconds: 0, rows: 0, gaps: 0 },
+  health: null,
+  rig: null,
+  workspace: null,
+  mode: null,
+  cause: 0,
+  saturated: false,
+  reachable: true,
+  log: [],
+  hint: "",
+  recordingName: "",
+};
+
+const LOG_KEPT = 500;
+let lines = 0;
+
+/** The log with one line more, newest first. */
+export function withLine(log: readonly LogLine[], event: Event): readonly LogLine[] {
+  lines += 1;
+  return [{ ...event, key: lines }, ...log].slice(0, LOG_KEPT);
+}
+
+/** `next`, or `old` itself when nothing in it changed: controls that follow it then stay as they are. */
+export function keep<T>(old: T, next: T): T {
+  return JSON.stringify(old) === JSON.stringify(next) ? old : next;
+}
+
+/** The part of the page that decides what is allowed. */
+export function situation(page: Page): Situation {
+  const { online, rigLive, mode, lease, recording } = page;
+  return { online, rigLive, mode, ...lease, recording: recording.recording };
+}

@@ -1,0 +1,34 @@
+interface Task {
+  readonly period: number;
+  readonly run: (now: number) => void;
+  due: number;
+}
+
+/** One animation-frame loop for everything that follows the stream without React. */
+export class Ticker {
+  private readonly tasks = new Set<Task>();
+  private running = false;
+
+  /** Call `run` at most `rate` times a second, on animation frames; returns how to stop it. */
+  every(rate: number, run: (now: number) => void): () => void {
+    const task = { period: 1000 / rate, run, due: 0 };
+    this.tasks.add(task);
+    if (!this.running) this.next();
+    return () => this.tasks.delete(task);
+  }
+
+  private next(): void {
+    this.running = true;
+    requestAnimationFrame((now) => {
+      for (const task of this.tasks) this.runIfDue(task, now);
+      if (this.tasks.size > 0) this.next();
+      else this.running = false;
+    });
+  }
+
+  private runIfDue(task: Task, now: number): void {
+    if (now < task.due) return;
+    task.due = Math.max(task.due + task.period, now + task.period / 2);
+    task.run(now);
+  }
+}

@@ -1,0 +1,20 @@
+import react from "@vitejs/plugin-react";
+import { defineConfig } from "vitest/config";
+
+/** `npm run dev` beside a running server: where that server listens. */
+const server = "http://127.0.0.1:8000";
+
+export default defineConfig({
+  base: "/",
+  plugins: [react()],
+  build: { outDir: "../server/static", emptyOutDir: true, target: "es2022", chunkSizeWarningLimit: 900 },
+  server: {
+    proxy: {
+      "/api": server,
+      "/ws": { target: server, ws: true },
+      "/viser": { target: server, ws: true },
+      "/rerun": server,
+    },
+  },
+  test: { environment: "node", include: ["src/**/*.test.ts"] },
+});
