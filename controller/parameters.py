@@ -22,7 +22,12 @@ BACKBONE_POINTS = 21
 class Model(BaseModel):
     """Base of every message and parameter: unknown fields are refused, never ignored."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
+    model_config = ConfigDict(
+        extra="forbid",
+        frozen=True,
+        use_attribute_docstrings=True,
+        json_schema_serialization_defaults_required=True,  # what we send is always whole, and its types say so
+    )
 
 
 Gain = Annotated[float, Bounds(ge=0.0, le=5.0)]
