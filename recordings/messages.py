@@ -14,6 +14,8 @@ class RecordingState(Model):
     rows: int
     gaps: int
     """Ticks that are missing between the rows given: 0 when nothing was lost."""
+    problem: str = ""
+    """Why the last recording ended by itself (a full disk, ...), "" when it did not."""
 
 
 class Recording(Model):

@@ -1,0 +1,140 @@
+"""Reads a recording back into numpy, whether it was closed or its writer was killed."""
+
+from collections import defaultdict
+from collections.abc import Iterable
+from functools import reduce
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rerun.chunk import RrdReader
+
+from controller.errors import RecordingError
+from controller.layout import record_dtype
+from controller.messages import RigInfo, Telemetry
+from controller.parameters import Settings
+from recordings.plan import LINES, flip
+from recordings.signals import GROUPS, MARKERS
+
+Array = np.ndarray[Any, Any]
+Batch = Any
+"""A pyarrow RecordBatch (pyarrow has no types)."""
+
+TENDRIL, CLOCK = "/__properties/tendril", "/__properties/clock"
+SCALARS, STRIPS, LOG = "Scalars:scalars", "LineStrips2D:strips", "/log"
+DENSE = {group.path: SCALARS for group in GROUPS}
+SLOW = {MARKERS: ("markers", SCALARS)} | {path: (field, STRIPS) for path, field in LINES.items()}
+
+
+def read_rows(path: Path) -> dict[str, Array]:
+    """Every recorded telemetry field (n, ...) in the order of time, in Telemetry's own types and units.
+
+    `markers`, `backbone` and `twin_backbone` are slower: each comes with `<name>_tick` (k,), the ticks of its values.
+    A batch that a killed writer left half written is dropped.
+    """
+    found = _collect(path, [*DENSE, *SLOW, CLOCK])
+    origin = int(found[CLOCK][0].column("t_ns_origin").flatten()[0].as_py()) if CLOCK in found else 0
+    tables = {entity: _Table(found.get(entity, []), SCALARS) for entity in DENSE}
+    whole = reduce(np.intersect1d, [table.t for table in tables.values()])
+    clock = tables[GROUPS[0].path].only(whole)
+    out: dict[str, Array] = {"tick": clock.tick, "t_ns": clock.t + origin}
+    for group in GROUPS:
+        table = tables[group.path].only(whole)
+        for column, series in enumerate(group.series):
+            _put(out, series.field, series.index, table.values(len(group.series))[:, column])
+    return out | _slow(found)
+
+
+def read_times(path: Path) -> tuple[Array, Array]:
+    """Ticks and times since the start [ns] of the rows in the file: (n,), (n,); much cheaper than all rows."""
+    last = _Table(_collect(path, [GROUPS[-1].path]).get(GROUPS[-1].path, []), SCALARS)
+    return last.tick, last.t
+
+
+def read_about(path: Path) -> tuple[RigInfo, Settings]:
+    """Who recorded, with every parameter, and the settings at the start."""
+    found = _collect(path, [TENDRIL])
+    if TENDRIL not in found:
+        raise RecordingError(f"{path} is not a recording of Tendril")
+    batch = found[TENDRIL][0]
+    info, settings = (batch.column(name).flatten()[0].as_py() for name in ("info", "settings"))
+    return RigInfo.model_validate_json(info), Settings.model_validate_json(settings)
+
+
+def read_log(path: Path) -> list[tuple[int, str, str]]:
+    """The log's lines as (tick, level, text) in the order of time."""
+    lines: list[tuple[int, int, str, str]] = []
+    for batch in _collect(path, [LOG]).get(LOG, []):
+        t, tick = (batch.column(name).cast("int64").to_pylist() for name in ("t", "tick"))
+        level, text = (batch.column(f"TextLog:{name}").flatten().to_pylist() for name in ("level", "text"))
+        lines += zip(t, tick, level, text, strict=True)
+    return [line[1:] for line in sorted(lines, key=lambda line: line[0])]
+
+
+class _Table:
+    """The batches of one entity as one, in the order of time."""
+
+    def __init__(self, batches: Iterable[Batch], component: str) -> None:
+        moving = [batch for batch in batches if "t" in batch.schema.names]
+        self.t = _joined([batch.column("t").cast("int64").to_numpy() for batch in moving], np.int64)
+        self.tick = _joined([batch.column("tick").to_numpy() for batch in moving], np.int64)
+        self._flat = _joined([_numbers(batch.column(component)) for batch in moving], np.float64)
+        self._order = np.argsort(self.t, kind="stable")
+        self.t, self.tick = self.t[self._order], self.tick[self._order]
+
+    def values(self, width: int) -> Array:
+        """The component's numbers, (rows, width)."""
+        return np.asarray(self._flat.reshape(-1, width)[self._order])
+
+    def only(self, t: Array) -> "_Table":
+        """The rows at the times `t`."""
+        keep = np.isin(self.t, t)
+        self.t, self.tick, self._order = self.t[keep], self.tick[keep], self._order[keep]
+        return self
+
+
+def _collect(path: Path, entities: list[str]) -> dict[str, list[Batch]]:
+    """One pass through the file: the batches of `entities`."""
+    found: dict[str, list[Batch]] = defaultdict(list)
+    try:
+        for chunk in RrdReader(path).stream().filter(content=entities):
+            found[str(chunk.entity_path)].append(chunk.to_record_batch())
+    except (OSError, RuntimeError, ValueError) as error:
+        raise RecordingError(f"{path.name} cannot be read: {error}") from error
+    return found
+
+
+def _slow(found: dict[str, list[Batch]]) -> dict[str, Array]:
+    out: dict[str, Array] = {}
+    for entity, (field, component) in SLOW.items():
+        kind = _kind(field)
+        table = _Table([batch for batch in found.get(entity, []) if component in batch.schema.names], component)
+        width = int(np.prod(kind.shape))
+        values = table.values(width).reshape(-1, *kind.shape).astype(kind.base)
+        out[field] = flip(values) if component == STRIPS else values
+        out[f"{field}_tick"] = table.tick
+    return out
+
+
+def _put(out: dict[str, Array], field: str, index: int | None, column: Array) -> None:
+    kind = _kind(field)
+    if index is None:
+        out[field] = column.astype(kind.base)
+    else:
+        out.setdefault(field, np.empty((len(column), *kind.shape), kind.base))[:, index] = column
+
+
+def _kind(field: str) -> np.dtype[Any]:
+    """Type and shape of a telemetry field."""
+    return record_dtype(Telemetry)[field]
+
+
+def _numbers(column: Any) -> Array:
+    """All numbers of nested lists, flat."""
+    while hasattr(column.type, "value_type"):
+        column = column.flatten()
+    return np.asarray(column.to_numpy(zero_copy_only=False))
+
+
+def _joined(parts: list[Array], kind: type) -> Array:
+    return np.concatenate(parts) if parts else np.empty(0, kind)

@@ -1,0 +1,194 @@
+"""One .rrd file while it is written: telemetry rows in, rerun columns out. Not thread-safe: one thread owns it."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import rerun as rr
+
+from controller.errors import RecordingError
+from controller.messages import RigInfo, Telemetry
+from controller.modes import Cause, Mode
+from controller.parameters import Settings
+from recordings import plan
+from recordings.blueprint import blueprint
+from recordings.signals import GROUPS, MARKERS, MODE_COLORS, Group, rgba
+
+Rows = np.ndarray[Any, np.dtype[np.void]]
+Level = Literal["info", "warning", "error"]
+
+APPLICATION = "tendril"
+FLUSH_TIMEOUT = 5.0
+MODE_LEVELS: dict[int, Level] = {Mode.FAULT: "warning", Mode.E_STOP: "error"}
+
+
+@dataclass(frozen=True)
+class About:
+    """What a recording says about itself beside its rows."""
+
+    id: str
+    name: str
+    info: RigInfo
+    settings: Settings
+
+
+class RrdFile:
+    """Writes rows to one file; every call returns as soon as rerun has taken the data."""
+
+    def __init__(self, path: Path, about: About) -> None:
+        """Create `path`; raises `RecordingError` when that fails."""
+        self._about = about
+        self._origin: int | None = None
+        self._last: Rows | None = None
+        rr.set_strict_mode(True)
+        self._stream = rr.RecordingStream(
+            APPLICATION, recording_id=about.id, batcher_config=rr.ChunkBatcherConfig(flush_tick=0.05)
+        )
+        layout = blueprint(about.info.parameters.actuator.length)
+        try:
+            self._stream.save(path, default_blueprint=layout)
+        except (OSError, RuntimeError) as error:
+            raise RecordingError(f"{path} cannot be written: {error}") from error
+        self._write_static()
+
+    def write(self, rows: Rows) -> None:
+        """Append `rows` (n,) of Telemetry, in the order of their ticks, n >= 1."""
+        if self._origin is None:
+            self._begin(int(rows["t_ns"][0]))
+        times = self._times(rows)
+        for group in GROUPS:
+            self._stream.send_columns(group.path, times, rr.Scalars.columns(scalars=_matrix(rows, group)))
+        self._write_markers(rows)
+        on_grid = rows[plan.on_grid(rows["tick"])]
+        if len(on_grid):
+            plan.write(self._stream, self._times, on_grid)
+        self._write_modes(rows)
+        self._last = rows[-1:].copy()
+
+    def log(self, text: str, level: Level = "info") -> None:
+        """Add a line to the log at the time of the newest row; before the first row it stands at the start."""
+        at = self._last if self._last is not None else np.zeros(1, [(n, "<i8") for n in ("tick", "t_ns")])
+        self._log(at, [text], level)
+
+    def flush(self) -> None:
+        """Hand everything to the operating system; raises `RecordingError` when the file takes no more."""
+        try:
+            self._stream.flush(timeout_sec=FLUSH_TIMEOUT)
+        except RuntimeError as error:
+            raise RecordingError(f"the recording cannot be written any further (disk full?): {error}") from error
+
+    def close(self) -> None:
+        """Write the footer and close the file."""
+        self._stream.disconnect()
+
+    def _begin(self, t_ns: int) -> None:
+        self._origin = t_ns
+        wall = t_ns + self._about.info.wall_offset_ns
+        self._stream.send_recording_start_time_nanos(wall)
+        self._stream.send_property("clock", rr.AnyValues(t_ns_origin=np.array([t_ns], np.int64)))
+
+    def _write_static(self) -> None:
+        about, stream = self._about, self._stream
+        stream.send_recording_name(about.name)
+        stream.send_property(
+            "tendril",
+            rr.AnyValues(
+                rig=about.info.rig,
+                version=about.info.version,
+                actuator=about.info.parameters.actuator.name,
+                info=about.info.model_dump_json(),
+                settings=about.settings.model_dump_json(),
+            ),
+        )
+        stream.log("/about", rr.TextDocument(_description(about), media_type="text/markdown"), static=True)
+        for group in GROUPS:
+            stream.log(group.path, _style(group), static=True)
+        stream.log("/mode", _mode_style(), static=True)
+        plan.write_static(stream, about.info.parameters.actuator)
+
+    def _times(self, rows: Rows) -> list[rr.TimeColumn]:
+        """Timelines: `t` since the first row, `tick`, and `time` in UTC. Exact integers, all of them."""
+        t_ns = rows["t_ns"].astype(np.int64)
+        wall = t_ns + self._about.info.wall_offset_ns
+        return [
+            rr.TimeColumn("t", duration=(t_ns - (self._origin or 0)).astype("timedelta64[ns]")),
+            rr.TimeColumn("tick", sequence=rows["tick"].astype(np.int64)),
+            rr.TimeColumn("time", timestamp=wall.astype("datetime64[ns]")),
+        ]
+
+    def _write_markers(self, rows: Rows) -> None:
+        fresh = rows[_changed(rows, self._last, "markers")]
+        if len(fresh):
+            times = self._times(fresh)
+            values = fresh["markers"].reshape(len(fresh), -1)
+            self._stream.send_columns(MARKERS, times, rr.Scalars.columns(scalars=values))
+            plan.write_markers(self._stream, times, fresh)
+
+    def _write_modes(self, rows: Rows) -> None:
+        """The band of modes, and a line in the log for each change of mode."""
+        for row in rows[_changed(rows, self._last, "mode")]:
+            mode, cause = Mode(row["mode"]), Cause(row["cause"])
+            at = row.reshape(1)
+            self._stream.send_columns("/mode", self._times(at), rr.StateChange.columns(state=[_word(mode)]))
+            self._log(at, [f"{_word(mode)} ({_word(cause).lower()})"], MODE_LEVELS.get(mode, "info"))
+
+    def _log(self, at: Rows, text: list[str], level: Level) -> None:
+        columns = rr.TextLog.columns(text=text, level=[{"warning": "WARN"}.get(level, level.upper())])
+        self._stream.send_columns("/log", self._times(at), columns)
+
+
+def _matrix(rows: Rows, group: Group) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """The group's series side by side: (rows, series)."""
+    out = np.empty((len(rows), len(group.series)))
+    for column, series in enumerate(group.series):
+        values = rows[series.field]
+        out[:, column] = values if series.index is None else values[:, series.index]
+    return out
+
+
+def _changed(rows: Rows, last: Rows | None, field: str) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    """Which rows differ from the row before in `field`, bit by bit (nan equals nan): (rows,) of bool."""
+    now = np.ascontiguousarray(rows[field]).view(np.int64).reshape(len(rows), -1)
+    change = np.ones(len(rows), np.bool_)
+    change[1:] = (now[1:] != now[:-1]).any(axis=1)
+    if last is not None:
+        change[0] = bool((np.ascontiguousarray(last[field]).view(np.int64).reshape(-1) != now[0]).any())
+    return change
+
+
+def _style(group: Group) -> rr.SeriesLines:
+    return rr.SeriesLines(
+        names=[series.name for series in group.series],
+        colors=rgba(series.color for series in group.series),
+        widths=[series.width for series in group.series],
+    )
+
+
+def _mode_style() -> rr.StateConfiguration:
+    words = [_word(mode) for mode in Mode]
+    return rr.StateConfiguration(values=words, labels=words, colors=rgba(MODE_COLORS[mode] for mode in Mode))
+
+
+def _word(value: Mode | Cause) -> str:
+    return "E-STOP" if value == Mode.E_STOP and isinstance(value, Mode) else value.name.replace("_", " ")
+
+
+def _description(about: About) -> str:
+    """The "About" tab: who, what, and every parameter."""
+    info = about.info
+    source = "twin (simulated actuator)" if info.twin else "hardware"
+    lines = [
+        f"# {about.name}",
+        f"{info.parameters.actuator.name}, {source}, rig `{info.rig}`, Tendril {info.version}, loop {info.policy}.",
+        "Every tick is recorded; backbones at 100 Hz. SI units. The plan view shows y upwards: its y is negated.",
+        *(_table(title, part) for title, part in (("Settings at the start", about.settings), *info.parameters)),
+        f"Record layout `{info.layout}` ({len(Telemetry.model_fields)} fields), boot `{info.boot}`.",
+    ]
+    return "\n\n".join(lines)
+
+
+def _table(title: str, part: Any) -> str:
+    rows = "\n".join(f"| {name} | `{json.dumps(value)}` |" for name, value in part.model_dump(mode="json").items())
+    return f"## {title.capitalize()}\n\n| parameter | value |\n|---|---|\n{rows}"

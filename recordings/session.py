@@ -1,0 +1,134 @@
+"""One recording from its first to its last row: the file, its sidecar, its counters and its lock."""
+
+import shutil
+import tempfile
+import time
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+
+from controller.errors import RecordingError
+from controller.layout import record_dtype
+from controller.messages import RigInfo, Telemetry
+from controller.parameters import RigParameters, Settings
+from recordings import sidecar
+from recordings.messages import Recording, RecordingState
+from recordings.rrd import About, Level, Rows, RrdFile
+
+REPORT_SECONDS = 1.0
+DISK_FREE_MIN = 256 << 20
+"""Room [B] that a recording leaves on the disk: it ends before the disk is full."""
+
+
+class Session:
+    """A recording that is being written. Not thread-safe."""
+
+    def __init__(self, folder: Path, name: str, info: RigInfo, settings: Settings) -> None:
+        """Create the files; raises `RecordingError` when that fails or the disk has no room."""
+        check_room(folder)
+        self._folder = folder
+        self._info = info
+        self._started = datetime.now(UTC)
+        self._name = name.strip() or f"{info.parameters.actuator.name} on {info.rig}"
+        self.id, self._lock = sidecar.claim(folder, name, self._started)
+        self._path = sidecar.rrd_path(folder, self.id)
+        self._first_ns = self._last_ns = 0
+        self._last_tick: int | None = None
+        self._rows = self._gaps = 0
+        self._reported = time.monotonic()
+        self._file = RrdFile(self._path, About(self.id, self._name, info, settings))
+        self._file.flush()
+        sidecar.write(folder, self.recording(complete=False))
+
+    def write(self, rows: Rows) -> None:
+        """Append rows (n,) and count them; once a second see to disk and sidecar."""
+        if self._last_tick is None:
+            self._first_ns = int(rows["t_ns"][0])
+        self._file.write(rows)
+        self._count(rows)
+        if time.monotonic() - self._reported >= REPORT_SECONDS:
+            self._report()
+
+    def log(self, text: str, level: Level = "info") -> None:
+        """Add a line to the log, at the newest row."""
+        self._file.log(text, level)
+
+    def end(self) -> Recording:
+        """Close the file and mark it complete."""
+        self._file.flush()
+        return self._release(complete=True)
+
+    def abandon(self, reason: str) -> Recording:
+        """Close what can be closed after `reason`: the file stays readable as far as it goes."""
+        self._file.log(reason, "error")
+        return self._release(complete=False)
+
+    def state(self) -> RecordingState:
+        """The recorder's state while this session runs."""
+        return RecordingState(recording=True, id=self.id, seconds=self._seconds, rows=self._rows, gaps=self._gaps)
+
+    def recording(self, complete: bool) -> Recording:
+        """The row of the list, as things stand."""
+        return Recording(
+            id=self.id,
+            name=self._name,
+            started=self._started,
+            seconds=self._seconds,
+            rows=self._rows,
+            gaps=self._gaps,
+            bytes=self._path.stat().st_size,
+            actuator=self._info.parameters.actuator.name,
+            twin=self._info.twin,
+            complete=complete,
+        )
+
+    @property
+    def _seconds(self) -> float:
+        return max(0, self._last_ns - self._first_ns) * 1e-9
+
+    def _count(self, rows: Rows) -> None:
+        """Count rows and missing ticks; both a gap and a restart of the rig are written into the log."""
+        ticks = rows["tick"] if self._last_tick is None else np.concatenate(([self._last_tick], rows["tick"]))
+        steps = np.diff(ticks)
+        missing = int((steps[steps > 1] - 1).sum())
+        if missing:
+            self.log(f"{missing} ticks before tick {ticks[-1]} were not delivered", "warning")
+        if (steps <= 0).any():
+            self.log("the rig was restarted: its ticks begin again", "warning")
+        self._gaps += missing
+        self._rows += len(rows)
+        self._last_tick, self._last_ns = int(rows["tick"][-1]), int(rows["t_ns"][-1])
+
+    def _report(self) -> None:
+        self._reported = time.monotonic()
+        self._file.flush()
+        check_room(self._folder)
+        sidecar.write(self._folder, self.recording(complete=False))
+
+    def _release(self, complete: bool) -> Recording:
+        try:
+            self._file.close()
+            done = self.recording(complete)
+            sidecar.write(self._folder, done)
+        finally:
+            self._lock.close()
+        return done
+
+
+def check_room(folder: Path) -> None:
+    """Raise `RecordingError` when the disk is nearly full."""
+    free = shutil.disk_usage(folder).free
+    if free < DISK_FREE_MIN:
+        raise RecordingError(f"only {free >> 20} MiB are free in {folder}: a recording needs {DISK_FREE_MIN >> 20} MiB")
+
+
+def warm_up() -> None:
+    """Let rerun do its first call (145 ms of lazy imports) on a file that is thrown away."""
+    nobody = RigInfo(
+        rig="", boot=0, version="", layout="", wall_offset_ns=0, policy="", twin=True, parameters=RigParameters()
+    )
+    with tempfile.TemporaryDirectory(prefix="tendril-warm-up-") as folder:
+        file = RrdFile(Path(folder, "warm-up.rrd"), About("warm-up", "warm-up", nobody, Settings()))
+        file.write(np.zeros(2, record_dtype(Telemetry)))
+        file.close()

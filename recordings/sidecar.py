@@ -1,0 +1,80 @@
+"""The small JSON file beside each .rrd: what the list shows, so listing needs neither rerun nor the data.
+
+Also the ids (they become file names and come back in URLs) and the lock that tells a running writer from a killed one.
+"""
+
+import fcntl
+import os
+import re
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import BinaryIO
+
+from pydantic import ValidationError
+
+from controller.errors import RecordingError
+from recordings.messages import Recording
+
+ID = re.compile(r"[0-9]{8}-[0-9]{6}(-[a-z0-9]{1,40}){0,12}", re.ASCII)
+ID_LENGTH = 100
+
+
+def check_id(id: str) -> str:
+    """`id` when it has the form of an id; raises `RecordingError` for anything else, paths above all."""
+    if len(id) > ID_LENGTH or not ID.fullmatch(id):
+        raise RecordingError(f"{id[:ID_LENGTH]!r} is not the id of a recording")
+    return id
+
+
+def rrd_path(folder: Path, id: str) -> Path:
+    """Where the data of recording `id` is."""
+    return folder / f"{check_id(id)}.rrd"
+
+
+def claim(folder: Path, name: str, started: datetime) -> tuple[str, BinaryIO]:
+    """A new id from time and name, its .rrd created and locked: the lock lives as long as the open file."""
+    stem = started.astimezone(UTC).strftime("%Y%m%d-%H%M%S")
+    slug = "-".join(re.findall(r"[a-z0-9]+", name.lower()))[:40].strip("-")
+    base = f"{stem}-{slug}" if slug else stem
+    for n in range(1, 1000):
+        id = base if n == 1 else f"{base}-{n}"
+        try:
+            descriptor = os.open(rrd_path(folder, id), os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
+        except FileExistsError:
+            continue
+        file = os.fdopen(descriptor, "rb")
+        fcntl.flock(file, fcntl.LOCK_EX)
+        return id, file
+    raise RecordingError(f"no free id for a recording at {stem}")
+
+
+def lock(path: Path) -> BinaryIO | None:
+    """The lock on `path`, or None while a writer holds it; closing the file gives it back."""
+    file = path.open("rb")
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        file.close()
+        return None
+    return file
+
+
+def write(folder: Path, recording: Recording) -> None:
+    """Replace the sidecar of `recording` in one step: a reader sees the old or the new one, whole."""
+    target = folder / f"{check_id(recording.id)}.json"
+    draft = target.with_suffix(".json.part")
+    draft.write_text(recording.model_dump_json(indent=1), encoding="utf-8")
+    draft.replace(target)
+
+
+def read(folder: Path, id: str) -> Recording:
+    """The sidecar of `id`; raises `RecordingError` when there is none or it is damaged."""
+    try:
+        found = Recording.model_validate_json((folder / f"{check_id(id)}.json").read_bytes())
+    except FileNotFoundError:
+        raise RecordingError(f"there is no recording {id!r}") from None
+    except (OSError, ValidationError) as error:
+        raise RecordingError(f"the description of recording {id!r} cannot be read: {error}") from error
+    if found.id != id:
+        raise RecordingError(f"the description of recording {id!r} is that of {found.id!r}")
+    return found

@@ -1,0 +1,36 @@
+"""rerun's own command-line program, run quietly: no analytics, nothing written into the user's home."""
+
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from controller.errors import RecordingError
+
+
+def run(*arguments: str, timeout: float) -> None:
+    """Run `rerun ARGUMENTS`; raises `RecordingError` with its last words when it fails."""
+    with quiet_home() as environment:
+        try:
+            done = subprocess.run(
+                command(*arguments), env=environment, capture_output=True, text=True, timeout=timeout, check=False
+            )
+        except subprocess.TimeoutExpired:
+            raise RecordingError(f"rerun {arguments[0]} took longer than {timeout:g} s") from None
+    if done.returncode:
+        raise RecordingError(f"rerun {' '.join(arguments[:2])} failed: {(done.stderr or done.stdout).strip()[-400:]}")
+
+
+def command(*arguments: str) -> list[str]:
+    """The program and its arguments, of exactly the installed version."""
+    return [sys.executable, "-m", "rerun_cli", *arguments]
+
+
+@contextmanager
+def quiet_home() -> Iterator[dict[str, str]]:
+    """Environment with a home of its own (so every run is a "first session") and CI set: both switch analytics off."""
+    with tempfile.TemporaryDirectory(prefix="tendril-rerun-") as home:
+        own = {name: home for name in ("HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME", "XDG_CACHE_HOME")}
+        yield {**os.environ, **own, "CI": "1", "NO_COLOR": "1"}

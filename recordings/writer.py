@@ -1,0 +1,173 @@
+"""The recorder: every tick that the link delivers goes into an .rrd file, from a thread of its own.
+
+It knows nothing of the server, so it can live in a process of its own too.
+"""
+
+import contextlib
+import queue
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from controller.errors import RecordingError
+from controller.messages import RigInfo
+from controller.parameters import Settings
+from recordings.messages import Recording, RecordingState
+from recordings.rrd import Level, Rows
+from recordings.session import Session, warm_up
+
+BATCH_ROWS = 250
+BATCH_SECONDS = 0.2
+"""A batch is written when it has so many rows or is so old: the most that a killed writer loses."""
+
+QUEUE_BATCHES = 6000
+"""A minute of batches at 100 Hz. A full queue makes the link wait, which then refills its gap from the rig's ring."""
+
+POLL_SECONDS = 0.05
+
+T = TypeVar("T")
+Job = Callable[[], object]
+
+
+class Recorder:
+    """Writes one recording at a time into `folder`. Its methods may be called from any thread."""
+
+    def __init__(self, folder: Path) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self._folder = folder
+        self._queue: queue.Queue[Job | Rows | None] = queue.Queue(QUEUE_BATCHES)
+        self._accepting = False
+        self._session: Session | None = None
+        self._state = RecordingState(recording=False, id="", seconds=0.0, rows=0, gaps=0)
+        self._pending: list[Rows] = []
+        self._pending_since = 0.0
+        self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
+        self._thread.start()
+
+    def start(self, name: str, info: RigInfo, settings: Settings) -> RecordingState:
+        """Begin a recording; raises `RecordingError` when one runs already or the disk has no room."""
+        return self._ask(lambda: self._start(name, info, settings))
+
+    def rows(self, rows: Rows) -> None:
+        """Take telemetry rows (n,) in the order of their ticks. Cheap: they are copied and handed over."""
+        if self._accepting and len(rows):
+            self._queue.put(rows.copy())
+
+    def events(self, text: str, level: Level = "info") -> None:
+        """Add a line to the log of the running recording, if any."""
+        if self._accepting:
+            self._queue.put(lambda: self._log(text, level))
+
+    def stop(self) -> Recording:
+        """End the recording, whole and closed; raises `RecordingError` when none runs or it failed."""
+        self._accepting = False
+        return self._ask(self._stop)
+
+    def state(self) -> RecordingState:
+        """What the recorder does now; `problem` says why the last recording ended by itself."""
+        return self._state
+
+    def close(self) -> None:
+        """End a running recording and the recorder's thread."""
+        self._accepting = False
+        self._queue.put(None)
+        self._thread.join()
+
+    def _ask(self, work: Callable[[], T]) -> T:
+        """Let the recorder's thread do `work` after all that was handed over before; its result or its error."""
+        answer: Future[T] = Future()
+
+        def job() -> None:
+            try:
+                answer.set_result(work())
+            except Exception as error:
+                answer.set_exception(error)
+
+        self._queue.put(job)
+        return answer.result()
+
+    def _run(self) -> None:
+        warm_up()
+        while (item := self._next()) is not None:
+            self._guarded(item)
+        if self._session:
+            self._guarded(self._stop)
+
+    def _next(self) -> Job | Rows | None:
+        """The next thing handed over; writing what is due when nothing is."""
+        try:
+            return self._queue.get(timeout=POLL_SECONDS if self._pending else None)
+        except queue.Empty:
+            return self._write_due
+
+    def _guarded(self, item: Job | Rows) -> None:
+        """Whatever goes wrong ends the recording, never the thread: the link must not wait for a dead reader."""
+        try:
+            if isinstance(item, np.ndarray):
+                self._pend(item)
+            else:
+                item()
+        except Exception as error:
+            self._fail(error)
+
+    def _start(self, name: str, info: RigInfo, settings: Settings) -> RecordingState:
+        if self._session:
+            raise RecordingError(f"recording {self._session.id} is running already")
+        self._session = Session(self._folder, name, info, settings)
+        self._state = self._session.state()
+        self._accepting = True
+        return self._state
+
+    def _stop(self) -> Recording:
+        if not self._session:
+            raise RecordingError(self._state.problem or "no recording is running")
+        try:
+            self._write_pending()
+            done = self._session.end()
+        except Exception as error:
+            self._fail(error)
+            raise RecordingError(self._state.problem) from error
+        self._session = None
+        self._state = self._session_over()
+        return done
+
+    def _log(self, text: str, level: Level) -> None:
+        if self._session:
+            self._write_pending()
+            self._session.log(text, level)
+
+    def _pend(self, rows: Rows) -> None:
+        if not self._session:
+            return
+        if not self._pending:
+            self._pending_since = time.monotonic()
+        self._pending.append(rows)
+        self._write_due()
+
+    def _write_due(self) -> None:
+        old = time.monotonic() - self._pending_since >= BATCH_SECONDS
+        if old or sum(map(len, self._pending)) >= BATCH_ROWS:
+            self._write_pending()
+
+    def _write_pending(self) -> None:
+        rows, self._pending = self._pending, []
+        if rows and self._session:
+            self._session.write(np.concatenate(rows))
+            self._state = self._session.state()
+
+    def _fail(self, error: Exception) -> None:
+        """End the recording because of `error` and keep the reason for `state`."""
+        self._accepting, self._pending = False, []
+        session, self._session = self._session, None
+        self._state = self._session_over(f"the recording ended by itself: {error}")
+        if session:
+            with contextlib.suppress(Exception):  # the first error is the one that counts
+                session.abandon(self._state.problem)
+
+    def _session_over(self, problem: str = "") -> RecordingState:
+        return self._state.model_copy(update={"recording": False, "problem": problem})
