@@ -1,0 +1,70 @@
+"""How long the controller's tick takes while it really works: armed, following a moving target, on the twin."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from controller.build import build_twin
+from controller.build_rig import build_rig
+from controller.errors import TendrilError
+from controller.kernels.memory import Rig
+from controller.kernels.tick import tick
+from controller.kernels.twin import Twin, twin_step
+from controller.layout import record_dtype, to_record
+from controller.messages import Command, LoopStatus, Measurement, Telemetry
+from controller.modes import Mode, Request
+from controller.parameters import RigParameters
+from controller.realtime.clock import now_ns
+from controller.realtime.compiled import Words, compiled
+
+CENTRE, RADIUS, TURN = (0.03, 0.14), 0.03, 0.5
+"""The target's circle: centre and radius [m], turns per second."""
+BOOT = 1
+
+
+class Inputs(NamedTuple):
+    """What the loop hands to a tick, each an array of one record."""
+
+    command: np.ndarray
+    measurement: np.ndarray
+    status: np.ndarray
+
+
+@compiled
+def run_ticks(rig: Rig, twin: Twin, inputs: Inputs, telemetry: np.ndarray, spans: Words) -> None:
+    """Tick and step the twin once for every entry of `spans` (n,), which becomes the tick's duration [ns].
+
+    A perfect loop on a clock that goes on from the last tick in `telemetry`, one record.
+    """
+    clock = np.zeros(4, np.int64)
+    command, measurement, status, row = inputs.command[0], inputs.measurement[0], inputs.status[0], telemetry[0]
+    period_ns = round(rig.controller[0].dt * 1e9)
+    for i in range(spans.size):
+        t_ns = row.t_ns + period_ns
+        angle = 2 * np.pi * TURN * 1e-9 * t_ns
+        command.target[0] = CENTRE[0] + RADIUS * np.cos(angle)
+        command.target[1] = CENTRE[1] + RADIUS * np.sin(angle)
+        command.presence += 1
+        status.server_ns = status.pump_ns = t_ns
+        start_ns = now_ns(clock)
+        tick(rig, t_ns, command, measurement, status, row)
+        spans[i] = now_ns(clock) - start_ns
+        twin_step(twin, t_ns, row, measurement)
+
+
+def tick_us(ticks: int) -> float:
+    """Median duration [us] of the last `ticks` ticks of a rig that follows a target round a circle."""
+    rig, twin = build_rig(RigParameters(), BOOT), build_twin(RigParameters())
+    inputs = Inputs(to_record(Command(boot=BOOT)), to_record(Measurement()), to_record(LoopStatus()))
+    telemetry = np.zeros(1, record_dtype(Telemetry))
+    for request in (Request.NONE, Request.ARM, Request.FOLLOW):
+        inputs.command["request"] = request
+        inputs.command["request_n"] += 1
+        run_ticks(rig, twin, inputs, telemetry, np.zeros(500, np.int64))
+    spans = np.zeros(ticks, np.int64)
+    run_ticks(rig, twin, inputs, telemetry, spans)
+    if telemetry["mode"][0] != Mode.FOLLOW or not np.isfinite(telemetry["backbone"]).all():
+        raise TendrilError(
+            f"the rig ended in mode {Mode(telemetry['mode'][0]).name} instead of following: no tick time"
+        )
+    return float(np.median(spans)) * 1e-3
