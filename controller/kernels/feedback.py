@@ -5,6 +5,7 @@ import math
 from numba import njit
 
 from controller.kernels.feedforward import OPEN_LOOP
+from controller.kernels.inverse import way_down
 from controller.kernels.observer import TIP
 from controller.kernels.polygon import nearest_admissible
 from controller.kernels.safety import E_STOP, NOT_FINITE, is_live, move
@@ -29,6 +30,7 @@ def feed_back(rig, settings, telemetry):
         tip = telemetry.p_meas[j] if measured else telemetry.p_hat[j]
         telemetry.error[j] = state.p_ref[j] - tip
     switched = scheme_changed(state, settings, live + 2 * closed + 4 * (measured != 0))
+    look_at_sensitivity(rig)
     f_1, f_2 = effort(state, settings, telemetry.error)
     g_1, g_2 = through_sensitivity(rig, f_1, f_2)
     if not closed:
@@ -64,10 +66,35 @@ def effort(state, settings, error):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def through_sensitivity(rig, f_1, f_2):
-    """u_FB = (S^T S + epsilon I)^-1 S^T f_des [N m], S at the observer's pose."""
+def look_at_sensitivity(rig):
+    """S at the observer's pose, its weakest direction in the task space, and how much feedback is let through along it.
+
+    The share is (sigma_2 / (weak_ratio sigma_1))^2, at most 1: the torque per error then goes to zero with sigma_2,
+    where the paper's law alone would ask for 1 / sigma_2.
+    """
+    state, ratio = rig.state[0], rig.controller[0].weak_ratio
     S11, S12, S21, S22 = sensitivity(rig.smap, rig.observer.state.q[2])
-    epsilon = rig.controller[0].epsilon
+    state.S[0], state.S[1], state.S[2], state.S[3] = S11, S12, S21, S22
+    A11, A12, A22 = S11 * S11 + S12 * S12, S11 * S21 + S12 * S22, S21 * S21 + S22 * S22
+    det = S11 * S22 - S12 * S21
+    strong = 0.5 * (A11 + A22) + math.hypot(0.5 * (A11 - A22), A12)
+    state.weak[0], state.weak[1] = way_down(A11, A12, A22, det * det / strong, 0.0, 0.0)
+    state.share = min(1.0, (det / (ratio * strong)) ** 2) if ratio > 0.0 else 1.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def attainable(state, f_1, f_2):
+    """Task-space vector f with its part along the weakest direction faded."""
+    cut = (1.0 - state.share) * (state.weak[0] * f_1 + state.weak[1] * f_2)
+    return f_1 - cut * state.weak[0], f_2 - cut * state.weak[1]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def through_sensitivity(rig, f_1, f_2):
+    """u_FB = (S^T S + epsilon I)^-1 S^T f_des [N m], S at the observer's pose (paper, "Task-space PI control")."""
+    state, epsilon = rig.state[0], rig.controller[0].epsilon
+    S11, S12, S21, S22 = state.S
+    f_1, f_2 = attainable(state, f_1, f_2)
     H11, H12, H22 = S11 * S11 + S21 * S21 + epsilon, S11 * S12 + S21 * S22, S12 * S12 + S22 * S22 + epsilon
     g_1, g_2 = S11 * f_1 + S21 * f_2, S12 * f_1 + S22 * f_2
     det = H11 * H22 - H12 * H12
@@ -116,7 +143,10 @@ def saturate(rig, settings, telemetry):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def integrate(rig, settings, telemetry, excess_1, excess_2):
-    """Let the integral run; held while saturated, but for steps that lead back (conditional anti-windup)."""
+    """Let the integral run; held while saturated, but for steps that lead back (conditional anti-windup).
+
+    An error that no torque can change, as along the straight backbone, is not collected.
+    """
     state, e = rig.state[0], telemetry.error
     closed = state.scheme & 2
     if not closed or not (settings.law == FF_I or settings.law == FF_PI):
@@ -125,5 +155,6 @@ def integrate(rig, settings, telemetry, excess_1, excess_2):
         w_1, w_2 = through_sensitivity(rig, settings.K_I[0] * e[0], settings.K_I[1] * e[1])
         if w_1 * excess_1 + w_2 * excess_2 > 0.0:
             return
-    state.integral[0] += e[0] * rig.observer.dt
-    state.integral[1] += e[1] * rig.observer.dt
+    e_1, e_2 = attainable(state, e[0], e[1])
+    state.integral[0] += e_1 * rig.observer.dt
+    state.integral[1] += e_2 * rig.observer.dt

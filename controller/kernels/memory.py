@@ -39,11 +39,13 @@ STATE = np.dtype(
         ("u_ff", "<f8", (2,)),
         ("u_fb", "<f8", (2,)),
         ("u", "<f8", (2,)),
+        ("S", "<f8", (4,)),  # sensitivity at the observer's pose, row by row
+        ("weak", "<f8", (2,)),  # unit vector in the task space along which S is weakest
+        ("share", "<f8"),  # of the feedback along it that is let through
         ("integral", "<f8", (2,)),
         ("bump", "<f8", (2,)),  # what keeps u continuous at a switch; decays
         ("scheme", "<i8"),  # law, source of the error and gains as of the last tick, to notice a switch
         ("gains", "<f8", (6,)),
-        ("ledger", "<f8"),
     ]
 )
 """Memory of the controller, one record."""
