@@ -5,7 +5,8 @@ import math
 
 import numpy as np
 
-from controller.build import build_rod
+from controller.build import build_rod, stable_substeps
+from controller.kernels.energy import make_ledger, open_ledger
 from controller.kernels.inverse import StaticMap
 from controller.kernels.memory import STATE, Rig
 from controller.kernels.observer import Observer, Sensing
@@ -34,7 +35,7 @@ def build_rig(parameters: RigParameters, boot: int) -> Rig:
         limits=to_record(parameters.limits),
         pascal_per_torque=actuator.pressure_max / actuator.u_max,
         smap=build_static_map(model, actuator, controller),
-        observer=build_observer(model, controller),
+        observer=build_observer(model, controller, actuator.u_max),
         sensing=Sensing(np.zeros(1, np.int64), np.full((SENSORS, 2), math.nan), np.zeros((SENSORS, 2))),
         reference=np.zeros((REFERENCE_ROWS, 2)),
         reference_count=np.zeros(1, np.int64),
@@ -42,16 +43,19 @@ def build_rig(parameters: RigParameters, boot: int) -> Rig:
     )
 
 
-def build_observer(model: RodModel, controller: ControllerParameters) -> Observer:
-    """Observer of `model` at rest."""
+def build_observer(model: RodModel, controller: ControllerParameters, u_max: float) -> Observer:
+    """Observer of `model` at rest, with the substeps that its fastest mode needs under torques up to u_max [N m]."""
     length, rods = float(model.L.sum()), model.L.size
+    state, ledger = straight(model), make_ledger()
+    open_ledger(ledger, model, state)
     return Observer(
         model=model,
-        state=straight(model),
+        state=state,
         load=make_load(rods),
         work=make_work(rods),
+        ledger=ledger,
         dt=controller.dt,
-        substeps=1,
+        substeps=stable_substeps(model, controller.dt, u_max),
         dead_time=np.zeros((round(controller.dead_time / controller.dt) + 1, 2)),
         head=np.zeros(1, np.int64),
         lag=controller.pneumatic_lag,

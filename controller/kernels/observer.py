@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from controller.kernels.energy import Ledger, ledger_step, open_ledger
 from controller.kernels.integrate import rk4_step
 from controller.kernels.pneumatics import delay, first_order_lag
 from controller.kernels.rod import Array, Load, RodModel, RodState, Work
@@ -22,6 +23,7 @@ class Observer(NamedTuple):
     state: RodState
     load: Load
     work: Work
+    ledger: Ledger
     dt: float
     substeps: int
     """Rod steps a tick, so that RK4 is stable with every allowed gain."""
@@ -133,6 +135,9 @@ def observe(rig, settings, ticks):
             pressurise(observer)
             pull(observer, rig.sensing, settings, state.used, h)
             rk4_step(observer.model, observer.state, observer.load, h, observer.work)
+            ledger_step(
+                observer.ledger, observer.model, observer.state, observer.load, observer.u_hat, h, observer.work
+            )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -158,3 +163,4 @@ def reset_observer(observer):
         centre += observer.model.L[i]
     observer.dead_time[:, :] = 0.0
     observer.u_hat[:] = 0.0
+    open_ledger(observer.ledger, observer.model, observer.state)

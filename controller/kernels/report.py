@@ -27,6 +27,10 @@ def report_estimate(rig, t_ns, measurement, telemetry):
         telemetry.pressure_meas[j] = measurement.pressures[j]
     for j in range(2):
         telemetry.u_hat[j] = observer.u_hat[j]
+    for j in range(4):
+        telemetry.power[j] = observer.ledger.power[j]
+    telemetry.energy = observer.ledger.energy[0]
+    telemetry.ledger = observer.ledger.energy[0] - observer.ledger.given[0]
     telemetry.sensed = state.used
     telemetry.measurement_age = (t_ns - max(state.seen_ns, state.start_ns if state.seen_ns == 0 else 0)) * 1e-9
 
