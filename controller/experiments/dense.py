@@ -27,7 +27,7 @@ def kkt_matrix(model: RodModel, a: Array) -> Array:
 
 @compiled
 def dense_acceleration(model: RodModel, q: Array, v: Array, load: Load) -> Array:
-    """Q'' (3,N) from one linear system of 5N unknowns: 3N accelerations and 2N hinge forces."""
+    """Accelerations (3,N) from one linear system of 5N unknowns: 3N accelerations and 2N hinge forces."""
     rods = model.m.size
     a, zero, right = np.empty((2, rods)), np.zeros((3, rods)), np.empty((5, rods))
     rotations(q[2], model.L, a)
@@ -38,7 +38,7 @@ def dense_acceleration(model: RodModel, q: Array, v: Array, load: Load) -> Array
         right[1, i] *= model.m[i]
         right[2, i] *= model.I[i]
     solution = np.linalg.solve(kkt_matrix(model, a), right.ravel())
-    acceleration: Array = solution[: 3 * rods].reshape(3, rods)
+    acceleration: Array = solution[: 3 * rods].reshape(3, rods)  # type: ignore[assignment]
     return acceleration
 
 

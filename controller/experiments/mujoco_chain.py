@@ -1,6 +1,6 @@
 """The same hinge chain in MuJoCo: an engine that we did not write, to check and to time the rod model against."""
 
-from types import ModuleType
+import importlib
 from typing import Any
 
 import numpy as np
@@ -9,15 +9,12 @@ from controller.errors import TendrilError
 from controller.kernels.rod import Array, RodModel
 
 
-def import_mujoco() -> ModuleType:
+def import_mujoco() -> Any:
     """The module mujoco, or an error that says how to get it."""
     try:
-        import mujoco
+        return importlib.import_module("mujoco")
     except ImportError as error:
-        raise TendrilError(
-            "mujoco is not installed: it comes with the extra `bench` (pip install 'tendril[bench]')"
-        ) from error
-    return mujoco
+        raise TendrilError("mujoco is not installed: pip install 'tendril[bench]'") from error
 
 
 class MujocoChain:

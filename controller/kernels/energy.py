@@ -1,8 +1,8 @@
 """The energy ledger of the rod model: what it holds against what it was given.
 
-Paper, "Stability and Passivity Analysis". Its proof leaves Baumgarte's term out and lets the observer's force act on p_N.
-Here Baumgarte's power is counted and every force works on the velocity of the point where it enters, so the ledger
-closes to the integrator's order.
+Paper, "Stability and Passivity Analysis". Its proof leaves Baumgarte's term out and lets the observer's force act on
+p_N. Here Baumgarte's power is counted and every force works on the velocity of the point where it enters, so the
+ledger closes to the integrator's order.
 """
 
 from typing import NamedTuple
