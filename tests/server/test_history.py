@@ -1,5 +1,7 @@
 """Plot bins keep every sample's extremes, whatever the pace of the viewer."""
 
+import itertools
+
 import numpy as np
 
 from controller.layout import record_dtype
@@ -44,7 +46,7 @@ def test_every_row_is_in_exactly_one_of_successive_bins() -> None:
     history = History(1000)
     history.add(ticks)
     edges = [0, 7, 7, 100, 499, 500]
-    pieces = [history.bins(a, b, 16) for a, b in zip(edges, edges[1:], strict=False)]
+    pieces = [history.bins(a, b, 16) for a, b in itertools.pairwise(edges)]
     energy = KEYS.index("energy")
     low = np.concatenate([piece.low[:, energy] for piece in pieces])
     high = np.concatenate([piece.high[:, energy] for piece in pieces])

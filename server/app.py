@@ -1,0 +1,78 @@
+"""The application: routes, sockets, gate and error answers around the services it is given."""
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator
+from enum import IntEnum
+from importlib.metadata import version
+from typing import Any
+
+from fastapi import FastAPI
+
+from controller.modes import Cause, Law, Mode
+from server import problems, proxy
+from server.gate import Gate
+from server.messages import FromBrowser, FromServer
+from server.routes import command, lease, live, page, recordings, rerun, rig, session, settings, workspace
+from server.services import Services
+
+_ENUMERATIONS: tuple[type[IntEnum], ...] = (Cause, Law, Mode)
+
+
+class Api(FastAPI):
+    """FastAPI whose OpenAPI also names the members of our integer enumerations."""
+
+    def openapi(self) -> dict[str, Any]:
+        """The description from which the page's types are made."""
+        schema = super().openapi()
+        for kind in _ENUMERATIONS:
+            described = schema["components"]["schemas"].get(kind.__name__)
+            if described is not None:
+                described["x-enum-varnames"] = [member.name for member in kind]
+        return schema
+
+
+def create_app(services: Services) -> FastAPI:
+    """The ASGI application. It closes `services` when it shuts down."""
+    app = _api()
+    app.state.services = services
+    app.add_middleware(Gate, sessions=services.sessions)
+    return app
+
+
+def openapi_schema() -> dict[str, Any]:
+    """The OpenAPI description, socket messages included; needs no rig and no settings."""
+    return _api().openapi()
+
+
+def _api() -> FastAPI:
+    app = Api(
+        title="Tendril",
+        version=version("tendril"),
+        openapi_url="/api/openapi.json",
+        docs_url=None,
+        redoc_url=None,
+        lifespan=_lifespan,
+        generate_unique_id_function=lambda route: route.name,
+    )
+    problems.install(app)
+    for part in (session, lease, command, settings, rig, workspace, recordings, live, page, rerun, proxy):
+        app.include_router(part.router)
+    page.mount_assets(app)
+    app.webhooks.post("live")(live_messages)
+    return app
+
+
+async def live_messages(body: FromBrowser) -> FromServer:  # type: ignore[empty-body]
+    """What the page says on /ws/live (request) and what it hears (response), as JSON text."""
+
+
+@contextlib.asynccontextmanager
+async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
+    services: Services = app.state.services
+    beat = asyncio.create_task(services.hub.run(services.watch))
+    try:
+        yield
+    finally:
+        beat.cancel()
+        await asyncio.to_thread(services.close)

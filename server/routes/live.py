@@ -1,0 +1,110 @@
+"""The live socket's upward half: presence, targets, pings. What is malformed is refused, and the socket goes on."""
+
+import asyncio
+from concurrent.futures import Future
+
+from fastapi import APIRouter, WebSocket
+from pydantic import TypeAdapter, ValidationError
+from pydantic_core import from_json
+
+from controller.errors import TendrilError
+from controller.layout import fields
+from controller.messages import CommandReply, Telemetry
+from controller.modes import Request
+from server.channels import CHANNELS
+from server.deps import Me, Parts
+from server.live import Viewer
+from server.messages import FromBrowser, Hello, Ping, Pong, Presence, Refused, Reply, Session, Target
+from server.problems import sentence
+from server.services import Services
+from server.tasks import until_one_ends
+
+router = APIRouter()
+
+LONGEST = 4096
+"""Longest message from a page [characters]."""
+_MESSAGE: TypeAdapter[FromBrowser] = TypeAdapter(FromBrowser)
+
+
+@router.websocket("/ws/live")
+async def live(socket: WebSocket, parts: Parts, who: Me) -> None:
+    """Hello, the log so far, then everything live, until either side closes."""
+    await socket.accept()
+    viewer = Viewer(socket, who)
+    await socket.send_text(_hello(parts, viewer).model_dump_json())
+    for event in parts.events.recent:
+        viewer.post(event)
+    await until_one_ends(parts.hub.serve(viewer), _listen(Conversation(viewer, parts)))
+
+
+class Conversation:
+    """What one page says, answered through its viewer's outbox."""
+
+    def __init__(self, viewer: Viewer, parts: Services) -> None:
+        self._viewer, self._parts = viewer, parts
+        self._loop = asyncio.get_running_loop()
+
+    def hear(self, text: str | None) -> None:
+        """Act on one message; never raises."""
+        self._parts.lease.touch(self._viewer.who)
+        if text is None or len(text) > LONGEST:
+            return self._refuse(0, f"a message is text of at most {LONGEST} characters")
+        try:
+            message = _MESSAGE.validate_json(text)
+        except ValidationError as error:
+            return self._refuse(_id(text), sentence(error))
+        match message:
+            case Ping():
+                self._viewer.post(Pong(t=message.t))
+            case Presence():
+                self._present(message)
+            case Target():
+                self._aim(message)
+
+    def _present(self, message: Presence) -> None:
+        """Only a number that rises, from the page of the lease's holder, is presence."""
+        risen, self._viewer.presence = message.n > self._viewer.presence, max(message.n, self._viewer.presence)
+        if risen and self._parts.lease.holds(self._viewer.who):
+            self._parts.operator.present()
+
+    def _aim(self, message: Target) -> None:
+        try:
+            self._parts.require_lease(self._viewer.who)
+        except TendrilError as error:
+            return self._refuse(message.id, str(error))
+        operator, at = self._parts.operator, (message.x, message.y)
+        operator.present()
+        asked = operator.request(Request.FOLLOW, at) if message.start else operator.move(at)
+        asked.add_done_callback(lambda done: self._loop.call_soon_threadsafe(self._answer, message, done))
+
+    def _answer(self, message: Target, done: "Future[CommandReply]") -> None:
+        error = done.exception()
+        if error is not None:
+            return self._refuse(message.id, str(error))
+        reply = done.result()
+        if message.start and not reply.accepted:
+            self._parts.events.add(f"{self._viewer.who.name}: follow refused: {reply.detail}", "warning")
+        self._viewer.post(Reply(id=message.id, reply=reply))
+
+    def _refuse(self, number: int, detail: str) -> None:
+        self._viewer.post(Refused(id=number, detail=detail))
+
+
+async def _listen(conversation: Conversation) -> None:
+    socket = conversation._viewer.socket
+    while (message := await socket.receive())["type"] != "websocket.disconnect":
+        conversation.hear(message.get("text"))
+
+
+def _hello(parts: Services, viewer: Viewer) -> Hello:
+    session = Session(name=viewer.who.name, lease=parts.lease.view(viewer.who))
+    return Hello(session=session, layout=fields(Telemetry), channels=CHANNELS, rig=parts.rig.info)
+
+
+def _id(text: str) -> int:
+    """The number of a message that is otherwise malformed, so that the page knows which one was refused."""
+    try:
+        found = from_json(text)["id"]
+    except (ValueError, TypeError, KeyError, IndexError):
+        return 0
+    return found if isinstance(found, int) and 0 <= found < 2**53 else 0

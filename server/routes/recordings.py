@@ -1,0 +1,48 @@
+"""Recordings: start, stop, list, download."""
+
+import asyncio
+
+from fastapi import APIRouter, Response
+from starlette.responses import FileResponse
+
+from controller.errors import CommandRefused, RecordingError
+from recordings.messages import Recording, RecordingState
+from server.deps import Holder, Parts
+from server.messages import RecordingBody
+
+router = APIRouter(tags=["recordings"])
+
+
+@router.get("/api/recordings")
+async def recordings(parts: Parts) -> list[Recording]:
+    """Every recording, newest first."""
+    return await asyncio.to_thread(parts.store.list)
+
+
+@router.post("/api/recordings")
+async def start_recording(body: RecordingBody, parts: Parts, who: Holder) -> RecordingState:
+    """Record every tick from now on; 409 when a recording runs or the disk has no room."""
+    info, settings = parts.require_info(), parts.operator.settings
+    try:
+        state = await asyncio.to_thread(parts.recorder.start, body.name, info, settings)
+    except RecordingError as error:
+        raise CommandRefused(str(error)) from error
+    parts.events.add(f"{who.name}: recording {state.id} started")
+    return state
+
+
+@router.delete("/api/recordings/current")
+async def stop_recording(parts: Parts, who: Holder) -> Recording:
+    """End the recording; 409 when none runs."""
+    try:
+        found = await asyncio.to_thread(parts.recorder.stop)
+    except RecordingError as error:
+        raise CommandRefused(str(error)) from error
+    parts.events.add(f"{who.name}: recording {found.id} stopped, {found.rows} rows, {found.gaps} gaps")
+    return found
+
+
+@router.get("/api/recordings/{id}.rrd", response_class=FileResponse)
+async def recording_file(id: str, parts: Parts) -> Response:
+    """The recording's file, for rerun's viewer or for download; 404 when there is none."""
+    return FileResponse(parts.store.path(id), media_type="application/octet-stream", filename=f"{id}.rrd")

@@ -1,0 +1,137 @@
+"""What the server is made of, put together once; routes and sockets receive it and nothing else."""
+
+import asyncio
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from controller.errors import NotAllowed, RigUnreachable
+from controller.messages import RigInfo
+from controller.parameters import PRESETS, Settings
+from recordings.store import Store, default_folder
+from recordings.writer import Recorder
+from server.auth import Identity, Sessions
+from server.events import EventLog
+from server.history import History
+from server.lease import OperatorLease
+from server.live import Hub
+from server.messages import Health, Status
+from server.operator import Operator
+from server.review import Review
+from server.rig import Rig
+from server.scene import Scene
+from server.settings import Secrets, ServerSettings, load_secrets, write_private
+from server.watch import Watch
+
+
+@dataclass
+class Services:
+    """The parts. `open_services` makes them, `close` ends them."""
+
+    settings: ServerSettings
+    secrets: Secrets
+    sessions: Sessions
+    lease: OperatorLease
+    history: History
+    rig: Rig
+    operator: Operator
+    recorder: Recorder
+    store: Store
+    review: Review
+    scene: Scene
+    events: EventLog
+    hub: Hub = field(init=False)
+    watch: Watch = field(init=False)
+    settings_lock: asyncio.Lock = field(default_factory=asyncio.Lock)
+    """Changes to the settings are merged one after another."""
+
+    def __post_init__(self) -> None:
+        self.hub = Hub(self.history, self.status, self.status_key)
+        self.watch = Watch(self.rig, self.history, self.lease, self.operator, self.events)
+        self.events.listeners += [self.hub.tell, lambda event: self.recorder.events(event.text, event.level)]
+
+    def require_lease(self, who: Identity) -> None:
+        """Raise `NotAllowed` unless `who` operates."""
+        if self.lease.holds(who):
+            return
+        holder = self.lease.holder
+        by = f"{holder.name} operates now" if holder else "nobody operates now: take the lease first"
+        raise NotAllowed(f"only the operator may do this; {by}")
+
+    def require_info(self) -> RigInfo:
+        """Who the rig is; `RigUnreachable` before the first contact."""
+        if self.rig.info is None:
+            raise RigUnreachable(f"no rig was heard yet at {self.settings.endpoint}")
+        return self.rig.info
+
+    def health(self) -> Health:
+        """What is not in a telemetry row."""
+        return Health(
+            rig_connected=self.rig.boot() is not None,
+            rig_age=self.rig.age,
+            link_rtt=self.rig.round_trip,
+            viewers=len(self.hub.viewers),
+        )
+
+    def status(self, who: Identity) -> Status:
+        """Everything slow that the page shows, as `who` sees it."""
+        return Status(
+            lease=self.lease.view(who),
+            settings=self.operator.settings,
+            recording=self.recorder.state(),
+            health=self.health(),
+            rig=self.rig.info,
+        )
+
+    def status_key(self) -> object:
+        """Differs whenever viewers should be told at once."""
+        recording, holder = self.recorder.state(), self.lease.holder
+        who = holder.id if holder else ""
+        rig = (self.rig.boot(), self.rig.info.boot if self.rig.info else None)
+        return who, self.operator.settings, recording.recording, recording.id, rig, len(self.hub.viewers)
+
+    def keep_settings(self) -> None:
+        """Remember the rig's settings over a restart of this server."""
+        write_private(_settings_file(self.settings), self.operator.settings.model_dump_json())
+
+    def close(self) -> None:
+        """End commands and link, then the recording (which has then seen every row), then the 3D view."""
+        self.operator.close()
+        self.rig.close()
+        self.recorder.close()
+        self.scene.close()
+
+
+def open_services(settings: ServerSettings) -> Services:
+    """Connect to the rig and start everything that has a thread of its own."""
+    secrets, history = load_secrets(settings), History()
+    folder = settings.recordings or default_folder()
+    recorder, store = Recorder(folder), Store(folder)
+    rig = Rig(settings.endpoint, settings.rig, history, recorder.rows)
+    return Services(
+        settings=settings,
+        secrets=secrets,
+        sessions=Sessions(secrets, settings.rig),
+        lease=OperatorLease(),
+        history=history,
+        rig=rig,
+        operator=Operator(rig.send, rig.boot, lambda: history.newest, _kept_settings(settings)),
+        recorder=recorder,
+        store=store,
+        review=Review(store),
+        scene=Scene(lambda: history.newest, PRESETS["P1"], settings.light_scene),
+        events=EventLog(),
+    )
+
+
+def _settings_file(settings: ServerSettings) -> Path:
+    return settings.state / f"settings-{settings.rig}.json"
+
+
+def _kept_settings(settings: ServerSettings) -> Settings:
+    """The settings of the last run; the defaults when there are none, or none that this version understands."""
+    try:
+        return Settings.model_validate_json(_settings_file(settings).read_text())
+    except (OSError, ValidationError):
+        return Settings()
