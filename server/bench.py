@@ -1,0 +1,91 @@
+"""`tendril bench`: the kernels' times beside other engines', and the live loop with the whole product on it."""
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from controller.errors import TendrilError
+from controller.experiments.bench import bench
+from controller.experiments.loop_bench import bench_rig, measure_loop
+from controller.link import RigClient
+from controller.realtime.settings import RigSettings
+from server.browser import launch_chromium
+from server.settings import ServerSettings
+from server.up import ServerChild
+
+Figures = dict[str, Any]
+
+
+def run_bench(seconds: float, out: Console) -> Figures:
+    """All figures of `tendril bench --json`; the loop runs `seconds` [s] with page, 3D view and recording on."""
+    with out.status(f"Running the loop for {seconds:.0f} s with page, 3D view and recording ..."):
+        loop, recorded = measure_live(seconds)
+    with out.status("Timing the kernels ..."):
+        figures = bench() | {"loop": loop, "recording": recorded}
+    out.print(_table(figures))
+    return figures
+
+
+def measure_live(seconds: float) -> tuple[Figures, Figures]:
+    """Loop figures, and what the recorder wrote meanwhile."""
+    with tempfile.TemporaryDirectory(prefix="tendril-bench-") as name, _product(Path(name)) as (client, url):
+        with launch_chromium() as browser:
+            page = browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
+            page.goto(url)
+            page.wait_for_function("window.__tendril && window.__tendril.frame", timeout=60_000)
+            page.wait_for_timeout(3000)  # the 3D view and the first history are start-up, not the loop's daily load
+            _ask(page.request, "post", "/api/lease", url)
+            _ask(page.request, "post", "/api/recordings", url, data={"name": "bench"})
+            loop = measure_loop(client, seconds)
+            recorded = _ask(page.request, "delete", "/api/recordings/current", url)
+        return dict(loop), {"rows": recorded["rows"], "gaps": recorded["gaps"]}
+
+
+@contextmanager
+def _product(folder: Path) -> Iterator[tuple[RigClient, str]]:
+    """A rig with the bare thread beside its loop, a server on it, and the address of the page."""
+    with bench_rig(RigSettings(rig=f"bench-{os.getpid()}")) as rig:
+        settings = ServerSettings(
+            rig=rig.settings.rig, endpoint=rig.endpoint, port=0, state=folder, recordings=folder / "recordings"
+        )
+        child = ServerChild(settings, folder / "server.json")
+        client = RigClient(rig.endpoint, rig.settings.rig, lambda rows: None)
+        try:
+            yield client, child.wait_ready().url
+        finally:
+            client.close()
+            child.stop()
+
+
+def _ask(request: Any, method: str, path: str, url: str, **more: Any) -> Figures:
+    """One call as the page makes it, with its session."""
+    origin = url.split("/?")[0]
+    answer = getattr(request, method)(origin + path, headers={"Origin": origin}, **more)
+    if not answer.ok:
+        raise TendrilError(f"{path} was answered with {answer.status}: {answer.text()}")
+    return answer.json()  # type: ignore[no-any-return]
+
+
+def _table(figures: Figures) -> Table:
+    table = Table("figure", "value", title="tendril bench", title_justify="left")
+    loop, lateness = figures["loop"], figures["loop"]["lateness_us"]
+    ratio = figures["rod_step_us"] / figures["mujoco_step_us"]
+    table.add_row("RK4 rod step, N = 10", f"{figures['rod_step_us']:.2f} us")
+    table.add_row("MuJoCo, same chain", f"{figures['mujoco_step_us']:.2f} us (ratio {ratio:.2f})")
+    table.add_row("tips apart after 2 s, at most", f"{figures['mujoco_tip_difference_m']:.1e} m")
+    table.add_row("controller tick, N = 10", f"{figures['tick_us']:.1f} us")
+    table.add_row(f"loop, {loop['policy']}", f"{loop['ticks']} ticks in {loop['seconds']:.0f} s")
+    table.add_row("lost ticks; a bare thread lost", f"{loop['lost']}; {loop['baseline_lost']}")
+    late = ", ".join(f"{name} {lateness[name]:.0f}" for name in ("p50", "p99", "p999", "max"))
+    table.add_row("wake-up lateness", f"{late} us")
+    table.add_row("recorded rows, gaps", f"{figures['recording']['rows']}, {figures['recording']['gaps']}")
+    for row in figures["scaling"]:
+        dense = "-" if row["dense_step_us"] is None else f"{row['dense_step_us']:.0f} us"
+        table.add_row(f"{row['integrator']} step, N = {row['n']}; dense", f"{row['step_us']:.1f} us; {dense}")
+    return table

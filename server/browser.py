@@ -1,0 +1,37 @@
+"""A headless chromium for the benchmark (the `bench` extra): the page as a real viewer loads it."""
+
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from controller.errors import TendrilError
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+NAMES = ("chromium", "chromium-browser", "google-chrome")
+FLAGS = ["--no-sandbox", "--disable-background-networking", "--disable-component-update", "--no-first-run"]
+
+
+def find_chromium() -> str:
+    """Path of the installed chromium; `TendrilError` without one."""
+    for name in NAMES:
+        if found := shutil.which(name):
+            return found
+    raise TendrilError(f"no browser found ({', '.join(NAMES)}); on Debian: apt-get install chromium")
+
+
+@contextmanager
+def launch_chromium() -> "Iterator[Browser]":
+    """A running chromium, closed at the end."""
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError as error:
+        raise TendrilError("the benchmark needs playwright: pip install 'tendril[bench]'") from error
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=find_chromium(), args=FLAGS)
+        try:
+            yield browser
+        finally:
+            browser.close()

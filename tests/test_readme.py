@@ -1,0 +1,34 @@
+"""What the README promises about the code is checked against the code."""
+
+import ast
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text()
+TABLE = set(re.findall(r"^\| (Eq\. \w+) \|.*\| `([\w/]+\.py):(\w+)` \|$", README, re.MULTILINE))
+
+
+def homes() -> set[tuple[str, str, str]]:
+    """Every equation mark in the kernels, with file and function."""
+    found = set()
+    for path in (ROOT / "controller" / "kernels").glob("*.py"):
+        source = path.read_text()
+        for function in (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.FunctionDef)):
+            for mark in re.findall(r"# (Eq\. \w+)$", ast.get_source_segment(source, function) or "", re.MULTILINE):
+                found.add((mark, str(path.relative_to(ROOT)), function.name))
+    return found
+
+
+def test_the_table_names_every_equation_of_the_method() -> None:
+    assert {name for name, _, _ in TABLE} == {f"Eq. {n}" for n in ("KKT", "S", "FF", "OBS", "FDES", "UFB", "HDOT")}
+
+
+def test_each_equation_is_computed_at_the_one_place_that_the_table_names() -> None:
+    assert homes() == TABLE
+
+
+def test_every_picture_and_document_that_the_readme_links_is_there() -> None:
+    links = re.findall(r"\]\((?!https?://)([^)#]+)\)", README)
+    assert links
+    assert [link for link in links if not (ROOT / link).exists()] == []
