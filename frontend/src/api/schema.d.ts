@@ -352,6 +352,13 @@ export interface components {
        */
       rcond_min: number;
       /**
+       * Weak Ratio
+       * @description Feedback fades in a direction in which S moves the tip less than this share of its strongest (ours; the paper: 0).
+       *     At the straight pose nothing can move the tip along x, and the paper's law alone saturates there on noise.
+       * @default 0.1
+       */
+      weak_ratio: number;
+      /**
        * Dead Time
        * @default 0.05
        */
@@ -617,6 +624,12 @@ export interface components {
        * @description Ticks that are missing between the rows given: 0 when nothing was lost.
        */
       gaps: number;
+      /**
+       * Problem
+       * @description Why the last recording ended by itself (a full disk, ...), "" when it did not.
+       * @default
+       */
+      problem: string;
     };
     /**
      * Refused
@@ -717,6 +730,7 @@ export interface components {
        *       "zeta_B": 1,
        *       "epsilon": 1e-8,
        *       "rcond_min": 1e-10,
+       *       "weak_ratio": 0.1,
        *       "dead_time": 0.05,
        *       "pneumatic_lag": 0.05,
        *       "torque_rate_max": 0.5,

@@ -43,7 +43,7 @@ export const EMPTY_PAGE: Page = {
   rigLive: false,
   lease: { held: false, mine: false, holder: "" },
   settings: null,
-  recording: { recording: false, id: "", seconds: 0, rows: 0, gaps: 0 },
+  recording: { recording: false, id: "", seconds: 0, rows: 0, gaps: 0, problem: "" },
   health: null,
   rig: null,
   workspace: null,

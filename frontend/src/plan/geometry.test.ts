@@ -1,0 +1,52 @@
+import { expect, test } from "vitest";
+import type { Point } from "../api/types";
+import { gridFor, lengthLabel, ticks } from "./grid";
+import { reachQuads, signedArea } from "./reach";
+import { arrowEnd, markersOf, residualOf, type PointSource } from "./residual";
+
+/** Ten sensors on a straight backbone of 21 samples; markers 3 mm beside it, the fourth not seen. */
+const source: PointSource = {
+  points: (name) => (name === "markers" ? 10 : 21),
+  point: (name, i) => (name === "backbone" ? [i * 0.01, 0] : i === 3 ? null : [(i + 1) * 0.02, 0.003]),
+  at: () => 0b10_0010_0000,
+};
+
+test("a marker is compared with the observer's point at the same arc length", () => {
+  const markers = markersOf(source);
+  expect(markers.map((marker) => marker.rod)).toEqual([1, 2, 3, 5, 6, 7, 8, 9, 10]);
+  for (const marker of markers) {
+    expect(marker.observed?.[0]).toBeCloseTo(marker.measured[0], 12);
+    expect(residualOf(marker)).toBeCloseTo(0.003, 12);
+  }
+});
+
+test("only the rods whose bits are set are sensed", () => {
+  expect(
+    markersOf(source)
+      .filter((marker) => marker.sensed)
+      .map((marker) => marker.rod),
+  ).toEqual([6, 10]);
+});
+
+test("a residual arrow points from the observer to the measurement, lengthened by its gain", () => {
+  expect(arrowEnd([0.1, 0], [0.101, -0.002], 5)).toEqual([expect.closeTo(0.105), expect.closeTo(-0.01)]);
+});
+
+test("the reach leaves out quads with a corner that is not admissible, and turns all others alike", () => {
+  const grid: (Point | null)[] = [[0, 0], [1, 0], [2, 0], [0, 1], [1, 1], null, [1.2, 0.5], [0.4, 0.5], [2, 2]]; // prettier-ignore
+  const points = grid.map((point): [number, number] | null => point && [point[0], point[1]]);
+  const quads = reachQuads({ rows: 3, columns: 3, points, length: 1 });
+  expect(quads).toHaveLength(2);
+  for (const quad of quads) expect(signedArea(quad)).toBeGreaterThan(0);
+});
+
+test("grid lines stand on round numbers at any zoom", () => {
+  for (const scale of [120, 850, 9000, 90_000]) {
+    const { minor, major, bar } = gridFor(scale);
+    expect(major * scale).toBeGreaterThanOrEqual(60);
+    expect(bar * scale).toBeLessThan(200);
+    expect(Math.round(major / minor)).toBeCloseTo(major / minor, 9);
+  }
+  expect(ticks(-0.025, 0.031, 0.01).map((x) => Math.round(x * 1e3))).toEqual([-20, -10, 0, 10, 20, 30]);
+  expect(lengthLabel(0.05)).toBe("50 mm");
+});
