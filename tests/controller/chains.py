@@ -1,0 +1,58 @@
+"""Rod chains in known states, and their motion over many steps."""
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from controller.build import build_rod
+from controller.kernels.energy import Ledger, ledger_step
+from controller.kernels.integrate import rk4_step
+from controller.kernels.rod import Array, Load, RodModel, RodState, Work, make_work
+from controller.parameters import PRESETS
+
+compiled: Any = njit(nogil=True, error_model="numpy")
+NO_TORQUE = np.zeros(2)
+
+
+def preset(name: str = "P1", rods: int = 10, **changes: Any) -> RodModel:
+    return build_rod(PRESETS[name], rods)._replace(**changes)
+
+
+def posed(model: RodModel, theta: Array, omega: Array) -> RodState:
+    """The state with these angles and rates that meets every constraint."""
+    state = RodState(np.zeros((3, theta.size)), np.zeros((3, theta.size)))
+    along = model.L * np.array([np.cos(theta), np.sin(theta)])
+    rate = model.L * omega * np.array([-np.sin(theta), np.cos(theta)])
+    state.q[:2], state.q[2] = np.cumsum(along, axis=1) - along / 2, theta
+    state.v[:2], state.v[2] = np.cumsum(rate, axis=1) - rate / 2, omega
+    return state
+
+
+def thrown(model: RodModel, seed: int, bend: float = 0.3, speed: float = 2.0) -> RodState:
+    """A random state that meets every constraint: bent by about `bend` [rad] and turning by `speed` [rad/s] a joint."""
+    random = np.random.default_rng(seed)
+    turns = random.normal(size=(2, model.L.size))
+    return posed(model, np.cumsum(bend * turns[0]), np.cumsum(speed * turns[1]))
+
+
+@compiled
+def steps(model: RodModel, state: RodState, load: Load, dt: float, work: Work, count: int) -> None:
+    for _ in range(count):
+        rk4_step(model, state, load, dt, work)
+
+
+@compiled
+def booked_steps(
+    model: RodModel, state: RodState, load: Load, dt: float, work: Work, ledger: Ledger, u: Array, kept: Array
+) -> None:
+    """One step for each row of `kept` (n,2), which becomes stored energy and ledger [J]."""
+    for i in range(kept.shape[0]):
+        rk4_step(model, state, load, dt, work)
+        kept[i, 1] = ledger_step(ledger, model, state, load, u, dt, work)
+        kept[i, 0] = ledger.energy[0]
+
+
+def advance(model: RodModel, state: RodState, load: Load, seconds: float, dt: float = 1e-3) -> RodState:
+    steps(model, state, load, dt, make_work(model.L.size), round(seconds / dt))
+    return state

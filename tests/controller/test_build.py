@@ -1,0 +1,113 @@
+"""Models of any number of rods from the table for ten: the static map stays, and the fastest mode bounds the step."""
+
+import math
+
+import numpy as np
+import pytest
+
+from controller.build import (
+    build_rod,
+    largest_step,
+    natural_modes,
+    stable_substeps,
+    static_compliance,
+    torque_map,
+    twin_model,
+)
+from controller.kernels.rod import Array, RodModel, make_load, straight
+from controller.kernels.statics import static_tip
+from controller.parameters import PRESETS, Actuator, TwinParameters
+from tests.controller.chains import advance, preset, thrown
+from tests.oracles import Chain
+
+
+def admissible(actuator: Actuator, u_max: float) -> list[tuple[float, float]]:
+    side, bend = np.linspace(-u_max, u_max, 21), preset(actuator.name).compliance[-1]
+    return [(u1, u2) for u1 in side for u2 in side if abs(bend @ (u1, u2)) <= actuator.bend_max]
+
+
+def tips(model: RodModel, torques: list[tuple[float, float]]) -> Array:
+    return np.array([static_tip(model, *u) for u in torques])
+
+
+def test_ten_rods_have_the_papers_table() -> None:
+    P1, P2 = preset("P1"), preset("P2")
+    assert P1.k == pytest.approx(np.full(10, 0.0751), rel=1e-12)
+    assert P2.k == pytest.approx(np.linspace(0.0664, 0.0248, 10), rel=1e-12)
+    assert P2.b == pytest.approx(np.linspace(0.767e-3, 0.205e-3, 10), rel=1e-12)
+    assert pytest.approx(0.1445) == P2.m.sum()
+    expected = np.zeros((10, 2))
+    expected[4], expected[9] = (1.0, -1.0), (0.0, 1.0)
+    assert np.array_equal(P1.T_theta, expected)
+    assert torque_map("base_mid_tip", 10)[0].tolist() == [-1.0, 0.0]
+
+
+@pytest.mark.parametrize(("name", "worst", "gentle"), [("P1", 4.8e-3, 1.4e-3), ("P2", 15e-3, 4e-3), ("P3", 3e-3, 1e-3)])
+@pytest.mark.parametrize("rods", [14, 15, 20, 100, 1000])
+def test_the_static_map_does_not_depend_on_the_number_of_rods(
+    name: str, worst: float, gentle: float, rods: int
+) -> None:
+    """At full torque 10 rods turn by up to 0.8 rad (P2: 2.4) a joint: that polygon is not the smooth curve."""
+    for u_max, bound in ((PRESETS[name].u_max, worst), (0.02, gentle)):
+        torques = admissible(PRESETS[name], u_max)
+        apart = np.linalg.norm(tips(preset(name, rods), torques) - tips(preset(name), torques), axis=1)
+        assert apart.max() < bound
+
+
+def test_angles_at_the_middles_of_the_tables_rods_are_kept_exactly() -> None:
+    """30 rods have a middle wherever 10 have one."""
+    fine, table = preset("P2", 30), preset("P2")
+    assert fine.compliance[1::3] == pytest.approx(table.compliance, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["mid_tip", "base_mid_tip"])
+def test_the_compliance_solves_the_dense_stiffness(name: str) -> None:
+    model, T_theta = preset("P2", 14), torque_map(name, 14)
+    dense = np.linalg.solve(Chain(model).hinges(model.k), T_theta)
+    assert static_compliance(model.k, T_theta) == pytest.approx(dense, rel=1e-12, abs=1e-12)
+
+
+def test_the_model_at_rest_settles_where_the_static_map_says() -> None:
+    model, u, load = preset("P1", alpha=5.0), np.array([0.02, 0.015]), make_load(10)
+    load.Q_theta[:] = model.T_theta @ u
+    state = advance(model, straight(model), load, 20.0)
+    assert state.q[2] == pytest.approx(model.compliance @ u, rel=1e-8)
+
+
+def test_a_fine_chain_has_the_first_frequency_of_a_clamped_beam() -> None:
+    rods, EI = 100, 0.0751 * 0.253 / 10
+    length = 0.253 / rods
+    k = np.full(rods, EI / length)
+    k[0] = 2 * EI / length  # a real clamp: half a cell at the base
+    model = preset("P1", rods, k=k, b=np.zeros(rods), alpha=0.0)
+    omega = np.abs(natural_modes(model, np.zeros(rods))).min()
+    assert omega == pytest.approx(3.516 * math.sqrt(EI / (0.125 / 0.253 * 0.253**4)), rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["P1", "P2", "P3"])
+def test_the_twins_first_mode_is_damped_as_asked_and_near_two_hertz(name: str) -> None:
+    modes = natural_modes(twin_model(PRESETS[name], TwinParameters(zeta=0.3)), np.zeros(14))
+    first = modes[np.argmin(np.abs(modes))]
+    assert -first.real / abs(first) == pytest.approx(0.3, rel=1e-6)
+    low, high = {"P1": (2.0, 2.4), "P2": (1.5, 2.0), "P3": (3.3, 4.0)}[name]
+    assert low < abs(first) / (2 * math.pi) < high
+
+
+@pytest.mark.parametrize("name", ["P1", "P2", "P3"])
+def test_the_largest_step_is_where_the_integrator_begins_to_diverge(name: str) -> None:
+    model = preset(name)
+    bound = largest_step(model)
+    assert peak_speed(model, 0.97 * bound) < 1.0
+    assert not peak_speed(model, 1.05 * bound) < 1.0
+
+
+def peak_speed(model: RodModel, dt: float) -> float:
+    """Speed left after 4000 steps from a small throw about the straight pose."""
+    state = advance(model, thrown(model, 0, bend=1e-6, speed=1e-4), make_load(10), 4000 * dt, dt)
+    return float(np.abs(state.v).max())
+
+
+def test_finer_rods_need_substeps() -> None:
+    assert stable_substeps(preset("P1"), 1e-3, K_o=500.0) == 1
+    assert stable_substeps(preset("P1", 20), 1e-3) in range(6, 12)
+    assert stable_substeps(build_rod(PRESETS["P2"], 20), 1e-3) in range(18, 32)

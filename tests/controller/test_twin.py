@@ -1,0 +1,146 @@
+"""The simulated actuator: matched to the model when its flaws are off, and each flaw as its parameter says."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from controller.build import build_rod, build_twin
+from controller.kernels.statics import static_tip
+from controller.kernels.twin import Twin, twin_step
+from controller.layout import record_dtype
+from controller.messages import Measurement, Telemetry
+from controller.parameters import PRESETS, RigParameters, TwinParameters
+from tests.controller.chains import compiled
+
+IDEAL = {"torque_gain": 1.0, "creep": (0.0, 0.0), "friction": 0.0, "marker_noise": 0.0}
+STEP_NS = 1_000_000
+Rows = np.ndarray[Any, Any]
+
+
+@compiled
+def walk(twin: Twin, pressures: np.ndarray, telemetry: np.ndarray, measurement: np.ndarray) -> None:
+    """One step for each row of `pressures` (n,4) [Pa], in its own row of telemetry and a held measurement."""
+    for i in range(pressures.shape[0]):
+        measurement[i] = measurement[max(i - 1, 0)]
+        for j in range(4):
+            telemetry[i].pressure_cmd[j] = pressures[i, j]
+        twin_step(twin, (twin.ticks[0] + 1) * 1_000_000, telemetry[i], measurement[i])
+
+
+def run(twin: Twin, pressures: np.ndarray) -> tuple[Rows, Rows]:
+    """What telemetry showed at the start of each tick and what was sensed after it (n,)."""
+    telemetry = np.zeros(len(pressures), record_dtype(Telemetry))
+    measurement = np.zeros(len(pressures), record_dtype(Measurement))
+    walk(twin, pressures, telemetry, measurement)
+    return telemetry, measurement
+
+
+def twin_of(name: str = "P1", **flaws: Any) -> Twin:
+    return build_twin(RigParameters(actuator=PRESETS[name], twin=TwinParameters(**flaws)))
+
+
+def held(pressures: tuple[float, float, float, float], seconds: float) -> np.ndarray:
+    return np.tile(np.array(pressures), (round(seconds * 1000), 1))
+
+
+@pytest.mark.parametrize("name", ["P1", "P2", "P3"])
+@pytest.mark.parametrize("u", [(0.02, 0.015), (-0.01, 0.03)])
+def test_without_flaws_the_tip_rests_where_the_model_says(name: str, u: tuple[float, float]) -> None:
+    actuator = PRESETS[name]
+    per_torque = actuator.pressure_max / actuator.u_max
+    p = (max(u[0], 0), max(-u[0], 0), max(u[1], 0), max(-u[1], 0))
+    telemetry, measurement = run(twin_of(name, rods=10, **IDEAL), np.array(p) * per_torque * np.ones((8000, 1)))
+    expected = static_tip(build_rod(actuator, 10), *u)
+    assert telemetry["twin_backbone"][-1, -1] == pytest.approx(expected, abs=1e-6)
+    assert measurement["markers"][-1, -1] == pytest.approx(expected, abs=1e-6)
+
+
+def test_torque_gain_is_the_mismatch_of_the_bend() -> None:
+    telemetry, _ = run(twin_of(rods=10, **IDEAL | {"torque_gain": 1.2}), held((60e3, 0.0, 0.0, 0.0), 8.0))
+    u = 1.2 * 60e3 / PRESETS["P1"].pressure_max * PRESETS["P1"].u_max
+    expected = static_tip(build_rod(PRESETS["P1"], 10), u, 0.0)
+    assert telemetry["twin_backbone"][-1, -1] == pytest.approx(expected, abs=1e-6)
+
+
+def test_one_seed_gives_the_same_bits_and_another_does_not() -> None:
+    pressures = held((50e3, 0.0, 0.0, 80e3), 1.0)
+    first, again, other = (run(twin_of(seed=seed), pressures)[1].tobytes() for seed in (5, 5, 6))
+    assert first == again != other
+
+
+def test_markers_come_at_100_hz_late_and_stamped_with_their_capture() -> None:
+    telemetry, measurement = run(twin_of(marker_noise=0.0), held((80e3, 0.0, 30e3, 0.0), 0.5))
+    stamps = measurement["t_ns"]
+    arrivals = np.flatnonzero(np.diff(stamps)) + 1
+    assert np.all(np.diff(arrivals) == 10)
+    assert np.all(stamps[4:] > 0)
+    for i in arrivals:
+        captured = stamps[i] // STEP_NS - 1
+        assert i - captured == 4
+        seen, true = measurement["markers"][i], telemetry["twin_backbone"][captured, 2::2]
+        assert seen == pytest.approx(true, abs=1e-7)
+
+
+def test_marker_noise_is_white_normal_and_of_the_size_asked_for() -> None:
+    _, measurement = run(twin_of(marker_noise=2e-4), held((0.0, 0.0, 0.0, 0.0), 20.0))
+    at_rest = np.column_stack([0.253 * np.arange(1, 11) / 10, np.zeros(10)])
+    noise = (measurement["markers"][10::10] - at_rest) / 2e-4
+    count = noise.size
+    assert abs(noise.mean()) < 4 / math.sqrt(count)
+    assert noise.std() == pytest.approx(1.0, abs=4 / math.sqrt(2 * count))
+    assert (noise**4).mean() == pytest.approx(3.0, abs=4 * math.sqrt(96 / count))
+    assert abs((noise[1:] * noise[:-1]).mean()) < 4 / math.sqrt(count)
+    assert abs((noise[:, :, 0] * noise[:, :, 1]).mean()) < 4 / math.sqrt(count / 2)
+
+
+def test_chambers_wait_for_the_dead_time_and_exhaust_slower_than_they_fill() -> None:
+    twin = twin_of(inflate_time=0.03, exhaust_time=0.06, dead_time=0.05)
+    filling = run(twin, held((100e3, 0.0, 0.0, 0.0), 1.0))[1]["pressures"][:, 0]
+    venting = run(twin, held((0.0, 0.0, 0.0, 0.0), 1.0))[1]["pressures"][:, 0]
+    assert np.all(filling[:50] == 0.0)
+    assert filling[50 + 29] == pytest.approx(100e3 * (1 - math.exp(-1)), rel=1e-6)
+    assert np.all(venting[:50] > 99.9e3)
+    assert venting[50 + 59] == pytest.approx(100e3 * math.exp(-1), rel=1e-6)
+
+
+def test_creep_moves_the_tip_on_after_the_step_but_not_where_it_ends() -> None:
+    flaws = IDEAL | {"creep_time": (0.15, 1.0)}
+    elastic, creeping = (
+        run(twin_of(rods=10, **flaws | {"creep": creep}), held((60e3, 0.0, 0.0, 0.0), 12.0))[0]
+        for creep in ((0.0, 0.0), (0.0, 0.2))
+    )
+    y_elastic, y_creeping = (rows["twin_backbone"][:, -1, 1] for rows in (elastic, creeping))
+    assert y_creeping[1200] < y_elastic[1200] - 5e-3
+    assert y_creeping[-1] == pytest.approx(y_elastic[-1], abs=2e-5)
+
+
+def test_friction_stops_the_swing_sooner_and_short_of_the_static_pose() -> None:
+    smooth, rough = (
+        run(twin_of(rods=10, **IDEAL | {"friction": mu, "zeta": 0.05}), held((60e3, 0.0, 0.0, 0.0), 4.0))[0]
+        for mu in (0.0, 0.16)
+    )
+    swing_smooth, swing_rough = (np.ptp(rows["twin_backbone"][2000:, -1, 1]) for rows in (smooth, rough))
+    assert swing_rough < 0.2 * swing_smooth
+
+
+@pytest.mark.parametrize("name", ["P1", "P2", "P3"])
+def test_the_plant_stays_finite_and_whole_under_the_wildest_valves(name: str) -> None:
+    random = np.random.default_rng(1)
+    actuator = PRESETS[name]
+    pressures = np.repeat(random.choice([0.0, actuator.pressure_max], size=(600, 4)), 50, axis=0)
+    twin = twin_of(name, zeta=0.05, friction=0.0, creep=(0.3, 0.3))
+    telemetry, _ = run(twin, pressures)
+    assert np.isfinite(telemetry["twin_backbone"]).all()
+    gaps = np.linalg.norm(np.diff(telemetry["twin_backbone"], axis=1), axis=2)
+    assert gaps.max() < 1.01 * actuator.length / 20
+
+
+def test_a_step_of_the_twin_allocates_nothing() -> None:
+    @compiled
+    def step(twin: Twin, telemetry: np.ndarray, measurement: np.ndarray) -> None:
+        twin_step(twin, 1, telemetry[0], measurement[0])
+
+    step(twin_of(), np.zeros(1, record_dtype(Telemetry)), np.zeros(1, record_dtype(Measurement)))
+    assert "NRT_MemInfo_alloc" not in "".join(step.inspect_llvm().values())
