@@ -70,10 +70,10 @@ def run_steps(model: RodModel, state: RodState, load: Load, dt: float, work: Wor
 
 
 @compiled
-def run_dense_steps(model: RodModel, state: RodState, load: Load, dt: float, count: int) -> None:
+def run_dense_steps(model: RodModel, state: RodState, load: Load, dt: float, work: Work, count: int) -> None:
     """`count` RK4 steps of dt [s] with the dense solver."""
     for _ in range(count):
-        dense_step(model, state, load, dt)
+        dense_step(model, state, load, dt, work)
 
 
 def hinge_chain() -> tuple[RodModel, Load]:
@@ -127,7 +127,7 @@ def time_chain(rods: int, rounds: int) -> Scaling:
     dense = None
     if rods <= DENSE_MAX:
         repeats = max(1, 300 // rods)
-        dense = time_steps(lambda n: run_dense_steps(model, dense_state, load, dt, n), repeats)
+        dense = time_steps(lambda n: run_dense_steps(model, dense_state, load, dt, work, n), repeats)
     if not (np.isfinite(state.q).all() and np.isfinite(state.v).all() and np.isfinite(dense_state.q).all()):
         raise TendrilError(f"the chain of {rods} rods left the finite numbers at dt = {dt:.1e} s")
     return Scaling(n=rods, integrator="RK4", dt=dt, step_us=float(np.median(times)), dense_step_us=dense)

@@ -2,7 +2,17 @@
 
 import numpy as np
 
-from controller.kernels.rod import Array, Load, RodModel, RodState, constraint_residual, free_acceleration, rotations
+from controller.kernels.integrate import fill_first_stage, fill_stage, finish_step
+from controller.kernels.rod import (
+    Array,
+    Load,
+    RodModel,
+    RodState,
+    Work,
+    constraint_residual,
+    free_acceleration,
+    rotations,
+)
 from controller.realtime.compiled import compiled
 
 
@@ -15,43 +25,41 @@ def kkt_matrix(model: RodModel, a: Array) -> Array:
         matrix[i, i] = matrix[rods + i, rods + i] = model.m[i]
         matrix[2 * rods + i, 2 * rods + i] = model.I[i]
         for axis in range(2):
-            hinge = (3 + axis) * rods + i
-            matrix[hinge, axis * rods + i] = 1.0
-            matrix[hinge, 2 * rods + i] = -a[axis, i]
+            row, x, theta = (3 + axis) * rods + i, axis * rods + i, 2 * rods + i
+            matrix[row, x] = matrix[x, row] = 1.0
+            matrix[row, theta] = matrix[theta, row] = -a[axis, i]
             if i > 0:
-                matrix[hinge, axis * rods + i - 1] = -1.0
-                matrix[hinge, 2 * rods + i - 1] = -a[axis, i - 1]
-    matrix[: 3 * rods, 3 * rods :] = matrix[3 * rods :, : 3 * rods].T
+                matrix[row, x - 1] = matrix[x - 1, row] = -1.0
+                matrix[row, theta - 1] = matrix[theta - 1, row] = -a[axis, i - 1]
     return matrix
 
 
 @compiled
-def dense_acceleration(model: RodModel, q: Array, v: Array, load: Load) -> Array:
-    """Accelerations (3,N) from one linear system of 5N unknowns: 3N accelerations and 2N hinge forces."""
+def dense_accelerate(model: RodModel, load: Load, work: Work, stage: int) -> None:
+    """`accelerate` from one linear system of 5N unknowns: 3N accelerations and 2N hinge forces."""
     rods = model.m.size
-    a, zero, right = np.empty((2, rods)), np.zeros((3, rods)), np.empty((5, rods))
+    q, v, a = work.q[stage], work.v[stage], work.a[stage]
+    right = np.zeros(5 * rods)
+    force, drift = right[: 3 * rods].reshape((3, rods)), right[3 * rods :].reshape((2, rods))
     rotations(q[2], model.L, a)
-    free_acceleration(model, q, v, load, right[:3])
-    constraint_residual(model, q, v, a, zero, right[3:])
+    constraint_residual(model, q, v, a, force, drift)  # without free accelerations: they are unknowns here
+    free_acceleration(model, q, v, load, force)
     for i in range(rods):
-        right[0, i] *= model.m[i]
-        right[1, i] *= model.m[i]
-        right[2, i] *= model.I[i]
-    solution = np.linalg.solve(kkt_matrix(model, a), right.ravel())
-    acceleration: Array = solution[: 3 * rods].reshape(3, rods)  # type: ignore[assignment]
-    return acceleration
+        force[0, i] *= model.m[i]
+        force[1, i] *= model.m[i]
+        force[2, i] *= model.I[i]
+    solution = np.linalg.solve(kkt_matrix(model, a), right)
+    for row in range(3):
+        for i in range(rods):
+            work.acc[stage, row, i] = solution[row * rods + i]
 
 
 @compiled
-def dense_step(model: RodModel, state: RodState, load: Load, dt: float) -> None:
+def dense_step(model: RodModel, state: RodState, load: Load, dt: float, work: Work) -> None:
     """`rk4_step` with the dense solver."""
-    q, v = state.q, state.v
-    acc_1 = dense_acceleration(model, q, v, load)
-    v_2 = v + dt / 2 * acc_1
-    acc_2 = dense_acceleration(model, q + dt / 2 * v, v_2, load)
-    v_3 = v + dt / 2 * acc_2
-    acc_3 = dense_acceleration(model, q + dt / 2 * v_2, v_3, load)
-    v_4 = v + dt * acc_3
-    acc_4 = dense_acceleration(model, q + dt * v_3, v_4, load)
-    q += dt / 6 * (v + 2 * v_2 + 2 * v_3 + v_4)
-    v += dt / 6 * (acc_1 + 2 * acc_2 + 2 * acc_3 + acc_4)
+    fill_first_stage(state, work)
+    dense_accelerate(model, load, work, 0)
+    for stage in range(1, 4):
+        fill_stage(state, work, stage, dt if stage == 3 else 0.5 * dt)
+        dense_accelerate(model, load, work, stage)
+    finish_step(state, work.acc, dt)

@@ -60,10 +60,10 @@ def assert_close(found: Array, expected: Array, relative: float) -> None:
 def test_the_dense_step_of_the_benchmark_is_the_same_step() -> None:
     model, load = preset("P3"), make_load(10)
     load.Q_theta[-1] = 0.03
-    ours, dense = thrown(model, 3), thrown(model, 3)
+    ours, dense, work = thrown(model, 3), thrown(model, 3), make_work(10)
     advance(model, ours, load, 0.1)
     for _ in range(100):
-        dense_step(model, dense, load, 1e-3)
+        dense_step(model, dense, load, 1e-3, work)
     assert_close(ours.q, dense.q, 1e-10)
 
 
