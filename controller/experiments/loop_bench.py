@@ -3,6 +3,7 @@
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TypedDict
 
 import numpy as np
@@ -50,14 +51,14 @@ def bench_rig(settings: RigSettings) -> Iterator[Supervisor]:
         supervisor.stop()
 
 
-def measure_loop(client: RigClient, seconds: float) -> LoopFigures:
+def measure_loop(client: RigClient, seconds: float, folder: Path | None = None) -> LoopFigures:
     """Loop figures over `seconds` [s] from now, of the rig on this machine that `client` is connected to.
 
-    The rows come straight from the shared ring: the measurement adds no load to the link.
+    The rows come straight from the shared ring (in `folder`, None for the usual places), so the link has no more to do.
     """
     if client.info is None:
         raise RigUnreachable("no rig is connected: nothing to measure")
-    ring = find_ring(client.info.rig)
+    ring = find_ring(client.info.rig, folder)
     if ring.boot != client.info.boot:
         raise RigUnreachable(f"rig {client.info.rig!r} runs on another machine, or has restarted just now")
     baseline = int(ring.header[BASELINE_LOST])

@@ -57,8 +57,12 @@ class RigClient:
         self._session = open_session(connect=endpoint)
         self._worker = threading.Thread(target=self._work, name="rig-link", daemon=True)
         self._worker.start()
-        self._session.declare_subscriber(self._keys.telemetry, self._on_batch)
-        self._session.liveliness().declare_subscriber(self._keys.alive("*"), self._on_alive, history=True)
+        # Direct: no thread of Python's for zenoh, which would keep an interpreter from ending without `close`.
+        on_batch, on_alive = (
+            zenoh.handlers.Callback(call, indirect=False) for call in (self._on_batch, self._on_alive)
+        )
+        self._session.declare_subscriber(self._keys.telemetry, on_batch)
+        self._session.liveliness().declare_subscriber(self._keys.alive("*"), on_alive, history=True)
 
     @property
     def info(self) -> RigInfo | None:

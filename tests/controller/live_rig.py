@@ -4,7 +4,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +39,6 @@ class Operator:
         self.client = RigClient(endpoint, rig, self.batches.append, lambda info: self.boots.append(info.boot))
         self.n = 0
         self.request_n = 0
-        wait_for(lambda: self.client.connected)
 
     def send(self, request: Request = Request.NONE, **fields: Any) -> CommandReply:
         """One command; any request is a new one, and every command shows presence unless told otherwise."""
@@ -63,21 +63,18 @@ class Operator:
 
     def first(self, column: str, value: int) -> int:
         """Index in `rows()` of the first row with this value, once it is there."""
-        wait_for(lambda: value in self.newest()[[column]].tolist() or value in self.rows()[column])
+        wait_for(lambda: np.any(self.rows()[column] == value))
         return int(np.argmax(self.rows()[column] == value))
 
 
+@dataclass
 class LiveRig:
-    """The process of one rig and its operator."""
+    """A running rig, the process that was started for it, and its operator."""
 
-    def __init__(self, settings: RigSettings, command: list[str]) -> None:
-        assert settings.ready
-        self.settings = settings
-        self.process = subprocess.Popen([sys.executable, *command, settings.model_dump_json()])
-        wait_for(lambda: settings.ready.exists() or self.process.poll() is not None, PATIENCE)
-        assert self.process.poll() is None
-        self.ready = RigReady.model_validate_json(settings.ready.read_bytes())
-        self.operator = Operator(self.ready.endpoint, settings.rig)
+    settings: RigSettings
+    process: subprocess.Popen[bytes]
+    ready: RigReady
+    operator: Operator
 
     def ring(self) -> Ring:
         return find_ring(self.settings.rig, self.settings.folder)
@@ -87,10 +84,13 @@ class LiveRig:
 def live_rig(folder: Path, command: list[str] | None = None, **fields: Any) -> Iterator[LiveRig]:
     """A rig with its ring in `folder`; whatever is left of it is killed at the end."""
     settings = RigSettings(rig="test", folder=folder, ready=folder / "ready.json", **fields)
-    rig = LiveRig(settings, command or ["-m", "controller.realtime"])
-    try:
-        yield rig
-    finally:
-        rig.operator.client.close()
-        rig.process.kill()
-        rig.process.wait()
+    command = [sys.executable, *(command or ["-m", "controller.realtime"]), settings.model_dump_json()]
+    with subprocess.Popen(command) as process, ExitStack() as cleanup:
+        cleanup.callback(process.kill)
+        wait_for(lambda: (folder / "ready.json").exists() or process.poll() is not None, PATIENCE)
+        assert process.poll() is None
+        ready = RigReady.model_validate_json((folder / "ready.json").read_bytes())
+        operator = Operator(ready.endpoint, settings.rig)
+        cleanup.callback(operator.client.close)
+        wait_for(lambda: operator.client.connected)
+        yield LiveRig(settings, process, ready, operator)

@@ -53,7 +53,7 @@ def test_the_bare_thread_loses_the_same_pause_by_the_same_rule(rig: LiveRig) -> 
 
 
 def test_the_bench_counts_ticks_and_losses_of_exactly_its_interval(rig: LiveRig) -> None:
-    figures = measure_loop(rig.operator.client, 2.0)
+    figures = measure_loop(rig.operator.client, 2.0, rig.settings.folder)
     assert figures["policy"] == rig.operator.client.info.policy  # type: ignore[union-attr]
     assert figures["ticks"] + figures["lost"] - 1 == pytest.approx(figures["seconds"] * 1000, abs=PAUSE * 1000)
     late = figures["lateness_us"]

@@ -13,7 +13,7 @@ import pytest
 
 from controller.modes import Cause, Mode, Request
 from controller.parameters import Law, RigParameters, SafetyLimits, Settings
-from controller.realtime.ring import Ring
+from controller.realtime.ring import STOP, Ring
 from tests.controller.live_rig import LiveRig, live_rig, wait_for
 
 CRASHING_PUMP = """
@@ -28,6 +28,14 @@ def publish(self, rows, real=RigEnd.publish):
 
 RigEnd.publish = publish
 run_rig(RigSettings.model_validate_json(sys.argv[1]))
+"""
+
+PARENT = """
+import os, subprocess, sys
+from controller.realtime.settings import RigSettings
+
+settings = RigSettings.model_validate_json(sys.argv[1]).model_copy(update={"parent": os.getpid()})
+subprocess.run([sys.executable, "-m", "controller.realtime", settings.model_dump_json()])
 """
 
 
@@ -109,8 +117,8 @@ def test_a_frozen_process_holds_when_it_goes_on(rig: LiveRig) -> None:
     os.kill(rig.process.pid, signal.SIGSTOP)
     time.sleep(0.2)
     os.kill(rig.process.pid, signal.SIGCONT)
-    row = rig.operator.rows()[rig.operator.first("cause", Cause.LOOP_STALLED)]
-    assert row["mode"] == Mode.HOLD
+    stalled = rig.operator.first("cause", Cause.LOOP_STALLED)
+    assert rig.operator.rows()["mode"][stalled] == Mode.HOLD
     assert rig.operator.send().mode == Mode.HOLD
     assert rig.operator.send(Request.FOLLOW, target=(0.24, 0.02)).mode == Mode.FOLLOW
 
@@ -134,9 +142,10 @@ def test_commands_without_presence_hold_at_the_operator_timeout(rig: LiveRig) ->
     operator.arm_and_follow()
     shown = operator.n
     wait_for(lambda: (time.sleep(0.05), operator.send(presence=shown).mode == Mode.HOLD)[1])
-    rows = operator.rows()[: operator.first("cause", Cause.OPERATOR_LOST) + 1]
-    assert rows["operator_age"][-2] <= 0.5 < rows["operator_age"][-1]
-    assert rows["server_age"][-1] < 0.5
+    hold = operator.first("cause", Cause.OPERATOR_LOST)
+    rows = operator.rows()
+    assert rows["operator_age"][hold - 1] <= 0.5 < rows["operator_age"][hold]
+    assert rows["server_age"][hold] < 0.5
 
 
 def test_sigterm_leaves_a_last_vented_row_sent_and_in_the_ring(rig: LiveRig) -> None:
@@ -163,9 +172,13 @@ def test_an_exception_in_the_main_thread_stops_the_loop_vented(tmp_path: Path) -
 
 
 def test_without_its_parent_it_rests_and_then_ends(tmp_path: Path) -> None:
-    limits = SafetyLimits(server_rest=1.0)
-    with live_rig(tmp_path, parent=1 << 22, parameters=RigParameters(limits=limits)) as rig:
+    limits = SafetyLimits(server_hold=0.2, server_rest=0.4)
+    with live_rig(tmp_path, ["-c", PARENT], parameters=RigParameters(limits=limits)) as rig:
+        rig.operator.arm_and_follow()
         ring = rig.ring()
-        assert rig.process.wait(20) == 0
-        last = ring.newest()
-        assert last is not None and last["mode"] == Mode.VENTED
+        rig.process.kill()
+        wait_for(lambda: ring.header[STOP] == Cause.SERVER_LOST)
+        wait_for(lambda: rig.operator.newest()["tick"] == ring.head - 1 and not rig.operator.client.connected)
+        rows = rig.operator.rows()
+        assert Mode.REST in rows["mode"]
+        assert (rows["mode"][-1], rows["cause"][-1]) == (Mode.VENTED, Cause.SERVER_LOST)

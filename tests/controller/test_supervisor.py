@@ -24,10 +24,16 @@ def supervisor(tmp_path: Path) -> Iterator[Supervisor]:
     supervisor.stop()
 
 
+def connected_operator(supervisor: Supervisor) -> Operator:
+    operator = Operator(supervisor.endpoint, "watched")
+    wait_for(lambda: operator.client.connected)
+    return operator
+
+
 def test_a_killed_rig_comes_back_vented_under_a_new_boot_id_and_needs_a_new_arm(
     supervisor: Supervisor, tmp_path: Path
 ) -> None:
-    operator = Operator(supervisor.endpoint, "watched")
+    operator = connected_operator(supervisor)
     operator.arm_and_follow()
     old = operator.boots[0]
     os.kill(supervisor.process, signal.SIGKILL)
@@ -46,7 +52,7 @@ def test_a_frozen_rig_is_killed_and_started_again(supervisor: Supervisor) -> Non
     frozen = supervisor.process
     os.kill(frozen, signal.SIGSTOP)
     wait_for(lambda: supervisor.restarts == 1)
-    operator = Operator(supervisor.endpoint, "watched")
+    operator = connected_operator(supervisor)
     assert supervisor.process != frozen
     assert operator.send(Request.ARM).accepted
     operator.client.close()
