@@ -6,31 +6,24 @@ TRAIL_SECONDS = 2.0
 
 
 def blueprint(length: float) -> rrb.Blueprint:
-    """Plan view and log at the left, plots at the right; `length` [m] of the actuator sets the plan view's bounds."""
-    left = rrb.Vertical(
-        _plan(length),
-        rrb.StateTimelineView(origin="/mode", name="Mode"),
-        rrb.Tabs(
-            rrb.TextLogView(origin="/log", name="Log"),
-            rrb.TextDocumentView(origin="/about", name="About"),
+    """Plan view, modes and log at the left, plots at the right; `length` [m] of the actuator bounds the plan view."""
+    left = rrb.Vertical(_plan(length), _modes(), rrb.Tabs(_log(), _about()), row_shares=[5, 1.2, 1.8])
+    plots = rrb.Tabs(
+        rrb.Vertical(
+            _plot("/tip/x", "Tip x [m]"),
+            _plot("/tip/y", "Tip y [m]"),
+            _plot("/error", "Error and observer residual [m]"),
+            name="Tracking",
         ),
-        row_shares=[6, 1, 2],
-    )
-    tracking = rrb.Vertical(
-        _plot("/tip/x", "Tip x [m]"),
-        _plot("/tip/y", "Tip y [m]"),
-        _plot("/error", "Error and observer residual [m]"),
-        _plot("/pressures", "Chamber pressures [Pa]"),
-        name="Tracking",
-    )
-    inside = rrb.Vertical(
-        _plot("/u", "Command u [N m]"),
-        _plot("/observer", "Observer: energy [J], powers [W]"),
-        _plot("/timing", "Timing of the loop [ns]"),
-        name="Command, observer, timing",
+        rrb.Vertical(_plot("/pressures", "Chambers [Pa]"), _plot("/u", "Command u [N m]"), name="Command"),
+        rrb.Vertical(
+            _plot("/observer", "Observer: energy and ledger [J], powers [W]"),
+            _plot("/timing", "Loop: lateness and duration of a tick [ns]"),
+            name="Observer, timing",
+        ),
     )
     return rrb.Blueprint(
-        rrb.Horizontal(left, rrb.Tabs(tracking, inside), column_shares=[2, 3]),
+        rrb.Horizontal(left, plots, column_shares=[2, 3]),
         rrb.TimePanel(state="collapsed", timeline="t", play_state="paused"),
         rrb.BlueprintPanel(state="hidden"),
         rrb.SelectionPanel(state="hidden"),
@@ -48,12 +41,32 @@ def _plan(length: float) -> rrb.Spatial2DView:
     )
     return rrb.Spatial2DView(
         origin="/plan",
-        name="Plan view (grid 50 mm)",
-        visual_bounds=rrb.VisualBounds2D(x_range=(-0.5 * reach, reach), y_range=(-reach, 0.5 * reach)),
+        name="Plan: observer blue, measured green, reference amber",
+        visual_bounds=rrb.VisualBounds2D(x_range=(-0.6 * length, reach), y_range=(-reach, reach)),
         background=[16, 18, 22],
         overrides={"/plan/reference": [trail], "/plan/tip": [trail]},
     )
 
 
+def _modes() -> rrb.StateTimelineView:
+    return rrb.StateTimelineView(origin="/mode", name="Mode", time_view=_whole_time())
+
+
+def _log() -> rrb.TextLogView:
+    columns = rrb.TextLogColumns(timeline_columns=["t"], text_log_columns=["LogLevel", "Body"])
+    return rrb.TextLogView(origin="/log", name="Log", columns=columns)
+
+
+def _about() -> rrb.TextDocumentView:
+    return rrb.TextDocumentView(origin="/about", name="About")
+
+
 def _plot(path: str, name: str) -> rrb.TimeSeriesView:
-    return rrb.TimeSeriesView(origin=path, name=name, plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop))
+    legend = rrb.PlotLegend(corner=rrb.Corner2D.RightTop)
+    return rrb.TimeSeriesView(origin=path, name=name, plot_legend=legend, axis_x=_whole_time())
+
+
+def _whole_time() -> rrb.TimeAxis:
+    """The whole recording at first; zooming one plot zooms them all."""
+    everything = rrb.TimeRange(rrb.TimeRangeBoundary.infinite(), rrb.TimeRangeBoundary.infinite())
+    return rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal, view_range=everything)

@@ -7,7 +7,7 @@ import numpy as np
 import rerun as rr
 
 from controller.parameters import Actuator
-from recordings.signals import MEASURED, OBSERVER, PLAN_PERIOD, REFERENCE, SECOND, TWIN, rgba
+from recordings.signals import MEASURED, OBSERVER, PLAN_PERIOD, REFERENCE, TWIN, YELLOW, rgba
 
 Rows = np.ndarray[Any, np.dtype[np.void]]
 Points = np.ndarray[Any, np.dtype[np.float32]]
@@ -31,17 +31,16 @@ def flip(points: np.ndarray[Any, Any]) -> Points:
 
 
 def write_static(stream: rr.RecordingStream, actuator: Actuator) -> None:
-    """Colours, sizes and what does not move: grid and clamp."""
-    _style_lines(stream, OBSERVER_BACKBONE, OBSERVER, 2.5)
-    _style_lines(stream, TWIN_BACKBONE, TWIN, 1.5)
-    _style_points(stream, "/plan/markers", MEASURED, 3.5)
-    _style_points(stream, "/plan/target", SECOND, 3.0)
-    _style_points(stream, "/plan/reference", REFERENCE, 2.5)
-    _style_points(stream, "/plan/tip", MEASURED, 2.0)
+    """Colours, sizes, order of drawing, and what does not move: grid and clamp."""
+    _style(stream, rr.LineStrips2D, TWIN_BACKBONE, (TWIN, 3.0, 10.0))
+    _style(stream, rr.LineStrips2D, OBSERVER_BACKBONE, (OBSERVER, 2.0, 20.0))
+    _style(stream, rr.Points2D, "/plan/markers", (MEASURED, 3.5, 50.0))
+    _style(stream, rr.Points2D, "/plan/target", (YELLOW, 6.0, 30.0))
+    _style(stream, rr.Points2D, "/plan/reference", (REFERENCE, 2.5, 40.0))
+    _style(stream, rr.Points2D, "/plan/tip", (MEASURED, 2.0, 41.0))
     _write_grid(stream, actuator.length)
-    half = actuator.width
-    clamp = rr.LineStrips2D([[(0.0, -half), (0.0, half)]], colors=rgba([0xDDDDDD]), radii=rr.Radius.ui_points(3.0))
-    stream.log("/plan/clamp", clamp, static=True)
+    clamp = [[(0.0, -actuator.width), (0.0, actuator.width)]]
+    stream.log("/plan/clamp", _thin(clamp, 0xDDDDDD, 2.5), static=True)
 
 
 def write(stream: rr.RecordingStream, times: TimesOf, rows: Rows) -> None:
@@ -67,27 +66,28 @@ def _send_points(stream: rr.RecordingStream, path: str, times: list[rr.TimeColum
     stream.send_columns(path, times, [*columns.partition(seen.sum(axis=1))])
 
 
-def _style_lines(stream: rr.RecordingStream, path: str, color: int, radius: float) -> None:
-    style = rr.LineStrips2D.from_fields(colors=rgba([color]), radii=rr.Radius.ui_points(radius))
-    stream.log(path, style, static=True)
-
-
-def _style_points(stream: rr.RecordingStream, path: str, color: int, radius: float) -> None:
-    style = rr.Points2D.from_fields(colors=rgba([color]), radii=rr.Radius.ui_points(radius))
+def _style(stream: rr.RecordingStream, kind: Any, path: str, look: tuple[int, float, float]) -> None:
+    """Colour, radius [pixels] and drawing order of all that comes at `path`."""
+    color, radius, order = look
+    style = kind.from_fields(colors=rgba([color]), radii=rr.Radius.ui_points(radius), draw_order=order)
     stream.log(path, style, static=True)
 
 
 def _write_grid(stream: rr.RecordingStream, length: float) -> None:
-    """Faint lines every 50 mm over the reach, and their numbers in mm."""
+    """Faint lines every 50 mm over the reach, with their numbers in mm along the axes."""
     steps = np.arange(-np.ceil(length / GRID), np.ceil(length / GRID) + 1) * GRID
     end = steps[-1]
     lines = [[(x, -end), (x, end)] for x in steps] + [[(-end, y), (end, y)] for y in steps]
-    grid = rr.LineStrips2D(lines, colors=rgba([0x3A3F47] * len(lines)), radii=rr.Radius.ui_points(0.5), draw_order=-10)
-    stream.log("/plan/grid", grid, static=True)
-    marks = steps[::2]
-    labels = [f"x {x * 1e3:.0f}" for x in marks] + [f"y {y * 1e3:.0f}" for y in marks]
-    at = flip(np.array([(x, -end) for x in marks] + [(-end, y) for y in marks]))
-    numbers = rr.Points2D(
-        at, labels=labels, show_labels=True, colors=rgba([0x8A9099] * len(at)), radii=rr.Radius.ui_points(0.5)
+    stream.log("/plan/grid", _thin(lines, 0x2C3138, 0.5), static=True)
+    stream.log("/plan/axes", _thin([[(0, -end), (0, end)], [(-end, 0), (end, 0)]], 0x59616B, 0.75), static=True)
+    marks = [step for step in steps if 0 < abs(step) <= length and round(step / GRID) % 2 == 0]
+    at = flip(np.array([(x, 0.0) for x in marks if x > 0] + [(0.0, y) for y in marks]))
+    labels = [f"{x * 1e3:.0f}" for x in marks if x > 0] + [f"{y * 1e3:.0f}" for y in marks]
+    points = rr.Points2D(
+        at, labels=labels, show_labels=True, colors=rgba([0x59616B] * len(at)), radii=rr.Radius.ui_points(1.5)
     )
-    stream.log("/plan/numbers", numbers, static=True)
+    stream.log("/plan/axes/mm", points, static=True)
+
+
+def _thin(lines: Any, color: int, radius: float) -> rr.LineStrips2D:
+    return rr.LineStrips2D(lines, colors=rgba([color] * len(lines)), radii=rr.Radius.ui_points(radius), draw_order=-10)

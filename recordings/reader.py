@@ -1,5 +1,7 @@
 """Reads a recording back into numpy, whether it was closed or its writer was killed."""
 
+import tempfile
+import warnings
 from collections import defaultdict
 from collections.abc import Iterable
 from functools import reduce
@@ -13,6 +15,7 @@ from controller.errors import RecordingError
 from controller.layout import record_dtype
 from controller.messages import RigInfo, Telemetry
 from controller.parameters import Settings
+from recordings import frames
 from recordings.plan import LINES, flip
 from recordings.signals import GROUPS, MARKERS
 
@@ -95,12 +98,24 @@ class _Table:
 
 def _collect(path: Path, entities: list[str]) -> dict[str, list[Batch]]:
     """One pass through the file: the batches of `entities`."""
-    found: dict[str, list[Batch]] = defaultdict(list)
     try:
-        for chunk in RrdReader(path).stream().filter(content=entities):
-            found[str(chunk.entity_path)].append(chunk.to_record_batch())
-    except (OSError, RuntimeError, ValueError) as error:
-        raise RecordingError(f"{path.name} cannot be read: {error}") from error
+        return _batches(path, entities)
+    except RuntimeError as error:
+        if frames.whole_length(path) == path.stat().st_size:
+            raise RecordingError(f"{path.name} cannot be read: {error}") from error
+    with tempfile.TemporaryDirectory(prefix="tendril-torn-") as folder:
+        whole = Path(folder, path.name)
+        frames.copy_whole(path, whole)
+        return _batches(whole, entities)
+
+
+def _batches(path: Path, entities: list[str]) -> dict[str, list[Batch]]:
+    found: dict[str, list[Batch]] = defaultdict(list)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "RRD file has no footer")  # a killed writer's file: readable all the same
+        reader = RrdReader(path)
+    for chunk in reader.stream().filter(content=entities):
+        found[str(chunk.entity_path)].append(chunk.to_record_batch())
     return found
 
 

@@ -182,7 +182,9 @@ def _description(about: About) -> str:
     lines = [
         f"# {about.name}",
         f"{info.parameters.actuator.name}, {source}, rig `{info.rig}`, Tendril {info.version}, loop {info.policy}.",
-        "Every tick is recorded; backbones at 100 Hz. SI units. The plan view shows y upwards: its y is negated.",
+        "Every tick is recorded; backbones at 100 Hz. SI units.",
+        "Plan view: grid 50 mm; rerun's y points down, so y is negated there. Observer blue, measured green, reference "
+        "amber with a trail of 2 s, target yellow, twin grey.",
         *(_table(title, part) for title, part in (("Settings at the start", about.settings), *info.parameters)),
         f"Record layout `{info.layout}` ({len(Telemetry.model_fields)} fields), boot `{info.boot}`.",
     ]

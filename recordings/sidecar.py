@@ -15,7 +15,7 @@ from pydantic import ValidationError
 from controller.errors import RecordingError
 from recordings.messages import Recording
 
-ID = re.compile(r"[0-9]{8}-[0-9]{6}(-[a-z0-9]{1,40}){0,12}", re.ASCII)
+ID = re.compile(r"[0-9]{8}-[0-9]{6}(-[a-z0-9]{1,40}){0,25}", re.ASCII)
 ID_LENGTH = 100
 
 

@@ -16,15 +16,18 @@ from controller.modes import Mode
 REFERENCE, MEASURED, OBSERVER, TWIN, GHOST, DANGER = 0xE69F00, 0x009E73, 0x56B4E9, 0x999999, 0xCC79A7, 0xD55E00
 """One colour per role, as on the page."""
 
-FIRST, SECOND, THIRD, FOURTH = 0x0072B2, 0xF0E442, 0xCC79A7, 0xBBBBBB
-"""Colours without a role, for what has none (components, chambers, powers); colour-blind safe beside the roles."""
+YELLOW, BLUE, PINK, SILVER = 0xF0E442, 0x0072B2, 0xCC79A7, 0xBBBBBB
+"""Colours for what has no role (components, chambers, powers); colour-blind safe beside the roles."""
+
+PAIRS = {"": (0x0072B2, 0xCC79A7), "feedforward": (0x66AAD7, 0xE0A9C8), "feedback": (0xA6D0EE, 0xF0D3E2)}
+"""The two components of u in three shades each."""
 
 MODE_COLORS = {
     Mode.VENTED: TWIN,
     Mode.HOLD: OBSERVER,
     Mode.FOLLOW: MEASURED,
     Mode.TRACK: MEASURED,
-    Mode.REST: SECOND,
+    Mode.REST: YELLOW,
     Mode.FAULT: REFERENCE,
     Mode.E_STOP: DANGER,
 }
@@ -69,30 +72,37 @@ def _each(field: str, label: str, colors: tuple[int, ...], width: float = 1.5) -
 def _tip(axis: int) -> tuple[Series, ...]:
     name = "xy"[axis]
     return (
-        Series("target", axis, f"target {name}", SECOND, 1.0),
         Series("p_ref", axis, f"reference {name}", REFERENCE, 2.0),
         Series("p_meas", axis, f"measured {name}", MEASURED),
         Series("p_hat", axis, f"observer {name}", OBSERVER),
+        Series("target", axis, f"target {name}", YELLOW, 1.0),
     )
 
 
 GROUPS = (
     Group("/tip/x", _tip(0)),
     Group("/tip/y", _tip(1)),
-    Group("/error", (*_each("error", "error {}", (REFERENCE, FIRST)), Series("residual", None, "residual", OBSERVER))),
+    Group(
+        "/error",
+        (
+            Series("error", 0, "error x", YELLOW),
+            Series("error", 1, "error y", PINK),
+            Series("residual", None, "observer residual", OBSERVER),
+        ),
+    ),
     Group(
         "/pressures",
         (
-            *_each("pressure_cmd", "chamber {} wanted", (FIRST, SECOND, THIRD, FOURTH), 1.0),
-            *_each("pressure_meas", "chamber {} measured", (FIRST, SECOND, THIRD, FOURTH), 2.0),
+            *_each("pressure_cmd", "chamber {} wanted", (BLUE, YELLOW, PINK, SILVER), 1.0),
+            *_each("pressure_meas", "chamber {} measured", (BLUE, YELLOW, PINK, SILVER), 2.0),
         ),
     ),
     Group(
         "/u",
         (
-            *_each("u_ff", "feedforward {}", (FIRST, GHOST), 1.0),
-            *_each("u_fb", "feedback {}", (MEASURED, SECOND), 1.0),
-            *_each("u", "u{} sent", (REFERENCE, DANGER), 2.0),
+            *_each("u", "u{} sent", PAIRS[""], 2.5),
+            *_each("u_ff", "u{} feedforward", PAIRS["feedforward"], 1.0),
+            *_each("u_fb", "u{} feedback", PAIRS["feedback"], 1.0),
             *_each("u_hat", "u{} in the observer", (OBSERVER, TWIN), 1.0),
         ),
     ),
@@ -104,7 +114,7 @@ GROUPS = (
             Series("power", 0, "damping power", TWIN, 1.0),
             Series("power", 1, "pneumatic power", REFERENCE, 1.0),
             Series("power", 2, "observer power", MEASURED, 1.0),
-            Series("power", 3, "Baumgarte power", THIRD, 1.0),
+            Series("power", 3, "Baumgarte power", PINK, 1.0),
         ),
     ),
     Group(
@@ -122,15 +132,15 @@ GROUPS = (
             Series("request_n", None, "request", REFERENCE),
             Series("request_cause", None, "refusal", DANGER),
             Series("presence", None, "presence", MEASURED),
-            Series("law", None, "law", FIRST),
+            Series("law", None, "law", BLUE),
             Series("sensed", None, "sensed rods", MEASURED),
             Series("saturated", None, "saturated", DANGER),
             Series("reachable", None, "reachable", MEASURED),
             Series("measurement_age", None, "measurement age", MEASURED),
             Series("operator_age", None, "operator age", OBSERVER),
             Series("server_age", None, "server age", TWIN),
-            *_each("p_ref_dot", "reference speed {}", (REFERENCE, SECOND)),
-            *_each("integral", "integral {}", (FIRST, THIRD)),
+            *_each("p_ref_dot", "reference velocity {}", (REFERENCE, YELLOW)),
+            *_each("integral", "integral {}", (BLUE, PINK)),
         ),
     ),
 )

@@ -1,14 +1,19 @@
 """The recordings on disk: list, find, and mend what a killed writer left behind."""
 
 import os
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from controller.errors import RecordingError
-from recordings import sidecar, tool
+from recordings import frames, sidecar, tool
 from recordings.messages import Recording
 from recordings.reader import read_times
 
-REPAIR_TIMEOUT = 600.0
+TOOL_TIMEOUT = 1800.0
+COMPACT_BYTES_MAX = 1 << 30
+"""Larger files stay in small chunks: rerun's optimiser holds twice the file in memory."""
 
 
 def default_folder() -> Path:
@@ -51,14 +56,18 @@ class Store:
 
         Raises `RecordingError` while it is being written, or when rerun cannot mend it (the file stays as it was).
         """
-        found, path = self.find(id), self.path(id)
-        held = sidecar.lock(path)
-        if held is None:
-            raise RecordingError(f"recording {id!r} is still being written")
-        with held:
-            if not found.complete and not found.recovered:
-                found = self._mend(found, path)
-        return found
+        with self._held(id) as found:
+            return found if found.complete or found.recovered else self._replaced(found, _mend)
+
+    def compact(self, id: str) -> Recording:
+        """Join a closed recording's many small chunks into few large ones, so that it opens quickly in the viewer.
+
+        Slow, runs rerun's own tools; same errors as `repair`. Files above 1 GiB stay as they are.
+        """
+        with self._held(id) as found:
+            closed = found.complete or found.recovered
+            small = self.path(id).stat().st_size <= COMPACT_BYTES_MAX
+            return self._replaced(found, _compact) if closed and small else found
 
     def _listed(self, id: str) -> Recording | None:
         try:
@@ -77,18 +86,41 @@ class Store:
             held.close()
         return held is not None
 
-    def _mend(self, recording: Recording, path: Path) -> Recording:
-        draft = path.with_suffix(".mending")
-        try:
-            tool.run("rrd", "route", str(path), "-o", str(draft), timeout=REPAIR_TIMEOUT)
-            tool.run("rrd", "verify", str(draft), timeout=REPAIR_TIMEOUT)
-            tick, t_ns = read_times(draft)
+    @contextmanager
+    def _held(self, id: str) -> Iterator[Recording]:
+        """The recording while its file is locked by us."""
+        held = sidecar.lock(self.path(id))
+        if held is None:
+            raise RecordingError(f"recording {id!r} is still being written")
+        with held:
+            yield self.find(id)
+
+    def _replaced(self, recording: Recording, make: Callable[[Path, Path], None]) -> Recording:
+        """Put a better file in the place of the data once it is verified, and count what it holds."""
+        path = self.path(recording.id)
+        with tempfile.TemporaryDirectory(prefix=".draft-", dir=self._folder) as scratch:
+            draft = Path(scratch, path.name)
+            make(path, draft)
+            tool.run("rrd", "verify", str(draft), timeout=TOOL_TIMEOUT)
+            counted = _count(draft) | {"bytes": draft.stat().st_size}
             draft.replace(path)
-        finally:
-            draft.unlink(missing_ok=True)
-        steps = tick[1:] - tick[:-1]
-        seconds = float(t_ns[-1] - t_ns[0]) * 1e-9 if len(t_ns) else 0.0
-        counted = {"rows": len(tick), "gaps": int((steps[steps > 1] - 1).sum()), "seconds": seconds}
-        mended = recording.model_copy(update={**counted, "bytes": path.stat().st_size, "recovered": True})
-        sidecar.write(self._folder, mended)
-        return mended
+        done = recording.model_copy(update={**counted, "recovered": not recording.complete})
+        sidecar.write(self._folder, done)
+        return done
+
+
+def _mend(path: Path, draft: Path) -> None:
+    """A copy of the whole frames with a footer: rerun's migration streams, so it needs little memory for any size."""
+    frames.copy_whole(path, draft)
+    tool.run("rrd", "migrate", str(draft), timeout=TOOL_TIMEOUT)
+
+
+def _compact(path: Path, draft: Path) -> None:
+    tool.run("rrd", "optimize", str(path), "-o", str(draft), timeout=TOOL_TIMEOUT)
+
+
+def _count(path: Path) -> dict[str, float]:
+    tick, t_ns = read_times(path)
+    steps = tick[1:] - tick[:-1]
+    seconds = float(t_ns[-1] - t_ns[0]) * 1e-9 if len(t_ns) else 0.0
+    return {"rows": len(tick), "gaps": int((steps[steps > 1] - 1).sum()), "seconds": seconds}

@@ -1,6 +1,7 @@
 """rerun's own command-line program, run quietly: no analytics, nothing written into the user's home."""
 
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -8,6 +9,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from controller.errors import RecordingError
+
+PROGRAM = "import sys; from rerun_cli.__main__ import main; sys.exit(main())"
+"""`python -m rerun_cli` would lose the exit code."""
 
 
 def run(*arguments: str, timeout: float) -> None:
@@ -24,8 +28,9 @@ def run(*arguments: str, timeout: float) -> None:
 
 
 def command(*arguments: str) -> list[str]:
-    """The program and its arguments, of exactly the installed version."""
-    return [sys.executable, "-m", "rerun_cli", *arguments]
+    """The program of exactly the installed version, at low priority: a rig may be running beside it."""
+    nice = shutil.which("nice")
+    return [*([nice, "-n", "19"] if nice else []), sys.executable, "-c", PROGRAM, *arguments]
 
 
 @contextmanager

@@ -1,7 +1,7 @@
 """rerun's web viewer, taken out of the installed wheel once, so that our own origin can serve it offline.
 
-The wheel holds it only inside the program. So the program serves it for a moment, to 127.0.0.1 only and on ports that it
-chooses itself, and the files are fetched from there.
+The wheel holds it only inside the program. So the program serves it for a moment, to 127.0.0.1 only and on ports that
+it chooses itself, and the files are fetched from there.
 """
 
 import gzip

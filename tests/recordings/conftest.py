@@ -1,0 +1,29 @@
+"""A recorder in a folder of its own, and recordings made with it."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from controller.parameters import Settings
+from recordings.messages import Recording
+from recordings.writer import Recorder
+from tests.recordings.synthetic import Rows, batches, rig_info
+
+
+@pytest.fixture
+def recorder(tmp_path: Path) -> Iterator[Recorder]:
+    recorder = Recorder(tmp_path)
+    yield recorder
+    recorder.close()
+
+
+@pytest.fixture
+def record(recorder: Recorder) -> Callable[..., Recording]:
+    def run(rows: Rows, name: str = "Circle, 0.5 Hz") -> Recording:
+        recorder.start(name, rig_info(), Settings())
+        for batch in batches(rows):
+            recorder.rows(batch)
+        return recorder.stop()
+
+    return run

@@ -1,0 +1,131 @@
+"""What the recorder writes is what rerun's own reader finds."""
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from controller.errors import RecordingError
+from controller.messages import Telemetry
+from controller.parameters import Settings
+from recordings import tool
+from recordings.messages import Recording
+from recordings.reader import read_about, read_log, read_rows
+from recordings.store import Store
+from recordings.writer import Recorder
+from tests.recordings.synthetic import rig_info, telemetry_rows
+
+Record = Callable[..., Recording]
+SLOW = ("markers", "backbone", "twin_backbone")
+
+
+def test_every_row_is_read_back_bit_for_bit(record: Record, tmp_path: Path) -> None:
+    rows = telemetry_rows(3210)
+    done = record(rows)
+    found = read_rows(tmp_path / f"{done.id}.rrd")
+    assert (done.rows, done.gaps, done.complete) == (3210, 0, True)
+    for name in set(Telemetry.model_fields) - set(SLOW):
+        assert found[name].dtype == rows[name].dtype, name
+        np.testing.assert_array_equal(found[name], rows[name], err_msg=name)
+
+
+def test_slots_that_the_rig_lost_show_as_steps_of_two(record: Record, tmp_path: Path) -> None:
+    found = read_rows(tmp_path / f"{record(telemetry_rows(3210)).id}.rrd")
+    assert np.flatnonzero(np.diff(found["slot"]) == 2).tolist() == [1499, 2999]
+    assert (np.diff(found["tick"]) == 1).all()
+
+
+def test_markers_and_backbones_are_exact_at_the_ticks_they_name(record: Record, tmp_path: Path) -> None:
+    rows = telemetry_rows(1005)
+    found = read_rows(tmp_path / f"{record(rows).id}.rrd")
+    for name in SLOW:
+        ticks = found[f"{name}_tick"]
+        assert ticks.tolist() == list(range(0, 1005, 10))
+        np.testing.assert_array_equal(found[name], rows[name][ticks], err_msg=name)
+
+
+def test_a_backbone_that_is_not_known_is_not_recorded(record: Record, tmp_path: Path) -> None:
+    rows = telemetry_rows(100)
+    rows["twin_backbone"] = np.nan
+    found = read_rows(tmp_path / f"{record(rows).id}.rrd")
+    assert len(found["twin_backbone"]) == 0
+    assert len(found["backbone"]) == 10
+
+
+def test_a_stopped_recording_passes_reruns_own_check(record: Record, tmp_path: Path) -> None:
+    tool.run("rrd", "verify", str(tmp_path / f"{record(telemetry_rows(1000)).id}.rrd"), timeout=60)
+
+
+def test_ticks_that_were_not_delivered_are_counted_and_logged(record: Record, tmp_path: Path) -> None:
+    done = record(np.delete(telemetry_rows(1000), slice(400, 407)))
+    assert (done.rows, done.gaps) == (993, 7)
+    assert any("7 ticks" in text for _, level, text in read_log(tmp_path / f"{done.id}.rrd") if level == "WARN")
+
+
+def test_a_restart_of_the_rig_is_logged_and_is_no_gap(record: Record, tmp_path: Path) -> None:
+    before, after = telemetry_rows(500, first=4000), telemetry_rows(500)
+    after["t_ns"] += before["t_ns"][-1] - after["t_ns"][0] + 3_000_000_000
+    done = record(np.concatenate([before, after]))
+    assert (done.rows, done.gaps) == (1000, 0)
+    assert any("restarted" in text for _, _, text in read_log(tmp_path / f"{done.id}.rrd"))
+
+
+def test_mode_changes_and_events_are_in_the_log_at_their_ticks(recorder: Recorder, tmp_path: Path) -> None:
+    rows = telemetry_rows(1200)
+    id = recorder.start("log", rig_info(), Settings()).id
+    recorder.rows(rows[:900])
+    recorder.events("operator: K_P 0.4 -> 0.5", "info")
+    recorder.rows(rows[900:])
+    recorder.stop()
+    assert read_log(tmp_path / f"{id}.rrd") == [
+        (0, "INFO", "VENTED (start)"),
+        (300, "INFO", "HOLD (operator)"),
+        (800, "INFO", "FOLLOW (operator)"),
+        (899, "INFO", "operator: K_P 0.4 -> 0.5"),
+    ]
+
+
+def test_a_recording_says_who_recorded_it_and_with_which_parameters(record: Record, tmp_path: Path) -> None:
+    done = record(telemetry_rows(10))
+    assert read_about(tmp_path / f"{done.id}.rrd") == (rig_info(), Settings())
+    assert Store(tmp_path).list() == [done]
+    assert (done.name, done.actuator, done.twin) == ("Circle, 0.5 Hz", "P1", True)
+
+
+def test_a_recording_without_rows_is_whole(record: Record, tmp_path: Path) -> None:
+    done = record(telemetry_rows(0))
+    assert (done.rows, done.seconds, done.complete) == (0, 0.0, True)
+    assert len(read_rows(tmp_path / f"{done.id}.rrd")["tick"]) == 0
+
+
+def test_two_recordings_at_once_are_refused_and_rows_outside_one_are_ignored(recorder: Recorder) -> None:
+    recorder.rows(telemetry_rows(10))
+    with pytest.raises(RecordingError, match="no recording is running"):
+        recorder.stop()
+    state = recorder.start("first", rig_info(), Settings())
+    with pytest.raises(RecordingError, match=state.id):
+        recorder.start("second", rig_info(), Settings())
+    assert recorder.stop().rows == 0
+
+
+def test_rows_may_be_overwritten_once_handed_over(recorder: Recorder, tmp_path: Path) -> None:
+    rows = telemetry_rows(50)
+    recorder.start("reused buffer", rig_info(), Settings())
+    buffer = rows.copy()
+    recorder.rows(buffer)
+    buffer["tick"] = -1
+    assert read_rows(tmp_path / f"{recorder.stop().id}.rrd")["tick"].tolist() == list(range(50))
+
+
+def test_a_full_disk_ends_the_recording_says_so_and_leaves_it_readable(tmp_path: Path) -> None:
+    program = [sys.executable, "-m", "tests.recordings.write_until_full", str(tmp_path)]
+    done = subprocess.run(program, capture_output=True, text=True, timeout=200, check=True)
+    assert "the recording ended by itself" in done.stdout
+    [left] = Store(tmp_path).list()
+    assert not left.complete
+    found = read_rows(tmp_path / f"{left.id}.rrd")["tick"]
+    assert len(found) > 100
+    assert (found == np.arange(len(found))).all()
