@@ -9,6 +9,7 @@ from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from server.auth import Identity, Sessions, same_origin
+from server.frames import ISOLATION
 
 BODY_MAX = 1 << 20
 """Longest request body that is read [bytes]."""
@@ -96,4 +97,5 @@ def _security(scope: Scope) -> dict[str, str]:
         "referrer-policy": "no-referrer",
         "x-content-type-options": "nosniff",
         "cache-control": "no-store" if scope["path"].startswith("/api") else "no-cache",
+        **(ISOLATION if foreign else {}),
     }

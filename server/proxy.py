@@ -15,11 +15,12 @@ from websockets.typing import Subprotocol
 
 from server.deps import Me, Parts
 from server.drag import Drag
+from server.frames import TELL_ESCAPE
 from server.tasks import until_one_ends
 
 router = APIRouter(include_in_schema=False)
 
-HIDE = b"<style>[data-floating-window],.mantine-Notifications-root{display:none!important}</style></head>"
+HIDE = b"<style>[data-floating-window],.mantine-Notifications-root{display:none!important}</style>"
 """Viser offers no way to hide its panel and its notices."""
 
 
@@ -34,7 +35,7 @@ async def page(request: Request, parts: Parts, path: str = "") -> Response:
         upstream = await client.get(
             f"http://127.0.0.1:{parts.scene.port}/{path}", headers={"accept-encoding": "identity"}
         )
-    body = upstream.content.replace(b"</head>", HIDE, 1)
+    body = upstream.content.replace(b"</head>", HIDE + TELL_ESCAPE + b"</head>", 1)
     tag = f'"{hashlib.sha256(body).hexdigest()[:16]}"'
     if request.headers.get("if-none-match") == tag:
         return Response(status_code=304, headers={"etag": tag})

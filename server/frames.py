@@ -1,0 +1,16 @@
+"""Foreign pages inside ours (viser, rerun): same origin, but a process of their own.
+
+They share cookies with our page, so they must be of our origin; they also draw heavily, and in the same process a slow
+graphics driver would stop our page with them, its plan view, its E-STOP and the operator's presence included. The
+Document-Isolation-Policy header parts the two where the browser knows it (Chromium); elsewhere nothing changes.
+"""
+
+ISOLATION = {"document-isolation-policy": "isolate-and-require-corp"}
+"""Headers of such a page."""
+
+TELL_ESCAPE = b"""<script>
+addEventListener("keydown", (event) => {
+  if (event.key === "Escape" && !event.repeat) parent.postMessage({ tendril: "escape" }, location.origin);
+}, { capture: true });
+</script>"""
+"""Put into such a page: Esc means HOLD wherever the focus is, and our page cannot listen inside another process."""
