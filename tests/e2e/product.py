@@ -1,0 +1,91 @@
+"""The whole product as a user starts it: `tendril up` in its own folders, and real chromium on its page."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import BrowserContext, Page
+
+from server.ready import UpReady
+
+SCREENSHOTS = Path(os.environ.get("TENDRIL_SCREENSHOTS", "/tmp/tendril-screenshots"))
+
+
+class Product:
+    """A running `tendril up`."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.recordings = folder / "recordings"
+        ready = folder / "up.json"
+        environment = os.environ | {"XDG_STATE_HOME": str(folder / "state"), "TENDRIL_LIGHT_SCENE": "1"}
+        rig = f"e2e-{os.getpid()}-{folder.name}"
+        command = [
+            str(Path(sys.executable).parent / "tendril"),
+            "up",
+            "--no-browser",
+            "--port",
+            "0",
+            "--ready",
+            str(ready),
+        ]
+        command += ["--recordings", str(self.recordings), "--rig", rig]
+        self.log = (folder / "up.log").open("w")
+        self.process = subprocess.Popen(command, env=environment, stdout=self.log, stderr=self.log)
+        wait_until(ready.exists, 240.0, self.alive)
+        self.ready = UpReady.model_validate_json(ready.read_bytes())
+
+    @property
+    def url(self) -> str:
+        """Address with the access token."""
+        return self.ready.url
+
+    @property
+    def origin(self) -> str:
+        """Address without it."""
+        return self.url.split("/?")[0]
+
+    def alive(self) -> None:
+        """Fail with the product's own output once it is dead."""
+        assert self.process.poll() is None, (self.folder / "up.log").read_text()
+
+    def stop(self) -> None:
+        """Ctrl-C, and a clean end."""
+        self.process.send_signal(signal.SIGINT)
+        code = self.process.wait(30.0)
+        self.log.close()
+        assert code == 0, (self.folder / "up.log").read_text()
+
+
+def wait_until(condition: Callable[[], Any], seconds: float, each: Callable[[], Any] = lambda: None) -> float:
+    """Poll `condition` until it is true; returns the seconds it took, fails after `seconds`."""
+    start = time.monotonic()
+    while not condition():
+        each()
+        assert time.monotonic() - start < seconds, f"not within {seconds} s: {condition}"
+        time.sleep(0.02)
+    return time.monotonic() - start
+
+
+def open_page(context: BrowserContext, product: Product) -> Page:
+    """Open the page and wait for live telemetry."""
+    page = context.new_page()
+    page.goto(product.url)
+    wait_until(lambda: page.evaluate("!!window.__tendril?.frame"), 20.0)  # by evaluate: the page forbids eval
+    return page
+
+
+def frame(page: Page) -> dict[str, Any]:
+    """The newest telemetry record that the page holds, fields by name; metres and radians."""
+    return page.evaluate("window.__tendril.frame")  # type: ignore[no-any-return]
+
+
+def shot(page: Page, name: str) -> None:
+    """Keep a screenshot for people to look at."""
+    SCREENSHOTS.mkdir(parents=True, exist_ok=True)
+    page.screenshot(path=SCREENSHOTS / f"{name}.png", timeout=60_000)

@@ -1,0 +1,112 @@
+"""What an operator does at the rig, with mouse and keyboard in a real browser, on the twin."""
+
+import math
+import time
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page, expect
+
+from controller.modes import Mode
+from tests.e2e.product import Product, frame, shot, wait_until
+
+PATH_MM = [(235.0 - 70.0 * s, 60.0 + 110.0 * s) for s in np.linspace(0.0, 1.0, 40)]
+
+
+@pytest.fixture
+def operator(page: Page) -> Iterator[Page]:
+    """The page with the lease, the rig armed and in HOLD."""
+    page.get_by_test_id("lease-take").click()
+    expect(page.get_by_test_id("arm")).to_be_enabled()
+    page.get_by_test_id("arm").click()
+    expect(page.get_by_test_id("state")).to_contain_text("HOLD")
+    yield page
+    page.get_by_test_id("disarm").click()
+    wait_until(lambda: frame(page)["mode"] in (Mode.VENTED, Mode.REST), 3.0)
+
+
+def tip_error_mm(page: Page, x_mm: float, y_mm: float) -> float:
+    """Distance of the twin's true tip from a point of the plane."""
+    x, y = frame(page)["twin_backbone"][-2:]
+    return math.hypot(x * 1e3 - x_mm, y * 1e3 - y_mm)
+
+
+def observer_error_mm(page: Page) -> float:
+    """Distance between the observer's tip and the twin's true tip."""
+    row = frame(page)
+    return 1e3 * math.dist(row["p_hat"], row["twin_backbone"][-2:])
+
+
+def drag(page: Page, points_mm: list[tuple[float, float]], seconds: float) -> list[float]:
+    """Drag the target's handle along the points in about `seconds`; the observer's errors on the way [mm]."""
+    page.mouse.move(*page.evaluate("window.__tendril.handle()"))
+    page.mouse.down()
+    errors = []
+    for x, y in points_mm:
+        page.mouse.move(*page.evaluate(f"window.__tendril.toPixel({x}, {y})"))
+        time.sleep(seconds / len(points_mm))
+        errors.append(observer_error_mm(page))
+    page.mouse.up()
+    return errors
+
+
+def test_the_tip_follows_a_target_dragged_in_the_plan_view(operator: Page) -> None:
+    errors = drag(operator, PATH_MM, 10.0)
+    expect(operator.get_by_test_id("state")).to_contain_text("FOLLOW")
+    shot(operator, "follow")
+    wait_until(lambda: tip_error_mm(operator, *PATH_MM[-1]) < 3.0, 4.0)
+    time.sleep(1.0)
+    assert tip_error_mm(operator, *PATH_MM[-1]) < 3.0
+    assert float(np.sqrt(np.mean(np.square(errors)))) < 3.0
+    trips = sorted(operator.evaluate("window.__tendril.roundTrips"))
+    print(
+        f"pointer handler -> rig's reply: p50 {trips[len(trips) // 2]:.1f} ms, p99 {trips[-len(trips) // 100]:.1f} ms"
+    )
+    assert len(trips) >= len(PATH_MM)
+
+
+def test_sensing_only_rod_6_keeps_the_loop_stable(operator: Page) -> None:
+    drag(operator, PATH_MM[:20], 2.0)
+    operator.get_by_role("tab", name="Sensing").click()
+    operator.get_by_test_id("preset-rod6").click()
+    wait_until(lambda: frame(operator)["sensed"] == 1 << 5, 2.0)
+    shot(operator, "rod6")
+    speeds = []
+    for _ in range(30):
+        before = frame(operator)["twin_backbone"][-2:]
+        time.sleep(0.1)
+        speeds.append(math.dist(before, frame(operator)["twin_backbone"][-2:]) / 0.1)
+    assert frame(operator)["mode"] == Mode.FOLLOW
+    assert max(speeds[15:]) < 0.01
+    operator.get_by_test_id("preset-tip").click()
+    wait_until(lambda: frame(operator)["sensed"] == 1 << 9, 2.0)
+
+
+def test_the_e_stop_vents_and_needs_clear_and_a_new_arm(operator: Page) -> None:
+    drag(operator, PATH_MM[:10], 1.0)
+    operator.get_by_test_id("e-stop").click()
+    wait_until(lambda: frame(operator)["mode"] == Mode.E_STOP, 1.0)
+    assert frame(operator)["pressure_cmd"] == [0.0] * 4
+    shot(operator, "e-stop")
+    operator.get_by_test_id("clear").first.click()
+    expect(operator.get_by_test_id("state")).to_contain_text("VENTED")
+    operator.get_by_test_id("arm").click()
+    expect(operator.get_by_test_id("state")).to_contain_text("HOLD")
+
+
+def test_a_recording_of_a_run_opens_in_the_review_tab(operator: Page, product: Product) -> None:
+    operator.get_by_test_id("record").click()
+    drag(operator, PATH_MM[:20], 3.0)
+    operator.get_by_test_id("record").click()
+    operator.get_by_text("Review", exact=True).click()
+    rows = operator.get_by_test_id("recording")
+    expect(rows.first).to_be_visible(timeout=10_000)
+    assert rows.first.get_by_role("cell").nth(5).inner_text() == "0", "no gap"
+    rows.first.click()
+    expect(operator.get_by_test_id("viewer-loading")).to_have_count(0, timeout=60_000)
+    canvas = operator.frame_locator("[data-testid=viewer]").locator("canvas")
+    expect(canvas).to_be_visible()
+    time.sleep(5.0)  # software rendering: the first picture comes after READY
+    shot(operator, "review")
+    operator.get_by_text("Live", exact=True).click()
