@@ -10,7 +10,7 @@ import numpy as np
 
 from controller.errors import RigUnreachable
 from controller.link import RigClient
-from controller.realtime.ring import BASELINE_LOST, CAPACITY, Ring, find_ring
+from controller.realtime.ring import BASELINE_LOST, CAPACITY, Ring, find_ring, remove_rings
 from controller.realtime.settings import RigSettings
 from controller.realtime.supervisor import Supervisor
 
@@ -41,7 +41,7 @@ class LoopFigures(TypedDict):
 
 @contextmanager
 def bench_rig(settings: RigSettings) -> Iterator[Supervisor]:
-    """A rig as `settings` say, with the bare thread beside its loop, ready to be connected to."""
+    """A rig as `settings` say, with the bare thread beside its loop, ready to be connected to; leaves no files."""
     supervisor = Supervisor(settings.model_copy(update={"baseline": True}))
     supervisor.start()
     try:
@@ -49,6 +49,7 @@ def bench_rig(settings: RigSettings) -> Iterator[Supervisor]:
         yield supervisor
     finally:
         supervisor.stop()
+        remove_rings(settings.rig, settings.folder)
 
 
 def measure_loop(client: RigClient, seconds: float, folder: Path | None = None) -> LoopFigures:

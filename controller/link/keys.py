@@ -61,7 +61,7 @@ def open_session(*, listen: str | None = None, connect: str | None = None) -> An
         "connect/endpoints": [connect] if connect else [],
         "connect/timeout_ms": -1,
         "connect/exit_on_failure": False,
-        "connect/retry": {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 2},
+        "connect/retry": {"period_init_ms": 100, "period_max_ms": 200, "period_increase_factor": 2},
     }
     config = zenoh.Config()
     for key, value in settings.items():

@@ -3,7 +3,16 @@
 import logging
 import sys
 
-from controller.realtime.rig import RigSettings, run_rig
+from controller.realtime.priority import prefer_process
 
-logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
-run_rig(RigSettings.model_validate_json(sys.argv[1]))
+
+def main() -> None:
+    """The heavy imports come after the priority: on a busy machine they are most of a restart."""
+    prefer_process()
+    from controller.realtime.rig import RigSettings, run_rig
+
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    run_rig(RigSettings.model_validate_json(sys.argv[1]))
+
+
+main()

@@ -26,7 +26,7 @@ from controller.modes import Cause, Mode
 from controller.realtime.desk import Desk, Plan
 from controller.realtime.loop import LoopMemory, compile_loop, loop_memory, run_baseline, run_loop
 from controller.realtime.mailbox import post, words
-from controller.realtime.priority import pin_memory, raise_thread_priority
+from controller.realtime.priority import pin_memory, prefer_process, raise_thread_priority
 from controller.realtime.ring import PUMP_NS, STOP, Ring, create_ring, ring_folders
 from controller.realtime.settings import RigReady, free_port
 from controller.realtime.settings import RigSettings as RigSettings
@@ -40,6 +40,7 @@ BATCH = 1000
 
 def run_rig(settings: RigSettings) -> None:
     """Run a rig in this process, from its main thread, until SIGTERM or SIGINT."""
+    prefer_process()
     with _only_one(settings):
         RigProcess(settings).run()
 

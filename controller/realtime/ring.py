@@ -123,6 +123,13 @@ def find_ring(rig: str, folder: Path | None = None) -> Ring:
     return Ring(max(found, key=lambda path: path.stat().st_mtime), writable=False)
 
 
+def remove_rings(rig: str, folder: Path | None = None) -> None:
+    """Delete the rings of `rig`, its flight recorder included: for a rig that is not to come back."""
+    for place in [folder] if folder else ring_folders():
+        for suffix in (".ring", ".last", ".lock"):
+            ring_path(rig, place).with_suffix(suffix).unlink(missing_ok=True)
+
+
 def ring_path(rig: str, folder: Path) -> Path:
     """Where the current ring of `rig` lies inside `folder`."""
     return folder / f"tendril-{rig}.ring"
