@@ -2,7 +2,7 @@ import react from "@vitejs/plugin-react";
 import { defineConfig } from "vitest/config";
 
 /** `npm run dev` beside a running server: where that server listens. */
-const server = "http://127.0.0.1:8000";
+const server = "http://127.0.0.1:8321";
 
 export default defineConfig({
   base: "/",

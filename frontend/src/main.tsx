@@ -7,7 +7,8 @@ import { Notifications, notifications } from "@mantine/notifications";
 import { createRoot } from "react-dom/client";
 import { App } from "./App";
 import { DashboardContext } from "./panels/context";
-import { Dashboard, type Notify } from "./state/dashboard";
+import { Dashboard } from "./state/dashboard";
+import type { Notify } from "./state/operations";
 
 const COLOUR = { info: "blue", warning: "yellow", error: "red" } as const;
 
@@ -28,13 +29,13 @@ const theme = createTheme({
 });
 
 const dashboard = new Dashboard(notify);
-void dashboard.start();
+void dashboard.connection.start();
 
 const root = document.getElementById("root");
 if (root)
   createRoot(root).render(
     <MantineProvider theme={theme} defaultColorScheme="dark">
-      <Notifications position="bottom-left" limit={4} />
+      <Notifications position="bottom-right" limit={4} className="notices" />
       <DashboardContext value={dashboard}>
         <App />
       </DashboardContext>

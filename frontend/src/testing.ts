@@ -30,14 +30,14 @@ export function publishProbe(dashboard: Dashboard, plan: Plan): void {
     get frames() {
       return live.frames;
     },
-    roundTrips: dashboard.targets.roundTrips,
+    roundTrips: dashboard.aim.targets.roundTrips,
     toPixel: (xMm, yMm) => plan.clientOf([xMm / 1e3, yMm / 1e3]),
     toPlane: (px, py) => {
       const [x, y] = plan.planeOf([px, py]);
       return [x * 1e3, y * 1e3];
     },
     handle: () => {
-      const handle = dashboard.handle(performance.now());
+      const handle = dashboard.aim.handle(performance.now());
       return handle && plan.clientOf(handle.point);
     },
   };

@@ -12,7 +12,7 @@ test("a malformed body reads as field, reason and value", () => {
   const detail = [
     { loc: ["body", "changes", "K_P", 0], msg: "Input should be less than or equal to 5", input: 12 },
   ];
-  expect(refusalText({ detail }, "")).toBe("changes.K_P.0: Input should be less than or equal to 5 (got 12)");
+  expect(refusalText({ detail }, "")).toBe("K_P.0: Input should be less than or equal to 5 (got 12)");
 });
 
 test("rerun's viewer gets an absolute address that ends in .rrd", () => {

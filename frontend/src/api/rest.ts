@@ -49,7 +49,8 @@ export function refusalText(body: unknown, fallback: string): string {
 
 function fieldError(item: unknown): string {
   if (typeof item !== "object" || item === null || !("msg" in item)) return JSON.stringify(item);
-  const place = "loc" in item && Array.isArray(item.loc) ? item.loc.slice(1).join(".") : "";
+  const path: unknown[] = "loc" in item && Array.isArray(item.loc) ? item.loc : [];
+  const place = path.filter((part) => part !== "body" && part !== "changes").join(".");
   const value = "input" in item ? ` (got ${JSON.stringify(item.input)})` : "";
   return `${place}: ${String(item.msg)}${value}`;
 }

@@ -55,7 +55,7 @@ export function ControlPanel() {
   const next = usePage(nextControl);
   const name = usePage((page) => page.recordingName);
   const run = (request: CommandBody["request"]) => {
-    void (request === "follow" ? dashboard.follow() : dashboard.command({ request }));
+    void (request === "follow" ? dashboard.aim.follow() : dashboard.operations.command({ request }));
   };
   return (
     <div className="panel">

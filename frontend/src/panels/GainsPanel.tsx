@@ -33,9 +33,7 @@ export function GainsPanel() {
           variant="default"
           testId="gains-reset"
           meaning="Put law, gains and limits back to their defaults"
-          onClick={() =>
-            void dashboard.attempt("Gains not reset", () => dashboard.changeSettings(defaultGains()))
-          }
+          onClick={() => void dashboard.operations.changeSettings("Gains not reset", defaultGains())}
         >
           Reset to defaults
         </ControlButton>
@@ -76,7 +74,7 @@ function LawSelect({ law }: { readonly law: Law }) {
         onChange={(event) => {
           const chosen = LAWS.find((value) => String(value) === event.currentTarget.value);
           if (chosen !== undefined)
-            void dashboard.attempt("Law not changed", () => dashboard.changeSettings({ law: chosen }));
+            void dashboard.operations.changeSettings("Law not changed", { law: chosen });
         }}
       />
     </Tooltip>
@@ -167,7 +165,7 @@ function TorqueSlider({ index, value, torque, settings }: TorqueProps) {
   const send = (wanted: number) => {
     const [first, second] = settings.u_open;
     const u_open: [number, number] = index === 0 ? [wanted / scale, second] : [first, wanted / scale];
-    void dashboard.attempt("Command not changed", () => dashboard.changeSettings({ u_open }));
+    void dashboard.operations.changeSettings("Command not changed", { u_open });
   };
   return (
     <Tooltip label={reason ?? `${meaning} ${index === 0 ? "of the rear pair" : "of the top pair"}`}>

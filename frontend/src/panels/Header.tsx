@@ -92,7 +92,7 @@ function LeaseControl() {
           variant="default"
           testId="lease-release"
           meaning="Give control back; a motion is held"
-          onClick={() => void dashboard.releaseLease()}
+          onClick={() => void dashboard.operations.releaseLease()}
         >
           Release
         </ControlButton>
@@ -102,7 +102,7 @@ function LeaseControl() {
           variant="filled"
           testId="lease-take"
           meaning="Become the operator: only one page at a time can move the rig"
-          onClick={() => void dashboard.takeLease()}
+          onClick={() => void dashboard.operations.takeLease()}
         >
           Take control
         </ControlButton>
@@ -126,7 +126,7 @@ function RecordButton() {
       leftSection={
         recording ? <IconPlayerStopFilled size={14} /> : <IconPlayerRecordFilled size={14} color="#e03131" />
       }
-      onClick={() => void dashboard.toggleRecording()}
+      onClick={() => void dashboard.operations.toggleRecording()}
     >
       <span className="number record-label">{recording ? `REC ${time}` : "Record"}</span>
     </ControlButton>
@@ -168,7 +168,7 @@ function EStop() {
         data-testid="e-stop"
         aria-label={`E-STOP. ${meaning}`}
         leftSection={<IconHandStop size={20} aria-hidden />}
-        onClick={() => void dashboard.command({ request: "e_stop" })}
+        onClick={() => void dashboard.operations.emergencyStop()}
       >
         E-STOP
       </Button>

@@ -9,7 +9,7 @@ export function Login() {
   const [problem, setProblem] = useState("");
   const enter = async () => {
     try {
-      await dashboard.login(token.trim());
+      await dashboard.connection.login(token.trim());
     } catch (error) {
       setProblem(error instanceof Error ? error.message : String(error));
     }

@@ -25,7 +25,7 @@ export function NumberField({ label, value, min, max, step, unit, testId, change
   const send = async () => {
     const wanted = draft;
     if (typeof wanted === "number" && wanted !== value)
-      await dashboard.attempt(`${label} not changed`, () => dashboard.changeSettings(change(wanted)));
+      await dashboard.operations.changeSettings(`${label} not changed`, change(wanted));
     setDraft(null);
   };
   return (

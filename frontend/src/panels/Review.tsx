@@ -10,11 +10,11 @@ import { useKeysInFrame } from "./useKeys";
 /** The recordings, newest first; one opens in rerun's own viewer, inside the page. */
 export default function Review() {
   const dashboard = useDashboard();
-  const active = usePage((page) => page.recording.id);
+  const active = usePage((page) => (page.recording.recording ? page.recording.id : ""));
   const [rows, setRows] = useState<readonly Recording[] | null>(null);
   const [opened, setOpened] = useState<Recording | null>(null);
   const load = useCallback(async () => {
-    await dashboard.attempt("Recordings not listed", async () => {
+    await dashboard.operations.attempt("Recordings not listed", async () => {
       const found = await rest.recordings();
       setRows(found.toSorted((a, b) => b.started.localeCompare(a.started)));
     });

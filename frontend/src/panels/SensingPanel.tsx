@@ -20,8 +20,7 @@ export function SensingPanel() {
   const mask = usePage((page) => page.settings?.sensed ?? 0);
   const reason = useWhyNot("settings");
   const choose = (sensed: number) => {
-    if (reason === null)
-      void dashboard.attempt("Sensing not changed", () => dashboard.changeSettings({ sensed }));
+    if (reason === null) void dashboard.operations.changeSettings("Sensing not changed", { sensed });
   };
   return (
     <div className="panel">

@@ -30,8 +30,10 @@ export function StatePill() {
   const dashboard = useDashboard();
   const mode = usePage((page) => page.mode);
   const cause = usePage((page) => page.cause);
-  const known = usePage((page) => page.online && page.rigLive);
-  if (mode === null || !known) return <Unknown mode={mode} />;
+  const online = usePage((page) => page.online);
+  const rigLive = usePage((page) => page.rigLive);
+  if (mode === null || !online || !rigLive)
+    return <Unknown mode={mode} word={online ? "NO RIG" : "NO LINK"} />;
   const { icon: Glyph, colour } = LOOK[mode];
   const meaning = cause === 0 ? MODE_MEANING[mode] : `${MODE_MEANING[mode]} (${CAUSE_TEXT[cause]})`;
   return (
@@ -53,11 +55,10 @@ export function StatePill() {
           </span>
           <ControlButton
             control="clear"
-            variant="white"
-            color="dark"
+            variant="filled"
             testId="clear-latch"
             meaning="Unlatch: the rig is then VENTED and needs a new Arm"
-            onClick={() => void dashboard.command({ request: "clear" })}
+            onClick={() => void dashboard.operations.command({ request: "clear" })}
           >
             {mode === MODE.E_STOP ? "Clear E-STOP" : "Clear fault"}
           </ControlButton>
@@ -67,12 +68,17 @@ export function StatePill() {
   );
 }
 
-function Unknown({ mode }: { readonly mode: Mode | null }) {
+interface UnknownProps {
+  readonly mode: Mode | null;
+  readonly word: string;
+}
+
+function Unknown({ mode, word }: UnknownProps) {
   return (
     <Tooltip label={mode === null ? "Nothing heard from the rig yet" : `Last heard: ${MODE_WORD[mode]}`}>
-      <output className="pill pill-unknown" data-testid="state" aria-label="State: unknown">
+      <output className="pill pill-unknown" data-testid="state" aria-label={`State unknown: ${word}`}>
         <IconPlugConnectedX size={17} aria-hidden />
-        <span>NO RIG</span>
+        <span>{word}</span>
       </output>
     </Tooltip>
   );

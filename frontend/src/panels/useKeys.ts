@@ -8,22 +8,22 @@ const keyMap = new KeyMap();
 function perform(action: Action, dashboard: Dashboard, help: () => void): void {
   switch (action.kind) {
     case "hold":
-      dashboard.holdByKey();
+      dashboard.operations.holdByKey();
       return;
     case "e_stop":
-      void dashboard.command({ request: "e_stop" });
+      void dashboard.operations.emergencyStop();
       return;
     case "follow":
-      void dashboard.follow();
+      void dashboard.aim.follow();
       return;
     case "record":
-      void dashboard.toggleRecording();
+      void dashboard.operations.toggleRecording();
       return;
     case "help":
       help();
       return;
     case "nudge":
-      dashboard.nudge(action.dx, action.dy, action.fresh);
+      dashboard.aim.nudge(action.dx, action.dy, action.fresh);
       return;
   }
 }

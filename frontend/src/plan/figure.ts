@@ -77,11 +77,14 @@ function paintObserver(sheet: Sheet, points: readonly Point[]): void {
 
 function paintTrail(sheet: Sheet, trail: Trail, now: number): void {
   const { g } = sheet;
-  g.fillStyle = ROLE.measured;
+  let last: Point | null = null;
+  g.strokeStyle = ROLE.measured;
+  g.lineWidth = 2;
   trail.visit(now, (x, y, freshness) => {
-    const [px, py] = sheet.pixel([x, y]);
-    g.globalAlpha = 0.6 * freshness;
-    g.fillRect(px - 1, py - 1, 2, 2);
+    const next = sheet.pixel([x, y]);
+    g.globalAlpha = 0.7 * freshness;
+    if (last) segment(g, last, next);
+    last = next;
   });
   g.globalAlpha = 1;
 }
@@ -117,7 +120,7 @@ function paintTarget(sheet: Sheet, { telemetry, handle }: Figure): void {
   const centre = sheet.pixel(handle.point);
   if (reference && handle.movable && telemetry.at("reachable") === 0)
     paintClamp(sheet, centre, sheet.pixel(reference));
-  paintHandle(sheet, handle, centre);
+  paintHandle(sheet, handle, centre, handle.acknowledged && telemetry.at("reachable") === 1);
   if (reference && handle.movable) paintReference(sheet, sheet.pixel(reference));
 }
 
@@ -126,8 +129,8 @@ export function handleRadius(scale: number): number {
   return Math.max(HANDLE_PX, HANDLE_M * scale);
 }
 
-/** Hollow until the rig has echoed it, dashed while it cannot be moved. */
-function paintHandle({ g, ink, view }: Sheet, { acknowledged, movable }: Handle, centre: Point): void {
+/** Hollow until the rig has echoed it and while it is out of reach, dashed while it cannot be moved. */
+function paintHandle({ g, ink, view }: Sheet, { movable }: Handle, centre: Point, filled: boolean): void {
   const radius = handleRadius(view.scale);
   g.strokeStyle = g.fillStyle = movable ? ink.target : ink.soft;
   g.lineWidth = 2;
@@ -135,7 +138,7 @@ function paintHandle({ g, ink, view }: Sheet, { acknowledged, movable }: Handle,
   disc(g, centre, radius);
   g.stroke();
   g.setLineDash([]);
-  if (!acknowledged) return;
+  if (!filled) return;
   disc(g, centre, radius - 3);
   g.fill();
 }

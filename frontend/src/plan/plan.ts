@@ -75,7 +75,7 @@ export class Plan implements PointerTarget {
   }
 
   handlePixel(): Point | null {
-    const handle = this.dashboard.handle(performance.now());
+    const handle = this.dashboard.aim.handle(performance.now());
     return handle && toPixel(this.shown, this.size, handle.point);
   }
 
@@ -86,11 +86,11 @@ export class Plan implements PointerTarget {
 
   moveTarget(point: Point, fresh: boolean): boolean {
     this.paintedFrames = -1;
-    return this.dashboard.moveTarget(point, fresh, true);
+    return this.dashboard.aim.move(point, fresh, true);
   }
 
   releaseTarget(): void {
-    this.dashboard.releaseTarget();
+    this.dashboard.aim.release();
   }
 
   hover(point: Point | null, overHandle: boolean): void {
@@ -131,7 +131,7 @@ export class Plan implements PointerTarget {
     const now = performance.now();
     const width = page.get().rig?.parameters.actuator.width ?? BODY_WIDTH_M;
     const { telemetry, trail } = live;
-    paintFigure(sheet, { telemetry, trail, width, handle: this.dashboard.handle(now), now: now / 1e3 });
+    paintFigure(sheet, { telemetry, trail, width, handle: this.dashboard.aim.handle(now), now: now / 1e3 });
   }
 
   private paintPaper(): void {

@@ -45,8 +45,11 @@ export function ChartBox({ chart, onPainter }: Props) {
         </span>
         {listed.map(({ line, i }) => (
           <span key={line.name} className="chart-value" title={line.name}>
-            <i className={`swatch swatch-${line.look}`} style={{ color: line.colour }} />
-            {chart.lines.length > 4 ? line.name : null}
+            {chart.numbered ? (
+              <b style={{ color: line.colour }}>{line.name}</b>
+            ) : (
+              <i className={`swatch swatch-${line.look}`} style={{ color: line.colour }} />
+            )}
             <span
               className="number"
               ref={(element) => {

@@ -19,12 +19,18 @@ export interface Chart {
   /** Least height of the y axis [unit]. */
   readonly least: number;
   readonly fromZero: boolean;
+  /** Lines carry their name at their end and beside their value, so that colour is not alone. */
+  readonly numbered: boolean;
   readonly lines: readonly Line[];
 }
 
+const LENGTH = { unit: "mm", scale: 1e3, digits: 1, least: 4, numbered: false } as const;
+
 function position(title: string, index: number): Chart {
   return {
-    ...{ title, unit: "mm", scale: 1e3, digits: 1, least: 4, fromZero: false },
+    ...LENGTH,
+    title,
+    fromZero: false,
     lines: [
       { field: "p_meas", index, name: "measured", colour: ROLE.measured, look: "dots" },
       { field: "p_hat", index, name: "observer", colour: ROLE.observer, look: "solid" },
@@ -45,10 +51,21 @@ export const CHARTS: readonly Chart[] = [
   position("x", 0),
   position("y", 1),
   {
-    ...{ title: "error", unit: "mm", scale: 1e3, digits: 1, least: 4, fromZero: true },
+    ...LENGTH,
+    title: "error",
+    fromZero: true,
     lines: [{ field: "error", index: null, name: "|e|", colour: "#8b95a1", look: "solid" }],
   },
-  { title: "pressures", unit: "kPa", scale: 1e-3, digits: 0, least: 20, fromZero: true, lines: PRESSURES },
+  {
+    title: "pressures",
+    unit: "kPa",
+    scale: 1e-3,
+    digits: 0,
+    least: 20,
+    fromZero: true,
+    numbered: true,
+    lines: PRESSURES,
+  },
 ];
 
 /** Column of every line in the server's plot bins; -1 where the server does not send it. */

@@ -82,8 +82,8 @@ export class ChartPainter {
         y: { range: () => this.range },
       },
       axes: [
-        this.axis(18, (value) => String(Math.round(value))),
-        this.axis(40, (value) => String(Number(value.toFixed(3)))),
+        this.axis(18, secondsLabels),
+        this.axis(40, (splits) => splits.map((y) => String(Number(y.toFixed(3))))),
       ],
       series: [{}, ...this.chart.lines.map(seriesOf)],
       hooks: {
@@ -94,14 +94,14 @@ export class ChartPainter {
         ],
         draw: [
           () => {
-            this.drawNumbers();
+            this.drawNames();
           },
         ],
       },
     };
   }
 
-  private axis(size: number, label: (value: number) => string): uPlot.Axis {
+  private axis(size: number, labels: (splits: number[]) => string[]): uPlot.Axis {
     return {
       size,
       gap: 2,
@@ -109,14 +109,13 @@ export class ChartPainter {
       stroke: () => this.ink.soft,
       grid: { stroke: () => this.ink.gridMajor, width: 1 },
       ticks: { show: false },
-      values: (_plot, splits) => splits.map(label),
+      values: (_plot, splits) => labels(splits),
       space: 34,
     };
   }
 
-  /** Chambers carry their number at the end of the line, so that colour is not alone. */
-  private drawNumbers(): void {
-    if (this.chart.title !== "pressures") return;
+  private drawNames(): void {
+    if (!this.chart.numbered) return;
     const { ctx, bbox } = this.plot;
     ctx.save();
     ctx.font = `${10 * devicePixelRatio}px system-ui, sans-serif`;
@@ -141,6 +140,11 @@ export class ChartPainter {
       })
       .sort((a, b) => b.y - a.y);
   }
+}
+
+/** The first label would run into the y axis; the last one carries the unit. */
+function secondsLabels(splits: number[]): string[] {
+  return splits.map((t, i) => (i === 0 ? "" : i === splits.length - 1 ? `${t} s` : String(t)));
 }
 
 function seriesOf(line: Line): uPlot.Series {

@@ -1,0 +1,100 @@
+import { rest, Unreachable } from "../api/rest";
+import type { CommandBody, Event, Settings } from "../api/types";
+import { keep, situation, withLine, type Page } from "./page";
+import { whyNot, type Control } from "./permission";
+import type { Store } from "./store";
+
+export type Notify = (level: Event["level"], title: string, text: string) => void;
+
+/** An E-STOP that did not get through is sent again for 10 s; a late stop does no harm. */
+const STOP_TRIES = 20;
+const STOP_RETRY_MS = 500;
+
+/** What an operator asks of the server by buttons and keys; refusals are shown in the server's own words. */
+export class Operations {
+  constructor(
+    private readonly page: Store<Page>,
+    private readonly notify: Notify,
+  ) {}
+
+  whyNot(control: Control): string | null {
+    return whyNot(control, situation(this.page.get()));
+  }
+
+  /** Ask the rig for another mode. */
+  async command(body: CommandBody): Promise<void> {
+    await this.attempt("Refused", () => rest.command(body));
+  }
+
+  /** E-STOP: for every viewer, in every state; sent again while the server cannot be reached. */
+  async emergencyStop(): Promise<void> {
+    for (let tries = 0; tries < STOP_TRIES; tries++) {
+      try {
+        await rest.command({ request: "e_stop" });
+        return;
+      } catch (error) {
+        if (tries === 0) this.report("E-STOP did not reach the rig: use the hardware stop", error);
+        if (!(error instanceof Unreachable)) return;
+        await new Promise((resolve) => setTimeout(resolve, STOP_RETRY_MS));
+      }
+    }
+  }
+
+  /** Esc: HOLD where that means something; elsewhere it is only the first half of Esc Esc. */
+  holdByKey(): void {
+    if (this.whyNot("hold") === null) void this.command({ request: "hold" });
+  }
+
+  async takeLease(): Promise<void> {
+    await this.attempt("Control not taken", async () => {
+      this.page.patch({ lease: await rest.takeLease() });
+    });
+  }
+
+  async releaseLease(): Promise<void> {
+    await this.attempt("Control not released", async () => {
+      this.page.patch({ lease: await rest.releaseLease() });
+    });
+  }
+
+  /** Change live settings; what the rig then has is shown. */
+  async changeSettings(title: string, changes: Partial<Settings>): Promise<void> {
+    await this.attempt(title, async () => {
+      const settings = await rest.changeSettings(changes);
+      this.page.patch({ settings: keep(this.page.get().settings, settings) });
+    });
+  }
+
+  async toggleRecording(): Promise<void> {
+    const reason = this.whyNot("record");
+    const { recording, recordingName } = this.page.get();
+    if (reason !== null) this.notify("warning", "Recording", reason);
+    else if (recording.recording) await this.attempt("Recording not stopped", () => rest.stopRecording());
+    else
+      await this.attempt("Recording not started", async () => {
+        this.page.patch({ recording: await rest.startRecording(recordingName) });
+      });
+  }
+
+  /** Run `action`; a refusal is shown under `title`, with the server's text. */
+  async attempt(title: string, action: () => Promise<unknown>): Promise<void> {
+    try {
+      await action();
+    } catch (error) {
+      this.report(title, error);
+    }
+  }
+
+  /** Show what went wrong, and keep it in the log of this page. */
+  report(title: string, error: unknown): void {
+    const detail = error instanceof Error ? error.message : String(error);
+    this.notify("error", title, detail);
+    const line: Event = {
+      type: "event",
+      time: new Date().toISOString(),
+      level: "error",
+      text: `${title}: ${detail}`,
+    };
+    this.page.patch({ log: withLine(this.page.get().log, line) });
+  }
+}
