@@ -7,7 +7,7 @@ TRAIL_SECONDS = 2.0
 
 def blueprint(length: float) -> rrb.Blueprint:
     """Plan view, modes and log at the left, plots at the right; `length` [m] of the actuator bounds the plan view."""
-    left = rrb.Vertical(_plan(length), _modes(), rrb.Tabs(_log(), _about()), row_shares=[5, 1.2, 1.8])
+    left = rrb.Vertical(_plan(length), _modes(), rrb.Tabs(_log(), _about()), row_shares=[5, 1.3, 2.2])
     plots = rrb.Tabs(
         rrb.Vertical(
             _plot("/tip/x", "Tip x [m]"),
@@ -41,7 +41,7 @@ def _plan(length: float) -> rrb.Spatial2DView:
     )
     return rrb.Spatial2DView(
         origin="/plan",
-        name="Plan: observer blue, measured green, reference amber",
+        name="Plan view (grid 50 mm)",
         visual_bounds=rrb.VisualBounds2D(x_range=(-0.6 * length, reach), y_range=(-reach, reach)),
         background=[16, 18, 22],
         overrides={"/plan/reference": [trail], "/plan/tip": [trail]},
@@ -53,7 +53,7 @@ def _modes() -> rrb.StateTimelineView:
 
 
 def _log() -> rrb.TextLogView:
-    columns = rrb.TextLogColumns(timeline_columns=["t"], text_log_columns=["LogLevel", "Body"])
+    columns = rrb.TextLogColumns(timeline_columns=[], text_log_columns=["LogLevel", "Body"])
     return rrb.TextLogView(origin="/log", name="Log", columns=columns)
 
 

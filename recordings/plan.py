@@ -80,9 +80,10 @@ def _write_grid(stream: rr.RecordingStream, length: float) -> None:
     lines = [[(x, -end), (x, end)] for x in steps] + [[(-end, y), (end, y)] for y in steps]
     stream.log("/plan/grid", _thin(lines, 0x2C3138, 0.5), static=True)
     stream.log("/plan/axes", _thin([[(0, -end), (0, end)], [(-end, 0), (end, 0)]], 0x59616B, 0.75), static=True)
-    marks = [step for step in steps if 0 < abs(step) <= length and round(step / GRID) % 2 == 0]
-    at = flip(np.array([(x, 0.0) for x in marks if x > 0] + [(0.0, y) for y in marks]))
-    labels = [f"{x * 1e3:.0f}" for x in marks if x > 0] + [f"{y * 1e3:.0f}" for y in marks]
+    marks = [step for step in steps if abs(step) <= length and round(step / GRID) % 2 == 0]
+    across = [x for x in marks if x >= -0.5 * length]
+    at = flip(np.array([(x, -0.95 * length) for x in across] + [(-0.5 * length, y) for y in marks]))
+    labels = [f"{value * 1e3:.0f}" for value in across + marks]
     points = rr.Points2D(
         at, labels=labels, show_labels=True, colors=rgba([0x59616B] * len(at)), radii=rr.Radius.ui_points(1.5)
     )

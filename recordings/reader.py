@@ -65,7 +65,7 @@ def read_about(path: Path) -> tuple[RigInfo, Settings]:
 
 
 def read_log(path: Path) -> list[tuple[int, str, str]]:
-    """The log's lines as (tick, level, text) in the order of time."""
+    """The log's lines as (tick, level, text with its time) in the order of time."""
     lines: list[tuple[int, int, str, str]] = []
     for batch in _collect(path, [LOG]).get(LOG, []):
         t, tick = (batch.column(name).cast("int64").to_pylist() for name in ("t", "tick"))

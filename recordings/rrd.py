@@ -70,7 +70,7 @@ class RrdFile:
     def log(self, text: str, level: Level = "info") -> None:
         """Add a line to the log at the time of the newest row; before the first row it stands at the start."""
         at = self._last if self._last is not None else np.zeros(1, [(n, "<i8") for n in ("tick", "t_ns")])
-        self._log(at, [text], level)
+        self._log(at, text, level)
 
     def flush(self) -> None:
         """Hand everything to the operating system; raises `RecordingError` when the file takes no more."""
@@ -132,11 +132,14 @@ class RrdFile:
             mode, cause = Mode(row["mode"]), Cause(row["cause"])
             at = row.reshape(1)
             self._stream.send_columns("/mode", self._times(at), rr.StateChange.columns(state=[_word(mode)]))
-            self._log(at, [f"{_word(mode)} ({_word(cause).lower()})"], MODE_LEVELS.get(mode, "info"))
+            self._log(at, f"{_word(mode)} ({_word(cause).lower()})", MODE_LEVELS.get(mode, "info"))
 
-    def _log(self, at: Rows, text: list[str], level: Level) -> None:
-        columns = rr.TextLog.columns(text=text, level=[{"warning": "WARN"}.get(level, level.upper())])
-        self._stream.send_columns("/log", self._times(at), columns)
+    def _log(self, at: Rows, text: str, level: Level) -> None:
+        """A line at the row `at` (1,), with its time in the text too: rerun's own column of times is too narrow."""
+        seconds = (int(at["t_ns"][0]) - (self._origin or 0)) * 1e-9
+        word = {"warning": "WARN"}.get(level, level.upper())
+        line = rr.TextLog.columns(text=[f"{seconds:.2f} s  {text}"], level=[word])
+        self._stream.send_columns("/log", self._times(at), line)
 
 
 def _matrix(rows: Rows, group: Group) -> np.ndarray[Any, np.dtype[np.float64]]:

@@ -72,10 +72,10 @@ def _each(field: str, label: str, colors: tuple[int, ...], width: float = 1.5) -
 def _tip(axis: int) -> tuple[Series, ...]:
     name = "xy"[axis]
     return (
+        Series("target", axis, f"target {name}", YELLOW, 1.0),
         Series("p_ref", axis, f"reference {name}", REFERENCE, 2.0),
         Series("p_meas", axis, f"measured {name}", MEASURED),
         Series("p_hat", axis, f"observer {name}", OBSERVER),
-        Series("target", axis, f"target {name}", YELLOW, 1.0),
     )
 
 

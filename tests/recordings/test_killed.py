@@ -81,12 +81,15 @@ def _check(path: Path, handed_over: int, torn_bytes: int = 0) -> int:
 
 
 def _record_and_kill(folder: Path, at_tick: int) -> int:
+    """Kill a recorder with -9; the last tick that it had been given."""
     process = _start(folder)
+    seen = 0
     try:
-        _wait_for_tick(process, at_tick)
+        seen = _wait_for_tick(process, at_tick)
     finally:
-        last = _kill(process)
-    return last
+        seen = max([seen, *_kill(process)])
+    assert seen >= at_tick
+    return seen
 
 
 def _start(folder: Path) -> "subprocess.Popen[str]":
@@ -94,14 +97,13 @@ def _start(folder: Path) -> "subprocess.Popen[str]":
     return subprocess.Popen(program, stdout=subprocess.PIPE, text=True)
 
 
-def _wait_for_tick(process: "subprocess.Popen[str]", tick: int) -> None:
+def _wait_for_tick(process: "subprocess.Popen[str]", tick: int) -> int:
     assert process.stdout
-    assert any(int(line) >= tick for line in process.stdout), "it ended before"
+    return next(int(line) for line in process.stdout if int(line) >= tick)
 
 
-def _kill(process: "subprocess.Popen[str]") -> int:
-    """Kill -9; the last tick that the process had handed to the recorder."""
+def _kill(process: "subprocess.Popen[str]") -> list[int]:
+    """Kill with -9; the ticks that it still had printed."""
     process.kill()
     left, _ = process.communicate()
-    lines = left.split()
-    return int(lines[-1]) if lines else 0
+    return [int(line) for line in left.split()]

@@ -81,10 +81,10 @@ def test_mode_changes_and_events_are_in_the_log_at_their_ticks(recorder: Recorde
     recorder.rows(rows[900:])
     recorder.stop()
     assert read_log(tmp_path / f"{id}.rrd") == [
-        (0, "INFO", "VENTED (start)"),
-        (300, "INFO", "HOLD (operator)"),
-        (800, "INFO", "FOLLOW (operator)"),
-        (899, "INFO", "operator: K_P 0.4 -> 0.5"),
+        (0, "INFO", "0.00 s  VENTED (start)"),
+        (300, "INFO", "0.30 s  HOLD (operator)"),
+        (800, "INFO", "0.80 s  FOLLOW (operator)"),
+        (899, "INFO", "0.90 s  operator: K_P 0.4 -> 0.5"),
     ]
 
 
