@@ -53,7 +53,7 @@ def _modes() -> rrb.StateTimelineView:
 
 
 def _log() -> rrb.TextLogView:
-    columns = rrb.TextLogColumns(timeline_columns=[], text_log_columns=["LogLevel", "Body"])
+    columns = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"])
     return rrb.TextLogView(origin="/log", name="Log", columns=columns)
 
 
