@@ -5,7 +5,6 @@ import { rest, viewerUrl } from "../api/rest";
 import type { Recording } from "../api/types";
 import { bytes, clock, DASH, localTime, wholeNumber } from "../state/format";
 import { useDashboard, usePage } from "./context";
-import { useKeysInFrame } from "./useKeys";
 
 /** The recordings, newest first; one opens in rerun's own viewer, inside the page. */
 export default function Review() {
@@ -137,7 +136,6 @@ interface ViewerProps {
 function Viewer({ recording, onClose }: ViewerProps) {
   const scheme = useComputedColorScheme("dark");
   const [ready, setReady] = useState(false);
-  const attach = useKeysInFrame();
   useEffect(() => {
     const hear = (event: MessageEvent<unknown>) => {
       if (event.origin === window.location.origin && event.data === "READY") setReady(true);
@@ -171,9 +169,6 @@ function Viewer({ recording, onClose }: ViewerProps) {
         data-testid="viewer"
         data-ready={ready}
         src={viewerUrl(window.location.origin, recording.id, scheme, renderer)}
-        onLoad={(event) => {
-          attach(event.currentTarget);
-        }}
       />
     </main>
   );

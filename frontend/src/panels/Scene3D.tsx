@@ -1,7 +1,6 @@
 import { ActionIcon, SegmentedControl, Tooltip } from "@mantine/core";
 import { IconChevronDown, IconChevronRight } from "@tabler/icons-react";
 import { useState } from "react";
-import { useKeysInFrame } from "./useKeys";
 
 const SHOWN = "tendril-3d";
 
@@ -9,7 +8,6 @@ const SHOWN = "tendril-3d";
 export function Scene3D() {
   const [open, setOpen] = useState(() => localStorage.getItem(SHOWN) !== "closed");
   const [camera, setCamera] = useState("top");
-  const attach = useKeysInFrame();
   const toggle = () => {
     localStorage.setItem(SHOWN, open ? "closed" : "open");
     setOpen(!open);
@@ -51,9 +49,6 @@ export function Scene3D() {
           className="scene-frame"
           title="3D view of the actuator"
           src={`/viser/?view=${camera}`}
-          onLoad={(event) => {
-            attach(event.currentTarget);
-          }}
         />
       ) : null}
     </section>

@@ -1,9 +1,23 @@
-import { useCallback, useEffect, useState } from "react";
+import { useEffect, useState } from "react";
 import type { Dashboard } from "../state/dashboard";
 import { focusOf, KeyMap, type Action } from "../state/keys";
 import { useDashboard } from "./context";
 
 const keyMap = new KeyMap();
+
+const ESCAPE = {
+  key: "Escape",
+  shiftKey: false,
+  ctrlKey: false,
+  altKey: false,
+  metaKey: false,
+  repeat: false,
+};
+
+/** What the server puts into viser's and rerun's pages: they run in a process of their own, and tell of Esc. */
+function isEscape(data: unknown): boolean {
+  return typeof data === "object" && data !== null && "tendril" in data && data.tendril === "escape";
+}
 
 function perform(action: Action, dashboard: Dashboard, help: () => void): void {
   switch (action.kind) {
@@ -41,28 +55,17 @@ export function useKeys(): readonly [boolean, (open: boolean) => void] {
         setHelp((open) => !open);
       });
     };
+    const hearFrame = (event: MessageEvent<unknown>) => {
+      if (event.origin !== window.location.origin || !isEscape(event.data)) return;
+      const action = keyMap.press(ESCAPE, "widget", performance.now());
+      if (action) perform(action, dashboard, () => undefined);
+    };
     window.addEventListener("keydown", hear, { capture: true });
+    window.addEventListener("message", hearFrame);
     return () => {
       window.removeEventListener("keydown", hear, { capture: true });
+      window.removeEventListener("message", hearFrame);
     };
   }, [dashboard]);
   return [help, setHelp];
-}
-
-/** Esc works inside a frame of our own origin too; its other keys are its own. */
-export function useKeysInFrame(): (frame: HTMLIFrameElement) => void {
-  const dashboard = useDashboard();
-  return useCallback(
-    (frame) => {
-      frame.contentWindow?.addEventListener(
-        "keydown",
-        (event) => {
-          const action = keyMap.press(event, "text", performance.now());
-          if (action) perform(action, dashboard, () => undefined);
-        },
-        { capture: true },
-      );
-    },
-    [dashboard],
-  );
 }
