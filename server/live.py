@@ -81,6 +81,8 @@ class Hub:
 
     async def serve(self, viewer: Viewer) -> None:
         """Send to `viewer` until its socket or the task ends; every send is awaited, and what is stale is skipped."""
+        if not self.viewers:  # nothing was encoded meanwhile: the first beat must not be one long bin
+            self._beat = Beat(stop=self._history.count)
         viewer.cursor = max(0, self._history.count - BACKLOG)
         self.viewers.add(viewer)
         try:
@@ -98,7 +100,7 @@ class Hub:
         while viewer.outbox:
             await viewer.socket.send_text(viewer.outbox.popleft())
         beat = self._beat
-        if beat.stop > viewer.cursor:
+        if beat.frame and beat.stop > viewer.cursor:
             plot = beat.plot if viewer.cursor == beat.start else self._catch_up(viewer.cursor, beat.stop)
             viewer.cursor = beat.stop
             await viewer.socket.send_bytes(beat.frame)

@@ -25,7 +25,7 @@ async def file(request: Request, parts: Parts, name: str = "index.html") -> Resp
     if folder is None:
         text = parts.review.problem or "The viewer is being unpacked (once per version). Reload in a few seconds."
         return PlainTextResponse(text, 503, {"retry-after": "3"})
-    tag = f'"{version("rerun-sdk")}"'
+    tag = f'"{version("rerun-sdk")}-{version("tendril")}"'
     headers = {"etag": tag, "cache-control": "no-cache", "vary": "accept-encoding"}
     if request.headers.get("if-none-match") == tag:
         return Response(status_code=304, headers=headers)

@@ -28,7 +28,7 @@ from server.settings import ServerSettings
 
 TOKEN = "correct horse"
 ROW = record_dtype(Telemetry)
-PATIENCE = 60.0
+PATIENCE = 200.0
 """Seconds before a wait gives up: a machine may be busy, so no test asserts a time."""
 
 
@@ -56,6 +56,7 @@ class RigProcess:
         settings = {"rig": "test", "listen": self.endpoint, "ready": str(ready), "folder": str(self._folder)}
         self.process = subprocess.Popen([sys.executable, "-m", "controller.realtime", json.dumps(settings)])
         wait_for(lambda: ready.exists() or self.process.poll() is not None, "the rig")
+        assert self.process.poll() is None, "the rig died at its start"
         said = json.loads(ready.read_text())
         self.endpoint, self.boot = said["endpoint"], said["boot"]
 

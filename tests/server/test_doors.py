@@ -1,0 +1,178 @@
+"""Who gets in, from where, and what only the operator may do."""
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from fastapi.routing import APIRoute
+from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
+from websockets.exceptions import InvalidStatus
+
+from server.app import openapi_schema
+from server.auth import FAILURES
+from tests.server.live_server import TOKEN, TestServer
+
+OPEN = {("GET", "/"), ("HEAD", "/"), ("POST", "/api/session")}
+"""What answers without a session; assets are mounted, not routed."""
+OPERATORS = [
+    ("POST", "/api/command", {"request": "arm"}),
+    ("POST", "/api/command", {"request": "hold"}),
+    ("POST", "/api/command", {"request": "follow", "target": [0.1, 0.1]}),
+    ("POST", "/api/command", {"request": "rest"}),
+    ("POST", "/api/command", {"request": "clear"}),
+    ("PATCH", "/api/settings", {"changes": {"K_P": [0.1, 0.1]}}),
+    ("POST", "/api/recordings", {"name": "x"}),
+    ("DELETE", "/api/recordings/current", None),
+]
+
+
+def walk(routes: list[BaseRoute]) -> Iterator[tuple[str, str]]:
+    """Method and path of everything that is routed."""
+    for route in routes:
+        if isinstance(route, WebSocketRoute):
+            yield "WEBSOCKET", route.path
+        elif isinstance(route, Route | APIRoute):
+            yield from ((method, route.path) for method in route.methods or ())
+        elif not isinstance(route, Mount) and (inner := getattr(route, "original_router", None)):
+            yield from walk(inner.routes)
+
+
+def test_nothing_answers_without_a_session(server: TestServer) -> None:
+    page = server.page()
+    found = set(walk(server.app.routes))
+    assert {("PATCH", "/api/settings"), ("GET", "/api/recordings/{id}.rrd"), ("WEBSOCKET", "/ws/live")} <= found
+    assert {("GET", "/viser/{path:path}"), ("WEBSOCKET", "/viser"), ("GET", "/rerun/{name}")} <= found
+    assert len(found) >= 20
+    for method, pattern in found - OPEN:
+        path = re.sub(r"\{.*?\}", "x", pattern)
+        if method == "WEBSOCKET":
+            with pytest.raises(InvalidStatus) as refused:
+                page.connect(path)
+            assert refused.value.response.status_code == 401, path
+        else:
+            assert page.request(method, path).status_code == 401, (method, path)
+    assert page.get("/api/openapi.json").status_code == 401
+    assert page.get("/no/such/path").status_code == 401
+
+
+def test_forged_cookies_are_no_session(server: TestServer) -> None:
+    page = server.page()
+    for value in ("x", "WyJpZCIsIm5hbWUiXQ.aaaa.bbbb", ""):
+        page.cookies.set("tendril_test", value)
+        assert page.get("/api/session").status_code == 401
+
+
+def test_wrong_token_gets_401_and_guessing_429(server: TestServer) -> None:
+    page = server.page()
+    codes = [page.post("/api/session", json={"token": "wrong"}).status_code for _ in range(FAILURES)]
+    assert codes == [401] * FAILURES
+    stopped = page.post("/api/session", json={"token": TOKEN})
+    assert (stopped.status_code, stopped.headers["retry-after"]) == (429, "60")
+    assert not page.cookies
+
+
+def test_token_in_the_address_becomes_a_cookie_and_leaves_the_address(server: TestServer) -> None:
+    page = server.page()
+    answer = page.get("/", params={"token": TOKEN})
+    assert (answer.status_code, answer.headers["location"]) == (303, "/")
+    cookie = answer.headers["set-cookie"]
+    assert "HttpOnly" in cookie
+    assert "SameSite=lax" in cookie
+    assert answer.headers["referrer-policy"] == "no-referrer"
+    name = page.get("/api/session").json()["name"]
+    page.get("/", params={"token": TOKEN})
+    assert page.get("/api/session").json()["name"] == name, "the same browser stays who it is"
+    assert server.page().get("/", params={"token": "wrong"}).status_code in (401, 503)
+
+
+def test_other_origins_are_refused_even_with_the_cookie(server: TestServer) -> None:
+    page = server.page().sign_in()
+    for origin in ("http://evil.example", "null"):
+        assert page.post("/api/lease", headers={"origin": origin}).status_code == 403
+        for path in ("/ws/live", "/viser"):
+            with pytest.raises(InvalidStatus) as refused:
+                page.connect(path, headers={"origin": origin})
+            assert refused.value.response.status_code == 403
+    assert page.post("/api/lease", headers={"origin": server.url}).status_code == 200
+    page.connect("/ws/live", headers={"origin": server.url}).close()
+
+
+def test_every_answer_carries_the_security_headers(server: TestServer) -> None:
+    page = server.page().sign_in()
+    for path in ("/", "/api/health", "/viser/", "/rerun/", "/nothing"):
+        headers = page.get(path).headers
+        assert "frame-ancestors 'self'" in headers["content-security-policy"], path
+        assert headers["x-content-type-options"] == "nosniff"
+        inline = "script-src 'self' 'unsafe-inline'" in headers["content-security-policy"]
+        assert inline == path.startswith(("/viser", "/rerun")), path
+
+
+def test_a_viewer_may_stop_but_nothing_else(server: TestServer) -> None:
+    operator, viewer = server.operator(), server.page().sign_in()
+    for method, path, body in OPERATORS:
+        answer = viewer.request(method, path, json=body)
+        assert answer.status_code == 403, (method, path)
+        assert operator.get("/api/session").json()["name"] in answer.json()["detail"], "it says who operates"
+    with viewer.live() as live:
+        live.operate()
+        live.send(type="target", id=3, x=0.1, y=0.1, start=True)
+        assert "operator" in live.wait("refused", lambda m: m["id"] == 3)["detail"]
+    assert viewer.command("e_stop").status_code == 200
+    assert server.services.operator.settings.K_P != (0.1, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "body", "field"),
+    [
+        ("POST", "/api/command", {"request": "fly"}, ["body", "request"]),
+        ("POST", "/api/command", {}, ["body", "request"]),
+        ("POST", "/api/command", {"request": "arm", "more": 1}, ["body", "more"]),
+        ("POST", "/api/command", {"request": "follow"}, ["body", "target"]),
+        ("POST", "/api/command", {"request": "follow", "target": [0.1]}, ["body", "target", 1]),
+        ("POST", "/api/command", {"request": "follow", "target": [0.1, 9.0]}, ["body", "target", 1]),
+        ("POST", "/api/command", "[", None),
+        ("POST", "/api/command", '{"request": "follow", "target": [NaN, 0]}', ["body", "target", 0]),
+        ("POST", "/api/command", '{"request": "follow", "target": [Infinity, 0]}', ["body", "target", 0]),
+        ("PATCH", "/api/settings", {"changes": {"K_P": [12.0, 0.1]}}, ["body", "changes", "K_P", 0]),
+        ("PATCH", "/api/settings", {"changes": {"K_Q": 1}}, ["body", "changes", "K_Q"]),
+        ("PATCH", "/api/settings", {"changes": {"sensed": 1024}}, ["body", "changes", "sensed"]),
+        ("PATCH", "/api/settings", {"changes": {"law": 9}}, ["body", "changes", "law"]),
+        ("PATCH", "/api/settings", '{"changes": {"u_open": [NaN, 0]}}', ["body", "changes", "u_open", 0]),
+        ("PATCH", "/api/settings", {"K_P": [0.1, 0.1]}, ["body", "changes"]),
+        ("POST", "/api/recordings", {"name": "x" * 81}, ["body", "name"]),
+        ("POST", "/api/session", {"token": ""}, ["body", "token"]),
+    ],
+)
+def test_malformed_bodies_get_422_with_the_field_named(
+    method: str, path: str, body: Any, field: list[Any] | None, server: TestServer
+) -> None:
+    page = server.page().sign_in().operate()
+    before = server.services.operator.settings
+    given = {"content": body, "headers": {"content-type": "application/json"}} if isinstance(body, str) else {}
+    answer = page.request(method, path, **(given or {"json": body}))
+    assert answer.status_code == 422, answer.text
+    if field:
+        assert field in [item["loc"] for item in answer.json()["detail"]]
+    assert server.services.operator.settings == before
+
+
+def test_a_value_out_of_bounds_is_named_with_its_bound(server: TestServer) -> None:
+    page = server.page().sign_in().operate()
+    item = page.patch("/api/settings", json={"changes": {"K_P": [12.0, 0.1]}}).json()["detail"][0]
+    assert (item["input"], item["ctx"]) == (12.0, {"le": 5.0})
+
+
+def test_long_bodies_are_not_read(server: TestServer) -> None:
+    page = server.page().sign_in().operate()
+    assert page.post("/api/recordings", content=b"x" * (1 << 21)).status_code == 413
+
+
+def test_the_description_holds_the_socket_messages() -> None:
+    schema = openapi_schema()
+    kinds = schema["components"]["schemas"]
+    assert {"Hello", "Status", "Reply", "Refused", "Pong", "Event", "Target", "Presence", "Ping"} <= set(kinds)
+    assert "type" in kinds["Hello"]["required"], "the page can tell messages apart by it"
+    assert kinds["Mode"]["x-enum-varnames"][6] == "E_STOP"
+    spoken = schema["webhooks"]["live"]["post"]
+    assert len(spoken["requestBody"]["content"]["application/json"]["schema"]["oneOf"]) == 3

@@ -1,0 +1,139 @@
+"""The live socket: malformed messages, slow viewers, history and the log."""
+
+import socket
+import time
+
+import numpy as np
+import pytest
+from websockets.exceptions import ConnectionClosed
+
+from server.channels import CHANNELS
+from tests.server.live_server import ROW, Live, TestServer, wait_for
+
+TICK = ROW.fields["tick"][1] + 8
+"""Place of the tick in a FRAME message."""
+
+
+def bins(message: bytes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    count = int(np.frombuffer(message, "<u4", 2)[1])
+    t = np.frombuffer(message, "<f8", count, 8)
+    both = np.frombuffer(message, "<f4", offset=8 + 8 * count).reshape(2, count, len(CHANNELS))
+    return t, both[0], both[1]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "message"),
+        ("not json", "message"),
+        ("[]", "message"),
+        ('{"type": "dance"}', "type"),
+        ('{"id": 5, "x": 1}', "type"),
+        ('{"type": "target", "id": 5, "x": 0.1}', "target.y"),
+        ('{"type": "target", "id": 5, "x": "a", "y": 0}', "target.x = a"),
+        ('{"type": "target", "id": 5, "x": NaN, "y": 0}', "target.x = nan"),
+        ('{"type": "target", "id": 5, "x": 99, "y": 0}', "target.x = 99"),
+        ('{"type": "target", "id": 5, "x": 0, "y": 0, "z": 0}', "target.z"),
+        ('{"type": "target", "id": -1, "x": 0, "y": 0}', "target.id = -1"),
+        ('{"type": "presence", "n": 1.5}', "presence.n"),
+        ("[" * 3000, "message"),
+        ("x" * 5000, "4096"),
+        (b"\x01\x02", "text"),
+    ],
+)
+def test_a_malformed_message_is_refused_by_name_and_the_socket_goes_on(
+    text: str | bytes, words: str, server: TestServer
+) -> None:
+    page = server.page().sign_in()
+    with page.live() as live:
+        live.socket.send(text)
+        refused = live.wait("refused")
+        assert words in refused["detail"], refused
+        assert refused["id"] == (5 if isinstance(text, str) and '"id": 5' in text else 0)
+        live.send(type="ping", t=4.25)
+        assert live.wait("pong")["t"] == 4.25
+
+
+def test_an_oversized_message_closes_only_its_own_socket(server: TestServer) -> None:
+    page = server.page().sign_in()
+    with page.live() as other:
+        bad = page.connect("/ws/live")
+        with pytest.raises(ConnectionClosed) as closed:
+            bad.send("x" * (2 << 20))
+            while True:
+                bad.recv(timeout=60)
+        assert closed.value.rcvd is None or closed.value.rcvd.code == 1009
+        other.send(type="ping", t=1.0)
+        assert other.wait("pong")
+
+
+def test_history_comes_on_connect_and_every_tick_is_in_a_bin(server: TestServer) -> None:
+    page = server.operator()
+    wait_for(lambda: server.services.history.count > 2000, "two seconds of history")
+    with page.live() as live:
+        wait_for(lambda: len(live.plots) > 30, "plots")
+        plots = [bins(message) for message in live.plots]
+        assert len(plots[0][0]) > 100, "the past comes first"
+        t = np.concatenate([plot[0] for plot in plots])
+        assert np.all(np.diff(t) > 0)
+        assert np.median(np.diff(t)) < 0.05
+        for _, low, high in plots:
+            assert not np.any(low > high)
+
+
+def test_a_spike_of_one_tick_reaches_every_viewer(server: TestServer) -> None:
+    """A row is put into the history as the link would; its neighbours are ordinary."""
+    page = server.operator()
+    history = server.services.history
+    error = [channel.key for channel in CHANNELS].index("error")
+    with page.live() as live:
+        wait_for(lambda: len(live.plots) > 5, "plots")
+        spike = history.newest.copy()
+        spike["error"] = (0.0, 7.0)
+        history.add(spike)
+        wait_for(lambda: any(bins(m)[2][:, error].max() == 7.0 for m in list(live.plots)), "the spike")
+
+
+def test_a_slow_viewer_skips_frames_and_then_sees_the_newest(server: TestServer) -> None:
+    page = server.operator()
+    slow = page.connect("/ws/live", max_queue=1)
+    slow.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    with page.live() as quick:
+        wait_for(lambda: quick.frames, "frames")
+        stuck = wait_for(lambda: _stuck(server), "the slow viewer to be stuck")
+        at, seen = stuck.cursor, len(quick.frames)
+        wait_for(lambda: len(quick.frames) > seen + 120, "the quick viewer to go on")
+        assert stuck.cursor == at, "nothing more was prepared for the slow one"
+        last = quick.frames[-1]["tick"]
+        ticks = []
+        while not ticks or ticks[-1] < last:
+            message = slow.recv(timeout=60)
+            if isinstance(message, bytes) and message[0] == 1:
+                ticks.append(int(np.frombuffer(message, "<i8", 1, TICK)[0]))
+        assert np.diff(ticks).max() > 1500, "what was stale is skipped"
+    slow.close()
+
+
+def _stuck(server: TestServer) -> object:
+    """The viewer that has not been sent anything for half a second."""
+    before = {viewer: viewer.cursor for viewer in list(server.services.hub.viewers)}
+    time.sleep(0.5)
+    return next((viewer for viewer, cursor in before.items() if viewer.cursor == cursor), None)
+
+
+def test_latecomers_read_the_log(server: TestServer) -> None:
+    operator = server.operator()
+    name = operator.get("/api/session").json()["name"]
+    late = server.page().sign_in()
+    with late.live() as live:
+        live.wait("event", lambda m: m["text"] == f"{name}: clear")
+        live.wait("event", lambda m: m["text"] == f"{name} operates")
+        assert live.wait("status")["lease"] == {"held": True, "mine": False, "holder": name}
+
+
+def test_a_closed_page_is_forgotten(server: TestServer) -> None:
+    page = server.page().sign_in()
+    with page.live() as live:
+        assert isinstance(live, Live)
+        assert len(server.services.hub.viewers) == 1
+    wait_for(lambda: not server.services.hub.viewers, "the viewer to be dropped")
