@@ -45,7 +45,7 @@ def up(
     ready: Ready = None,
 ) -> None:
     """Start rig (twin) and server on this machine and keep both alive."""
-    from controller.realtime.rig import RigSettings
+    from controller.realtime.settings import RigSettings
     from server.settings import ServerSettings
     from server.up import run_up
 
@@ -79,7 +79,8 @@ def rig(
     ready: Ready = None,
 ) -> None:
     """Start the rig process only: the 1 kHz loop with the twin."""
-    from controller.realtime.rig import RigSettings, run_rig
+    from controller.realtime.rig import run_rig
+    from controller.realtime.settings import RigSettings
 
     run_rig(RigSettings(rig=rig, parameters=_parameters(actuator), listen=listen, ready=ready))
 
@@ -101,7 +102,6 @@ def bench(
 def compile() -> None:
     """Compile every kernel into the cache, so that the first start is quick."""
     from controller.build import build_twin
-
     from controller.build_rig import build_rig
     from controller.parameters import RigParameters
     from controller.realtime.loop import compile_loop

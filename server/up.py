@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 import webbrowser
 from pathlib import Path
@@ -17,7 +16,7 @@ from rich.console import Console
 from rich.panel import Panel
 
 from controller.errors import TendrilError
-from controller.realtime.rig import RigSettings
+from controller.realtime.settings import RigSettings
 from controller.realtime.supervisor import Supervisor, restart_delay
 from server.ready import ServerReady, UpReady, write_ready
 from server.settings import ServerSettings
@@ -80,16 +79,16 @@ class ServerChild:
 
 
 def run_up(rig: RigSettings, server: ServerSettings, browser: bool, ready: Path | None) -> None:
-    """Run rig and server until SIGINT or SIGTERM; stopping the server first lets the rig come to rest."""
-    stop = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stop.set())
+    """Run rig and server until SIGINT or SIGTERM; the server ends first, so the rig comes to rest before it ends."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     supervisor = Supervisor(rig)
     supervisor.start()
     try:
         with out.status("Starting the rig (kernels are compiled once per version, about a minute) ..."):
             supervisor.wait_ready()
-        _run_server(supervisor, server.model_copy(update={"endpoint": supervisor.endpoint}), browser, ready, stop)
+        _run_server(supervisor, server.model_copy(update={"endpoint": supervisor.endpoint}), browser, ready)
+    except KeyboardInterrupt:
+        out.print("Stopping ...")
     finally:
         supervisor.stop()
 
@@ -101,9 +100,7 @@ def environment(settings: ServerSettings) -> dict[str, str]:
     return {f"TENDRIL_{name.upper()}": str(value) for name, value in {**plain, **token}.items()}
 
 
-def _run_server(
-    supervisor: Supervisor, settings: ServerSettings, browser: bool, ready: Path | None, stop: threading.Event
-) -> None:
+def _run_server(supervisor: Supervisor, settings: ServerSettings, browser: bool, ready: Path | None) -> None:
     with tempfile.TemporaryDirectory(prefix="tendril-") as folder:
         child = ServerChild(settings, Path(folder, "server.json"))
         try:
@@ -112,7 +109,8 @@ def _run_server(
             if ready:
                 processes = {"rig_process": supervisor.process, "server_process": page.process}
                 write_ready(ready, UpReady(url=page.url, **processes))
-            while not stop.wait(POLL):
+            while True:
+                time.sleep(POLL)
                 child.keep_alive()
         finally:
             child.stop()

@@ -60,15 +60,23 @@ class Desk:
         return rows[: max(0, first + count - start)]
 
     def submit(self, command: Command) -> CommandReply:
-        """Put the command into the mailbox, wait for a tick that began after that, and say what it made of it."""
+        """Put the command into the mailbox, wait for a tick that began after that, and say what it made of it.
+
+        A command for another life of the rig is refused whole, its settings and target too; but an E-STOP never is.
+        """
+        if command.boot != self._info.boot and command.request != Request.E_STOP:
+            text = refused_text(command.request, self._mode(), Cause.WRONG_BOOT)
+            return _reply(command, self._mode(), Cause.WRONG_BOOT, text)
         with self._one_at_a_time:
             post(self._commands, words(to_record(command)))
             row = self._row_after(time.monotonic_ns())
         if row is not None:
             return answer(command, row)
+        return _reply(command, self._mode(), Cause.LOOP_STALLED, "refused: the control loop does not answer")
+
+    def _mode(self) -> Mode:
         newest = self._ring.newest()
-        mode = Mode.VENTED if newest is None else Mode(newest["mode"])
-        return _reply(command, mode, Cause.LOOP_STALLED, "refused: the control loop does not answer")
+        return Mode.VENTED if newest is None else Mode(newest["mode"])
 
     def plan(self, points: np.ndarray) -> int:
         """Take (n, 2) points [m] as the reference of the next TRACK run; refused while one is under way."""
