@@ -88,13 +88,13 @@ def build_twin(parameters: RigParameters) -> Twin:
 
 
 def twin_model(actuator: Actuator, twin: TwinParameters) -> RodModel:
-    """The twin's chain: stiffness times kappa, damping given by zeta of its first mode and TWIN_BETA.
+    """The twin's chain: stiffness and gravity times kappa, damping given by zeta of its first mode and TWIN_BETA.
 
     Its `compliance` maps torques in the model's units, before kappa and the torque gain.
     """
     model = build_rod(actuator, twin.rods)
     k = model.k * twin.kappa * twin.stiffness_scale
-    loose = model._replace(k=k, b=np.zeros(twin.rods), alpha=0.0)
+    loose = model._replace(k=k, b=np.zeros(twin.rods), alpha=0.0, g=model.g * twin.kappa)
     omega = float(np.abs(natural_modes(loose, np.zeros(twin.rods))).min())
     return loose._replace(b=TWIN_BETA * k, alpha=max(0.0, 2.0 * twin.zeta * omega - TWIN_BETA * omega**2))
 

@@ -31,7 +31,7 @@ def make_ledger() -> Ledger:
     return Ledger(np.zeros(1), np.zeros(1), np.zeros(4))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def stored_energy(model, q, v):
     """H = 1/2 q'^T M q' + 1/2 q^T K q - gravity's work from the origin [J]."""
     H = theta_before = 0.0
@@ -43,7 +43,7 @@ def stored_energy(model, q, v):
     return H
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def damping_power(model, v):
     """-q'^T B q' [W]: the hinges' dampers and the mass-proportional damping."""
     P = omega_before = 0.0
@@ -55,7 +55,7 @@ def damping_power(model, v):
     return P
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def pneumatic_power(model, u, v):
     """(T^T q')^T u [W] of the torques u (2,) [N m]."""
     P = 0.0
@@ -64,7 +64,7 @@ def pneumatic_power(model, u, v):
     return P
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def load_power(load, v):
     """Power of the whole load [W]; a force off the centre is in it as force and torque, so its own point counts."""
     P = 0.0
@@ -73,7 +73,7 @@ def load_power(load, v):
     return P
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def baumgarte_power(a, lam, v):
     """lambda^T A q' [W]: zero if the constraints held exactly."""
     P = distal_x = distal_y = 0.0

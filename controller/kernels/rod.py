@@ -231,7 +231,7 @@ def substitute(model, a, D_inv, r, lam):
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def apply_hinges(model, a, free, lam, acc):
-    """Q'' = M^-1 (Q + A^T lambda) (3,N) into `acc`."""
+    """Accelerations q'' = M^-1 (Q + A^T lambda) (3,N) into `acc`."""
     for i in range(free.shape[1]):
         sum_x, sum_y = lam[0, i] + lam[0, i + 1], lam[1, i] + lam[1, i + 1]
         acc[0, i] = free[0, i] + (lam[0, i] - lam[0, i + 1]) * model.m_inv[i]

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from controller.build import build_rod, build_twin
-from controller.kernels.statics import static_tip
+from controller.kernels.rod import make_load, straight
+from controller.kernels.statics import static_tip, tip_of
 from controller.kernels.twin import Twin, twin_step
 from controller.layout import record_dtype
 from controller.messages import Measurement, Telemetry
 from controller.parameters import PRESETS, RigParameters, TwinParameters
-from tests.controller.chains import compiled
+from tests.controller.chains import advance, compiled
 
 IDEAL = {"torque_gain": 1.0, "creep": (0.0, 0.0), "friction": 0.0, "marker_noise": 0.0}
 STEP_NS = 1_000_000
@@ -55,6 +56,16 @@ def test_without_flaws_the_tip_rests_where_the_model_says(name: str, u: tuple[fl
     expected = static_tip(build_rod(actuator, 10), *u)
     assert telemetry["twin_backbone"][-1, -1] == pytest.approx(expected, abs=1e-6)
     assert measurement["markers"][-1, -1] == pytest.approx(expected, abs=1e-6)
+
+
+def test_the_twin_hangs_under_gravity_as_the_model_does() -> None:
+    hanging = PRESETS["P1"].model_copy(update={"gravity": (0.0, -0.4), "alpha": 5.0})
+    model = build_rod(hanging, 10)
+    state = advance(model, straight(model), make_load(10), 20.0)
+    twin = build_twin(RigParameters(actuator=hanging, twin=TwinParameters(rods=10, **IDEAL)))
+    telemetry, _ = run(twin, held((0.0, 0.0, 0.0, 0.0), 10.0))
+    assert telemetry["twin_backbone"][-1, -1] == pytest.approx(tip_of(state.q, model.L), abs=1e-6)
+    assert telemetry["twin_backbone"][-1, -1, 1] < -0.02
 
 
 def test_torque_gain_is_the_mismatch_of_the_bend() -> None:
