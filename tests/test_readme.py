@@ -14,9 +14,11 @@ def homes() -> set[tuple[str, str, str]]:
     found = set()
     for path in (ROOT / "controller" / "kernels").glob("*.py"):
         source = path.read_text()
+        lines = source.splitlines()
         for function in (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.FunctionDef)):
-            for mark in re.findall(r"# (Eq\. \w+)$", ast.get_source_segment(source, function) or "", re.MULTILINE):
-                found.add((mark, str(path.relative_to(ROOT)), function.name))
+            for line in lines[function.lineno - 1 : function.end_lineno]:
+                if mark := re.search(r"# (Eq\. \w+)$", line):
+                    found.add((mark[1], str(path.relative_to(ROOT)), function.name))
     return found
 
 
