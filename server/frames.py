@@ -14,3 +14,12 @@ addEventListener("keydown", (event) => {
 }, { capture: true });
 </script>"""
 """Put into such a page: Esc means HOLD wherever the focus is, and our page cannot listen inside another process."""
+
+SEND_COOKIE = b"""<script>
+const plainFetch = fetch;
+fetch = (request, options) =>
+  new URL(request.url ?? request, location).origin === location.origin
+    ? plainFetch(request, { ...options, credentials: "same-origin" })
+    : plainFetch(request, options);
+</script>"""
+"""Put into rerun's page: its viewer asks for recordings without credentials, and would be refused."""

@@ -8,7 +8,7 @@ from starlette.responses import FileResponse, PlainTextResponse
 
 from recordings.viewer import FILES
 from server.deps import Parts
-from server.frames import TELL_ESCAPE
+from server.frames import SEND_COOKIE, TELL_ESCAPE
 
 router = APIRouter(include_in_schema=False)
 
@@ -30,7 +30,7 @@ async def file(request: Request, parts: Parts, name: str = "index.html") -> Resp
     if request.headers.get("if-none-match") == tag:
         return Response(status_code=304, headers=headers)
     if name == "index.html":
-        page = (folder / name).read_bytes().replace(b"</head>", TELL_ESCAPE + b"</head>", 1)
+        page = (folder / name).read_bytes().replace(b"</head>", SEND_COOKIE + TELL_ESCAPE + b"</head>", 1)
         return Response(page, headers=headers, media_type=TYPES[".html"])
     return _file(folder / name, headers, "gzip" in request.headers.get("accept-encoding", ""))
 
