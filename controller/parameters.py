@@ -44,8 +44,8 @@ class Settings(Model):
     law: Law = Law.FF_PI
     sensed: Annotated[int, Bounds(ge=0, lt=2**SENSORS), Q("1", "sensors")] = 1 << (SENSORS - 1)
     """Bit i-1 set: the observer uses the marker of rod i. Only the tip by default."""
-    K_P: Annotated[tuple[Gain, Gain], Q("1", "K_P", (2,))] = (0.4, 0.4)
-    K_I: Annotated[tuple[IntegralGain, IntegralGain], Q("1/s", "K_I", (2,))] = (1.0, 1.0)
+    K_P: Annotated[tuple[Gain, Gain], Q("1", "K_P", (2,))] = (0.3, 0.3)
+    K_I: Annotated[tuple[IntegralGain, IntegralGain], Q("1/s", "K_I", (2,))] = (0.8, 0.8)
     K_FF: Annotated[tuple[VelocityGain, VelocityGain], Q("s", "K_FF", (2,))] = (0.0, 0.0)
     """Velocity feedforward: off by default, as in the paper's Task 5 (live reference)."""
     K_o: Annotated[tuple[ObserverGain, ObserverGain], Q("N/m", "K_o", (2,))] = (100.0, 100.0)
@@ -69,8 +69,8 @@ class ControllerParameters(Model):
     zeta_B: Annotated[float, Bounds(ge=0.0, le=10.0), Q("1", "zeta_B")] = 1.0
     epsilon: Annotated[float, Bounds(gt=0.0, le=1e-2), Q("1", "epsilon")] = 1e-8
     rcond_min: Annotated[float, Bounds(gt=0.0, le=1e-2), Q("1", "rcond")] = 1e-10
-    weak_ratio: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1")] = 0.1
-    """Feedback fades in a direction in which S moves the tip less than this share of its strongest (ours; the paper: 0).
+    weak_ratio: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1")] = 0.25
+    """Feedback fades in a direction in which S moves the tip less than this share of its strongest (ours; paper: 0).
     At the straight pose nothing can move the tip along x, and the paper's law alone saturates there on noise."""
     dead_time: Annotated[float, Bounds(ge=0.0, le=0.2), Q("s", "t_d")] = 0.05
     pneumatic_lag: Annotated[float, Bounds(gt=0.0, le=1.0), Q("s", "tau")] = 0.05
@@ -115,8 +115,9 @@ class Actuator(Model):
     """Drawn width of the body (ours; the paper gives only the height)."""
     k: Annotated[tuple[Stiffness, Stiffness], Q("N m/rad", "k", (2,))]
     b: Annotated[tuple[Damping, Damping], Q("N m s/rad", "b", (2,))]
-    alpha: Annotated[float, Bounds(ge=0.0, le=50.0), Q("1/s", "alpha")] = 0.5
-    """Mass-proportional Rayleigh damping (ours): sets the first mode's damping ratio."""
+    alpha: Annotated[float, Bounds(ge=0.0, le=50.0), Q("1/s", "alpha")] = 5.0
+    """Mass-proportional Rayleigh damping (ours): sets the first mode's damping ratio, 0.7 here. With 0.5 the observer's
+    mode with a pinned tip rings, S with it, and at strong bends of P2 the loop through S becomes unstable."""
     torque_map: Literal["mid_tip", "base_mid_tip"] = "mid_tip"
     """`mid_tip`: u1 = +1 on rod N/2, u2 = -1 on rod N/2 and +1 on rod N. `base_mid_tip` adds u1 = -1 on rod 1."""
     u_max: Annotated[float, Bounds(gt=0.0, le=0.2), Q("N m", "u_max")] = 0.060
