@@ -4,7 +4,7 @@ BIN := .venv/bin
 NODE := PATH="$(CURDIR)/$(BIN):$$PATH"
 PAGE_SOURCES := $(shell find frontend -type f -not -path '*/node_modules/*' 2>/dev/null)
 
-.PHONY: run test setup build lint types test-python test-page test-browser lock schema clean
+.PHONY: run test setup build chromium lint types test-python test-page test-browser lock schema clean
 
 run: setup
 	$(BIN)/tendril up
@@ -29,7 +29,6 @@ server/static/index.html: frontend/node_modules/installed $(PAGE_SOURCES)
 build: server/static/index.html
 	$(BIN)/python -m hatchling build -t wheel
 
-.PHONY: chromium
 chromium:
 	.ci/need-chromium
 
@@ -42,6 +41,7 @@ lint: .venv/installed frontend/node_modules/installed
 types: .venv/installed frontend/node_modules/installed
 	$(BIN)/mypy
 	cd frontend && $(NODE) npm run --silent check
+	$(NODE) .ci/same-schema
 
 test-page: frontend/node_modules/installed
 	cd frontend && $(NODE) npm test --silent
@@ -52,10 +52,10 @@ test-python: setup
 test-browser: setup chromium
 	$(BIN)/python -m pytest tests/e2e
 
-# The page's types follow the server's OpenAPI; a test compares.
-schema: .venv/installed
-	$(BIN)/tendril schema > frontend/openapi.json
-	cd frontend && $(NODE) npm run --silent types
+# The page's types follow the server's OpenAPI; `make types` compares.
+schema: .venv/installed frontend/node_modules/installed
+	$(BIN)/tendril schema > .venv/openapi.json
+	cd frontend && $(NODE) npm run --silent types -- ../.venv/openapi.json
 
 # Exact versions with hashes for every supported Python, without any registry address.
 lock: .venv/installed
