@@ -11,9 +11,10 @@ import msgpack  # type: ignore[import-untyped]
 
 from controller.modes import Request
 from server.auth import Identity
+from server.body import GIZMO, Point
 from server.lease import OperatorLease
 from server.operator import Operator
-from server.scene import GIZMO, Point, Scene
+from server.scene import Scene
 
 CAMERA = "ViewerCameraMessage"
 START, UPDATE, END = (f"TransformControls{phase}Message" for phase in ("DragStart", "Update", "DragEnd"))

@@ -20,8 +20,10 @@ from server.tasks import until_one_ends
 
 router = APIRouter(include_in_schema=False)
 
-HIDE = b"<style>[data-floating-window],.mantine-Notifications-root{display:none!important}</style>"
-"""Viser offers no way to hide its panel and its notices."""
+HIDE = b"""<style>
+[data-floating-window], .mantine-Notifications-root, .mantine-Paper-root[style*=fixed] { display: none !important }
+</style>"""
+"""Viser offers no way to hide its panel (another one in a narrow frame) and its notices."""
 
 
 @router.get("/viser")

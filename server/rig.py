@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from controller.link import RigClient
 from controller.messages import Command, CommandReply, RigInfo
+from controller.parameters import Actuator, RigParameters
 from server.channels import Rows
 from server.history import History
 
@@ -24,6 +25,10 @@ class Rig:
     def info(self) -> RigInfo | None:
         """Who the rig is (or was, while it is gone); None before the first contact."""
         return self._link.info
+
+    def actuator(self) -> Actuator:
+        """The rig's actuator; the default one before the first contact."""
+        return self._link.info.parameters.actuator if self._link.info else RigParameters().actuator
 
     @property
     def age(self) -> float:

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from controller.errors import NotAllowed, RigUnreachable
 from controller.messages import RigInfo
-from controller.parameters import PRESETS, Settings
+from controller.parameters import Settings
 from recordings.store import Store, default_folder
 from recordings.writer import Recorder
 from server.auth import Identity, Sessions
@@ -120,7 +120,7 @@ def open_services(settings: ServerSettings) -> Services:
         recorder=recorder,
         store=store,
         review=Review(store),
-        scene=Scene(lambda: history.newest, PRESETS["P1"], settings.light_scene),
+        scene=Scene(lambda: history.newest, rig.actuator, settings.light_scene),
         events=EventLog(),
     )
 

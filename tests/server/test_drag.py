@@ -7,10 +7,11 @@ import pytest
 
 from controller.modes import Request
 from server.auth import Identity
+from server.body import GIZMO
 from server.drag import CAMERA, END, START, UPDATE, Drag
 from server.lease import OperatorLease
 from server.operator import Operator
-from server.scene import GIZMO, Scene
+from server.scene import Scene
 
 ANN, BOB = Identity("a", "ann"), Identity("b", "bob")
 
