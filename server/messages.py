@@ -84,14 +84,14 @@ class RecordingBody(Model):
 
 
 class Workspace(Model):
-    """Reach of the observer's static map over the admissible u (box and coupled bend limit): an image of a u-grid.
+    """Reach of the observer's static map over the admissible torques (box and coupled bend limit): image of a u-grid.
 
-    Quads between neighbouring grid points, filled, show the reach with its hole; null where u is not admissible.
+    Quads between neighbouring grid points, filled, show the reach with its hole.
     """
 
     rows: int
     columns: int
-    points: list[tuple[float, float] | None]
+    points: list[tuple[float, float]]
     """Row-major tip positions [m]."""
     length: float
     """Backbone length [m]."""

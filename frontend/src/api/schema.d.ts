@@ -132,6 +132,26 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/workspace": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Workspace
+     * @description Reach of the connected rig's actuator; 503 before the first contact.
+     */
+    get: operations["read_workspace"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/recordings": {
     parameters: {
       query?: never;
@@ -1104,6 +1124,28 @@ export interface components {
       /** Context */
       ctx?: Record<string, never>;
     };
+    /**
+     * Workspace
+     * @description Reach of the observer's static map over the admissible torques (box and coupled bend limit): image of a u-grid.
+     *
+     *     Quads between neighbouring grid points, filled, show the reach with its hole.
+     */
+    Workspace: {
+      /** Rows */
+      rows: number;
+      /** Columns */
+      columns: number;
+      /**
+       * Points
+       * @description Row-major tip positions [m].
+       */
+      points: [number, number][];
+      /**
+       * Length
+       * @description Backbone length [m].
+       */
+      length: number;
+    };
   };
   responses: never;
   parameters: never;
@@ -1337,6 +1379,26 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["Health"];
+        };
+      };
+    };
+  };
+  read_workspace: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Workspace"];
         };
       };
     };
