@@ -27,7 +27,7 @@ export const INK: Record<Scheme, Ink> = {
     soft: "#9aa0a6",
     grid: "#222529",
     gridMajor: "#30353a",
-    reach: "rgba(120, 160, 200, 0.16)",
+    reach: "rgba(120, 160, 200, 0.22)",
     target: "#ffffff",
   },
   light: {
@@ -36,7 +36,7 @@ export const INK: Record<Scheme, Ink> = {
     soft: "#5c636a",
     grid: "#f0f1f3",
     gridMajor: "#dcdfe3",
-    reach: "rgba(60, 110, 170, 0.13)",
+    reach: "rgba(60, 110, 170, 0.15)",
     target: "#111111",
   },
 };

@@ -72,6 +72,9 @@ function Legend({ twin }: { readonly twin: boolean }) {
       <li>
         <i className="key key-observer" /> observer
       </li>
+      <li>
+        <i className="key key-reach" /> reach
+      </li>
       {twin ? (
         <li>
           <i className="key key-twin" /> twin

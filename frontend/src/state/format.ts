@@ -1,14 +1,19 @@
 /** Numbers for people: SI in, display unit out, a dash for what is missing. */
 export const DASH = "–";
 
-function fixed(value: number | null | undefined, scale: number, digits: number, unit: string): string {
+type Value = number | null | undefined;
+
+/** `value` with a fixed number of digits; never "-0". */
+export function plain(value: Value, digits: number): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return DASH;
-  const text = (value * scale).toFixed(digits);
-  const clean = Number(text) === 0 ? text.replace("-", "") : text;
-  return unit ? `${clean} ${unit}` : clean;
+  const text = value.toFixed(digits);
+  return Number(text) === 0 ? text.replace("-", "") : text;
 }
 
-type Value = number | null | undefined;
+function fixed(value: Value, scale: number, digits: number, unit: string): string {
+  const text = plain(typeof value === "number" ? value * scale : value, digits);
+  return text === DASH || unit === "" ? text : `${text} ${unit}`;
+}
 
 export const millimetres = (metres: Value, digits = 1) => fixed(metres, 1e3, digits, "mm");
 export const kilopascals = (pascals: Value) => fixed(pascals, 1e-3, 0, "kPa");
