@@ -2,20 +2,15 @@ import type { Point, Workspace } from "../api/types";
 
 export type Quad = readonly [Point, Point, Point, Point];
 
-/** Quads between neighbouring points of the workspace's grid; where a corner is not admissible there is none. */
+/** Quads between neighbouring points of the workspace's grid. */
 export function reachQuads(workspace: Workspace): Quad[] {
   const { rows, columns, points } = workspace;
   const quads: Quad[] = [];
   for (let row = 0; row + 1 < rows; row++)
     for (let column = 0; column + 1 < columns; column++) {
       const first = row * columns + column;
-      const [a, b, c, d] = [
-        points[first],
-        points[first + 1],
-        points[first + columns + 1],
-        points[first + columns],
-      ];
-      if (a && b && c && d) quads.push(counterClockwise([a, b, c, d]));
+      const above = first + columns;
+      quads.push(counterClockwise([points[first], points[first + 1], points[above + 1], points[above]]));
     }
   return quads;
 }
