@@ -1,5 +1,5 @@
 import uPlot from "uplot";
-import { DASH } from "../state/format";
+import { plain } from "../state/format";
 import type { Ink } from "../roles";
 import { columnsOf, type Chart, type Line } from "./charts";
 import type { Ring } from "./ring";
@@ -63,9 +63,7 @@ export class ChartPainter {
   private write(): void {
     const at = this.plot.cursor.idx ?? this.data.x.length - 1;
     this.readout.forEach((element, i) => {
-      const value = this.data.series[i].at(at);
-      const text =
-        typeof value === "number" && this.data.x.length > 0 ? value.toFixed(this.chart.digits) : DASH;
+      const text = plain(at < 0 ? null : this.data.series[i].at(at), this.chart.digits);
       if (element && element.textContent !== text) element.textContent = text;
     });
   }
