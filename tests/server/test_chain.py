@@ -133,3 +133,28 @@ def test_a_killed_rig_is_reported_and_comes_back_vented(mortal: RigProcess, tmp_
             assert page.get("/api/settings").json()["K_P"] == [0.5, 0.5]
     finally:
         server.close()
+
+
+def test_a_server_that_starts_again_changes_nothing(shared_rig: RigProcess, tmp_path: Path) -> None:
+    """Stopped while it records and the rig holds, it leaves a whole file; the next one arms and moves nothing."""
+    first = TestServer(tmp_path, shared_rig.endpoint)
+    page = first.operator()
+    page.patch("/api/settings", json={"changes": {"K_P": [0.7, 0.7]}})
+    page.command("arm")
+    page.post("/api/recordings", json={})
+    wait_for(lambda: first.services.recorder.state().rows > 300, "rows in the recording")
+    first.close()
+    second = TestServer(tmp_path, shared_rig.endpoint)
+    try:
+        page = second.page().sign_in()
+        assert [r["complete"] for r in page.get("/api/recordings").json()] == [True]
+        history = second.services.history
+        wait_for(lambda: history.count > 1000, "a second of telemetry")
+        row = history.newest[0]
+        assert (row["mode"], row["request_cause"]) == (Mode.HOLD, Cause.NONE)
+        wait_for(lambda: history.newest[0]["server_age"] < 0.2, "the heartbeat of the new server")
+        assert history.newest[0]["request_n"] == row["request_n"]
+        assert page.get("/api/settings").json()["K_P"] == [0.7, 0.7]
+        assert len(page.get("/api/workspace").json()["points"]) > 100
+    finally:
+        second.close()

@@ -96,7 +96,7 @@ def test_a_spike_of_one_tick_reaches_every_viewer(server: TestServer) -> None:
 
 def test_a_slow_viewer_skips_frames_and_then_sees_the_newest(server: TestServer) -> None:
     page = server.operator()
-    slow = page.connect("/ws/live", max_queue=1)
+    slow = page.connect("/ws/live", max_queue=1, close_timeout=1)
     slow.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     with page.live() as quick:
         wait_for(lambda: quick.frames, "frames")

@@ -31,7 +31,7 @@ CAMERA_POSE = {
 
 def enter(page: Page) -> ClientConnection:
     """Connect as viser's page does; it counts as a client after its first camera message."""
-    socket = page.connect("/viser", subprotocols=[VERSION])
+    socket = page.connect("/viser", subprotocols=[VERSION], close_timeout=1)
     assert socket.subprotocol == VERSION
     say(socket, CAMERA_POSE)
     return socket
