@@ -80,7 +80,8 @@ class ServerChild:
 
 def run_up(rig: RigSettings, server: ServerSettings, browser: bool, ready: Path | None) -> None:
     """Run rig and server until SIGINT or SIGTERM; the server ends first, so the rig comes to rest before it ends."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for number in (signal.SIGINT, signal.SIGTERM):  # a shell may have started us in the background, SIGINT ignored
+        signal.signal(number, signal.default_int_handler)
     supervisor = Supervisor(rig)
     supervisor.start()
     try:

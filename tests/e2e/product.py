@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import psutil
 from playwright.sync_api import BrowserContext, Page
 
 from server.ready import UpReady
@@ -24,7 +25,7 @@ class Product:
         self.recordings = folder / "recordings"
         ready = folder / "up.json"
         environment = os.environ | {"XDG_STATE_HOME": str(folder / "state"), "TENDRIL_LIGHT_SCENE": "1"}
-        rig = f"e2e-{os.getpid()}-{folder.name}"
+        self.rig = f"e2e-{os.getpid()}-{folder.name}"
         command = [
             str(Path(sys.executable).parent / "tendril"),
             "up",
@@ -34,7 +35,7 @@ class Product:
             "--ready",
             str(ready),
         ]
-        command += ["--recordings", str(self.recordings), "--rig", rig]
+        command += ["--recordings", str(self.recordings), "--rig", self.rig]
         self.log = (folder / "up.log").open("w")
         self.process = subprocess.Popen(command, env=environment, stdout=self.log, stderr=self.log)
         wait_until(ready.exists, 240.0, self.alive)
@@ -49,6 +50,17 @@ class Product:
     def origin(self) -> str:
         """Address without it."""
         return self.url.split("/?")[0]
+
+    def child(self, module: str) -> psutil.Process:
+        """The process that runs `python -m MODULE` now; waits for it while it is being restarted."""
+        found: list[psutil.Process] = []
+
+        def look() -> bool:
+            found[:] = [child for child in psutil.Process(self.process.pid).children() if module in child.cmdline()]
+            return len(found) == 1
+
+        wait_until(look, 10.0)
+        return found[0]
 
     def alive(self) -> None:
         """Fail with the product's own output once it is dead."""

@@ -1,0 +1,78 @@
+"""Processes killed under the operator's hands: what the page says, and what it takes to move again."""
+
+import os
+import signal
+import time
+
+import psutil
+from playwright.sync_api import BrowserContext, Page, expect
+
+from controller.modes import Mode
+from controller.realtime.ring import find_ring
+from recordings.reader import read_rows
+from tests.e2e.product import Product, frame, open_page, shot, wait_until
+
+
+def test_a_killed_rig_is_noticed_and_comes_back_vented(page: Page, product: Product) -> None:
+    page.get_by_test_id("lease-take").click()
+    page.get_by_test_id("arm").click()
+    expect(page.get_by_test_id("state")).to_contain_text("HOLD")
+    boot = find_ring(product.rig).boot
+    os.kill(product.child("controller.realtime").pid, signal.SIGKILL)
+    wait_until(lambda: page.get_by_test_id("banner").count() > 0, 1.0)
+    shot(page, "rig-gone")
+    wait_until(lambda: find_ring(product.rig).boot != boot, 3.0)
+    expect(page.get_by_test_id("state")).to_contain_text("VENTED")
+    expect(page.get_by_test_id("banner")).to_have_count(0, timeout=10_000)
+    assert frame(page)["tick"] < 60_000
+    page.get_by_test_id("arm").click()
+    expect(page.get_by_test_id("state")).to_contain_text("HOLD")
+
+
+def test_a_killed_server_leaves_the_rig_at_rest_and_the_recording_readable(
+    context: BrowserContext, product: Product
+) -> None:
+    page = open_page(context, product)
+    page.get_by_test_id("lease-take").click()
+    if frame(page)["mode"] == Mode.VENTED:
+        page.get_by_test_id("arm").click()
+    page.get_by_test_id("follow").click()
+    expect(page.get_by_test_id("state")).to_contain_text("FOLLOW")
+    page.get_by_test_id("record").click()
+    time.sleep(3.0)
+    ring = find_ring(product.rig)
+    killed = product.child("server")
+    last = ring.newest()
+    os.kill(killed.pid, signal.SIGKILL)
+    wait_until(lambda: mode_of(product) == Mode.HOLD, 2.0)
+    shot(page, "server-gone")
+    wait_until(lambda: product.child("server").pid != killed.pid, 10.0)
+    expect(page.get_by_test_id("state")).to_contain_text("HOLD", timeout=20_000)
+    files = list(product.recordings.glob("**/*.rrd"))
+    assert len(files) == 1
+    assert last is not None
+    ticks = read_rows(files[0])["tick"]
+    assert ticks[-1] >= last["tick"] - 300
+    assert len(ticks) == ticks[-1] - ticks[0] + 1
+
+
+def test_without_any_server_the_rig_ramps_to_rest(page: Page, product: Product) -> None:
+    page.get_by_test_id("lease-take").click()
+    if frame(page)["mode"] == Mode.VENTED:
+        page.get_by_test_id("arm").click()
+    expect(page.get_by_test_id("state")).to_contain_text("HOLD")
+    server = product.child("server")
+    server.suspend()
+    try:
+        wait_until(lambda: mode_of(product) in (Mode.REST, Mode.VENTED), 35.0)
+        wait_until(lambda: mode_of(product) == Mode.VENTED, 10.0)
+    finally:
+        server.resume()
+    assert psutil.pid_exists(server.pid)
+
+
+def mode_of(product: Product) -> Mode:
+    """The rig's mode as its own ring has it."""
+    row = find_ring(product.rig).newest()
+    assert row is not None
+    return Mode(row["mode"])
