@@ -8,7 +8,7 @@ import numpy as np
 from controller.build import build_rod, stable_substeps
 from controller.kernels.energy import make_ledger, open_ledger
 from controller.kernels.inverse import StaticMap
-from controller.kernels.memory import STATE, Rig
+from controller.kernels.memory import STATE, Control, Rig
 from controller.kernels.observer import Observer, Sensing
 from controller.kernels.polygon import Polygon, admissible
 from controller.kernels.rod import Array, RodModel, make_load, make_work, straight
@@ -27,20 +27,24 @@ def build_rig(parameters: RigParameters, boot: int) -> Rig:
     """The controller's memory for one life of a rig with boot id `boot`: vented, at rest, nothing planned."""
     controller, actuator = parameters.controller, parameters.actuator
     model = build_rod(actuator, controller.rods, omega_B=controller.omega_B, zeta_B=controller.zeta_B)
+    observer = build_observer(model, controller, actuator.u_max)
     state = np.zeros(1, STATE)
     state["boot"] = boot
     state["cause"] = Cause.START
-    return Rig(
+    control = Control(
+        dt=controller.dt,
         controller=to_record(controller),
         limits=to_record(parameters.limits),
         pascal_per_torque=actuator.pressure_max / actuator.u_max,
         smap=build_static_map(model, actuator, controller),
-        observer=build_observer(model, controller, actuator.u_max),
-        sensing=Sensing(np.zeros(1, np.int64), np.full((SENSORS, 2), math.nan), np.zeros((SENSORS, 2))),
+        q=observer.state.q,
+        v=observer.state.v,
         reference=np.zeros((REFERENCE_ROWS, 2)),
         reference_count=np.zeros(1, np.int64),
         state=state,
     )
+    sensing = Sensing(np.zeros(1, np.int64), np.full((SENSORS, 2), math.nan), np.zeros((SENSORS, 2)))
+    return Rig(control, observer, sensing)
 
 
 def build_observer(model: RodModel, controller: ControllerParameters, u_max: float) -> Observer:

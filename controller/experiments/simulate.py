@@ -40,7 +40,7 @@ class Simulation:
     def run(self, ticks: int) -> Rows:
         """Telemetry (ticks,) of the next `ticks` periods."""
         rows = np.zeros(ticks, record_dtype(Telemetry))
-        period_ns = round(self.rig.observer.dt * 1e9)
+        period_ns = round(self.rig.control.dt * 1e9)
         first = np.array([self._ticks, period_ns, self.present], np.int64)
         _run(self.rig, self.twin, first, (self.command, self.measurement, self._status), rows)
         self._ticks += ticks
@@ -49,9 +49,9 @@ class Simulation:
 
 def simulate(rig: Rig, twin: Twin, commands: Sequence[tuple[int, Command]], ticks: int) -> Rows:
     """Telemetry (ticks,) of a run in which each of `commands` comes into force at its tick; the operator is present."""
-    simulation = Simulation(rig, twin, Command(boot=int(rig.state["boot"][0])))
+    simulation = Simulation(rig, twin, Command(boot=int(rig.control.state["boot"][0])))
     times = sorted(commands, key=lambda item: item[0])
-    ends = [tick_ for tick_, _ in times[1:]] + [ticks]
+    ends = [start for start, _ in times[1:]] + [ticks]
     rows = [simulation.run(times[0][0] if times else ticks)]
     for (start, command), end in zip(times, ends, strict=False):
         simulation.write(command)

@@ -38,7 +38,7 @@ def run_ticks(rig: Rig, twin: Twin, inputs: Inputs, telemetry: np.ndarray, spans
     """
     clock = np.zeros(4, np.int64)
     command, measurement, status, row = inputs.command[0], inputs.measurement[0], inputs.status[0], telemetry[0]
-    period_ns = round(rig.controller[0].dt * 1e9)
+    period_ns = round(rig.control.dt * 1e9)
     for i in range(spans.size):
         t_ns = row.t_ns + period_ns
         angle = 2 * np.pi * TURN * 1e-9 * t_ns

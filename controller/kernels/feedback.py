@@ -20,9 +20,9 @@ EXCESS = 1e-9
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def feed_back(rig, settings, telemetry):
+def feed_back(control, settings, telemetry):
     """Set the error and u_fb: the law's feedback, plus what keeps u continuous where the law has just been switched."""
-    state = rig.state[0]
+    state = control.state[0]
     live = is_live(state.mode) and settings.law != OPEN_LOOP
     closed = live and settings.law > FF and state.used != 0
     measured = state.used & TIP
@@ -30,15 +30,15 @@ def feed_back(rig, settings, telemetry):
         tip = telemetry.p_meas[j] if measured else telemetry.p_hat[j]
         telemetry.error[j] = state.p_ref[j] - tip
     switched = scheme_changed(state, settings, live + 2 * closed + 4 * (measured != 0))
-    look_at_sensitivity(rig)
+    look_at_sensitivity(control)
     f_1, f_2 = effort(state, settings, telemetry.error)
-    g_1, g_2 = through_sensitivity(rig, f_1, f_2)
+    g_1, g_2 = through_sensitivity(control, f_1, f_2)
     if not closed:
         g_1 = g_2 = 0.0
-    let_go(state, g_1, g_2, live, switched, math.exp(-rig.observer.dt / BUMP_TIME))
+    let_go(state, g_1, g_2, live, switched, math.exp(-control.dt / BUMP_TIME))
     if not live or settings.law == FF or settings.law == FF_P:
         state.integral[0] = state.integral[1] = 0.0
-    watch_off_time(rig, telemetry.error, closed)
+    watch_off_time(control, telemetry.error, closed)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -66,14 +66,14 @@ def effort(state, settings, error):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def look_at_sensitivity(rig):
+def look_at_sensitivity(control):
     """S at the observer's pose, its weakest direction in the task space, and how much feedback is let through along it.
 
     The share is (sigma_2 / (weak_ratio sigma_1))^2, at most 1: the torque per error then goes to zero with sigma_2,
     where the paper's law alone would ask for 1 / sigma_2.
     """
-    state, ratio = rig.state[0], rig.controller[0].weak_ratio
-    S11, S12, S21, S22 = sensitivity(rig.smap, rig.observer.state.q[2])
+    state, ratio = control.state[0], control.controller[0].weak_ratio
+    S11, S12, S21, S22 = sensitivity(control.smap, control.q[2])
     state.S[0], state.S[1], state.S[2], state.S[3] = S11, S12, S21, S22
     A11, A12, A22 = S11 * S11 + S12 * S12, S11 * S21 + S12 * S22, S21 * S21 + S22 * S22
     det = S11 * S22 - S12 * S21
@@ -90,9 +90,9 @@ def attainable(state, f_1, f_2):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def through_sensitivity(rig, f_1, f_2):
+def through_sensitivity(control, f_1, f_2):
     """u_FB = (S^T S + epsilon I)^-1 S^T f_des [N m], S at the observer's pose (paper, "Task-space PI control")."""
-    state, epsilon = rig.state[0], rig.controller[0].epsilon
+    state, epsilon = control.state[0], control.controller[0].epsilon
     S11, S12, S21, S22 = state.S
     f_1, f_2 = attainable(state, f_1, f_2)
     H11, H12, H22 = S11 * S11 + S21 * S21 + epsilon, S11 * S12 + S21 * S22, S12 * S12 + S22 * S22 + epsilon
@@ -116,45 +116,45 @@ def scheme_changed(state, settings, how):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def watch_off_time(rig, error, closed):
+def watch_off_time(control, error, closed):
     """Count the time for which a closed loop with its goal in reach has been off by more than the limit."""
-    state = rig.state[0]
-    off = closed and state.reachable and math.hypot(error[0], error[1]) > rig.limits[0].error_max
-    state.off_time = state.off_time + rig.observer.dt if off else 0.0
+    state = control.state[0]
+    off = closed and state.reachable and math.hypot(error[0], error[1]) > control.limits[0].error_max
+    state.off_time = state.off_time + control.dt if off else 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def saturate(rig, settings, telemetry):
+def saturate(control, settings, telemetry):
     """U = u_ff + u_fb, brought to the nearest admissible torque; the integral runs on, unless that would wind it up.
 
     Not a number ends here: E_STOP with u = 0.
     """
-    state = rig.state[0]
+    state = control.state[0]
     sum_1, sum_2 = state.u_ff[0] + state.u_fb[0], state.u_ff[1] + state.u_fb[1]
-    u1, u2 = nearest_admissible(rig.smap.polygon, sum_1, sum_2)
+    u1, u2 = nearest_admissible(control.smap.polygon, sum_1, sum_2)
     if state.mode != E_STOP and not math.isfinite(u1 + u2):
         move(state, E_STOP, NOT_FINITE)
     if state.mode == E_STOP:
         u1 = u2 = 0.0
     state.u[0], state.u[1] = u1, u2
     telemetry.saturated = max(abs(sum_1 - u1), abs(sum_2 - u2)) > EXCESS
-    integrate(rig, settings, telemetry, sum_1 - u1, sum_2 - u2)
+    integrate(control, settings, telemetry, sum_1 - u1, sum_2 - u2)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def integrate(rig, settings, telemetry, excess_1, excess_2):
+def integrate(control, settings, telemetry, excess_1, excess_2):
     """Let the integral run; held while saturated, but for steps that lead back (conditional anti-windup).
 
     An error that no torque can change, as along the straight backbone, is not collected.
     """
-    state, e = rig.state[0], telemetry.error
+    state, e = control.state[0], telemetry.error
     closed = state.scheme & 2
     if not closed or not (settings.law == FF_I or settings.law == FF_PI):
         return
     if telemetry.saturated:
-        w_1, w_2 = through_sensitivity(rig, settings.K_I[0] * e[0], settings.K_I[1] * e[1])
+        w_1, w_2 = through_sensitivity(control, settings.K_I[0] * e[0], settings.K_I[1] * e[1])
         if w_1 * excess_1 + w_2 * excess_2 > 0.0:
             return
     e_1, e_2 = attainable(state, e[0], e[1])
-    state.integral[0] += e_1 * rig.observer.dt
-    state.integral[1] += e_2 * rig.observer.dt
+    state.integral[0] += e_1 * control.dt
+    state.integral[1] += e_2 * control.dt

@@ -17,31 +17,31 @@ BLEND_MARGIN = 3e-3
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def feed_forward(rig, settings, due):
+def feed_forward(control, settings, due):
     """Set u_ff, p_ref and p_ref_dot for this tick."""
-    state = rig.state[0]
+    state = control.state[0]
     if is_live(state.mode) and settings.law != OPEN_LOOP:
         if state.blending:
-            blend(rig, settings)
+            blend(control, settings)
         elif due:
-            solve(rig, settings)
-        place_reference(rig)
+            solve(control, settings)
+        place_reference(control)
     else:
-        lead(rig, settings)
+        lead(control, settings)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def solve(rig, settings):
+def solve(control, settings):
     """One update of the static inverse of the wish, warm-started on the present branch.
 
     Where the branch ends short of the wish, a blend to the goal's branch begins. In FOLLOW the rate of u_ff is limited:
     near a fold the inverse moves infinitely faster than the wish.
     """
-    state = rig.state[0]
+    state = control.state[0]
     u1, u2, distance, settled = refine(
-        rig.smap, (state.wish[0], state.wish[1]), (state.u_ff[0], state.u_ff[1]), REFINE_STEPS
+        control.smap, (state.wish[0], state.wish[1]), (state.u_ff[0], state.u_ff[1]), REFINE_STEPS
     )
-    step = rig.controller[0].torque_rate_max * max(settings.feedforward_period, rig.observer.dt)
+    step = control.controller[0].torque_rate_max * max(settings.feedforward_period, control.dt)
     if state.mode == TRACK:
         step = math.inf
     state.reached = distance < TOLERANCE and max(abs(u1 - state.u_ff[0]), abs(u2 - state.u_ff[1])) <= step
@@ -64,53 +64,53 @@ def towards(u, u1, u2, step):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def blend(rig, settings):
+def blend(control, settings):
     """Move u_ff straight to u_goal, the change of branch: bounded rate of u, and bounded speed of the static tip."""
-    state, dt = rig.state[0], rig.observer.dt
+    state, dt = control.state[0], control.dt
     d1, d2 = state.u_goal[0] - state.u_ff[0], state.u_goal[1] - state.u_ff[1]
     apart = max(abs(d1), abs(d2))
-    at = expand_tip(rig.smap, state.u_ff[0], state.u_ff[1])
+    at = expand_tip(control.smap, state.u_ff[0], state.u_ff[1])
     gain = math.hypot(at.x_1 * d1 + at.x_2 * d2, at.y_1 * d1 + at.y_2 * d2) / max(apart, 1e-12)
     gain = max(gain, 1.0)
     change = settings.acceleration_max / gain
-    rate = min(state.blend_rate + change * dt, rig.controller[0].torque_rate_max, settings.speed_max / gain)
+    rate = min(state.blend_rate + change * dt, control.controller[0].torque_rate_max, settings.speed_max / gain)
     state.blend_rate = min(rate, change * dt + math.sqrt(2.0 * change * apart))
     state.u_ff[0], state.u_ff[1] = towards(state.u_ff, state.u_goal[0], state.u_goal[1], state.blend_rate * dt)
     state.blending = state.u_ff[0] != state.u_goal[0] or state.u_ff[1] != state.u_goal[1]
     state.reached = 0
     if not state.blending:
-        state.wish[0], state.wish[1] = static_tip(rig.smap, state.u_ff[0], state.u_ff[1])
+        state.wish[0], state.wish[1] = static_tip(control.smap, state.u_ff[0], state.u_ff[1])
         state.wish_dot[0] = state.wish_dot[1] = 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def place_reference(rig):
+def place_reference(control):
     """p_ref is the wish where u_ff reaches it, else the static tip of u_ff; its rate counts only where it is smooth."""
-    state = rig.state[0]
+    state = control.state[0]
     x, y = state.wish[0], state.wish[1]
     if not state.reached:
-        x, y = static_tip(rig.smap, state.u_ff[0], state.u_ff[1])
+        x, y = static_tip(control.smap, state.u_ff[0], state.u_ff[1])
     smooth = state.reached or state.blending
-    state.p_ref_dot[0] = (x - state.p_ref[0]) / rig.observer.dt if smooth else 0.0
-    state.p_ref_dot[1] = (y - state.p_ref[1]) / rig.observer.dt if smooth else 0.0
+    state.p_ref_dot[0] = (x - state.p_ref[0]) / control.dt if smooth else 0.0
+    state.p_ref_dot[1] = (y - state.p_ref[1]) / control.dt if smooth else 0.0
     state.p_ref[0], state.p_ref[1] = x, y
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def lead(rig, settings):
+def lead(control, settings):
     """Where u leads and the reference is its static tip: vented, on the way to rest, open loop.
 
     An open loop moves only in FOLLOW, like everything else that an operator moves.
     """
-    state, controller, dt = rig.state[0], rig.controller[0], rig.observer.dt
+    state, bounds, dt = control.state[0], control.controller[0], control.dt
     if state.mode == REST or state.mode == FAULT:
-        state.u_ff[0], state.u_ff[1] = towards(state.u, 0.0, 0.0, controller.rest_rate * dt)
+        state.u_ff[0], state.u_ff[1] = towards(state.u, 0.0, 0.0, bounds.rest_rate * dt)
     elif is_live(state.mode):
-        step = controller.torque_rate_max * dt if state.mode == FOLLOW else 0.0
-        u1, u2 = nearest_admissible(rig.smap.polygon, settings.u_open[0], settings.u_open[1])
+        step = bounds.torque_rate_max * dt if state.mode == FOLLOW else 0.0
+        u1, u2 = nearest_admissible(control.smap.polygon, settings.u_open[0], settings.u_open[1])
         state.u_ff[0], state.u_ff[1] = towards(state.u, u1, u2, step)
     else:
         state.u_ff[0] = state.u_ff[1] = 0.0
-    state.p_ref[0], state.p_ref[1] = static_tip(rig.smap, state.u_ff[0], state.u_ff[1])
+    state.p_ref[0], state.p_ref[1] = static_tip(control.smap, state.u_ff[0], state.u_ff[1])
     state.p_ref_dot[0] = state.p_ref_dot[1] = 0.0
     anchor(state)

@@ -15,18 +15,18 @@ REFERENCE_DONE = int(Cause.REFERENCE_DONE)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def refer(rig, command, due):
+def refer(control, command, due):
     """Set the goal and move the wish for this tick; in any other mode than FOLLOW and TRACK the wish stays."""
-    state = rig.state[0]
+    state = control.state[0]
     if state.entered:
         anchor(state)
         state.index = 0
     if state.mode == FOLLOW:
         if due:
-            aim(rig, command.target[0], command.target[1])
-        approach_goal(state, command.settings, rig.observer.dt)
+            aim(control, command.target[0], command.target[1])
+        approach_goal(state, command.settings, control.dt)
     elif state.mode == TRACK:
-        track(rig)
+        track(control)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -41,15 +41,15 @@ def anchor(state):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def aim(rig, x, y):
+def aim(control, x, y):
     """Project the goal (x, y) [m] into the reach: u_goal, and p_goal, the goal itself where it can be reached."""
-    state = rig.state[0]
+    state = control.state[0]
     search = state.tick % SEARCH_EVERY == 0
-    u1, u2, distance = invert(rig.smap, (x, y), (state.u_goal[0], state.u_goal[1]), search)
+    u1, u2, distance = invert(control.smap, (x, y), (state.u_goal[0], state.u_goal[1]), search)
     state.u_goal[0], state.u_goal[1] = u1, u2
     state.reachable = distance < TOLERANCE
     if not state.reachable:
-        x, y = static_tip(rig.smap, u1, u2)
+        x, y = static_tip(control.smap, u1, u2)
     state.p_goal[0], state.p_goal[1] = x, y
 
 
@@ -90,15 +90,15 @@ def limit_motion(p, v, goal, limits, dt):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def track(rig):
+def track(control):
     """Take the next row of the planned reference; after the last one, HOLD."""
-    state = rig.state[0]
-    if state.index >= rig.reference_count[0]:
+    state = control.state[0]
+    if state.index >= control.reference_count[0]:
         move(state, HOLD, REFERENCE_DONE)
         anchor(state)
         return
-    aim(rig, rig.reference[state.index, 0], rig.reference[state.index, 1])
+    aim(control, control.reference[state.index, 0], control.reference[state.index, 1])
     state.index += 1
     for j in range(2):
-        state.wish_dot[j] = (state.p_goal[j] - state.wish[j]) / rig.observer.dt
+        state.wish_dot[j] = (state.p_goal[j] - state.wish[j]) / control.dt
         state.wish[j] = state.p_goal[j]

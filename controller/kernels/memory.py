@@ -6,6 +6,7 @@ import numpy as np
 
 from controller.kernels.inverse import StaticMap
 from controller.kernels.observer import Observer, Sensing
+from controller.kernels.rod import Array
 
 STATE = np.dtype(
     [
@@ -23,6 +24,7 @@ STATE = np.dtype(
         ("presence_ns", "<i8"),
         ("unattended", "<i8"),
         ("used", "<i8"),  # sensors used in this tick, as bits
+        ("forget", "<i8"),  # the observer is to start anew
         ("seen_ns", "<i8"),  # capture time of the last sample with a marker that is wanted
         ("off_time", "<f8"),  # how long the tracking error has been above its limit [s]
         ("index", "<i8"),  # next row of the planned reference
@@ -51,9 +53,11 @@ STATE = np.dtype(
 """Memory of the controller, one record."""
 
 
-class Rig(NamedTuple):
-    """Everything one tick needs beside its messages; built once by `build_rig`."""
+class Control(NamedTuple):
+    """What the stages after the observer need. Small on purpose: every array in a parcel costs each of its readers."""
 
+    dt: float
+    """Period of the tick [s]."""
     controller: np.ndarray
     """ControllerParameters, one record."""
     limits: np.ndarray
@@ -61,11 +65,21 @@ class Rig(NamedTuple):
     pascal_per_torque: float
     """Chamber pressure per u_j [Pa/(N m)]."""
     smap: StaticMap
-    observer: Observer
-    sensing: Sensing
-    reference: np.ndarray
+    q: Array
+    """The observer's pose (3,N)."""
+    v: Array
+    """The observer's velocity (3,N)."""
+    reference: Array
     """Planned reference for TRACK (rows,2) [m], one row a tick."""
     reference_count: np.ndarray
     """(1,) rows of it in force; written only while the rig is not in TRACK."""
     state: np.ndarray
     """STATE, one record."""
+
+
+class Rig(NamedTuple):
+    """Everything one tick needs beside its messages; built once by `build_rig`."""
+
+    control: Control
+    observer: Observer
+    sensing: Sensing

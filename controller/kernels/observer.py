@@ -55,9 +55,9 @@ class Sensing(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def sense(rig, t_ns, settings, measurement):
-    """Take over a new sample; returns which of the switched-on sensors are usable now, as bits."""
-    state, sensing = rig.state[0], rig.sensing
+def sense(control, sensing, t_ns, settings, measurement):
+    """Take over a new sample and note which of the switched-on sensors are usable now, as bits in `used`."""
+    state = control.state[0]
     usable = 0
     if measurement.t_ns > sensing.sample_ns[0]:
         take_sample(sensing, measurement)
@@ -66,7 +66,7 @@ def sense(rig, t_ns, settings, measurement):
             usable |= 1 << i
     if usable != 0 or settings.sensed == 0:
         state.seen_ns = sensing.sample_ns[0]
-    fresh = sensing.sample_ns[0] > 0 and (t_ns - sensing.sample_ns[0]) * 1e-9 <= rig.limits[0].measurement_old
+    fresh = sensing.sample_ns[0] > 0 and (t_ns - sensing.sample_ns[0]) * 1e-9 <= control.limits[0].measurement_old
     state.used = usable if fresh else 0
 
 
@@ -125,15 +125,17 @@ def pull(observer, sensing, settings, used, h):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def observe(rig, settings, ticks):
+def observe(state, observer, sensing, settings, ticks):
     """Advance the observer by `ticks` periods under the torques sent last: 1, or more to catch up after a stall."""
-    observer, state = rig.observer, rig.state[0]
+    if state.forget:
+        reset_observer(observer)
+        state.forget = 0
     h = observer.dt / observer.substeps
     for _ in range(ticks):
         breathe(observer, state.u[0], state.u[1])
         for _ in range(observer.substeps):
             pressurise(observer)
-            pull(observer, rig.sensing, settings, state.used, h)
+            pull(observer, sensing, settings, state.used, h)
             rk4_step(observer.model, observer.state, observer.load, h, observer.work)
             ledger_step(
                 observer.ledger, observer.model, observer.state, observer.load, observer.u_hat, h, observer.work
@@ -161,6 +163,8 @@ def reset_observer(observer):
             observer.state.q[row, i] = observer.state.v[row, i] = 0.0
         observer.state.q[0, i] = centre + 0.5 * observer.model.L[i]
         centre += observer.model.L[i]
-    observer.dead_time[:, :] = 0.0
-    observer.u_hat[:] = 0.0
+    for j in range(2):
+        observer.u_hat[j] = 0.0
+        for slot in range(observer.dead_time.shape[0]):
+            observer.dead_time[slot, j] = 0.0
     open_ledger(observer.ledger, observer.model, observer.state)

@@ -10,10 +10,10 @@ from controller.kernels.statics import points_on, tip_of
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def report_estimate(rig, t_ns, measurement, telemetry):
+def report_estimate(control, observer, sensing, t_ns, measurement, telemetry):
     """Markers, measured tip, observer's tip and backbone, residual."""
-    state, sensing, observer = rig.state[0], rig.sensing, rig.observer
-    old_ns = rig.limits[0].measurement_old * 1e9
+    state = control.state[0]
+    old_ns = control.limits[0].measurement_old * 1e9
     fresh = sensing.sample_ns[0] > 0 and t_ns - sensing.sample_ns[0] <= old_ns
     last = sensing.p.shape[0] - 1
     for j in range(2):
@@ -36,9 +36,9 @@ def report_estimate(rig, t_ns, measurement, telemetry):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def report_command(rig, command, telemetry):
+def report_command(control, command, telemetry):
     """Target, reference, torques and chamber setpoints."""
-    state = rig.state[0]
+    state = control.state[0]
     for j in range(2):
         telemetry.target[j] = command.target[j]
         telemetry.p_ref[j] = state.p_ref[j]
@@ -49,13 +49,13 @@ def report_command(rig, command, telemetry):
         telemetry.u[j] = state.u[j]
     telemetry.reachable = state.reachable
     telemetry.law = command.settings.law
-    chamber_pressures(state.u, rig.pascal_per_torque, telemetry.pressure_cmd)
+    chamber_pressures(state.u, control.pascal_per_torque, telemetry.pressure_cmd)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def report_loop(rig, t_ns, command, status, telemetry):
+def report_loop(control, t_ns, command, status, telemetry):
     """Mode, requests, ages and what the loop knows of itself; counts the tick."""
-    state = rig.state[0]
+    state = control.state[0]
     telemetry.tick = state.tick
     telemetry.t_ns = t_ns
     telemetry.mode, telemetry.cause = state.mode, state.cause

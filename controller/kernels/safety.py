@@ -8,7 +8,6 @@ import math
 import numpy as np
 from numba import njit
 
-from controller.kernels.observer import reset_observer
 from controller.modes import Cause, Mode, Request
 
 VENTED, HOLD, FOLLOW, TRACK, REST, FAULT, E_STOP = (int(mode) for mode in Mode)
@@ -37,21 +36,21 @@ WRONG_BOOT, NO_REFERENCE, NO_OPERATOR = int(Cause.WRONG_BOOT), int(Cause.NO_REFE
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def supervise(rig, t_ns, command, status, measurement):
+def supervise(control, t_ns, command, status, measurement):
     """Act on a new request, then let every watchdog look: sets mode and cause for this tick (DESIGN section 5)."""
-    state, limits = rig.state[0], rig.limits[0]
+    state, limits = control.state[0], control.limits[0]
     before = state.mode
     if command.presence != state.presence:
         state.presence, state.presence_ns = command.presence, t_ns
     if command.request_n > state.request_n:
-        consider(rig, t_ns, command)
+        consider(control, t_ns, command)
     watch_loop(state, limits, t_ns)
     watch_operator(state, limits, t_ns)
     watch_link(state, limits.server_hold, limits.server_rest, silence(state, status.server_ns, t_ns), SERVER_LOST)
     watch_link(state, limits.pump_hold, limits.pump_rest, silence(state, status.pump_ns, t_ns), PUMP_LOST)
     watch_measurement(state, limits, t_ns)
     watch_error(state, limits)
-    watch_numbers(rig, command)
+    watch_numbers(control, command)
     watch_pressure(state, limits, measurement)
     if state.mode == REST and state.u[0] == 0.0 and state.u[1] == 0.0:
         move(state, VENTED, RESTED)
@@ -91,9 +90,9 @@ def present(state, limits, t_ns):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def consider(rig, t_ns, command):
-    """Accept or refuse the request of `command`, once; a CLEAR also forgets the estimated state."""
-    state, request = rig.state[0], command.request
+def consider(control, t_ns, command):
+    """Accept or refuse the request of `command`, once; after a CLEAR the observer starts anew."""
+    state, request = control.state[0], command.request
     wanted = TRANSITIONS[state.mode, request] if 0 <= request < TRANSITIONS.shape[1] else REFUSED
     state.request_n = command.request_n
     state.request_cause = NO_CAUSE
@@ -101,15 +100,14 @@ def consider(rig, t_ns, command):
         state.request_cause = WRONG_BOOT
     elif wanted == REFUSED:
         state.request_cause = WRONG_MODE
-    elif wanted == TRACK and state.mode != TRACK and rig.reference_count[0] == 0:
+    elif wanted == TRACK and state.mode != TRACK and control.reference_count[0] == 0:
         state.request_cause = NO_REFERENCE
-    elif request != 0 and is_moving(wanted) and not present(state, rig.limits[0], t_ns):
+    elif request != 0 and is_moving(wanted) and not present(state, control.limits[0], t_ns):
         state.request_cause = NO_OPERATOR
     elif request != 0:
         state.unattended = command.unattended
         move(state, wanted, OPERATOR)
-        if request == ASK_CLEAR:
-            reset_observer(rig.observer)
+        state.forget = request == ASK_CLEAR
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -153,14 +151,14 @@ def watch_error(state, limits):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def watch_numbers(rig, command):
+def watch_numbers(control, command):
     """A number in the command or in the estimated state is not finite: E_STOP."""
-    state, q, v = rig.state[0], rig.observer.state.q, rig.observer.state.v
+    state, q, v = control.state[0], control.q, control.v
     total = command_sum(command)
     for row in range(3):
         for i in range(q.shape[1]):
             total += q[row, i] + v[row, i]
-    if state.mode != E_STOP and not math.isfinite(total):
+    if state.mode != E_STOP and not state.forget and not math.isfinite(total):
         move(state, E_STOP, NOT_FINITE)
 
 

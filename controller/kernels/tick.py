@@ -19,15 +19,17 @@ def tick(rig, t_ns, command, measurement, status, telemetry):
     `t_ns` is the clock at the start of the tick; the others are records (controller/messages.py). Nothing allocates,
     nothing raises, and the same inputs give the same row bit for bit.
     """
-    periods = begin(rig, t_ns)
-    sense(rig, t_ns, command.settings, measurement)
-    observe(rig, command.settings, periods)
-    report_estimate(rig, t_ns, measurement, telemetry)
-    supervise(rig, t_ns, command, status, measurement)
-    due = feedforward_due(rig, command.settings)
-    refer(rig, command, due)
-    feed_forward(rig, command.settings, due)
-    feed_back(rig, command.settings, telemetry)
-    saturate(rig, command.settings, telemetry)
-    report_command(rig, command, telemetry)
-    report_loop(rig, t_ns, command, status, telemetry)
+    control, observer, sensing = rig
+    settings, state = command.settings, control.state[0]
+    periods = begin(control, t_ns)
+    sense(control, sensing, t_ns, settings, measurement)
+    observe(state, observer, sensing, settings, periods)
+    report_estimate(control, observer, sensing, t_ns, measurement, telemetry)
+    supervise(control, t_ns, command, status, measurement)
+    due = feedforward_due(control, settings)
+    refer(control, command, due)
+    feed_forward(control, settings, due)
+    feed_back(control, settings, telemetry)
+    saturate(control, settings, telemetry)
+    report_command(control, command, telemetry)
+    report_loop(control, t_ns, command, status, telemetry)

@@ -7,17 +7,17 @@ CATCH_UP_MAX = 100
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def begin(rig, t_ns):
+def begin(control, t_ns):
     """Periods since the tick before: 1, or the number that a stalled observer has to catch up, bounded."""
-    state = rig.state[0]
+    state = control.state[0]
     if state.start_ns == 0:
         state.start_ns = state.last_ns = t_ns
-    period_ns = rig.observer.dt * 1e9
+    period_ns = control.dt * 1e9
     return min(max(int((t_ns - state.last_ns) / period_ns + 0.5), 1), CATCH_UP_MAX)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def feedforward_due(rig, settings):
+def feedforward_due(control, settings):
     """Whether this tick solves the static inverse: every `feedforward_period`."""
-    every = max(int(settings.feedforward_period / rig.observer.dt + 0.5), 1)
-    return rig.state[0].tick % every == 0
+    every = max(int(settings.feedforward_period / control.dt + 0.5), 1)
+    return control.state[0].tick % every == 0

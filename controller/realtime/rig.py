@@ -144,7 +144,7 @@ class RigProcess:
             twin=self._driver.simulated,
             parameters=self.settings.parameters,
         )
-        plan = Plan(self._rig.reference, self._rig.reference_count)
+        plan = Plan(self._rig.control.reference, self._rig.control.reference_count)
         return Desk(info, self.ring, self.memory.commands, plan)
 
     def _say_ready(self, endpoint: str) -> None:
