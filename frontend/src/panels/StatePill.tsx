@@ -11,7 +11,7 @@ import {
 import type { Icon } from "@tabler/icons-react";
 import { Tooltip } from "@mantine/core";
 import type { Mode } from "../api/types";
-import { CAUSE_TEXT, isLatched, MODE, MODE_MEANING, MODE_WORD } from "../state/modes";
+import { CAUSE_TEXT, isLatched, isUnasked, MODE, MODE_MEANING, MODE_WORD } from "../state/modes";
 import { ControlButton } from "./ControlButton";
 import { useDashboard, usePage } from "./context";
 
@@ -25,7 +25,7 @@ const LOOK: Record<Mode, { icon: Icon; colour: string }> = {
   6: { icon: IconHandStop, colour: "red" },
 };
 
-/** The rig's state as word, icon and colour; beside a latched state its cause and the one button that leads out. */
+/** The rig's state as word, icon and colour; beside it a cause that nobody asked for, and the way out of a latch. */
 export function StatePill() {
   const dashboard = useDashboard();
   const mode = usePage((page) => page.mode);
@@ -48,21 +48,21 @@ export function StatePill() {
           <span>{MODE_WORD[mode]}</span>
         </output>
       </Tooltip>
+      {isLatched(mode) || isUnasked(cause) ? (
+        <span className="cause" data-testid="cause">
+          {CAUSE_TEXT[cause]}
+        </span>
+      ) : null}
       {isLatched(mode) ? (
-        <>
-          <span className="cause" data-testid="cause">
-            {CAUSE_TEXT[cause]}
-          </span>
-          <ControlButton
-            control="clear"
-            variant="filled"
-            testId="clear-latch"
-            meaning="Unlatch: the rig is then VENTED and needs a new Arm"
-            onClick={() => void dashboard.operations.command({ request: "clear" })}
-          >
-            {mode === MODE.E_STOP ? "Clear E-STOP" : "Clear fault"}
-          </ControlButton>
-        </>
+        <ControlButton
+          control="clear"
+          variant="filled"
+          testId="clear-latch"
+          meaning="Unlatch: the rig is then VENTED and needs a new Arm"
+          onClick={() => void dashboard.operations.command({ request: "clear" })}
+        >
+          {mode === MODE.E_STOP ? "Clear E-STOP" : "Clear fault"}
+        </ControlButton>
       ) : null}
     </>
   );

@@ -1,6 +1,7 @@
 import type { Point } from "../api/types";
 import { handleOf, type Handle, type Wish } from "./handle";
 import type { Live } from "./live";
+import { MODE } from "./modes";
 import type { Operations } from "./operations";
 import type { Page } from "./page";
 import type { Store } from "./store";
@@ -12,6 +13,8 @@ const HINT_MS = 4000;
 export class Aim {
   readonly targets: TargetSender;
   private wish: Wish | null = null;
+  /** The rig followed the present drag: if it holds now, only a new press may move it again. */
+  private followed = false;
   private hintTimer: ReturnType<typeof setTimeout> | undefined;
 
   constructor(
@@ -42,7 +45,8 @@ export class Aim {
 
   /** Move the target to `point` if that is allowed now, else say why not; `fresh` marks a new press. */
   move(point: Point, fresh: boolean, held: boolean): boolean {
-    const reason = this.operations.whyNot("drag");
+    if (fresh) this.followed = false;
+    const reason = this.operations.whyNot("drag") ?? this.whyNotOn();
     this.hint(reason ?? "");
     if (reason !== null) return false;
     this.wish = { point, at: performance.now(), held };
@@ -79,6 +83,13 @@ export class Aim {
   disconnected(): void {
     this.wish = null;
     this.targets.reset();
+  }
+
+  /** Why a drag that goes on moves nothing any more, null if it does. */
+  private whyNotOn(): string | null {
+    const { mode } = this.page.get();
+    this.followed ||= mode === MODE.FOLLOW;
+    return this.followed && mode === MODE.HOLD ? "The rig holds: let go and press again" : null;
   }
 
   /** Say on the plan, for a while, why a touch did nothing. */

@@ -59,6 +59,14 @@ export const LAW_TEXT: Record<Law, string> = {
   0: "Open loop",
 };
 
+/** Causes that an operator expects: they did it, or it is how things begin and end. */
+const EXPECTED: readonly Cause[] = [0, 1, 2, 11, 12];
+
+/** The rig changed its state by itself: its cause is then shown beside the state. */
+export function isUnasked(cause: Cause): boolean {
+  return !EXPECTED.includes(cause);
+}
+
 /** Latched states need Clear. */
 export function isLatched(mode: Mode): boolean {
   return mode === MODE.FAULT || mode === MODE.E_STOP;

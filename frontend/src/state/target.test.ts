@@ -1,5 +1,10 @@
 import { beforeEach, expect, test } from "vitest";
+import { Aim } from "./aim";
+import { Live } from "./live";
 import { MODE } from "./modes";
+import { Operations } from "./operations";
+import { EMPTY_PAGE } from "./page";
+import { Store } from "./store";
 import { handleOf, type RigTarget } from "./handle";
 import { TargetSender } from "./target";
 
@@ -122,4 +127,22 @@ test("while vented the handle rests on the tip and cannot be moved", () => {
     point: [0.08, 0.1],
     movable: false,
   });
+});
+
+test("when the rig falls to HOLD in the middle of a drag, the drag moves nothing until a new press", () => {
+  const lease = { held: true, mine: true, holder: "me" };
+  const page = new Store({ ...EMPTY_PAGE, online: true, rigLive: true, lease });
+  const aim = new Aim(new Live(), page, new Operations(page, () => undefined), () => true);
+  page.patch({ mode: MODE.HOLD });
+  expect(aim.move([0.1, 0], true, true)).toBe(true);
+  expect(aim.move([0.11, 0], false, true)).toBe(true);
+  page.patch({ mode: MODE.FOLLOW });
+  expect(aim.move([0.12, 0], false, true)).toBe(true);
+  page.patch({ mode: MODE.HOLD });
+  expect(aim.move([0.13, 0], false, true)).toBe(false);
+  expect(page.get().hint).toContain("press again");
+  expect(aim.move([0.13, 0], true, true)).toBe(true);
+  page.patch({ mode: MODE.VENTED });
+  expect(aim.move([0.14, 0], true, true)).toBe(false);
+  expect(page.get().hint).toBe("Arm first");
 });
