@@ -12,8 +12,8 @@ from controller.kernels.statics import expand_tip, static_tip
 from controller.modes import Law
 
 OPEN_LOOP = int(Law.OPEN_LOOP)
-BLEND_MARGIN = 3e-3
-"""If the branch leaves the wish further off than this, while the goal's branch does not, u_ff changes branch [m]."""
+BLEND_MARGIN, BLEND_MARGIN_AT_GOAL = 3e-3, 5e-4
+"""If the branch leaves the wish further off than this, on its way or at the goal, u_ff goes to the goal's branch [m]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -46,11 +46,12 @@ def solve(control, settings):
         step = math.inf
     state.reached = distance < TOLERANCE and max(abs(u1 - state.u_ff[0]), abs(u2 - state.u_ff[1])) <= step
     apart = max(abs(state.u_goal[0] - u1), abs(state.u_goal[1] - u2))
-    if settled and distance > BLEND_MARGIN and apart > 0.0:
+    at_goal = state.wish[0] == state.p_goal[0] and state.wish[1] == state.p_goal[1]
+    if settled and distance > (BLEND_MARGIN_AT_GOAL if at_goal else BLEND_MARGIN) and apart > 0.0:
         state.blending, state.blend_rate = 1, 0.0
         return
     state.u_ff[0], state.u_ff[1] = towards(state.u_ff, u1, u2, step)
-    if state.reached and state.wish[0] == state.p_goal[0] and state.wish[1] == state.p_goal[1]:
+    if state.reached and at_goal:
         state.u_goal[0], state.u_goal[1] = state.u_ff[0], state.u_ff[1]
 
 

@@ -17,7 +17,7 @@ DISTANCE_DONE = 1e-9
 """A residual below this is solved [m]."""
 TOLERANCE = 1e-4
 """A target counts as reached within this [m]."""
-MARGIN_REACHED, MARGIN_NEARER = 2e-3, 30e-3
+MARGIN_REACHED, MARGIN_NEARER = 5e-4, 30e-3
 """How much nearer another branch must be to be taken, if it reaches the target, and if it only comes nearer [m]."""
 REFINE_STEPS, SEARCH_STEPS, HALVINGS = 4, 10, 8
 STRIDE = 0.25
