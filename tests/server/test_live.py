@@ -96,7 +96,7 @@ def test_a_spike_of_one_tick_reaches_every_viewer(server: TestServer) -> None:
 
 def test_a_slow_viewer_skips_frames_and_then_sees_the_newest(server: TestServer) -> None:
     page = server.operator()
-    slow = page.connect("/ws/live", max_queue=1, close_timeout=1)
+    slow = page.connect("/ws/live", max_queue=1)
     slow.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     with page.live() as quick:
         wait_for(lambda: quick.frames, "frames")
@@ -111,7 +111,9 @@ def test_a_slow_viewer_skips_frames_and_then_sees_the_newest(server: TestServer)
             if isinstance(message, bytes) and message[0] == 1:
                 ticks.append(int(np.frombuffer(message, "<i8", 1, TICK)[0]))
         assert np.diff(ticks).max() > 1500, "what was stale is skipped"
-    slow.close()
+        slow.socket.shutdown(socket.SHUT_RDWR)
+        slow.close()
+        wait_for(lambda: len(server.services.hub.viewers) == 1, "the slow viewer to be forgotten")
 
 
 def _stuck(server: TestServer) -> object:
