@@ -1,5 +1,6 @@
 """The whole product as a user starts it: `tendril up` in its own folders, and real chromium on its page."""
 
+import io
 import os
 import signal
 import subprocess
@@ -9,7 +10,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import psutil
+from PIL import Image
 from playwright.sync_api import BrowserContext, Page
 
 from server.ready import UpReady
@@ -101,3 +104,11 @@ def shot(page: Page, name: str) -> None:
     """Keep a screenshot for people to look at."""
     SCREENSHOTS.mkdir(parents=True, exist_ok=True)
     page.screenshot(path=SCREENSHOTS / f"{name}.png", timeout=60_000)
+
+
+def pixels_of(page: Page, colour: tuple[int, int, int], region: dict[str, float]) -> np.ndarray:
+    """Window pixels (n, 2) of `region` that have about this colour: what is drawn in a foreign frame."""
+    picture = page.screenshot(clip=region, timeout=60_000)  # type: ignore[arg-type]
+    values = np.asarray(Image.open(io.BytesIO(picture)).convert("RGB"), float)
+    rows, columns = np.nonzero(np.abs(values - colour).max(axis=-1) < 25)
+    return np.column_stack([columns + region["x"], rows + region["y"]])

@@ -1,17 +1,14 @@
 """The 3D view: dragging viser's gizmo moves the same target as the plan view."""
 
-import io
 import math
 import time
 
-import numpy as np
-from PIL import Image
 from playwright.sync_api import Page, expect
 
 from controller.modes import Mode
-from tests.e2e.product import frame, shot, wait_until
+from tests.e2e.product import frame, pixels_of, shot, wait_until
 
-BLUE = np.array([54, 142, 226])
+BLUE = (54, 142, 226)
 """The square of viser's transform control for the xy plane, as it is drawn."""
 
 
@@ -19,9 +16,8 @@ def gizmo(page: Page) -> tuple[float, float] | None:
     """Where the gizmo is drawn [window pixels], None while it is not; only pixels tell: it has its own process."""
     box = page.locator("iframe[title*='3D']").bounding_box()
     assert box
-    picture = np.asarray(Image.open(io.BytesIO(page.screenshot(clip=box, timeout=60_000))).convert("RGB"), float)
-    rows, columns = np.nonzero(np.abs(picture - BLUE).max(axis=-1) < 25)
-    return (box["x"] + columns.mean(), box["y"] + rows.mean()) if len(rows) > 8 else None
+    found = pixels_of(page, BLUE, dict(box))
+    return tuple(found.mean(axis=0)) if len(found) > 8 else None
 
 
 def test_dragging_the_gizmo_moves_the_target_and_the_tip_follows(page: Page) -> None:

@@ -9,8 +9,9 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from controller.modes import Mode
-from tests.e2e.product import Product, frame, shot, wait_until
+from tests.e2e.product import Product, frame, pixels_of, shot, wait_until
 
+OBSERVER_BLUE = (0x56, 0xB4, 0xE9)
 PATH_MM = [(235.0 - 70.0 * s, 60.0 + 110.0 * s) for s in np.linspace(0.0, 1.0, 40)]
 
 
@@ -107,8 +108,9 @@ def test_a_recording_of_a_run_opens_in_the_review_tab(operator: Page, product: P
     assert rows.first.get_by_role("cell").nth(5).inner_text() == "0", "no gap"
     rows.first.click()
     expect(operator.get_by_test_id("viewer-loading")).to_have_count(0, timeout=60_000)
-    canvas = operator.frame_locator("[data-testid=viewer]").locator("canvas")
-    expect(canvas).to_be_visible()
-    time.sleep(5.0)  # software rendering: the first picture comes after READY
+    box = operator.get_by_test_id("viewer").bounding_box()
+    assert box
+    curves = {**box, "x": box["x"] + 0.45 * box["width"], "width": 0.5 * box["width"]}
+    wait_until(lambda: len(pixels_of(operator, OBSERVER_BLUE, curves)) > 100, 60.0)
     shot(operator, "review")
     operator.get_by_text("Live", exact=True).click()
