@@ -38,7 +38,7 @@ def measure_live(seconds: float) -> tuple[Figures, Figures]:
         with launch_chromium() as browser:
             page = browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
             page.goto(url)
-            page.wait_for_function("window.__tendril && window.__tendril.frame", timeout=60_000)
+            page.get_by_role("button", name="E-STOP").wait_for(timeout=60_000)
             page.wait_for_timeout(3000)  # the 3D view and the first history are start-up, not the loop's daily load
             _ask(page.request, "post", "/api/lease", url)
             _ask(page.request, "post", "/api/recordings", url, data={"name": "bench"})
