@@ -6,9 +6,18 @@ interface Props {
   readonly onClose: () => void;
 }
 
+/** The list of keys; nothing is laid over the page, so that the E-STOP stays within reach. */
 export function KeyHelp({ opened, onClose }: Props) {
   return (
-    <Modal opened={opened} onClose={onClose} title="Keys" size="md" centered>
+    <Modal
+      opened={opened}
+      onClose={onClose}
+      title="Keys"
+      size="md"
+      centered
+      withOverlay={false}
+      lockScroll={false}
+    >
       <dl className="keys" data-testid="keys">
         {KEY_LIST.map(([key, meaning]) => (
           <div key={key}>
