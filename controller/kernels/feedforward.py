@@ -13,7 +13,7 @@ from controller.modes import Law
 
 OPEN_LOOP = int(Law.OPEN_LOOP)
 BLEND_MARGIN, BLEND_MARGIN_AT_GOAL = 3e-3, 5e-4
-"""If the branch leaves the wish further off than this, on its way or at the goal, u_ff goes to the goal's branch [m]."""
+"""If its branch leaves the wish further off, on the way or at the goal, u_ff goes to the goal's branch [m]."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

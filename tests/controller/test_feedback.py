@@ -1,0 +1,139 @@
+"""The feedback law, its limits and its switches, on the twin."""
+
+import numpy as np
+import pytest
+
+from controller.kernels.statics import sensitivity
+from controller.modes import Law, Mode, Request
+from controller.parameters import PRESETS, Settings
+from tests.controller.trial import Trial, controller_with, distance, true_tip, twin_with
+
+POSES = {
+    "P1": [(0.10, 0.14), (0.02, -0.16), (0.12, 0.10), (0.0, 0.10), (0.19, -0.09)],
+    "P2": [(0.10, 0.14), (0.05, -0.12), (0.12, 0.08), (-0.02, 0.08)],
+    "P3": [(0.08, 0.12), (0.03, -0.12), (0.10, 0.08), (0.0, 0.10)],
+}
+
+
+def paper_torque(trial: Trial, law: Law, error: np.ndarray, integral: np.ndarray, p_ref_dot: np.ndarray) -> np.ndarray:
+    """u_FB of the paper by dense algebra."""
+    K_P, K_I, K_FF = (np.diag(getattr(trial.settings, name)) for name in ("K_P", "K_I", "K_FF"))
+    P, I = law in (Law.FF_P, Law.FF_PI), law in (Law.FF_I, Law.FF_PI)  # noqa: E741
+    f = P * K_P @ error + I * K_I @ integral + K_FF @ p_ref_dot
+    control = trial.rig.control
+    S = np.array(sensitivity(control.smap, control.q[2])).reshape(2, 2)
+    assert np.linalg.cond(S) < 4
+    return np.asarray(np.linalg.solve(S.T @ S + 1e-8 * np.eye(2), S.T @ f))
+
+
+@pytest.mark.parametrize("law", [Law.FF_P, Law.FF_I, Law.FF_PI])
+def test_the_feedback_is_the_paper_s_law(law: Law) -> None:
+    trial = Trial(law=law, K_P=(0.3, 0.2), K_I=(0.5, 0.6), K_FF=(0.05, 0.04))
+    trial.arm()
+    trial.follow(0.10, 0.14, 3.0)
+    trial.command["target"] = (0.08, 0.13)
+    before, now = trial.run(41)[-2:]
+    expected = paper_torque(trial, law, now["error"], before["integral"], now["p_ref_dot"])
+    assert np.abs(now["p_ref_dot"]).max() > 0.01
+    assert now["u_fb"] == pytest.approx(expected, abs=1e-8)
+    assert now["u"] == pytest.approx(now["u_ff"] + now["u_fb"], abs=1e-15)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_held_targets_are_reached_to_a_millimetre_with_one_gain_set(name: str) -> None:
+    for x, y in POSES[name]:
+        trial = Trial(name)
+        trial.arm()
+        rows = trial.follow(x, y, 12.0)
+        assert rows["reachable"][-1] == 1
+        steady = (true_tip(rows) - rows["p_ref"])[-1000:].mean(axis=0)
+        assert np.linalg.norm(steady) < 1e-3
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_the_loop_is_stable_with_half_as_much_gain_more_and_15_ms_more_dead_time(name: str) -> None:
+    gains = {key: tuple(1.5 * k for k in getattr(Settings(), key)) for key in ("K_P", "K_I")}
+    for x, y in POSES[name]:
+        trial = Trial(parameters=twin_with(name, dead_time=0.065), **gains)
+        trial.arm()
+        tip = true_tip(trial.follow(x, y, 10.0))[-2000:]
+        assert np.ptp(tip, axis=0).max() < 1e-3
+
+
+def test_holding_the_straight_pose_is_quiet() -> None:
+    """Nothing can move the tip along x there; the paper's law alone saturates on noise."""
+    trial = Trial()
+    trial.arm()
+    rows = trial.run(10_000)
+    assert (rows["mode"] == Mode.HOLD).all()
+    assert np.abs(rows["u"]).max() < 1e-3
+    paper = Trial(parameters=controller_with(weak_ratio=0.0))
+    paper.arm()
+    assert paper.run(3000)["saturated"].any()
+
+
+def test_the_integral_is_held_while_saturated_and_the_loop_recovers() -> None:
+    trial = Trial(parameters=twin_with(torque_gain=0.6))
+    trial.arm()
+    rows = trial.follow(-0.02, 0.08, 8.0)
+    clamped = np.flatnonzero(rows["saturated"])
+    assert clamped.size > 3000
+    assert np.isfinite(rows["u"]).all()
+    polygon = trial.rig.control.smap.polygon
+    assert (np.abs(rows["u"] @ polygon.normals.T) <= polygon.bounds * (1 + 1e-9)).all()
+    late = clamped[clamped > 4000]
+    assert np.abs(rows["integral"][late] - rows["integral"][late - 1]).max() == 0.0
+    back = trial.follow(0.12, 0.12, 6.0)
+    assert not back["saturated"][1000:].any()
+    assert distance(true_tip(back)[-500:], back["p_ref"][-500:]).mean() < 3e-3
+
+
+def test_arming_starts_from_no_torque_and_does_not_jump() -> None:
+    trial = Trial()
+    trial.run(100)
+    rows = trial.ask(Request.ARM, ticks=500)
+    assert (rows["u"][0] == 0.0).all()
+    assert np.abs(np.diff(rows["u"], axis=0)).max() < 1e-5
+    assert rows["p_ref"][0] == pytest.approx((0.253, 0.0))
+
+
+SWITCHES = [
+    {"law": Law.FF},
+    {"law": Law.FF_P},
+    {"law": Law.FF_I},
+    {"law": Law.OPEN_LOOP, "u_open": (0.01, 0.01)},
+    {"K_P": (0.6, 0.6)},
+    {"K_I": (0.0, 2.0)},
+    {"sensed": 1 << 5},
+    {"sensed": 0},
+]
+
+
+@pytest.mark.parametrize("change", SWITCHES, ids=str)
+def test_a_switch_does_not_make_the_torque_jump(change: dict[str, object]) -> None:
+    trial = Trial()
+    trial.arm()
+    rows = [trial.follow(0.10, 0.14, 1.5)]
+    assert np.abs(rows[0]["u_fb"][-1]).max() > 2e-3
+    trial.switch(**change)
+    rows.append(trial.run(1000))
+    trial.switch(**{key: getattr(Settings(), key) for key in change})
+    rows.append(trial.run(3000))
+    all_rows = np.concatenate(rows)
+    step = np.abs(np.diff(all_rows["u"], axis=0)).max(axis=1)
+    assert step[1499:1510].max() <= 0.5e-3 + 1e-12
+    assert step[2499:2510].max() < 0.2e-3
+    assert distance(true_tip(rows[2])[-200:], rows[2]["target"][-200:]).mean() < 8e-3
+
+
+def test_an_open_loop_moves_at_its_rate_and_only_while_following() -> None:
+    trial = Trial(law=Law.OPEN_LOOP, u_open=(0.02, -0.01))
+    trial.arm()
+    assert not trial.run(500)["u"].any()
+    rows = trial.follow(0.1, 0.1, 1.0)
+    assert np.abs(np.diff(rows["u"], axis=0)).max() == pytest.approx(0.5e-3)
+    assert rows["u"][-1] == pytest.approx((0.02, -0.01))
+    assert not rows["u_fb"].any()
+    trial.ask(Request.HOLD)
+    trial.switch(u_open=(0.0, 0.0))
+    assert trial.run(500)["u"][-1] == pytest.approx((0.02, -0.01))

@@ -1,0 +1,155 @@
+"""The static inverse, its branches and the reference, against scipy and brute force."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.optimize import LinearConstraint, minimize
+
+from controller.build_rig import build_static_map
+from controller.kernels.follow import limit_motion
+from controller.kernels.inverse import REFINE_STEPS, TOLERANCE, StaticMap, gauss_newton, invert, refine
+from controller.kernels.polygon import admissible, nearest_admissible
+from controller.kernels.statics import expand_tip, static_tip
+from controller.parameters import PRESETS, ControllerParameters
+from tests.controller.chains import preset
+from tests.controller.trial import Trial, distance, line, true_tip
+
+
+@cache
+def static_map(name: str = "P1") -> StaticMap:
+    return build_static_map(preset(name), PRESETS[name], ControllerParameters())
+
+
+def random_torques(smap: StaticMap, count: int, seed: int) -> list[tuple[float, float]]:
+    draw = np.random.default_rng(seed).uniform(-0.06, 0.06, (10 * count, 2))
+    return [(u1, u2) for u1, u2 in draw if admissible(smap.polygon, u1, u2)][:count]
+
+
+def settle(smap: StaticMap, target: tuple[float, float], u: tuple[float, float]) -> tuple[float, float, float]:
+    """As many updates as the inverse needs, one a tick."""
+    for _ in range(50):
+        u1, u2, left, settled = refine(smap, target, u, REFINE_STEPS)
+        if settled:
+            return u1, u2, left
+        u = (u1, u2)
+    raise AssertionError(f"not settled at {u}, {left} m from {target}")
+
+
+def test_the_step_is_the_paper_s_gauss_newton_step() -> None:
+    smap, r = static_map(), np.array([0.01, -0.02])
+    at = expand_tip(smap, 0.02, -0.01)
+    S = np.array([[at.x_1, at.x_2], [at.y_1, at.y_2]])
+    assert gauss_newton(smap, at, *r) == pytest.approx(-np.linalg.solve(S, r))
+    straight = expand_tip(smap, 0.0, 0.0)
+    S = np.array([[straight.x_1, straight.x_2], [straight.y_1, straight.y_2]])
+    regular = -np.linalg.solve(S.T @ S + 1e-8 * np.eye(2), S.T @ r)
+    assert np.linalg.cond(S) > 1e10
+    assert gauss_newton(smap, straight, *r) == pytest.approx(regular, rel=1e-4)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_projection_finds_the_nearest_admissible_torque(name: str) -> None:
+    polygon = static_map(name).polygon
+    limits = LinearConstraint(1e2 * polygon.normals / polygon.bounds[:, None] / 1e2, -1, 1)
+    for u in np.random.default_rng(3).uniform(-0.2, 0.2, (40, 2)):
+        nearest = nearest_admissible(polygon, u[0], u[1])
+        best = minimize(lambda v, u=u: 1e3 * np.sum((v - u) ** 2), np.zeros(2), constraints=limits, tol=1e-12).x
+        assert admissible(polygon, nearest[0], nearest[1])
+        assert np.linalg.norm(nearest - u) == pytest.approx(np.linalg.norm(best - u), abs=1e-6)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_the_inverse_settles_at_a_local_minimum_of_the_distance(name: str) -> None:
+    smap, model = static_map(name), preset(name)
+    limits = LinearConstraint(1e-2 * smap.polygon.normals / smap.polygon.bounds[:, None], -1, 1)
+    targets = np.random.default_rng(5).uniform(-0.3, 0.3, (60, 2))
+    for target, start in zip(targets, random_torques(smap, 60, 6), strict=True):
+        u1, u2, left = settle(smap, (target[0], target[1]), start)
+        assert admissible(smap.polygon, u1, u2)
+        objective = lambda v, target=target: 1e3 * np.sum((static_tip(model, *(1e-2 * v)) - target) ** 2)  # noqa: E731
+        best = minimize(objective, 1e2 * np.array([u1, u2]), constraints=limits, method="SLSQP", tol=1e-14)
+        assert left <= np.sqrt(best.fun / 1e3) + TOLERANCE
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_the_inverse_returns_the_torques_of_a_tip_near_them(name: str) -> None:
+    smap, model = static_map(name), preset(name)
+    for u in random_torques(smap, 100, 8):
+        near = nearest_admissible(smap.polygon, u[0] + 1e-3, u[1] - 1e-3)
+        assert settle(smap, static_tip(model, *u), near)[2] < TOLERANCE
+
+
+def test_a_target_straight_ahead_of_the_straight_pose_is_reached() -> None:
+    """There S^T r = 0: Gauss-Newton alone would stay for ever."""
+    for x in (0.2529, 0.24, 0.2):
+        u1, u2, left = settle(static_map(), (x, 0.0), (0.0, 0.0))
+        assert left < TOLERANCE
+        assert max(abs(u1), abs(u2)) < 0.06
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_every_tip_of_the_map_is_found_from_every_start(name: str) -> None:
+    smap, model = static_map(name), preset(name)
+    for u, start in zip(random_torques(smap, 60, 9), random_torques(smap, 60, 10), strict=True):
+        target, now = static_tip(model, 0.98 * u[0], 0.98 * u[1]), start
+        for _ in range(60):
+            u1, u2, left = invert(smap, target, now, True)
+            now = (u1, u2)
+        assert left < 1e-3
+
+
+def test_the_branch_is_kept_while_it_reaches_the_target() -> None:
+    """Two torques hold P1's tip near the x-axis; the inverse follows the one it is on, far into the other half."""
+    smap = static_map()
+    u = settle(smap, (0.2, 0.01), (0.012, -0.03))[:2]
+    other = settle(smap, (0.2, 0.01), (-0.012, 0.03))[:2]
+    assert distance(np.array(u), np.array(other)) > 0.02
+    for y in np.linspace(0.01, -0.01, 40):
+        before = u
+        u1, u2, left = invert(smap, (0.2, y), u, True)
+        u = (u1, u2)
+        assert left < TOLERANCE
+        assert distance(np.array(u), np.array(before)) < 2e-3
+
+
+def test_a_limited_motion_stops_at_its_goal_without_overshoot() -> None:
+    p, v, goal, limits, dt = (0.0, 0.0), (0.0, 0.0), (0.06, 0.08), (0.2, 1.5), 1e-3
+    ticks = 0
+    while p != goal or v != (0.0, 0.0):
+        ticks, before = ticks + 1, v
+        p, v = limit_motion(p, v, goal, limits, dt)
+        assert np.hypot(*v) <= 0.2 * (1 + 1e-12)
+        assert np.hypot(v[0] - before[0], v[1] - before[1]) <= 1.5 * dt * (1 + 1e-9)
+        assert 0.6 * p[0] + 0.8 * p[1] <= 0.1 + 1e-6
+    fastest = 0.1 / 0.2 + 0.2 / 1.5
+    assert ticks * dt == pytest.approx(fastest, abs=0.01)
+
+
+def test_a_target_out_of_reach_is_held_at_the_nearest_point_and_left_at_once() -> None:
+    trial = Trial()
+    trial.arm()
+    rows = trial.follow(0.3, 0.14, 6.0)
+    last = rows[-1]
+    grid = static_map().seed_tips
+    assert last["reachable"] == 0
+    assert distance(last["p_ref"], last["target"]) <= distance(grid, last["target"]).min() + 1e-6
+    assert distance(last["p_ref"], true_tip(rows)[-1]) < 5e-3
+    back = trial.follow(0.15, 0.12, 1.0)
+    assert distance(back["p_ref"][200], last["p_ref"]) > 10e-3
+    assert back["reachable"][-1] == 1
+
+
+@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("x", [0.08, 0.17], ids=["across the hole", "across the rest axis"])
+def test_a_dragged_target_crosses_without_a_jump_and_is_reached(name: str, x: float) -> None:
+    trial = Trial(name)
+    trial.arm()
+    parts = [trial.follow(x, -0.08, 4.0), trial.drag(line((x, -0.08), (x, 0.08), 100), 2.0), trial.run(8000)]
+    rows = np.concatenate(parts)
+    assert np.isfinite(rows["u"]).all()
+    assert distance(rows["p_ref"][1:], rows["p_ref"][:-1]).max() <= 0.21e-3
+    assert np.abs(np.diff(rows["u_ff"], axis=0)).max() <= 0.5e-3 + 1e-12
+    assert rows["mode"][-1] == 2
+    assert rows["p_ref"][-1] == pytest.approx((x, 0.08), abs=1e-4)
+    assert distance(true_tip(rows)[-500:], rows["p_ref"][-500:]).mean() < 6e-3

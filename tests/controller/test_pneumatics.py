@@ -1,0 +1,32 @@
+"""From torques to chambers, and the air lines' delay."""
+
+import numpy as np
+import pytest
+
+from controller.kernels.pneumatics import chamber_pressures, delay, first_order_lag
+
+
+def test_one_chamber_of_a_pair_is_pressurised_by_the_sign_of_its_torque() -> None:
+    p = np.full(4, np.nan)
+    chamber_pressures(np.array([0.03, -0.06]), 241.3e3 / 0.06, p)
+    assert p == pytest.approx([241.3e3 / 2, 0.0, 0.0, 241.3e3])
+    chamber_pressures(np.zeros(2), 241.3e3 / 0.06, p)
+    assert not np.signbit(p).any()
+
+
+def test_the_lag_follows_the_exponential_whatever_the_step() -> None:
+    p = 0.0
+    for _ in range(50):
+        p = first_order_lag(p, 1.0, 0.05, 1e-3)
+    assert p == pytest.approx(1 - np.exp(-1))
+    assert first_order_lag(0.0, 1.0, 0.05, 0.05) == pytest.approx(p)
+
+
+@pytest.mark.parametrize("ticks", [0, 1, 50])
+def test_a_torque_comes_out_of_the_line_after_its_dead_time(ticks: int) -> None:
+    ring, head, out = np.zeros((ticks + 1, 2)), 0, []
+    for n in range(ticks + 10):
+        u1, u2, head = delay(ring, head, n + 1.0, -1.0 - n)
+        assert u1 == -u2
+        out.append(u1)
+    assert out == [0.0] * ticks + [n + 1.0 for n in range(10)]
