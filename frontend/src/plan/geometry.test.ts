@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import { gridFor, lengthLabel, ticks } from "./grid";
-import { reachQuads, signedArea } from "./reach";
+import { hull, reachQuads, signedArea } from "./reach";
 import { arrowEnd, markersOf, residualOf, type PointSource } from "./residual";
 
 /** Ten sensors on a straight backbone of 21 samples; markers 3 mm beside it, the fourth not seen. */
@@ -36,6 +36,11 @@ test("the quads of the reach all turn alike, where the map folds over too", () =
   const quads = reachQuads({ rows: 3, columns: 3, points, length: 1 });
   expect(quads).toHaveLength(4);
   for (const quad of quads) expect(signedArea(quad)).toBeGreaterThan(0);
+});
+
+test("the hull keeps the outer points only, counter-clockwise", () => {
+  const points: [number, number][] = [[1, 1], [0, 0], [2, 0], [1, 0], [2, 2], [0, 2], [0.5, 1.5]]; // prettier-ignore
+  expect(hull(points)).toEqual([[0, 0], [2, 0], [2, 2], [0, 2]]); // prettier-ignore
 });
 
 test("grid lines stand on round numbers at any zoom", () => {

@@ -1,14 +1,18 @@
 import { resize, segment, type Sheet } from "./canvas";
 import { gridFor, lengthLabel, ticks } from "./grid";
-import type { Quad } from "./reach";
+import { hull, type Quad } from "./reach";
+import type { Point } from "../api/types";
 import { toPlane } from "./transform";
 
 /** What lies under the moving parts: grid, reach, base and scale bar. Painted only when the view changes. */
-export function paintPaper(sheet: Sheet, reach: Path2D | null, ratio: number): void {
+export function paintPaper(sheet: Sheet, reach: Reach | null, ratio: number): void {
   const { g, size, ink } = sheet;
   g.fillStyle = ink.paper;
   g.fillRect(0, 0, size.width, size.height);
-  if (reach) paintReach(sheet, reach, ratio);
+  if (reach) {
+    paintHole(sheet, reach, ratio);
+    paintReach(sheet, reach.covered, ratio);
+  }
   const grid = gridFor(sheet.view.scale);
   paintLines(sheet, grid.minor, ink.grid);
   paintLines(sheet, grid.major, ink.gridMajor);
@@ -17,8 +21,25 @@ export function paintPaper(sheet: Sheet, reach: Path2D | null, ratio: number): v
   paintScaleBar(sheet, grid.bar);
 }
 
-/** The reach as one path in metres: made once, painted under any view. */
-export function reachPath(quads: readonly Quad[]): Path2D {
+/** The reach as paths in metres: made once, painted under any view. */
+export interface Reach {
+  readonly covered: Path2D;
+  /** Its convex hull. */
+  readonly hull: Path2D;
+}
+
+export function reachOf(quads: readonly Quad[], points: readonly Point[]): Reach {
+  return { covered: quadPath(quads), hull: ringPath(hull(points)) };
+}
+
+function ringPath(points: readonly Point[]): Path2D {
+  const path = new Path2D();
+  for (const [x, y] of points) path.lineTo(x, y);
+  path.closePath();
+  return path;
+}
+
+function quadPath(quads: readonly Quad[]): Path2D {
   const path = new Path2D();
   for (const [a, b, c, d] of quads) {
     path.moveTo(a[0], a[1]);
@@ -30,21 +51,49 @@ export function reachPath(quads: readonly Quad[]): Path2D {
   return path;
 }
 
-/** Painted opaque (with strokes that hide the seams) on a layer of its own, then laid down at one opacity. */
-function paintReach({ g, view, size, ink, pixel }: Sheet, reach: Path2D, ratio: number): void {
+/** What the reach leaves out inside its own hull, hatched. */
+function paintHole(sheet: Sheet, reach: Reach, ratio: number): void {
+  const { size, ink } = sheet;
   const layer = document.createElement("canvas");
   const context = resize(layer, size, ratio);
   if (!context) return;
-  const [colour, alpha] = opaque(ink.reach);
+  const pixels = context.getTransform();
+  toMetres(context, sheet);
+  context.clip(reach.hull);
+  context.setTransform(pixels);
+  context.strokeStyle = ink.soft;
+  for (let x = -size.height; x < size.width; x += 9) segment(context, [x, size.height], [x + size.height, 0]);
+  toMetres(context, sheet);
+  context.globalCompositeOperation = "destination-out";
+  context.lineWidth = 1 / sheet.view.scale;
+  context.fill(reach.covered);
+  context.stroke(reach.covered);
+  layDown(sheet, layer, 0.35);
+}
+
+function toMetres(context: CanvasRenderingContext2D, { view, pixel }: Sheet): void {
   const [x, y] = pixel([0, 0]);
   context.transform(view.scale, 0, 0, -view.scale, x, y);
-  context.fillStyle = context.strokeStyle = colour;
-  context.lineWidth = 1 / view.scale;
-  context.fill(reach);
-  context.stroke(reach);
+}
+
+function layDown({ g, size }: Sheet, layer: HTMLCanvasElement, alpha: number): void {
   g.globalAlpha = alpha;
   g.drawImage(layer, 0, 0, size.width, size.height);
   g.globalAlpha = 1;
+}
+
+/** Painted opaque (with strokes that hide the seams) on a layer of its own, then laid down at one opacity. */
+function paintReach(sheet: Sheet, covered: Path2D, ratio: number): void {
+  const layer = document.createElement("canvas");
+  const context = resize(layer, sheet.size, ratio);
+  if (!context) return;
+  const [colour, alpha] = opaque(sheet.ink.reach);
+  toMetres(context, sheet);
+  context.fillStyle = context.strokeStyle = colour;
+  context.lineWidth = 1 / sheet.view.scale;
+  context.fill(covered);
+  context.stroke(covered);
+  layDown(sheet, layer, alpha);
 }
 
 /** "rgba(r, g, b, a)" as an opaque colour and its alpha. */

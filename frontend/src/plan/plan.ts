@@ -3,7 +3,7 @@ import { INK, type Scheme } from "../roles";
 import type { Dashboard } from "../state/dashboard";
 import { resize, sheetOf, type Sheet } from "./canvas";
 import { handleRadius, paintFigure } from "./figure";
-import { paintPaper, reachPath } from "./paper";
+import { paintPaper, reachOf, type Reach } from "./paper";
 import { PlanPointer, type PointerTarget } from "./pointer";
 import { reachQuads } from "./reach";
 import { boundingBox, fit, toPixel, toPlane, type Box, type Size, type View } from "./transform";
@@ -21,7 +21,7 @@ export class Plan implements PointerTarget {
   private shown: View = { centre: [0, 0], scale: 1000 };
   private fitted = true;
   private box = FIRST_BOX;
-  private reach: Path2D | null = null;
+  private reach: Reach | null = null;
   private workspace: Workspace | null = null;
   private scheme: Scheme = "dark";
   private paperDirty = true;
@@ -148,7 +148,7 @@ export class Plan implements PointerTarget {
   private follow(workspace: Workspace | null): void {
     if (workspace === this.workspace) return;
     this.workspace = workspace;
-    this.reach = workspace && reachPath(reachQuads(workspace));
+    this.reach = workspace && reachOf(reachQuads(workspace), workspace.points);
     this.box = (workspace && boundingBox(workspace.points)) ?? FIRST_BOX;
     this.paperDirty = true;
     if (this.fitted) this.fit();
