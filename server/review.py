@@ -1,10 +1,13 @@
-"""Slow preparations for the Review tab, off everyone's path: rerun's viewer is extracted once, broken files mended."""
+"""Slow work for the Review tab, off everyone's path: rerun's viewer is extracted once, files mended and compacted."""
 
 import logging
+import queue
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 from controller.errors import TendrilError
+from recordings.messages import Recording
 from recordings.store import Store
 from recordings.viewer import viewer_files
 
@@ -12,22 +15,33 @@ log = logging.getLogger(__name__)
 
 
 class Review:
-    """Runs in a thread from the start of the server; `viewer` is None until rerun's files are there."""
+    """One thread, from the start of the server; `viewer` is None until rerun's files are there."""
 
     def __init__(self, store: Store) -> None:
         self._store = store
+        self._stopped: queue.SimpleQueue[str] = queue.SimpleQueue()
         self.viewer: Path | None = None
         self.problem = ""
-        threading.Thread(target=self._prepare, name="review", daemon=True).start()
+        threading.Thread(target=self._run, name="review", daemon=True).start()
 
-    def _prepare(self) -> None:
+    def stopped(self, id: str) -> None:
+        """A recording is complete: make it quick to open."""
+        self._stopped.put(id)
+
+    def _run(self) -> None:
         try:
             self.viewer = viewer_files()
         except (TendrilError, OSError) as error:
             self.problem = str(error)
             log.warning("rerun's viewer cannot be served: %s", error)
         for broken in self._store.broken():
-            try:
-                self._store.repair(broken)
-            except (TendrilError, OSError) as error:
-                log.warning("recording %s cannot be mended: %s", broken, error)
+            self._improve(self._store.repair, broken)
+            self._improve(self._store.compact, broken)
+        while True:
+            self._improve(self._store.compact, self._stopped.get())
+
+    def _improve(self, work: Callable[[str], Recording], id: str) -> None:
+        try:
+            work(id)
+        except (TendrilError, OSError) as error:
+            log.warning("recording %s stays as it is: %s", id, error)

@@ -38,6 +38,7 @@ async def stop_recording(parts: Parts, who: Holder) -> Recording:
         found = await asyncio.to_thread(parts.recorder.stop)
     except RecordingError as error:
         raise CommandRefused(str(error)) from error
+    parts.review.stopped(found.id)
     parts.events.add(f"{who.name}: recording {found.id} stopped, {found.rows} rows, {found.gaps} gaps")
     return found
 

@@ -25,13 +25,13 @@ async def file(request: Request, parts: Parts, name: str = "index.html") -> Resp
     if folder is None:
         text = parts.review.problem or "The viewer is being unpacked (once per version). Reload in a few seconds."
         return PlainTextResponse(text, 503, {"retry-after": "3"})
-    tag = f'"{version("rerun-sdk")}-{version("tendril")}"'
+    if name == "index.html":
+        page = (folder / name).read_bytes().replace(b"</head>", SEND_COOKIE + TELL_ESCAPE + b"</head>", 1)
+        return Response(page, media_type=TYPES[".html"])
+    tag = f'"{version("rerun-sdk")}"'
     headers = {"etag": tag, "cache-control": "no-cache", "vary": "accept-encoding"}
     if request.headers.get("if-none-match") == tag:
         return Response(status_code=304, headers=headers)
-    if name == "index.html":
-        page = (folder / name).read_bytes().replace(b"</head>", SEND_COOKIE + TELL_ESCAPE + b"</head>", 1)
-        return Response(page, headers=headers, media_type=TYPES[".html"])
     return _file(folder / name, headers, "gzip" in request.headers.get("accept-encoding", ""))
 
 
