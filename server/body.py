@@ -31,7 +31,7 @@ class Body:
         self._target = scene.add_icosphere("/wish", 0.002, color=TARGET)
         self._gizmo = scene.add_transform_controls(
             GIZMO,
-            scale=0.06,
+            scale=0.1,
             active_axes=(True, True, False),
             disable_axes=True,
             disable_rotations=True,

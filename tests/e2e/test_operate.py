@@ -58,7 +58,7 @@ def test_the_tip_follows_a_target_dragged_in_the_plan_view(operator: Page) -> No
     errors = drag(operator, PATH_MM, 10.0)
     expect(operator.get_by_test_id("state")).to_contain_text("FOLLOW")
     shot(operator, "follow")
-    wait_until(lambda: tip_error_mm(operator, *PATH_MM[-1]) < 3.0, 4.0)
+    wait_until(lambda: tip_error_mm(operator, *PATH_MM[-1]) < 3.0, 8.0)
     time.sleep(1.0)
     assert tip_error_mm(operator, *PATH_MM[-1]) < 3.0
     assert float(np.sqrt(np.mean(np.square(errors)))) < 3.0
