@@ -1,0 +1,91 @@
+"""A rig alone, ticked by hand: the test is its clock, its markers, its server and its operator."""
+
+from typing import Any
+
+import numpy as np
+
+from controller.build_rig import build_rig
+from controller.kernels.tick import tick
+from controller.layout import record_dtype, to_record, write_record
+from controller.messages import Command, LoopStatus, Measurement, Telemetry
+from controller.modes import Cause, Mode, Request
+from controller.parameters import RigParameters, Settings
+
+BOOT, MS = 7, 1_000_000
+
+
+class Desk:
+    """Whatever is set to False or None here is missing in the next steps."""
+
+    def __init__(self, parameters: RigParameters | None = None, **settings: Any) -> None:
+        self.rig = build_rig(parameters or RigParameters(), BOOT)
+        self.command = to_record(Command(boot=BOOT, settings=Settings(**settings)))
+        self.measurement, self.status = to_record(Measurement()), to_record(LoopStatus())
+        self.telemetry = np.zeros(1, record_dtype(Telemetry))
+        self.now = 10_000 * MS
+        self.operator = self.server = self.pump = self.camera = True
+        x = 0.0253 * np.arange(1, 11)
+        self.markers = np.column_stack([x, np.zeros(10)])
+
+    def step(self, milliseconds: int = 1, gap: int = 1) -> np.void:
+        """Tick once every `gap` ms for so long; returns the last row."""
+        for _ in range(max(milliseconds // gap, 1)):
+            self.now += gap * MS
+            self.command["presence"] += self.operator
+            if self.server:
+                self.status["server_ns"] = self.now
+            if self.pump:
+                self.status["pump_ns"] = self.now
+            if self.camera:
+                self.measurement["t_ns"], self.measurement["markers"] = self.now - MS, self.markers
+            row = self.telemetry[0]
+            tick(self.rig, self.now, self.command[0], self.measurement[0], self.status[0], row)
+        return row
+
+    def ask(self, request: int, **fields: Any) -> np.void:
+        self.command["request_n"] += 1
+        self.command["request"] = request
+        for name, value in fields.items():
+            self.command[name] = value
+        return self.step()
+
+    def settings(self, **settings: Any) -> None:
+        write_record(Settings(**settings), self.command["settings"][0])
+
+    def plan(self, rows: np.ndarray) -> None:
+        """Put a reference for TRACK in place."""
+        self.rig.control.reference[: len(rows)] = rows
+        self.rig.control.reference_count[0] = len(rows)
+
+    def into(self, mode: Mode) -> None:
+        """Bring the rig into `mode` by the requests that an operator would make."""
+        self.plan(np.tile([0.25, 0.01], (60_000, 1)))
+        self.step(20)
+        for request in ROUTES[mode]:
+            self.ask(request)
+        if mode == Mode.REST:
+            self.rig.control.state["u"] = 0.01
+            self.ask(Request.REST)
+        if mode == Mode.FAULT:
+            self.rig.control.state["mode"] = Mode.FAULT
+            self.step()
+        assert self.mode == mode
+
+    @property
+    def mode(self) -> Mode:
+        return Mode(int(self.telemetry["mode"][0]))
+
+    @property
+    def cause(self) -> Cause:
+        return Cause(int(self.telemetry["cause"][0]))
+
+
+ROUTES = {
+    Mode.VENTED: [],
+    Mode.HOLD: [Request.ARM],
+    Mode.FOLLOW: [Request.ARM, Request.FOLLOW],
+    Mode.TRACK: [Request.ARM, Request.TRACK],
+    Mode.REST: [Request.ARM],
+    Mode.FAULT: [Request.ARM],
+    Mode.E_STOP: [Request.E_STOP],
+}

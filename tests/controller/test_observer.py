@@ -1,0 +1,142 @@
+"""The observer: stable with any sensors, right about points it does not see, and unmoved by samples it must not use."""
+
+import numpy as np
+import pytest
+
+from controller.build_rig import build_rig
+from controller.kernels.integrate import rk4_step
+from controller.kernels.observer import Observer, Sensing, pressurise, pull
+from controller.kernels.statics import points_on
+from controller.layout import to_record
+from controller.modes import Law, Mode, Request
+from controller.parameters import PRESETS, RigParameters, Settings
+from tests.controller.chains import posed
+from tests.controller.desk import Desk
+from tests.controller.trial import Trial, distance, true_tip
+
+TIP, ROD_6, ALL = 1 << 9, 1 << 5, (1 << 10) - 1
+SUBSETS = [TIP, ROD_6, ALL, TIP | ROD_6, TIP | 1 << 8, 1 << 4, 0b0100100100, 0b1101100100]
+
+
+def growth(observer: Observer, sensing: Sensing, settings: np.void, used: int, u: tuple[float, float]) -> float:
+    """Largest growth of a small deviation from the static pose of u in one step: the spectral radius of the step."""
+    model, state, h = observer.model, observer.state, 1e-7
+    pose = posed(model, model.compliance @ u, np.zeros(model.L.size))
+    observer.u_hat[:] = u
+    points_on(pose.q, observer.sensors, sensing.p)
+    start = np.concatenate([pose.q.ravel(), pose.v.ravel()])
+
+    def after(deviation: np.ndarray) -> np.ndarray:
+        q, v = np.split(start + deviation, 2)
+        state.q[:], state.v[:] = q.reshape(3, -1), v.reshape(3, -1)
+        dt = observer.dt / observer.substeps
+        for _ in range(observer.substeps):
+            pressurise(observer)
+            pull(observer, sensing, settings, used, dt)
+            rk4_step(model, state, observer.load, dt, observer.work)
+        return np.concatenate([state.q.ravel(), state.v.ravel()])
+
+    columns = [(after(h * row) - after(-h * row)) / (2 * h) for row in np.eye(start.size)]
+    return float(np.abs(np.linalg.eigvals(np.array(columns).T)).max())
+
+
+@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize(
+    "gains", [(100.0, 0.0), (500.0, 0.0), (500.0, 5.0)], ids=["paper", "stiff", "stiff and damped"]
+)
+def test_every_deviation_decays_with_any_sensors_and_gains(name: str, gains: tuple[float, float]) -> None:
+    rig = build_rig(RigParameters(actuator=PRESETS[name]), 1)
+    settings = to_record(Settings(K_o=(gains[0],) * 2, B_o=(gains[1],) * 2))[0]
+    for used in SUBSETS:
+        for u in [(0.0, 0.0), (0.02, 0.02), (0.05, -0.05)]:
+            assert growth(rig.observer, rig.sensing, settings, used, u) < 1.0
+
+
+@pytest.mark.parametrize("sensed", [TIP, TIP | ROD_6, ALL])
+def test_the_tip_is_right_to_3_mm_rms_while_following(sensed: int) -> None:
+    trial = Trial(sensed=sensed)
+    trial.arm()
+    trial.follow(0.12, 0.14, 2.0)
+    turn = np.linspace(0, 4 * np.pi, 400)
+    rows = trial.drag([(0.09 + 0.03 * np.cos(a), 0.14 + 0.03 * np.sin(a)) for a in turn], 8.0)
+    assert np.sqrt(np.mean(distance(rows["p_hat"], true_tip(rows)) ** 2)) < 3e-3
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_any_sensors_bring_the_whole_backbone_nearer_to_the_truth(seed: int) -> None:
+    """The twin bends a tenth more than the model believes."""
+    sensed = int(np.random.default_rng(seed).integers(1, 1 << 10)) | ROD_6
+    blind, seeing = (Trial(law=Law.FF, sensed=mask) for mask in (0, sensed))
+    off = []
+    for trial in (blind, seeing):
+        trial.arm()
+        rows = trial.follow(0.10, 0.14, 8.0)[-500:]
+        off.append(distance(rows["backbone"], rows["twin_backbone"]).max(axis=1).mean())
+    assert off[1] < 0.6 * off[0]
+    assert np.nanmean(rows["residual"]) < 3e-3
+
+
+def test_seeing_only_rod_6_the_loop_stays_stable() -> None:
+    trial = Trial()
+    trial.arm()
+    trial.follow(0.10, 0.14, 4.0)
+    trial.switch(sensed=ROD_6)
+    rows = trial.run(10_000)
+    tip = true_tip(rows)
+    assert (rows["mode"] == Mode.FOLLOW).all()
+    assert np.ptp(tip[-2000:], axis=0).max() < 2e-3
+    assert distance(tip, rows["p_ref"])[-1000:].mean() < 15e-3
+
+
+def test_a_marker_that_is_hidden_or_switched_off_pulls_at_nothing() -> None:
+    seen, hidden = (Desk(sensed=TIP | ROD_6) for _ in range(2))
+    for desk in (seen, hidden):
+        desk.markers += [0.0, 0.005]
+    hidden.markers[9] = np.nan
+    only = Desk(sensed=ROD_6)
+    only.markers += [0.0, 0.005]
+    rows = [desk.step(300) for desk in (seen, hidden, only)]
+    assert [row["sensed"] for row in rows] == [TIP | ROD_6, ROD_6, ROD_6]
+    assert (rows[1]["backbone"] == rows[2]["backbone"]).all()
+    assert rows[0]["residual"] < rows[1]["residual"] + 1e-3
+    assert np.isnan(rows[1]["p_meas"]).all()
+
+
+def test_the_torque_reaches_the_model_after_dead_time_and_lag() -> None:
+    desk = Desk(law=Law.OPEN_LOOP, u_open=(0.02, 0.0))
+    desk.into(Mode.FOLLOW)
+    start, u = desk.now, []
+    for _ in range(400):
+        row = desk.step()
+        u.append((row["u"][0], row["u_hat"][0]))
+    sent, felt = np.array(u).T
+    assert start > 0
+    assert not felt[:45].any()
+    assert felt[-1] == pytest.approx(sent[-1], rel=1e-2)
+    lagged, expected = 0.0, []
+    for n in range(400):
+        late = sent[n - 51] if n >= 51 else 0.0
+        lagged += (1 - np.exp(-1e-3 / 0.05)) * (late - lagged)
+        expected.append(lagged)
+    assert felt[60:] == pytest.approx(expected[60:], rel=0.02)
+
+
+def test_after_a_stall_the_observer_catches_up_under_the_held_torque() -> None:
+    """Without markers both must end in the same state; the gap is shorter than the one that stops the motion."""
+    desks = [Desk(law=Law.OPEN_LOOP, u_open=(0.02, 0.01), sensed=0) for _ in range(2)]
+    for desk in desks:
+        desk.into(Mode.FOLLOW)
+        desk.step(400)
+    steady, stalled = desks[0].step(40), desks[1].step(40, gap=40)
+    assert stalled["backbone"] == pytest.approx(steady["backbone"], abs=1e-9)
+
+
+@pytest.mark.parametrize("rods", [5, 10, 20])
+def test_the_observer_runs_on_other_numbers_of_rods(rods: int) -> None:
+    parameters = RigParameters()
+    controller = parameters.controller.model_copy(update={"rods": rods})
+    trial = Trial(parameters=parameters.model_copy(update={"controller": controller}))
+    trial.arm()
+    rows = trial.ask(Request.FOLLOW, (0.10, 0.14), 5000)
+    assert distance(rows["p_hat"], true_tip(rows))[-1000:].mean() < 3e-3
+    assert distance(true_tip(rows), rows["p_ref"])[-500:].mean() < 5e-3

@@ -1,0 +1,231 @@
+"""The safety states: every cell of the transition table, every watchdog, and what it takes to move again."""
+
+import numpy as np
+import pytest
+
+from controller.modes import Cause, Mode, Request
+from tests.controller.desk import Desk
+
+V, H, F, T, R, X, E = Mode
+REFUSED = None
+ALLOWED = {
+    V: {Request.ARM: H},
+    H: {Request.HOLD: H, Request.FOLLOW: F, Request.TRACK: T, Request.REST: R},
+    F: {Request.HOLD: H, Request.FOLLOW: F, Request.REST: R},
+    T: {Request.HOLD: H, Request.FOLLOW: F, Request.REST: R},
+    R: {Request.HOLD: H, Request.REST: R},
+    X: {Request.CLEAR: V},
+    E: {Request.CLEAR: V},
+}
+"""DESIGN section 5, written anew. NONE is always taken and E_STOP always stops."""
+LIVE, MOVING = (H, F, T), (F, T)
+
+
+@pytest.mark.parametrize("mode", Mode, ids=lambda mode: mode.name)
+@pytest.mark.parametrize("request_", Request, ids=lambda request: request.name)
+def test_every_request_in_every_mode_is_taken_or_refused_as_designed(mode: Mode, request_: Request) -> None:
+    desk = Desk()
+    desk.into(mode)
+    expected = {Request.NONE: mode, Request.E_STOP: E, **ALLOWED[mode]}.get(request_, REFUSED)
+    desk.rig.control.state["u"] = 0.01
+    row = desk.ask(request_)
+    assert row["request_n"] == desk.command["request_n"][0]
+    assert desk.mode == (mode if expected is REFUSED else expected)
+    assert row["request_cause"] == (Cause.WRONG_MODE if expected is REFUSED else Cause.NONE)
+    if expected is REFUSED:
+        before = desk.mode
+        desk.step(3)
+        assert desk.mode == before
+
+
+def test_a_request_acts_once_and_not_again_when_repeated() -> None:
+    desk = Desk()
+    desk.into(F)
+    desk.rig.control.state["mode"] = H
+    desk.step(5)
+    assert desk.mode == H
+
+
+def test_a_request_for_another_life_of_the_rig_is_refused_but_a_stop_is_not() -> None:
+    desk = Desk()
+    desk.step(20)
+    row = desk.ask(Request.ARM, boot=6)
+    assert (desk.mode, row["request_cause"]) == (V, Cause.WRONG_BOOT)
+    desk.ask(Request.E_STOP, boot=6)
+    assert desk.mode == E
+
+
+def test_moving_needs_an_operator_and_tracking_a_reference() -> None:
+    desk = Desk()
+    desk.into(H)
+    desk.operator = False
+    desk.step(600)
+    assert desk.ask(Request.FOLLOW)["request_cause"] == Cause.NO_OPERATOR
+    desk.operator = True
+    desk.plan(np.zeros((0, 2)))
+    assert desk.ask(Request.TRACK)["request_cause"] == Cause.NO_REFERENCE
+    assert desk.mode == H
+
+
+@pytest.mark.parametrize("mode", MOVING)
+def test_without_its_operator_the_rig_holds_and_needs_a_fresh_request(mode: Mode) -> None:
+    desk = Desk()
+    desk.into(mode)
+    desk.operator = False
+    desk.step(499)
+    assert desk.mode == mode
+    desk.step(5)
+    assert (desk.mode, desk.cause) == (H, Cause.OPERATOR_LOST)
+    desk.operator = True
+    desk.step(100)
+    assert desk.mode == H
+    desk.ask(Request.FOLLOW)
+    assert desk.mode == F
+
+
+def test_an_unattended_run_finishes_without_an_operator() -> None:
+    desk = Desk()
+    desk.into(H)
+    desk.plan(np.tile([0.25, 0.01], (1500, 1)))
+    desk.ask(Request.TRACK, unattended=1)
+    desk.operator = False
+    desk.step(1400)
+    assert desk.mode == T
+    desk.step(110)
+    assert (desk.mode, desk.cause) == (H, Cause.REFERENCE_DONE)
+
+
+@pytest.mark.parametrize("mode", LIVE)
+def test_without_the_server_the_rig_holds_and_later_rests(mode: Mode) -> None:
+    desk = Desk()
+    desk.into(mode)
+    desk.server = False
+    desk.step(505)
+    assert desk.mode == H
+    assert desk.cause == (Cause.SERVER_LOST if mode in MOVING else Cause.OPERATOR)
+    desk.step(29_480, gap=40)
+    assert desk.mode == H
+    desk.step(40)
+    assert desk.cause in (Cause.SERVER_LOST, Cause.RESTED)
+    assert desk.mode in (R, V)
+
+
+def test_without_the_pump_the_rig_holds_and_then_rests() -> None:
+    desk = Desk()
+    desk.into(F)
+    desk.pump = False
+    desk.step(505)
+    assert (desk.mode, desk.cause) == (H, Cause.PUMP_LOST)
+    desk.step(1500)
+    assert desk.mode in (R, V)
+
+
+def test_without_markers_feedback_goes_off_and_then_the_rig_faults_and_rests() -> None:
+    desk = Desk()
+    desk.into(F)
+    desk.command["target"] = (0.2, 0.08)
+    desk.step(200)
+    desk.camera = False
+    held = desk.step(60)["integral"].copy()
+    row = desk.step(100)
+    assert (desk.mode, row["sensed"]) == (F, 0)
+    assert row["integral"] == pytest.approx(held)
+    assert np.isnan(row["p_meas"]).all()
+    desk.step(400)
+    assert (desk.mode, desk.cause) == (X, Cause.MEASUREMENT_LOST)
+    row = desk.step(3000)
+    assert (desk.mode, desk.cause) == (X, Cause.MEASUREMENT_LOST)
+    assert not row["u"].any()
+
+
+def test_a_hidden_marker_counts_as_no_measurement_while_another_one_serves() -> None:
+    desk = Desk(sensed=(1 << 9) | (1 << 5))
+    desk.into(H)
+    desk.markers[9] = np.nan
+    row = desk.step(1000)
+    assert (desk.mode, row["sensed"]) == (H, 1 << 5)
+    assert np.isfinite(row["error"]).all()
+    desk.markers[5] = np.nan
+    desk.step(600)
+    assert (desk.mode, desk.cause) == (X, Cause.MEASUREMENT_LOST)
+
+
+def test_after_a_stall_of_the_loop_the_rig_holds_and_nothing_else_is_blamed() -> None:
+    desk = Desk()
+    desk.into(F)
+    desk.server = desk.pump = desk.camera = desk.operator = False
+    desk.step(gap=5000)
+    assert (desk.mode, desk.cause) == (H, Cause.LOOP_STALLED)
+    desk.server = desk.pump = desk.camera = True
+    desk.step(1000)
+    assert (desk.mode, desk.cause) == (H, Cause.LOOP_STALLED)
+
+
+def test_a_persistent_tracking_error_in_reach_is_a_fault() -> None:
+    desk = Desk()
+    desk.into(F)
+    desk.command["target"] = (0.1, 0.14)
+    desk.step(3500)
+    assert (desk.mode, desk.cause) == (X, Cause.TRACKING_ERROR)
+
+
+@pytest.mark.parametrize("mode", [V, H, F, R, X])
+@pytest.mark.parametrize("where", ["command", "settings", "pose", "pressure"])
+def test_a_number_that_is_not_finite_or_too_high_vents_at_once(mode: Mode, where: str) -> None:
+    desk = Desk()
+    desk.into(mode)
+    if where == "command":
+        desk.command["target"] = (np.nan, 0.1)
+    elif where == "settings":
+        desk.command["settings"]["K_P"] = (np.inf, 0.1)
+    elif where == "pose":
+        desk.rig.control.q[2, 3] = np.nan
+    else:
+        desk.measurement["pressures"] = (0.0, 330e3, 0.0, 0.0)
+    row = desk.step()
+    assert (desk.mode, desk.cause) == (E, Cause.PRESSURE if where == "pressure" else Cause.NOT_FINITE)
+    assert not row["u"].any()
+    assert not row["pressure_cmd"].any()
+
+
+def test_after_a_stop_for_a_lost_number_the_rig_can_be_cleared_and_armed() -> None:
+    desk = Desk()
+    desk.into(F)
+    desk.rig.control.q[0, 0] = np.nan
+    desk.step(10)
+    assert desk.ask(Request.ARM)["request_cause"] == Cause.WRONG_MODE
+    desk.ask(Request.CLEAR)
+    row = desk.step()
+    assert desk.mode == V
+    assert np.isfinite(row["p_hat"]).all()
+    desk.ask(Request.ARM)
+    row = desk.step(100)
+    assert desk.mode == H
+    assert np.isfinite(row["u"]).all()
+
+
+def test_a_stop_vents_within_its_tick_and_latches() -> None:
+    desk = Desk()
+    desk.into(F)
+    desk.command["target"] = (0.1, 0.14)
+    assert desk.step(800)["pressure_cmd"].max() > 10e3
+    row = desk.ask(Request.E_STOP)
+    assert (desk.mode, desk.cause) == (E, Cause.OPERATOR)
+    assert not row["u"].any()
+    assert not row["pressure_cmd"].any()
+    desk.step(1000)
+    assert desk.mode == E
+
+
+def test_rest_brings_the_torque_down_at_its_rate_and_then_vents() -> None:
+    desk = Desk()
+    desk.into(F)
+    desk.command["target"] = (0.1, 0.14)
+    before = desk.step(800)["u"].copy()
+    desk.ask(Request.REST)
+    row, peak = desk.step(), np.abs(before).max()
+    assert np.abs(row["u"] - before).max() <= 2 * 0.03e-3 + 1e-12
+    desk.step(int(0.9 * peak / 0.03e-3))
+    assert desk.mode == R
+    desk.step(int(0.2 * peak / 0.03e-3))
+    assert (desk.mode, desk.cause) == (V, Cause.RESTED)
