@@ -117,10 +117,15 @@ def scheme_changed(state, settings, how):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def watch_off_time(control, error, closed):
-    """Count the time for which a closed loop with its goal in reach has been off by more than the limit."""
+    """Count the time for which a closed loop with its goal in reach is off by more than the limit.
+
+    Time within the limit counts back: a loop that swings through its reference is off most of the time, not always.
+    """
     state = control.state[0]
-    off = closed and state.reachable and math.hypot(error[0], error[1]) > control.limits[0].error_max
-    state.off_time = state.off_time + control.dt if off else 0.0
+    watched = closed and state.reachable
+    off = math.hypot(error[0], error[1]) > control.limits[0].error_max
+    change = control.dt if off else -control.dt
+    state.off_time = max(0.0, state.off_time + change) if watched else 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
