@@ -58,15 +58,25 @@ def approach_goal(state, settings, dt):
     """Move the wish towards p_goal for one tick, unless u_ff is on its way to another branch: then the wish waits."""
     if state.blending:
         return
+    brake(state, settings)
     p, v = limit_motion(
         (state.wish[0], state.wish[1]),
         (state.wish_dot[0], state.wish_dot[1]),
         (state.p_goal[0], state.p_goal[1]),
-        (settings.speed_max, settings.acceleration_max),
+        (settings.speed_max, state.acceleration),
         dt,
     )
     state.wish[0], state.wish[1] = p
     state.wish_dot[0], state.wish_dot[1] = v
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def brake(state, settings):
+    """Take over the limit of acceleration; a lower one only when the wish can still stop at its goal under it."""
+    a, speed = settings.acceleration_max, math.hypot(state.wish_dot[0], state.wish_dot[1])
+    distance = math.hypot(state.p_goal[0] - state.wish[0], state.p_goal[1] - state.wish[1])
+    if a >= state.acceleration or speed * speed <= 2.0 * a * distance:
+        state.acceleration = a
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -26,7 +26,7 @@ STATE = np.dtype(
         ("used", "<i8"),  # sensors used in this tick, as bits
         ("forget", "<i8"),  # the observer is to start anew
         ("seen_ns", "<i8"),  # capture time of the last sample with a marker that is wanted
-        ("off_time", "<f8"),  # how long the tracking error has been above its limit [s]
+        ("off_time", "<f8"),  # time with the tracking error above its limit, less that below it [s]
         ("index", "<i8"),  # next row of the planned reference
         ("reachable", "<i8"),  # the goal is in reach
         ("reached", "<i8"),  # the static tip of u_ff is at the wish
@@ -36,6 +36,7 @@ STATE = np.dtype(
         ("p_goal", "<f8", (2,)),  # the goal, or the nearest reachable point
         ("wish", "<f8", (2,)),  # on its way to p_goal under the limits of speed and acceleration
         ("wish_dot", "<f8", (2,)),
+        ("acceleration", "<f8"),  # limit of the wish's acceleration in force [m/s^2]
         ("p_ref", "<f8", (2,)),
         ("p_ref_dot", "<f8", (2,)),
         ("u_ff", "<f8", (2,)),

@@ -126,6 +126,21 @@ def test_a_limited_motion_stops_at_its_goal_without_overshoot() -> None:
     assert ticks * dt == pytest.approx(fastest, abs=0.01)
 
 
+def test_a_lower_acceleration_set_on_the_way_does_not_overshoot_the_target() -> None:
+    """Under 0.01 m/s^2 alone a wish of 1 m/s would need 50 m to stop."""
+    trial = Trial(speed_max=1.0, acceleration_max=10.0)
+    trial.arm()
+    trial.follow(0.1, 0.12, 0.15)
+    trial.switch(acceleration_max=0.01)
+    rows = trial.run(12_000)
+    left = distance(rows["p_ref"], rows["target"])
+    assert left[0] > 0.05, "it is on its way"
+    assert np.diff(left).max() < 1e-4 and left[-1] < 1e-3
+    trial.command["target"] = (0.12, 0.11)
+    rate = np.diff(trial.run(1000)["p_ref_dot"], axis=0) / 1e-3
+    assert np.linalg.norm(rate, axis=1).max() < 0.011, "from rest the lower limit counts"
+
+
 def test_a_target_out_of_reach_is_held_at_the_nearest_point_and_left_at_once() -> None:
     trial = Trial()
     trial.arm()
