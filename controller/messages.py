@@ -30,7 +30,7 @@ class Command(Model):
     """Edge counter: the request is acted on once, when this number rises."""
     request: Request = Request.NONE
     presence: int = 0
-    """Advanced only by the operator's own page or client; a repeated value is not presence."""
+    """Advanced only by the operator's own page or client; only a value above all before it is presence."""
     unattended: int = 0
     """1: a TRACK run may finish without an operator."""
     target: Annotated[tuple[Coordinate, Coordinate], Q("m", "p_target", (2,))] = (0.0, 0.0)

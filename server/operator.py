@@ -157,9 +157,11 @@ class Operator:
         return reply
 
     def _next(self, job: Job, newest: Any) -> Command:
+        last, presence = self._command, self._command.presence
         with self._wake:
-            presence, self._present = self._command.presence + self._present, 0
-        last = self._command
+            signs, self._present = self._present, 0
+        if signs:  # the rig takes only a number above all that it has seen, whoever sent them
+            presence = max(presence, int(newest["presence"])) + signs
         changes: dict[str, Any] = {"n": last.n + 1, "presence": presence}
         if job.request != Request.NONE:
             request_n = max(last.request_n, int(newest["request_n"])) + 1

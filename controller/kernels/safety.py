@@ -40,7 +40,7 @@ def supervise(control, t_ns, command, status, measurement):
     """Act on a new request, then let every watchdog look: sets mode and cause for this tick (DESIGN section 5)."""
     state, limits = control.state[0], control.limits[0]
     before = state.mode
-    if command.presence != state.presence:
+    if command.presence > state.presence:  # a rise: a second server that repeats another number is no operator
         state.presence, state.presence_ns = command.presence, t_ns
     if command.request_n > state.request_n:
         consider(control, t_ns, command)

@@ -5,6 +5,7 @@ import pytest
 
 from controller.modes import Cause, Mode, Request
 from tests.controller.desk import Desk
+from tests.controller.trial import Trial
 
 V, H, F, T, R, X, E = Mode
 REFUSED = None
@@ -81,6 +82,19 @@ def test_without_its_operator_the_rig_holds_and_needs_a_fresh_request(mode: Mode
     assert desk.mode == H
     desk.ask(Request.FOLLOW)
     assert desk.mode == F
+
+
+def test_two_servers_that_repeat_their_commands_are_no_operator() -> None:
+    """Each repeats its own last presence, so the number changes all the time; nobody is there."""
+    desk = Desk()
+    desk.into(F)
+    desk.operator = False
+    mine = int(desk.command["presence"][0])
+    for _ in range(12):
+        for presence in (mine - 40, mine):
+            desk.command["presence"] = presence
+            desk.step(50)
+    assert (desk.mode, desk.cause) == (H, Cause.OPERATOR_LOST)
 
 
 def test_an_unattended_run_finishes_without_an_operator() -> None:
@@ -167,6 +181,17 @@ def test_a_persistent_tracking_error_in_reach_is_a_fault() -> None:
     desk.command["target"] = (0.1, 0.14)
     desk.step(3500)
     assert (desk.mode, desk.cause) == (X, Cause.TRACKING_ERROR)
+
+
+def test_a_loop_that_swings_about_its_target_is_a_fault() -> None:
+    """Gains within their bounds can make the tip whip through its reference: it is near it five times a second."""
+    trial = Trial(K_P=(1.5, 1.5), K_I=(3.0, 3.0))
+    trial.arm()
+    rows = trial.follow(0.1, 0.12, 9.0)
+    faults = np.flatnonzero(rows["mode"] == X)
+    assert faults.size and rows["cause"][faults[0]] == Cause.TRACKING_ERROR
+    near = np.hypot(*rows["error"][faults[0] - 2000 : faults[0]].T) < 0.08
+    assert near.any(), "it was not off all the time"
 
 
 @pytest.mark.parametrize("mode", [V, H, F, R, X])

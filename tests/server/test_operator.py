@@ -71,6 +71,15 @@ def test_repetition_neither_asks_nor_shows_presence_nor_moves(loop: Loop, operat
     assert loop.heard[-1].presence == 901
 
 
+def test_a_sign_of_the_operator_rises_above_what_another_server_sent(loop: Loop, operator: Operator) -> None:
+    loop.row["presence"] = 5000
+    operator.move((0.0, 0.1)).result(20)
+    assert loop.heard[-1].presence == 0, "without a sign nothing rises"
+    operator.present()
+    operator.move((0.0, 0.2)).result(20)
+    assert loop.heard[-1].presence == 5001
+
+
 def test_targets_are_newest_wins_and_everyone_is_answered(loop: Loop, operator: Operator) -> None:
     loop.gate.clear()
     loop.hear()
