@@ -166,6 +166,8 @@ class Operator:
         if job.request != Request.NONE:
             request_n = max(last.request_n, int(newest["request_n"])) + 1
             changes |= {"request": job.request, "request_n": request_n}
+        elif last.request == Request.E_STOP and newest["request_n"] > last.request_n:
+            changes["request_n"] = int(newest["request_n"]) + 1  # it waited, and another server asked meanwhile
         if job.target is not None:
             changes["target"] = job.target
         if job.settings is not None:
@@ -179,6 +181,8 @@ class Operator:
         """
         life, newest = self._boot(), self._newest()
         if life is None or newest is None:
+            if job.request == Request.E_STOP:
+                self._keep_stop()
             raise RigUnreachable("the rig does not answer")
         if life != self._life:
             self._command = _resume(newest[0], life, self._command.settings)
@@ -189,6 +193,11 @@ class Operator:
             if self._command.request == Request.E_STOP:
                 raise CommandRefused("an E-STOP waits for the rig's answer")
         return newest[0]
+
+    def _keep_stop(self) -> None:
+        """Let the next record that reaches the same life of the rig carry this E-STOP; another life starts vented."""
+        last = self._command
+        self._command = last.model_copy(update={"request": Request.E_STOP, "request_n": last.request_n + 1})
 
 
 def _resume(row: Any, life: int, settings: Settings) -> Command:

@@ -1,7 +1,8 @@
 """What the sender thread makes of requests, targets and settings, in which order."""
 
 import threading
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, wait
 
 import numpy as np
@@ -173,3 +174,39 @@ def test_without_a_rig_every_asker_is_told(loop: Loop, operator: Operator) -> No
     for asked in (operator.request(Request.E_STOP), operator.move((0.0, 0.0)), operator.change(Settings())):
         with pytest.raises(RigUnreachable):
             asked.result(20)
+
+
+@pytest.mark.parametrize("seen", [0, 99])
+def test_an_e_stop_while_the_link_is_gone_acts_when_it_is_back(seen: int, loop: Loop, operator: Operator) -> None:
+    """Even if the rig has `seen` later requests of another server meanwhile."""
+    operator.request(Request.ARM).result(20)
+    armed, life = loop.heard[-1].request_n, loop.life
+    loop.life = None
+    with pytest.raises(RigUnreachable):
+        operator.request(Request.E_STOP).result(20)
+    before = len(loop.heard)
+    loop.row["request_n"] = seen
+    loop.life = life
+    wait_until(lambda: len(loop.heard) > before + 1)
+    stop, after = loop.heard[before : before + 2]
+    assert (stop.request, stop.request_n) == (Request.E_STOP, max(armed, seen) + 1)
+    assert after.request == Request.NONE, "it was answered"
+
+
+def test_an_e_stop_for_a_life_that_ended_is_forgotten(loop: Loop, operator: Operator) -> None:
+    operator.request(Request.ARM).result(20)
+    loop.life = None
+    with pytest.raises(RigUnreachable):
+        operator.request(Request.E_STOP).result(20)
+    before = len(loop.heard)
+    loop.life = 9
+    wait_until(lambda: len(loop.heard) > before + 1)
+    assert {command.request for command in loop.heard[before:]} == {Request.NONE}
+
+
+def wait_until(what: Callable[[], bool]) -> None:
+    """Wait until `what` is true; the heartbeat comes ten times a second."""
+    end = time.monotonic() + 20
+    while not what():
+        assert time.monotonic() < end, "this never came true"
+        time.sleep(0.005)
