@@ -8,7 +8,8 @@ from server.lease import OperatorLease
 from server.operator import Operator
 from server.rig import Rig
 
-_MOVING = (Mode.FOLLOW, Mode.TRACK)
+_LIVE = (Mode.HOLD, Mode.FOLLOW, Mode.TRACK)
+"""HOLD too: the last operator's FOLLOW may be under way while the newest row still says HOLD."""
 
 
 class Watch:
@@ -47,7 +48,7 @@ class Watch:
         if before is not None:
             self._events.add(f"{before.name} no longer operates")
             # The next operator's page must not keep a motion going that someone else began.
-            if self._mode is not None and self._mode[0] in _MOVING:
+            if self._mode is not None and self._mode[0] in _LIVE:
                 self._operator.request(Request.HOLD)
         if holder is not None:
             self._events.add(f"{holder.name} operates")

@@ -1,0 +1,52 @@
+"""What the server does by itself when the rig or the lease changes."""
+
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from controller.layout import record_dtype
+from controller.messages import Telemetry
+from controller.modes import Mode, Request
+from server.auth import Identity
+from server.events import EventLog
+from server.history import History
+from server.lease import OperatorLease
+from server.operator import Operator
+from server.rig import Rig
+from server.watch import Watch
+
+ANN, BOB = Identity("a", "ann"), Identity("b", "bob")
+
+
+class Asked:
+    """Rig and operator in one: connected, and keeps what was asked for."""
+
+    def __init__(self) -> None:
+        self.requests: list[Request] = []
+
+    def boot(self) -> int:
+        return 7
+
+    def request(self, request: Request) -> Any:
+        self.requests.append(request)
+
+
+@pytest.mark.parametrize("mode", Mode)
+@pytest.mark.parametrize("handed_on", [False, True])
+def test_a_new_operator_inherits_no_motion(mode: Mode, handed_on: bool) -> None:
+    """In HOLD too: a FOLLOW of the old operator may be on its way. A rig that rests or is stopped is left alone."""
+    asked, lease, history = Asked(), OperatorLease(), History()
+    watch = Watch(cast(Rig, asked), history, lease, cast(Operator, asked), EventLog())
+    row = np.zeros(1, record_dtype(Telemetry))
+    row["mode"] = mode
+    history.add(row)
+    assert lease.acquire(ANN)
+    watch()
+    assert asked.requests == []
+    lease.release(ANN)
+    if handed_on:
+        assert lease.acquire(BOB)
+    watch()
+    watch()
+    assert asked.requests == [Request.HOLD] * (mode in (Mode.HOLD, Mode.FOLLOW, Mode.TRACK))
