@@ -4,8 +4,6 @@ import asyncio
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pydantic import ValidationError
-
 from controller.errors import NotAllowed, RigUnreachable
 from controller.messages import RigInfo
 from controller.parameters import Settings
@@ -92,8 +90,11 @@ class Services:
         return who, self.operator.settings, recording.recording, recording.id, rig, len(self.hub.viewers)
 
     def keep_settings(self) -> None:
-        """Remember the rig's settings over a restart of this server."""
-        write_private(_settings_file(self.settings), self.operator.settings.model_dump_json())
+        """Remember the rig's settings over a restart of this server; they are in force even where that fails."""
+        try:
+            write_private(_settings_file(self.settings), self.operator.settings.model_dump_json())
+        except OSError as error:
+            self.events.add(f"the settings will not outlive this server: {error}", "warning")
 
     def close(self) -> None:
         """End commands and link, then the recording (which has then seen every row), then the 3D view."""
@@ -116,7 +117,7 @@ def open_services(settings: ServerSettings) -> Services:
         lease=OperatorLease(),
         history=history,
         rig=rig,
-        operator=Operator(rig.send, rig.boot, lambda: history.newest, _kept_settings(settings)),
+        operator=Operator(rig.send, rig.boot, lambda: history.newest, kept_settings(settings)),
         recorder=recorder,
         store=store,
         review=Review(store),
@@ -129,9 +130,9 @@ def _settings_file(settings: ServerSettings) -> Path:
     return settings.state / f"settings-{settings.rig}.json"
 
 
-def _kept_settings(settings: ServerSettings) -> Settings:
+def kept_settings(settings: ServerSettings) -> Settings:
     """The settings of the last run; the defaults when there are none, or none that this version understands."""
     try:
         return Settings.model_validate_json(_settings_file(settings).read_text())
-    except (OSError, ValidationError):
+    except (OSError, ValueError):  # ValidationError is a ValueError, and so is a file that is no text
         return Settings()

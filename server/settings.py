@@ -1,16 +1,16 @@
 """Settings of the server process and its two secrets: access token and cookie key."""
 
 import ipaddress
-import json
 import os
 import secrets
 from pathlib import Path
 from typing import Annotated
 
 from pydantic import Field as Bounds
-from pydantic import SecretStr
+from pydantic import SecretStr, ValidationError
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
+from controller.errors import ParameterError
 from controller.parameters import Model
 
 
@@ -54,7 +54,10 @@ def load_secrets(settings: ServerSettings) -> Secrets:
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         fresh = Secrets(token=secrets.token_urlsafe(18), key=secrets.token_urlsafe(32))
         write_private(path, fresh.model_dump_json())
-    kept = Secrets.model_validate(json.loads(path.read_text()))
+    try:
+        kept = Secrets.model_validate_json(path.read_bytes())
+    except ValidationError as error:
+        raise ParameterError(f"{path} is damaged; delete it, and everyone signs in with a new token") from error
     if settings.token is None:
         return kept
     return Secrets(token=settings.token.get_secret_value(), key=kept.key)

@@ -84,6 +84,14 @@ def test_settings_reach_the_loop_and_survive_the_server(server: TestServer) -> N
     assert '"K_P":[0.5,0.6]' in (server.settings.state / "settings-test.json").read_text()
 
 
+def test_settings_that_cannot_be_kept_are_in_force_all_the_same(server: TestServer) -> None:
+    page = server.operator()
+    server.settings.state.rename(server.settings.state.with_name("elsewhere"))
+    with page.live() as live:
+        assert page.patch("/api/settings", json={"changes": {"K_P": [0.2, 0.2]}}).json()["K_P"] == [0.2, 0.2]
+        live.wait("event", lambda m: "will not outlive" in m["text"])
+
+
 def test_recording_holds_every_tick_and_opens_for_sessions_only(server: TestServer) -> None:
     page = server.operator()
     assert page.delete("/api/recordings/current").status_code == 409

@@ -6,8 +6,11 @@ from pathlib import Path
 import pytest
 from pydantic import SecretStr
 
+from controller.errors import ParameterError
+from controller.parameters import Settings
 from server.auth import FAILURES, Identity, Sessions, TooManyAttempts, WrongToken, same_origin
 from server.lease import LAPSE, OperatorLease
+from server.services import kept_settings
 from server.settings import Secrets, ServerSettings, exposed, load_secrets
 
 
@@ -54,6 +57,16 @@ def test_token_is_kept_and_readable_by_the_user_alone(tmp_path: Path) -> None:
     assert stat.S_IMODE((tmp_path / "state" / "secrets.json").stat().st_mode) == 0o600
     given = load_secrets(ServerSettings(state=tmp_path / "state", token=SecretStr("mine")))
     assert (given.token, given.key) == ("mine", first.key)
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b'{"token": "x"}', b"\xff\xfe\x00"])
+def test_damaged_files_of_the_state_folder_are_named_or_passed_over(content: bytes, tmp_path: Path) -> None:
+    settings = ServerSettings(state=tmp_path, rig="test")
+    for name in ("secrets.json", "settings-test.json"):
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(ParameterError, match=r"secrets\.json is damaged"):
+        load_secrets(settings)
+    assert kept_settings(settings) == Settings()
 
 
 def test_only_loopback_is_not_exposed() -> None:
