@@ -25,7 +25,7 @@ class Gate:
         self._app, self._sessions = app, sessions
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Let the request through with `state["who"]` set, or answer 401, 403 or 413."""
+        """Let the request through with `state["who"]` set, or answer 401, 403, 411 or 413."""
         if scope["type"] not in ("http", "websocket"):
             return await self._app(scope, receive, send)
         who = self._who(scope)
@@ -47,6 +47,8 @@ def _refusal(scope: Scope, who: Identity | None) -> JSONResponse | None:
         return JSONResponse({"detail": "the request comes from another origin"}, 403)
     if who is None and not _is_open(scope["path"], method):
         return JSONResponse({"detail": "sign in first"}, 401)
+    if "transfer-encoding" in headers:  # a body without end would be read to its end
+        return JSONResponse({"detail": "say the body's length: content-length is missing"}, 411)
     length = headers.get("content-length", "0")
     if not length.isdigit() or int(length) > BODY_MAX:
         return JSONResponse({"detail": f"the body is longer than {BODY_MAX} bytes"}, 413)

@@ -182,7 +182,7 @@ class Ping(Model):
     """For the page's round trip display; t is echoed."""
 
     type: Literal["ping"]
-    t: float
+    t: Annotated[float, Bounds(allow_inf_nan=False)]
 
 
 FromServer = Annotated[Hello | Status | Reply | Refused | Pong | Event, Bounds(discriminator="type")]

@@ -67,11 +67,11 @@ async def _malformed(request: Request, error: Exception) -> JSONResponse:
 
 
 def _plain(value: Any) -> Any:
-    """What JSON can carry: the offending value may be nan, bytes or an exception."""
+    """What JSON can carry: the offending value may be nan, bytes, an exception, or text that is no Unicode."""
     if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
+        return {_plain(str(key)): _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]
-    if value is None or isinstance(value, bool | int | str) or (isinstance(value, float) and math.isfinite(value)):
+    if value is None or isinstance(value, bool | int) or (isinstance(value, float) and math.isfinite(value)):
         return value
-    return str(value)
+    return str(value).encode(errors="backslashreplace").decode()

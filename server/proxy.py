@@ -7,7 +7,7 @@ import hashlib
 
 import httpx
 from fastapi import APIRouter, Request, Response, WebSocket
-from starlette.responses import RedirectResponse
+from starlette.responses import PlainTextResponse, RedirectResponse
 from starlette.websockets import WebSocketDisconnect
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import WebSocketException
@@ -34,9 +34,14 @@ async def page(request: Request, parts: Parts, path: str = "") -> Response:
     if query is not None:
         return RedirectResponse(f"/viser/?{query}", 307)
     async with httpx.AsyncClient(trust_env=False) as client:
-        upstream = await client.get(
-            f"http://127.0.0.1:{parts.scene.port}/{path}", headers={"accept-encoding": "identity"}
-        )
+        try:
+            upstream = await client.get(
+                f"http://127.0.0.1:{parts.scene.port}/{path}", headers={"accept-encoding": "identity"}
+            )
+        except httpx.InvalidURL:
+            return Response(status_code=404)
+        except httpx.HTTPError as error:
+            return PlainTextResponse(f"The 3D view does not answer: {error}", 502)
     body = upstream.content.replace(b"</head>", HIDE + TELL_ESCAPE + b"</head>", 1)
     tag = f'"{hashlib.sha256(body).hexdigest()[:16]}"'
     if request.headers.get("if-none-match") == tag:

@@ -1,5 +1,6 @@
 """Who gets in, from where, and what only the operator may do."""
 
+import itertools
 import re
 from collections.abc import Iterator
 from typing import Any
@@ -142,6 +143,7 @@ def test_a_viewer_may_stop_but_nothing_else(server: TestServer) -> None:
         ("PATCH", "/api/settings", {"K_P": [0.1, 0.1]}, ["body", "changes"]),
         ("POST", "/api/recordings", {"name": "x" * 81}, ["body", "name"]),
         ("POST", "/api/session", {"token": ""}, ["body", "token"]),
+        ("POST", "/api/session", '{"token": "\\ud800"}', ["body", "token"]),
     ],
 )
 def test_malformed_bodies_get_422_with_the_field_named(
@@ -166,6 +168,17 @@ def test_a_value_out_of_bounds_is_named_with_its_bound(server: TestServer) -> No
 def test_long_bodies_are_not_read(server: TestServer) -> None:
     page = server.page().sign_in().operate()
     assert page.post("/api/recordings", content=b"x" * (1 << 21)).status_code == 413
+
+
+def test_a_body_without_a_length_is_not_read_even_before_signing_in(server: TestServer) -> None:
+    endless = itertools.repeat(b"x" * 1000, 100)
+    assert server.page().post("/api/session", content=endless).status_code == 411
+
+
+def test_odd_paths_find_nothing(server: TestServer) -> None:
+    page = server.page().sign_in()
+    for path in ("/viser/%00", "/viser/..%2f..%2f..%2fetc%2fpasswd", "/assets/..%2fsettings.py", "/rerun/..%2ftool.py"):
+        assert page.get(path).status_code == 404, path
 
 
 def test_the_description_holds_the_socket_messages() -> None:

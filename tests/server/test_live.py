@@ -36,6 +36,7 @@ def bins(message: bytes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         ('{"type": "target", "id": 5, "x": 0, "y": 0, "z": 0}', "target.z"),
         ('{"type": "target", "id": -1, "x": 0, "y": 0}', "target.id = -1"),
         ('{"type": "presence", "n": 1.5}', "presence.n"),
+        ('{"type": "ping", "t": NaN}', "ping.t = nan"),
         ("[" * 3000, "message"),
         ("x" * 5000, "4096"),
         (b"\x01\x02", "text"),
