@@ -1,9 +1,11 @@
 """Recordings: start, stop, list, download."""
 
 import asyncio
+from collections.abc import Iterator
+from pathlib import Path
 
 from fastapi import APIRouter, Response
-from starlette.responses import FileResponse
+from starlette.responses import FileResponse, StreamingResponse
 
 from controller.errors import CommandRefused, RecordingError
 from recordings.messages import Recording, RecordingState
@@ -11,6 +13,10 @@ from server.deps import Holder, Parts
 from server.messages import RecordingBody
 
 router = APIRouter(tags=["recordings"])
+
+BINARY = "application/octet-stream"
+CHUNK = 1 << 18
+"""Bytes read at once from a file that is still written."""
 
 
 @router.get("/api/recordings")
@@ -45,5 +51,19 @@ async def stop_recording(parts: Parts, who: Holder) -> Recording:
 
 @router.get("/api/recordings/{id}.rrd", response_class=FileResponse)
 async def recording_file(id: str, parts: Parts) -> Response:
-    """The recording's file, for rerun's viewer or for download; 404 when there is none."""
-    return FileResponse(parts.store.path(id), media_type="application/octet-stream", filename=f"{id}.rrd")
+    """The recording's file, for rerun's viewer or for download; 404 when there is none. While it is written, so far."""
+    path = parts.store.path(id)
+    state = parts.recorder.state()
+    if state.recording and state.id == id:
+        size = path.stat().st_size
+        headers = {"content-length": str(size), "content-disposition": f'attachment; filename="{id}.rrd"'}
+        return StreamingResponse(_first(path, size), headers=headers, media_type=BINARY)
+    return FileResponse(path, media_type=BINARY, filename=f"{id}.rrd")
+
+
+def _first(path: Path, size: int) -> Iterator[bytes]:
+    """The first `size` bytes of a growing file: its length was promised already."""
+    with path.open("rb") as file:
+        while size > 0 and (chunk := file.read(min(size, CHUNK))):
+            size -= len(chunk)
+            yield chunk
