@@ -50,7 +50,7 @@ class Recorder:
         self._thread.start()
 
     def start(self, name: str, info: RigInfo, settings: Settings) -> RecordingState:
-        """Begin a recording; raises `RecordingError` when one runs already or the disk has no room."""
+        """Begin a recording; raises `RecordingError` when one runs already or the disk cannot take it."""
         return self._ask(lambda: self._start(name, info, settings))
 
     def rows(self, rows: Rows) -> None:
@@ -118,7 +118,11 @@ class Recorder:
     def _start(self, name: str, info: RigInfo, settings: Settings) -> RecordingState:
         if self._session:
             raise RecordingError(f"recording {self._session.id} is running already")
-        self._session = Session(self._folder, name, info, settings)
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            self._session = Session(self._folder, name, info, settings)
+        except OSError as error:
+            raise RecordingError(f"nothing can be written into {self._folder}: {error}") from error
         self._state = self._session.state()
         self._accepting = True
         return self._state

@@ -111,6 +111,19 @@ def test_two_recordings_at_once_are_refused_and_rows_outside_one_are_ignored(rec
     assert recorder.stop().rows == 0
 
 
+def test_a_folder_that_is_gone_is_made_again_and_one_that_cannot_be_is_named(tmp_path: Path) -> None:
+    folder = tmp_path / "runs"
+    recorder = Recorder(folder)
+    folder.rmdir()
+    recorder.start("made again", rig_info(), Settings())
+    assert recorder.stop().complete
+    folder.rename(tmp_path / "elsewhere")
+    folder.write_text("a file in its place")
+    with pytest.raises(RecordingError, match="runs"):
+        recorder.start("no place", rig_info(), Settings())
+    recorder.close()
+
+
 def test_rows_may_be_overwritten_once_handed_over(recorder: Recorder, tmp_path: Path) -> None:
     rows = telemetry_rows(50)
     recorder.start("reused buffer", rig_info(), Settings())
