@@ -51,7 +51,7 @@ async def stop_recording(parts: Parts, who: Holder) -> Recording:
 
 @router.get("/api/recordings/{id}.rrd", response_class=FileResponse)
 async def recording_file(id: str, parts: Parts) -> Response:
-    """The recording's file, for rerun's viewer or for download; 404 when there is none. While it is written, so far."""
+    """The recording's file, for rerun's viewer or for download; 404 when there is none."""
     path = parts.store.path(id)
     state = parts.recorder.state()
     if state.recording and state.id == id:
