@@ -62,10 +62,6 @@ def test_the_tip_follows_a_target_dragged_in_the_plan_view(operator: Page) -> No
     time.sleep(1.0)
     assert tip_error_mm(operator, *PATH_MM[-1]) < 3.0
     assert float(np.sqrt(np.mean(np.square(errors)))) < 3.0
-    trips = sorted(operator.evaluate("window.__tendril.roundTrips"))
-    print(
-        f"pointer handler -> rig's reply: p50 {trips[len(trips) // 2]:.1f} ms, p99 {trips[-len(trips) // 100]:.1f} ms"
-    )
     assert len(operator.evaluate("window.__tendril.roundTrips")) >= len(PATH_MM)
 
 
