@@ -50,7 +50,7 @@ test-python: setup
 	$(BIN)/python -m pytest tests --ignore tests/e2e
 
 test-browser: setup chromium
-	$(BIN)/python -m pytest tests/e2e
+	$(BIN)/python -m pytest tests/e2e -rP
 
 # The page's types follow the server's OpenAPI; `make types` compares.
 schema: .venv/installed frontend/node_modules/installed
