@@ -6,6 +6,7 @@ import signal
 import sys
 from pathlib import Path
 
+from server.complaints import one_line_errors
 from server.ready import announce_to
 from server.run import run_server
 from server.settings import ServerSettings
@@ -16,4 +17,5 @@ PR_SET_PDEATHSIG = 1
 ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
 logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
 logging.getLogger("httpx").setLevel(logging.WARNING)
-run_server(ServerSettings(), announce_to(Path(sys.argv[1])))
+with one_line_errors():
+    run_server(ServerSettings(), announce_to(Path(sys.argv[1])))

@@ -10,7 +10,8 @@ import typer
 from rich.console import Console
 from rich.logging import RichHandler
 
-from controller.errors import ParameterError, TendrilError
+from controller.errors import ParameterError
+from server.complaints import one_line_errors
 
 if TYPE_CHECKING:
     from controller.parameters import RigParameters
@@ -120,11 +121,8 @@ def schema() -> None:
 
 def main() -> None:
     """Entry point: our own errors are one clear line, not a traceback."""
-    try:
+    with one_line_errors():
         app()
-    except TendrilError as error:
-        Console(stderr=True).print(f"[red]tendril:[/] {error}", highlight=False)
-        sys.exit(1)
 
 
 def _parameters(actuator: str) -> "RigParameters":

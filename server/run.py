@@ -8,6 +8,7 @@ from collections.abc import Callable
 import uvicorn
 from fastapi import FastAPI
 
+from controller.errors import TendrilError
 from server.app import create_app
 from server.services import open_services
 from server.settings import ServerSettings, exposed
@@ -60,7 +61,11 @@ def listen(host: str, port: int) -> socket.socket:
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     if hasattr(socket, "TCP_NOTSENT_LOWAT"):
         listening.setsockopt(socket.IPPROTO_TCP, socket.TCP_NOTSENT_LOWAT, UNSENT_MAX)
-    listening.bind((host, port))
+    try:
+        listening.bind((host, port))
+    except OSError as error:
+        listening.close()
+        raise TendrilError(f"cannot serve on {host}, port = {port}: {error.strerror}; choose another --port") from error
     listening.listen(128)
     return listening
 

@@ -1,0 +1,28 @@
+"""Errors at the command line: one line that names what is wrong, never a traceback for a user's mistake."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from pydantic import ValidationError
+from rich.console import Console
+
+from controller.errors import TendrilError
+
+
+@contextmanager
+def one_line_errors() -> Iterator[None]:
+    """Print our own errors and refused values in one line and end with code 1."""
+    try:
+        yield
+    except ValidationError as error:
+        from server.problems import sentence  # late: a rig does not load the web server's libraries
+
+        _end(sentence(error))
+    except TendrilError as error:
+        _end(str(error))
+
+
+def _end(text: str) -> None:
+    Console(stderr=True, soft_wrap=True).print(f"[red]tendril:[/] {text}", highlight=False)
+    sys.exit(1)
