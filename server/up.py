@@ -1,6 +1,5 @@
 """`tendril up`: rig and server as two child processes on this machine, both kept alive, and one address printed."""
 
-import contextlib
 import logging
 import os
 import signal
@@ -17,7 +16,7 @@ from rich.panel import Panel
 
 from controller.errors import TendrilError
 from controller.realtime.settings import RigSettings
-from controller.realtime.supervisor import Supervisor, restart_delay
+from controller.realtime.supervisor import SHORT_LIFE, Supervisor, end_process, restart_delay
 from server.ready import ServerReady, UpReady, write_ready
 from server.settings import ServerSettings
 
@@ -26,7 +25,7 @@ out = Console()
 
 POLL = 0.05
 START_TIMEOUT = 60.0
-SHORT_LIFE = 5.0
+STOP_TIMEOUT = 10.0
 
 
 class ServerChild:
@@ -66,10 +65,7 @@ class ServerChild:
 
     def stop(self) -> None:
         """End it with SIGTERM, after a while with SIGKILL."""
-        self.process.terminate()
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            self.process.wait(10.0)
-        self.process.kill()
+        end_process(self.process, STOP_TIMEOUT)
 
     def _start(self) -> subprocess.Popen[bytes]:
         self._ready.unlink(missing_ok=True)

@@ -90,7 +90,7 @@ class Supervisor:
         ring: Ring | None = None
         while process.poll() is None:
             if self._stopping.wait(POLL):
-                _end(process)
+                end_process(process, STOP_TIMEOUT)
             elif ring is None:
                 ring = self._ring_when_ready()
             elif stalled(ring):
@@ -119,10 +119,11 @@ def stalled(ring: Ring) -> bool:
     return time.monotonic_ns() - int(ring.header[LOOP_NS]) > STALLED * 1e9
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
+def end_process(process: subprocess.Popen[bytes], timeout: float) -> None:
+    """End a child with SIGTERM, after `timeout` [s] with SIGKILL."""
     process.terminate()
     try:
-        process.wait(STOP_TIMEOUT)
+        process.wait(timeout)
     except subprocess.TimeoutExpired:
         process.kill()
         process.wait()
