@@ -48,13 +48,6 @@ def places(length: Array, arc: Array) -> Places:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def static_angles(model, u1, u2, theta):
-    """Static angles theta (N,) [rad] under u [N m] into `theta` (paper, "Quasi-Static Feedforward Control")."""
-    for i in range(theta.size):
-        theta[i] = model.compliance[i, 0] * u1 + model.compliance[i, 1] * u2
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def static_tip(model, u1, u2):
     """Static tip p(u) = sum L_i (cos theta_i, sin theta_i) [m]."""
     x = y = 0.0
