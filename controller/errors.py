@@ -1,5 +1,7 @@
 """Errors of our own, from one base, each carrying the value and the bound it broke."""
 
+from pydantic import ValidationError
+
 
 class TendrilError(Exception):
     """Base of every error that Tendril raises on purpose; its text is fit for a user."""
@@ -27,3 +29,16 @@ class NotAllowed(TendrilError):
 
 class RecordingError(TendrilError):
     """A recording cannot be written, found or read."""
+
+
+def sentence(error: ValidationError) -> str:
+    """The first complaint of `error` as one line: field = value: what is wrong."""
+    first = error.errors(include_url=False)[0]
+    field, text = ".".join(str(part) for part in first["loc"]), first["msg"].removeprefix("Value error, ")
+    if not field:
+        return text
+    return f"{field}: {text}" if first["type"] == "missing" else f"{field} = {str(first['input'])[:60]}: {text}"
+
+
+class DataError(TendrilError, ValueError):
+    """A file of measured data cannot be used; the text names file, column, row, value and bound."""
