@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from controller.kernels.rod import Array
-from controller.parameters import Actuator
+from controller.actuator import Actuator
 
 
 @dataclass(frozen=True)
