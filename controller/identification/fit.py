@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 from typing import Literal
 
-from controller.kernels.rod import Array
 from controller.actuator import Actuator
+from controller.kernels.rod import Array
 
 
 @dataclass(frozen=True)
