@@ -1,0 +1,70 @@
+"""One panel of the identification report as SVG text."""
+
+import io
+from itertools import count
+from typing import Any
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from controller.identification.fit import Plot
+
+COLOURS = ("#1c5fa8", "#c4561a", "#2f7d4f", "#8a3f8f", "#6b6b6b", "#a0822a")
+"""Of measured points and of the model's curve beside them; they differ in print without colour by mark and line."""
+
+MANY = 1500
+"""Points of one series beyond which they are drawn as a picture: a mark in SVG takes 100 bytes."""
+
+RC: Any = {
+    "text.parse_math": False,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "tendril",
+    "font.family": "sans-serif",
+    "font.size": 8.0,
+    "axes.titlesize": 8.5,
+    "axes.titlelocation": "left",
+    "axes.titleweight": "bold",
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.linewidth": 0.4,
+    "grid.color": "#dddddd",
+    "legend.frameon": False,
+    "legend.fontsize": 7.0,
+}
+
+POINTS: Any = {
+    "linestyle": "none",
+    "marker": "o",
+    "markersize": 2.6,
+    "markerfacecolor": "none",
+    "markeredgewidth": 0.6,
+}
+LINE: Any = {"linewidth": 1.1}
+
+
+def svg(plot: Plot) -> str:
+    """`plot` as an <svg> element, texts as texts, without anything outside it."""
+    with matplotlib.rc_context(RC):
+        figure = Figure(figsize=(3.5, 2.6), layout="constrained")
+        _draw(figure.add_subplot(), plot)
+        file = io.StringIO()
+        figure.savefig(file, format="svg", dpi=200, metadata={"Date": None, "Creator": None})
+    text = file.getvalue()
+    return text[text.index("<svg") :]
+
+
+def _draw(axes: Axes, plot: Plot) -> None:
+    """Measured points and the curve of the model beside them come in the same order, and so share a colour."""
+    turn = {"points": count(), "line": count()}
+    for series in plot.series:
+        colour = COLOURS[next(turn[series.style]) % len(COLOURS)]
+        look = POINTS if series.style == "points" else LINE
+        axes.plot(series.x, series.y, color=colour, label=series.label, rasterized=series.x.size > MANY, **look)
+    axes.set(title=plot.title, xlabel=plot.x_label, ylabel=plot.y_label)
+    if plot.equal_axes:
+        axes.set_aspect("equal", adjustable="datalim")
+    if any(series.label for series in plot.series):
+        axes.legend()
