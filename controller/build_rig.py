@@ -5,17 +5,19 @@ import math
 
 import numpy as np
 
-from controller.build import build_rod, stable_substeps
+from controller.actuator import Actuator
+from controller.build import build_rod
 from controller.kernels.energy import make_ledger, open_ledger
 from controller.kernels.inverse import StaticMap
 from controller.kernels.memory import STATE, Control, Rig
 from controller.kernels.observer import Observer, Sensing
 from controller.kernels.polygon import Polygon, admissible
-from controller.kernels.rod import Array, RodModel, make_load, make_work, straight
-from controller.kernels.statics import places, static_tip
+from controller.kernels.rod import Array, RodModel, make_load, make_work
+from controller.kernels.statics import at_rest, places, static_tip
 from controller.layout import to_record
 from controller.modes import Cause
-from controller.parameters import BACKBONE_POINTS, SENSORS, Actuator, ControllerParameters, RigParameters
+from controller.parameters import BACKBONE_POINTS, SENSORS, ControllerParameters, RigParameters
+from controller.stability import stable_substeps
 
 SEED_GRID = 41
 """Points a side of the grid of starts for the inverse: 3 mN m, some 10 mm at the tip."""
@@ -35,7 +37,7 @@ def build_rig(parameters: RigParameters, boot: int) -> Rig:
         dt=controller.dt,
         controller=to_record(controller),
         limits=to_record(parameters.limits),
-        pascal_per_torque=actuator.pressure_max / actuator.u_max,
+        pascal_per_torque=np.array(actuator.pressure_map),
         smap=build_static_map(model, actuator, controller),
         q=observer.state.q,
         v=observer.state.v,
@@ -50,7 +52,7 @@ def build_rig(parameters: RigParameters, boot: int) -> Rig:
 def build_observer(model: RodModel, controller: ControllerParameters, u_max: float) -> Observer:
     """Observer of `model` at rest, with the substeps that its fastest mode needs under torques up to u_max [N m]."""
     length, rods = float(model.L.sum()), model.L.size
-    state, ledger = straight(model), make_ledger()
+    state, ledger = at_rest(model), make_ledger()
     open_ledger(ledger, model, state)
     return Observer(
         model=model,
@@ -64,8 +66,8 @@ def build_observer(model: RodModel, controller: ControllerParameters, u_max: flo
         head=np.zeros(1, np.int64),
         lag=controller.pneumatic_lag,
         u_hat=np.zeros(2),
-        sensors=places(model.L, length * np.arange(1, SENSORS + 1) / SENSORS),
-        backbone=places(model.L, length * np.arange(BACKBONE_POINTS) / (BACKBONE_POINTS - 1)),
+        sensors=places(model, length * np.arange(1, SENSORS + 1) / SENSORS),
+        backbone=places(model, length * np.arange(BACKBONE_POINTS) / (BACKBONE_POINTS - 1)),
         points=np.zeros((SENSORS, 2)),
     )
 
@@ -94,6 +96,7 @@ def build_static_map(model: RodModel, actuator: Actuator, controller: Controller
     tips = [static_tip(model, u1, u2) for u1, u2 in grid]
     return StaticMap(
         L=model.L,
+        rest=model.rest,
         compliance=model.compliance,
         polygon=polygon,
         epsilon=controller.epsilon,

@@ -8,11 +8,22 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel
+from pydantic import BaseModel, ConfigDict
 
 from controller.errors import LayoutMismatch
 
 M = typing.TypeVar("M", bound=BaseModel)
+
+
+class Model(BaseModel):
+    """Base of every message and parameter: unknown fields are refused, never ignored."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+        frozen=True,
+        use_attribute_docstrings=True,
+        json_schema_serialization_defaults_required=True,  # what we send is always whole, and its types say so
+    )
 
 
 @dataclass(frozen=True)

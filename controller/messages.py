@@ -7,9 +7,10 @@ from typing import Annotated
 
 from pydantic import Field as Bounds
 
+from controller.layout import Model
 from controller.layout import Quantity as Q
 from controller.modes import Cause, Mode, Request
-from controller.parameters import BACKBONE_POINTS, SENSORS, Model, RigParameters, Settings
+from controller.parameters import BACKBONE_POINTS, SENSORS, RigParameters, Settings
 
 Pair = Annotated[tuple[float, float], Q("m", shape=(2,))]
 Torques = Annotated[tuple[float, float], Q("N m", shape=(2,))]

@@ -3,11 +3,12 @@
 Live settings (`Settings`) travel in every command; the rest is fixed while a rig process runs.
 """
 
-from typing import Annotated, Literal
+from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, model_validator
 from pydantic import Field as Bounds
 
+from controller.actuator import PRESETS, Actuator
+from controller.layout import Model
 from controller.layout import Quantity as Q
 from controller.modes import Law
 
@@ -17,17 +18,6 @@ of rod 6 of 10 and "rod 10" the tip, whatever the number of rods in the model.""
 
 BACKBONE_POINTS = 21
 """Backbone samples in telemetry, at arc lengths j L / 20: every second one is a sensor position."""
-
-
-class Model(BaseModel):
-    """Base of every message and parameter: unknown fields are refused, never ignored."""
-
-    model_config = ConfigDict(
-        extra="forbid",
-        frozen=True,
-        use_attribute_docstrings=True,
-        json_schema_serialization_defaults_required=True,  # what we send is always whole, and its types say so
-    )
 
 
 Gain = Annotated[float, Bounds(ge=0.0, le=5.0)]
@@ -97,43 +87,6 @@ class SafetyLimits(Model):
     """A measured chamber pressure above this is an E-STOP."""
 
 
-Stiffness = Annotated[float, Bounds(gt=0.0, le=100.0)]
-Damping = Annotated[float, Bounds(ge=0.0, le=10.0)]
-
-
-class Actuator(Model):
-    """A planar pneumatic actuator as data (paper, table "Model Parameters"), given for 10 rods.
-
-    `k` and `b` are base -> tip values, linear in between (our reading of the paper's ranges for P2).
-    """
-
-    name: Annotated[str, Bounds(min_length=1, max_length=40, pattern=r"^[\w .+-]+$")]
-    mass: Annotated[float, Bounds(gt=0.0, le=10.0), Q("kg", "m")]
-    length: Annotated[float, Bounds(gt=0.0, le=2.0), Q("m", "L")]
-    height: Annotated[float, Bounds(gt=0.0, le=0.5), Q("m")] = 0.0275
-    width: Annotated[float, Bounds(gt=0.0, le=0.5), Q("m")] = 0.030
-    """Drawn width of the body (ours; the paper gives only the height)."""
-    k: Annotated[tuple[Stiffness, Stiffness], Q("N m/rad", "k", (2,))]
-    b: Annotated[tuple[Damping, Damping], Q("N m s/rad", "b", (2,))]
-    alpha: Annotated[float, Bounds(ge=0.0, le=50.0), Q("1/s", "alpha")] = 5.0
-    """Mass-proportional Rayleigh damping (ours): sets the first mode's damping ratio, 0.7 here. With 0.5 the observer's
-    mode with a pinned tip rings, S with it, and at strong bends of P2 the loop through S becomes unstable."""
-    torque_map: Literal["mid_tip", "base_mid_tip"] = "mid_tip"
-    """`mid_tip`: u1 = +1 on rod N/2, u2 = -1 on rod N/2 and +1 on rod N. `base_mid_tip` adds u1 = -1 on rod 1."""
-    u_max: Annotated[float, Bounds(gt=0.0, le=0.2), Q("N m", "u_max")] = 0.060
-    bend_max: Annotated[float, Bounds(gt=0.0, le=12.0), Q("rad")] = 5.6
-    """Coupled limit on the static tip angle: beyond it the body would touch itself (ours; the paper only says so)."""
-    pressure_max: Annotated[float, Bounds(gt=0.0, le=1e6), Q("Pa", "p_max")] = 241.3e3
-    """Chamber pressure that makes |u_j| = u_max (35 psi; the paper gives no range)."""
-    gravity: Annotated[tuple[float, float], Q("m/s^2", "g", (2,))] = (0.0, 0.0)
-
-    @model_validator(mode="after")
-    def _check_gravity(self) -> "Actuator":
-        if max(abs(g) for g in self.gravity) > 20.0:
-            raise ValueError(f"gravity = {self.gravity} is outside [-20, 20] m/s^2")
-        return self
-
-
 class TwinParameters(Model):
     """The simulated actuator: the same static map as the model, another time scale, and honest flaws (PHYSICS.md)."""
 
@@ -157,14 +110,6 @@ class TwinParameters(Model):
     marker_period: Annotated[float, Bounds(ge=1e-3, le=1.0), Q("s")] = 0.01
     marker_latency: Annotated[float, Bounds(ge=0.0, le=0.1), Q("s")] = 0.004
     seed: Annotated[int, Bounds(ge=0, le=2**31 - 1), Q("1")] = 0
-
-
-PRESETS = {
-    "P1": Actuator(name="P1", mass=0.1250, length=0.253, k=(0.0751, 0.0751), b=(0.167e-3, 0.167e-3)),
-    "P2": Actuator(name="P2", mass=0.1445, length=0.253, k=(0.0664, 0.0248), b=(0.767e-3, 0.205e-3)),
-    "P3": Actuator(name="P3", mass=0.0922, length=0.193, k=(0.0998, 0.0998), b=(0.132e-3, 0.132e-3)),
-}
-"""The paper's three actuators (table "Model Parameters")."""
 
 
 class RigParameters(Model):

@@ -2,7 +2,7 @@
 
 from datetime import datetime
 
-from controller.parameters import Model
+from controller.layout import Model
 
 
 class RecordingState(Model):

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
-from controller.parameters import Actuator
+from controller.actuator import Actuator
 from recordings.signals import MEASURED, OBSERVER, PLAN_PERIOD, REFERENCE, TWIN, YELLOW, rgba
 
 Rows = np.ndarray[Any, np.dtype[np.void]]

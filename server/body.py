@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 import viser
 
+from controller.actuator import Actuator
 from controller.modes import Mode
-from controller.parameters import SENSORS, Actuator
+from controller.parameters import SENSORS
 from server.channels import Rows
 from server.colours import BASE, DANGER, MEASURED, OBSERVER, REFERENCE, TARGET
 

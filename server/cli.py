@@ -10,7 +10,6 @@ import typer
 from rich.console import Console
 from rich.logging import RichHandler
 
-from controller.errors import ParameterError
 from server.complaints import one_line_errors
 
 if TYPE_CHECKING:
@@ -24,7 +23,7 @@ Host = Annotated[str, typer.Option(help="Address to serve on; anything but loopb
 Port = Annotated[int, typer.Option(help="Port to serve on; 0 takes a free one.")]
 Folder = Annotated[Path | None, typer.Option(help="Folder of the recordings.")]
 Ready = Annotated[Path | None, typer.Option(help="Write address and process ids to this file when ready.")]
-ActuatorName = Annotated[str, typer.Option(help="Actuator of the twin: P1, P2 or P3.")]
+ActuatorName = Annotated[str, typer.Option(help="P1, P2, P3 or a .toml file (docs/actuators.md).")]
 
 
 @app.callback()
@@ -102,8 +101,8 @@ def bench(
 @app.command()
 def compile() -> None:
     """Compile every kernel into the cache, so that the first start is quick."""
-    from controller.build import build_twin
     from controller.build_rig import build_rig
+    from controller.build_twin import build_twin
     from controller.parameters import RigParameters
     from controller.realtime.loop import compile_loop
 
@@ -126,8 +125,7 @@ def main() -> None:
 
 
 def _parameters(actuator: str) -> "RigParameters":
-    from controller.parameters import PRESETS, RigParameters
+    from controller.actuator import read_actuator
+    from controller.parameters import RigParameters
 
-    if actuator not in PRESETS:
-        raise ParameterError(f"actuator = {actuator!r} is not one of {', '.join(PRESETS)}")
-    return RigParameters(actuator=PRESETS[actuator])
+    return RigParameters(actuator=read_actuator(actuator))

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pydantic import ValidationError
 from rich.console import Console
 
-from controller.errors import TendrilError
+from controller.errors import TendrilError, sentence
 
 
 @contextmanager
@@ -16,8 +16,6 @@ def one_line_errors() -> Iterator[None]:
     try:
         yield
     except ValidationError as error:
-        from server.problems import sentence  # late: a rig does not load the web server's libraries
-
         _end(sentence(error))
     except TendrilError as error:
         _end(str(error))

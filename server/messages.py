@@ -14,9 +14,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field as Bounds
 
-from controller.layout import Field
+from controller.layout import Field, Model
 from controller.messages import CommandReply, Coordinate, RigInfo
-from controller.parameters import Model, Settings
+from controller.parameters import Settings
 from recordings.messages import Recording as Recording
 from recordings.messages import RecordingState as RecordingState
 

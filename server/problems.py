@@ -47,13 +47,6 @@ def missing(*where: str) -> RequestValidationError:
     return RequestValidationError([{"type": "missing", "loc": where, "msg": "Field required", "input": None}])
 
 
-def sentence(error: ValidationError) -> str:
-    """The first complaint as one line: field = value: what is wrong."""
-    first = error.errors(include_url=False)[0]
-    field = ".".join(str(part) for part in first["loc"]) or "message"
-    return f"{field} = {str(first['input'])[:60]}: {first['msg']}"
-
-
 async def _answer(request: Request, error: Exception) -> JSONResponse:
     status = next((code for kind, code in _STATUS.items() if isinstance(error, kind)), 500)
     headers = {"retry-after": "60"} if status == 429 else None

@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from controller.parameters import Model
+from controller.layout import Model
 
 
 class ServerReady(Model):

@@ -2,9 +2,10 @@
 
 from collections.abc import Callable
 
+from controller.actuator import Actuator
 from controller.link import RigClient
 from controller.messages import Command, CommandReply, RigInfo
-from controller.parameters import Actuator, RigParameters
+from controller.parameters import RigParameters
 from server.channels import Rows
 from server.history import History
 

@@ -15,7 +15,7 @@ from urllib.parse import urlencode
 import numpy as np
 import viser
 
-from controller.parameters import Actuator
+from controller.actuator import Actuator
 from server.body import Body, Point, gizmo_point
 from server.channels import Rows
 

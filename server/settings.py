@@ -11,7 +11,7 @@ from pydantic import SecretStr, ValidationError
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from controller.errors import ParameterError
-from controller.parameters import Model
+from controller.layout import Model
 
 
 def state_folder() -> Path:

@@ -1,6 +1,6 @@
 """The twin as a driver."""
 
-from controller.build import build_twin
+from controller.build_twin import build_twin
 from controller.drivers.driver import Newest, Post
 from controller.kernels.twin import Twin
 from controller.parameters import RigParameters

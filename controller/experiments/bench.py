@@ -6,16 +6,17 @@ from typing import TypedDict
 
 import numpy as np
 
-from controller.build import STEP_MARGIN, build_rod, largest_step
+from controller.actuator import PRESETS
+from controller.build import build_rod
 from controller.errors import TendrilError
 from controller.experiments.dense import dense_step
 from controller.experiments.mujoco_chain import MujocoChain
 from controller.experiments.tick_bench import tick_us
 from controller.kernels.integrate import rk4_step
-from controller.kernels.rod import Load, RodModel, RodState, Work, make_load, make_work, straight
-from controller.kernels.statics import tip_of
-from controller.parameters import PRESETS
+from controller.kernels.rod import Load, RodModel, RodState, Work, make_load, make_work
+from controller.kernels.statics import at_rest, pose, tip_of
 from controller.realtime.compiled import compiled
+from controller.stability import STEP_MARGIN, largest_step
 
 DT = 1e-3
 TORQUE = 0.02
@@ -87,20 +88,20 @@ def hinge_chain() -> tuple[RodModel, Load]:
 def mujoco_tip_difference() -> float:
     """Largest distance between our tip and MuJoCo's [m] over 2 s after the step of torque."""
     model, load = hinge_chain()
-    state, work, chain = straight(model), make_work(10), MujocoChain(model, DT)
+    state, work, chain = at_rest(model), make_work(10), MujocoChain(model, DT)
     chain.load(load.Q_theta)
     worst = 0.0
     for _ in range(round(CHAIN_SECONDS / DT)):
         run_steps(model, state, load, DT, work, 1)
         chain.step()
-        worst = max(worst, float(np.linalg.norm(chain.tip() - tip_of(state.q, model.L))))
+        worst = max(worst, float(np.linalg.norm(chain.tip() - tip_of(model, state.q))))
     return worst
 
 
 def time_beside_mujoco(rounds: int) -> tuple[float, float]:
     """Time of one step of ours and of MuJoCo's [us], measured in turns: both see the same disturbances."""
     model, load = hinge_chain()
-    state, work, chain = straight(model), make_work(10), MujocoChain(model, DT)
+    state, work, chain = at_rest(model), make_work(10), MujocoChain(model, DT)
     chain.load(load.Q_theta)
     ours, theirs = [], []
     for _ in range(rounds):
@@ -145,9 +146,6 @@ def stable_step(model: RodModel) -> float:
 
 def bent(model: RodModel, u: float) -> RodState:
     """At rest in the static pose of u1 = u2 = u [N m]."""
-    state = straight(model)
-    theta = model.compliance @ (u, u)
-    state.q[2] = theta
-    for row, along in enumerate((np.cos(theta), np.sin(theta))):
-        state.q[row] = np.cumsum(model.L * along) - model.L * along / 2
+    state = at_rest(model)
+    pose(model, model.rest + model.compliance @ (u, u), state.q)
     return state

@@ -41,7 +41,7 @@ def dense_accelerate(model: RodModel, load: Load, work: Work, stage: int) -> Non
     q, v, a = work.q[stage], work.v[stage], work.a[stage]
     right = np.zeros(5 * rods)
     force, drift = right[: 3 * rods].reshape((3, rods)), right[3 * rods :].reshape((2, rods))
-    rotations(q[2], model.L, a)
+    rotations(q[2], model.arm, a)
     constraint_residual(model, q, v, a, force, drift)  # without free accelerations: they are unknowns here
     free_acceleration(model, q, v, load, force)
     for i in range(rods):

@@ -43,15 +43,17 @@ class MujocoChain:
 def chain_xml(model: RodModel, dt: float) -> str:
     """MuJoCo's description of the chain: nested bodies, one hinge about z each, no contacts and no constraints."""
     bodies, before = "", 0.0
-    for m, I, L, k, b in zip(model.m, model.I, model.L, model.k, model.b, strict=True):  # noqa: E741
+    columns = (model.m, model.I, model.L, model.arm, model.k, model.b, model.bend)
+    for m, I, L, arm, k, b, bend in zip(*columns, strict=True):  # noqa: E741
         bodies += (
-            f'<body pos="{before} 0 0"><joint type="hinge" axis="0 0 1" stiffness="{k}" damping="{b}"/>'
-            f'<inertial pos="{L / 2} 0 0" mass="{m}" diaginertia="{I} {I} {I}"/>'
+            f'<body pos="{before} 0 0">'
+            f'<joint type="hinge" axis="0 0 1" stiffness="{k}" damping="{b}" springref="{bend}"/>'
+            f'<inertial pos="{arm} 0 0" mass="{m}" diaginertia="{I} {I} {I}"/>'
         )
         before = L
     gravity = f"{model.g[0]} {model.g[1]} 0"
     return (
-        f'<mujoco><option gravity="{gravity}" timestep="{dt}" integrator="RK4">'
+        f'<mujoco><compiler angle="radian"/><option gravity="{gravity}" timestep="{dt}" integrator="RK4">'
         '<flag contact="disable" constraint="disable"/></option>'
         f"<worldbody>{bodies}{'</body>' * model.L.size}</worldbody></mujoco>"
     )

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.build import build_twin
 from controller.build_rig import build_rig
+from controller.build_twin import build_twin
 from controller.errors import TendrilError
 from controller.kernels.memory import Rig
 from controller.kernels.tick import tick

@@ -33,13 +33,14 @@ def make_ledger() -> Ledger:
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def stored_energy(model, q, v):
-    """H = 1/2 q'^T M q' + 1/2 q^T K q - gravity's work from the origin [J]."""
+    """H = 1/2 q'^T M q' + 1/2 q^T K q - gravity's work from the origin [J]; K acts on the bend beyond that of rest."""
     H = theta_before = 0.0
     for i in range(model.m.size):
         bend = q[2, i] - theta_before
         theta_before = q[2, i]
         H += 0.5 * model.m[i] * (v[0, i] * v[0, i] + v[1, i] * v[1, i]) + 0.5 * model.I[i] * v[2, i] * v[2, i]
-        H += 0.5 * model.k[i] * bend * bend - model.m[i] * (model.g[0] * q[0, i] + model.g[1] * q[1, i])
+        stretch = bend - model.bend[i]
+        H += 0.5 * model.k[i] * stretch * stretch - model.m[i] * (model.g[0] * q[0, i] + model.g[1] * q[1, i])
     return H
 
 

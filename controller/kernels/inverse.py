@@ -29,6 +29,8 @@ class StaticMap(NamedTuple):
 
     L: Array
     """(N,) [m]."""
+    rest: Array
+    """(N,) [rad]."""
     compliance: Array
     """(N,2) [rad/(N m)]."""
     polygon: Polygon

@@ -63,8 +63,8 @@ class Control(NamedTuple):
     """ControllerParameters, one record."""
     limits: np.ndarray
     """SafetyLimits, one record."""
-    pascal_per_torque: float
-    """Chamber pressure per u_j [Pa/(N m)]."""
+    pascal_per_torque: Array
+    """Chamber pressure per u_j (2,) [Pa/(N m)]."""
     smap: StaticMap
     q: Array
     """The observer's pose (3,N)."""

@@ -10,7 +10,7 @@ from controller.kernels.energy import Ledger, ledger_step, open_ledger
 from controller.kernels.integrate import rk4_step
 from controller.kernels.pneumatics import delay, first_order_lag
 from controller.kernels.rod import Array, Load, RodModel, RodState, Work
-from controller.kernels.statics import Places, points_on
+from controller.kernels.statics import Places, points_on, pose
 
 TIP = 1 << 9
 """The bit of the sensor at the tip."""
@@ -156,13 +156,11 @@ def residual(observer, sensing, used):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def reset_observer(observer):
-    """Back to the unactuated equilibrium, at rest along +x, with nothing in the air lines."""
-    centre = 0.0
-    for i in range(observer.model.L.size):
-        for row in range(3):
-            observer.state.q[row, i] = observer.state.v[row, i] = 0.0
-        observer.state.q[0, i] = centre + 0.5 * observer.model.L[i]
-        centre += observer.model.L[i]
+    """Back to the unactuated equilibrium, at rest, with nothing in the air lines."""
+    pose(observer.model, observer.model.rest, observer.state.q)
+    for row in range(3):
+        for i in range(observer.model.L.size):
+            observer.state.v[row, i] = 0.0
     for j in range(2):
         observer.u_hat[j] = 0.0
         for slot in range(observer.dead_time.shape[0]):

@@ -12,8 +12,8 @@ def chamber_pressures(u, pascal_per_torque, p_set):
     Linear: u_j > 0 pressurises one chamber of the pair, u_j < 0 the other (paper, "Controller Architecture").
     """
     for j in range(2):
-        p_set[2 * j] = max(u[j], 0.0) * pascal_per_torque + 0.0
-        p_set[2 * j + 1] = max(-u[j], 0.0) * pascal_per_torque + 0.0
+        p_set[2 * j] = max(u[j], 0.0) * pascal_per_torque[j] + 0.0
+        p_set[2 * j + 1] = max(-u[j], 0.0) * pascal_per_torque[j] + 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -20,7 +20,7 @@ def report_estimate(control, observer, sensing, t_ns, measurement, telemetry):
         for i in range(last + 1):
             telemetry.markers[i, j] = sensing.p[i, j] if fresh else math.nan
         telemetry.p_meas[j] = telemetry.markers[last, j]
-    telemetry.p_hat[0], telemetry.p_hat[1] = tip_of(observer.state.q, observer.model.L)
+    telemetry.p_hat[0], telemetry.p_hat[1] = tip_of(observer.model, observer.state.q)
     telemetry.residual = residual(observer, sensing, state.used)
     points_on(observer.state.q, observer.backbone, telemetry.backbone)
     for j in range(4):

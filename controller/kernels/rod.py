@@ -3,7 +3,8 @@
 Hinge i joins the proximal end of rod i to the distal end of rod i-1, hinge 0 to the clamp at the origin. Eliminating
 q'' leaves (A M^-1 A^T) lambda = r: symmetric positive definite, block tridiagonal with 2x2 blocks. No matrix is formed.
 
-Symbols: a_i = (L_i/2) (-sin theta_i, cos theta_i), so (L_i/2) (cos theta_i, sin theta_i) = (a_y, -a_x).
+Symbols: a_i = c_i (-sin theta_i, cos theta_i), so c_i (cos theta_i, sin theta_i) = (a_y, -a_x). The arm c_i from the
+proximal end of rod i to its centre of mass is L_i/2; the last rod's differs where a load hangs at its free end.
 """
 
 import math
@@ -38,18 +39,22 @@ COS = (
 
 
 class RodModel(NamedTuple):
-    """A chain of N uniform rods, base first. SI units."""
+    """A chain of N rods, base first. SI units."""
 
     m: Array
     """Mass (N,) [kg]."""
     I: Array  # noqa: E741
-    """Moment of inertia about the centre, m L^2 / 12 (N,) [kg m^2]."""
+    """Moment of inertia about the centre of mass (N,) [kg m^2]."""
     L: Array
     """Length (N,) [m]."""
+    arm: Array
+    """From the proximal end to the centre of mass (N,) [m]."""
     k: Array
     """Stiffness of hinge i, between rods i-1 and i (N,) [N m/rad]."""
     b: Array
     """Damping of hinge i (N,) [N m s/rad]."""
+    bend: Array
+    """Bend of hinge i at which its spring carries nothing (N,) [rad]."""
     alpha: float
     """Mass-proportional damping [1/s]."""
     g: Array
@@ -60,8 +65,10 @@ class RodModel(NamedTuple):
     """Baumgarte damping ratio [1]."""
     T_theta: Array
     """Torque map (N,2): Q_theta = T_theta u [1]."""
+    rest: Array
+    """Angles of the unactuated equilibrium (N,) [rad]: zero without gravity and rest bend."""
     compliance: Array
-    """K_theta^-1 T_theta (N,2): static angles are compliance u [rad/(N m)]."""
+    """K_theta^-1 T_theta (N,2): static angles are rest + compliance u [rad/(N m)]."""
     m_inv: Array
     """1/m (N,)."""
     I_inv: Array
@@ -118,13 +125,6 @@ def make_load(rods: int) -> Load:
     return Load(np.zeros(rods), np.zeros((2, rods)))
 
 
-def straight(model: RodModel) -> RodState:
-    """The unactuated equilibrium: at rest along +x."""
-    q = np.zeros((3, model.L.size))
-    q[0] = np.cumsum(model.L) - model.L / 2
-    return RodState(q, np.zeros_like(q))
-
-
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def sine_cosine(theta):
     """(sin, cos) of theta [rad] to 4e-16 for |theta| < 1e4; no branches, so a loop over it uses the vector unit.
@@ -143,23 +143,24 @@ def sine_cosine(theta):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
-def rotations(theta, length, a):
-    """a_i = (L_i/2) (-sin theta_i, cos theta_i) (2,N) [m] into `a`."""
+def rotations(theta, arm, a):
+    """a_i = c_i (-sin theta_i, cos theta_i) (2,N) [m] into `a`."""
     for i in range(theta.size):
         s, c = sine_cosine(theta[i])
-        a[0, i] = -0.5 * length[i] * s
-        a[1, i] = 0.5 * length[i] * c
+        a[0, i] = -arm[i] * s
+        a[1, i] = arm[i] * c
 
 
 @njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 def free_acceleration(model, q, v, load, free):
     """M^-1 Q (3,N): springs and dampers of the hinges, mass damping, gravity and load, without hinge forces."""
     last = model.k.size - 1
-    inner = model.k[0] * q[2, 0] + model.b[0] * v[2, 0]
+    inner = model.k[0] * (q[2, 0] - model.bend[0]) + model.b[0] * v[2, 0]
     for i in range(last + 1):
         outer = 0.0
         if i < last:
-            outer = model.k[i + 1] * (q[2, i + 1] - q[2, i]) + model.b[i + 1] * (v[2, i + 1] - v[2, i])
+            stretch = q[2, i + 1] - q[2, i] - model.bend[i + 1]
+            outer = model.k[i + 1] * stretch + model.b[i + 1] * (v[2, i + 1] - v[2, i])
         free[0, i] = load.F[0, i] * model.m_inv[i] + model.g[0] - model.alpha * v[0, i]
         free[1, i] = load.F[1, i] * model.m_inv[i] + model.g[1] - model.alpha * v[1, i]
         free[2, i] = (outer - inner + load.Q_theta[i]) * model.I_inv[i] - model.alpha * v[2, i]
@@ -246,7 +247,7 @@ def accelerate(model, load, work, stage):
     Paper, "Constrained Dynamic Model". A state that is not finite gives accelerations that are not finite.
     """
     q, v, a, lam = work.q[stage], work.v[stage], work.a[stage], work.lam[stage]
-    rotations(q[2], model.L, a)
+    rotations(q[2], model.arm, a)
     free_acceleration(model, q, v, load, work.free)
     constraint_residual(model, q, v, a, work.free, work.r)
     eliminate(model, a, work.D_inv, work.r)

@@ -1,6 +1,6 @@
-"""The static map of the actuator: linear in the angles, theta = K_theta^-1 T_theta u, so the tip is a sum of N vectors.
+"""The static map of the actuator: linear in the angles, theta = rest + K_theta^-1 T_theta u; the tip is a sum.
 
-A `model` here is anything with `L` (N,) [m] and `compliance` = K_theta^-1 T_theta (N,2) [rad/(N m)].
+A `model` here is anything with `L` (N,) [m], `rest` (N,) [rad] and `compliance` = K_theta^-1 T_theta (N,2) [rad/(N m)].
 """
 
 from typing import NamedTuple
@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from controller.kernels.rod import Array, sine_cosine
+from controller.kernels.rod import Array, RodModel, RodState, sine_cosine
 
 
 class Expansion(NamedTuple):
@@ -40,11 +40,29 @@ class Places(NamedTuple):
     """(n,) along the rod, towards the tip [m]."""
 
 
-def places(length: Array, arc: Array) -> Places:
-    """Where the arc lengths `arc` (n,) [m] lie on rods of `length` (N,) [m]; a joint counts to the rod before it."""
-    ends = np.cumsum(length)
-    rod = np.minimum(np.searchsorted(ends, arc - 1e-9 * ends[-1]), length.size - 1).astype(np.int64)
-    return Places(rod, arc - (ends - length / 2)[rod])
+def places(model: RodModel, arc: Array) -> Places:
+    """Where the arc lengths `arc` (n,) [m] lie on the rods of `model`; a joint counts to the rod before it."""
+    ends = np.cumsum(model.L)
+    rod = np.minimum(np.searchsorted(ends, arc - 1e-9 * ends[-1]), model.L.size - 1).astype(np.int64)
+    return Places(rod, arc - (ends - model.L + model.arm)[rod])
+
+
+def at_rest(model: RodModel) -> RodState:
+    """The unactuated equilibrium, without motion: straight along +x where nothing bends the body."""
+    state = RodState(np.zeros((3, model.L.size)), np.zeros((3, model.L.size)))
+    pose(model, model.rest, state.q)
+    return state
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def pose(model, theta, q):
+    """Centres and angles (3,N) of the chain with the angles theta (N,) [rad], into `q`."""
+    x = y = 0.0
+    for i in range(theta.size):
+        s, c = sine_cosine(theta[i])
+        q[0, i], q[1, i], q[2, i] = x + model.arm[i] * c, y + model.arm[i] * s, theta[i]
+        x += model.L[i] * c
+        y += model.L[i] * s
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -52,7 +70,7 @@ def static_tip(model, u1, u2):
     """Static tip p(u) = sum L_i (cos theta_i, sin theta_i) [m]."""
     x = y = 0.0
     for i in range(model.L.size):
-        s, c = sine_cosine(model.compliance[i, 0] * u1 + model.compliance[i, 1] * u2)
+        s, c = sine_cosine(model.rest[i] + model.compliance[i, 0] * u1 + model.compliance[i, 1] * u2)
         x += model.L[i] * c
         y += model.L[i] * s
     return x, y
@@ -65,7 +83,7 @@ def expand_tip(model, u1, u2):
     x_11 = x_12 = x_22 = y_11 = y_12 = y_22 = 0.0
     for i in range(model.L.size):
         c1, c2 = model.compliance[i, 0], model.compliance[i, 1]
-        s, c = sine_cosine(c1 * u1 + c2 * u2)
+        s, c = sine_cosine(model.rest[i] + c1 * u1 + c2 * u2)
         dx, dy = model.L[i] * c, model.L[i] * s
         x, y = x + dx, y + dy
         x_1, x_2 = x_1 - dy * c1, x_2 - dy * c2
@@ -98,8 +116,9 @@ def points_on(q, at, points):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def tip_of(q, length):
-    """Distal end of the last rod [m] in the pose q (3,N) with rod lengths `length` (N,)."""
-    last = length.size - 1
+def tip_of(model, q):
+    """Distal end of the last rod [m] in the pose q (3,N)."""
+    last = model.L.size - 1
     s, c = sine_cosine(q[2, last])
-    return q[0, last] + 0.5 * length[last] * c, q[1, last] + 0.5 * length[last] * s
+    beyond = model.L[last] - model.arm[last]
+    return q[0, last] + beyond * c, q[1, last] + beyond * s

@@ -31,8 +31,8 @@ class Chambers(NamedTuple):
     """Ring of setpoints on their way (ticks of dead time + 1, 4) [Pa]."""
     inflate_time: float
     exhaust_time: float
-    torque_per_pascal: float
-    """Real torque on a unit of T_theta per differential pressure [N m/Pa]."""
+    torque_per_pascal: Array
+    """Real torque on a unit of T_theta per differential pressure of each pair (2,) [N m/Pa]."""
 
 
 class Creep(NamedTuple):
@@ -151,8 +151,8 @@ def fill_chambers(chambers, tick, setpoints, dt):
 def press(model, chambers, load):
     """Torques of the differential pressures, into the load."""
     p = chambers.pressure
-    u1 = chambers.torque_per_pascal * (p[0] - p[1])
-    u2 = chambers.torque_per_pascal * (p[2] - p[3])
+    u1 = chambers.torque_per_pascal[0] * (p[0] - p[1])
+    u2 = chambers.torque_per_pascal[1] * (p[2] - p[3])
     for i in range(load.Q_theta.size):
         load.Q_theta[i] = model.T_theta[i, 0] * u1 + model.T_theta[i, 1] * u2
 

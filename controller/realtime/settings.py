@@ -6,7 +6,8 @@ from typing import Annotated
 
 from pydantic import Field as Bounds
 
-from controller.parameters import Model, RigParameters
+from controller.layout import Model
+from controller.parameters import RigParameters
 
 
 class RigSettings(Model):

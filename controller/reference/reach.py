@@ -7,7 +7,7 @@ import numpy as np
 from controller.build import build_rod
 from controller.build_rig import build_static_map
 from controller.kernels.polygon import Polygon
-from controller.kernels.rod import Array
+from controller.kernels.rod import Array, RodModel
 from controller.parameters import RigParameters
 
 
@@ -34,7 +34,7 @@ def reach_map(parameters: RigParameters, side: int = 61) -> Reach:
     u = np.empty((side, side, 2))
     u[..., 0] = u1[:, None]
     u[..., 1] = low[:, None] + share * (high - low)[:, None]
-    return Reach(u, static_tips(model.L, model.compliance, u))
+    return Reach(u, static_tips(model, u))
 
 
 def extent(polygon: Polygon) -> tuple[float, float]:
@@ -52,7 +52,7 @@ def span(polygon: Polygon, u1: Array) -> tuple[Array, Array]:
     return low, high
 
 
-def static_tips(length: Array, compliance: Array, u: Array) -> Array:
-    """Static tips (..., 2) [m] of rods of `length` (N,) under torques u (..., 2) [N m]."""
-    theta = u @ compliance.T
-    return np.stack([np.cos(theta) @ length, np.sin(theta) @ length], axis=-1)
+def static_tips(model: RodModel, u: Array) -> Array:
+    """Static tips (..., 2) [m] of `model` under torques u (..., 2) [N m]."""
+    theta = model.rest + u @ model.compliance.T
+    return np.stack([np.cos(theta) @ model.L, np.sin(theta) @ model.L], axis=-1)

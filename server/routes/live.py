@@ -7,7 +7,7 @@ from fastapi import APIRouter, WebSocket
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import from_json
 
-from controller.errors import TendrilError
+from controller.errors import TendrilError, sentence
 from controller.layout import fields
 from controller.messages import CommandReply, Telemetry
 from controller.modes import Request
@@ -15,7 +15,6 @@ from server.channels import CHANNELS
 from server.deps import Me, Parts
 from server.live import Viewer
 from server.messages import FromBrowser, Hello, Ping, Pong, Presence, Refused, Reply, Session, Target
-from server.problems import sentence
 from server.services import Services
 from server.tasks import until_one_ends
 

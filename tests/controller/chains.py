@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from controller.actuator import PRESETS
 from controller.build import build_rod
 from controller.kernels.energy import Ledger, ledger_step
 from controller.kernels.integrate import rk4_step
 from controller.kernels.rod import Array, Load, RodModel, RodState, Work, make_work
-from controller.parameters import PRESETS
 
 compiled: Any = njit(nogil=True, error_model="numpy")
 NO_TORQUE = np.zeros(2)
@@ -22,10 +22,11 @@ def preset(name: str = "P1", rods: int = 10, **changes: Any) -> RodModel:
 def posed(model: RodModel, theta: Array, omega: Array) -> RodState:
     """The state with these angles and rates that meets every constraint."""
     state = RodState(np.zeros((3, theta.size)), np.zeros((3, theta.size)))
-    along = model.L * np.array([np.cos(theta), np.sin(theta)])
-    rate = model.L * omega * np.array([-np.sin(theta), np.cos(theta)])
-    state.q[:2], state.q[2] = np.cumsum(along, axis=1) - along / 2, theta
-    state.v[:2], state.v[2] = np.cumsum(rate, axis=1) - rate / 2, omega
+    along = np.array([np.cos(theta), np.sin(theta)])
+    rate = omega * np.array([-np.sin(theta), np.cos(theta)])
+    before = model.L - model.arm
+    state.q[:2], state.q[2] = np.cumsum(model.L * along, axis=1) - before * along, theta
+    state.v[:2], state.v[2] = np.cumsum(model.L * rate, axis=1) - before * rate, omega
     return state
 
 

@@ -5,7 +5,8 @@ import importlib
 import numpy as np
 import pytest
 
-from controller.build import build_rod, largest_step
+from controller.actuator import PRESETS
+from controller.build import build_rod
 from controller.errors import TendrilError
 from controller.experiments.bench import (
     bent,
@@ -18,7 +19,7 @@ from controller.experiments.bench import (
 from controller.experiments.tick_bench import tick_us
 from controller.kernels.rod import make_load, make_work
 from controller.kernels.statics import static_tip, tip_of
-from controller.parameters import PRESETS
+from controller.stability import largest_step
 
 
 def test_the_tips_of_both_engines_agree_to_a_micrometre() -> None:
@@ -35,7 +36,7 @@ def test_every_time_is_a_positive_number() -> None:
 
 def test_the_chain_is_let_go_from_its_static_pose() -> None:
     model = build_rod(PRESETS["P1"], 50)
-    assert tip_of(bent(model, 0.015).q, model.L) == pytest.approx(static_tip(model, 0.015, 0.015), abs=1e-12)
+    assert tip_of(model, bent(model, 0.015).q) == pytest.approx(static_tip(model, 0.015, 0.015), abs=1e-12)
 
 
 def test_the_guessed_step_of_long_chains_is_below_the_computed_bound() -> None:

@@ -5,20 +5,17 @@ import math
 import numpy as np
 import pytest
 
-from controller.build import (
-    build_rod,
-    largest_step,
-    natural_modes,
-    stable_substeps,
-    static_compliance,
-    torque_map,
-    twin_model,
-)
-from controller.kernels.rod import Array, RodModel, make_load, straight
-from controller.kernels.statics import static_tip
-from controller.parameters import PRESETS, Actuator, TwinParameters
+from controller.actuator import PRESETS, Actuator
+from controller.build import build_rod, torque_map
+from controller.build_twin import twin_model
+from controller.kernels.rod import Array, RodModel, make_load
+from controller.kernels.statics import at_rest, static_tip
+from controller.parameters import TwinParameters
+from controller.stability import largest_step, natural_modes, stable_substeps
 from tests.controller.chains import advance, preset, thrown
 from tests.oracles import Chain
+
+BASE_MID_TIP = PRESETS["P2"].model_copy(update={"chambers": ((1, 5), (5, 10))})
 
 
 def admissible(actuator: Actuator, u_max: float) -> list[tuple[float, float]]:
@@ -39,7 +36,7 @@ def test_ten_rods_have_the_papers_table() -> None:
     expected = np.zeros((10, 2))
     expected[4], expected[9] = (1.0, -1.0), (0.0, 1.0)
     assert np.array_equal(P1.T_theta, expected)
-    assert torque_map("base_mid_tip", 10)[0].tolist() == [-1.0, 0.0]
+    assert torque_map(BASE_MID_TIP, 10)[0].tolist() == [-1.0, 0.0]
 
 
 @pytest.mark.parametrize(("name", "worst", "gentle"), [("P1", 4.8e-3, 1.4e-3), ("P2", 15e-3, 4e-3), ("P3", 3e-3, 1e-3)])
@@ -60,17 +57,17 @@ def test_angles_at_the_middles_of_the_tables_rods_are_kept_exactly() -> None:
     assert fine.compliance[1::3] == pytest.approx(table.compliance, rel=1e-12)
 
 
-@pytest.mark.parametrize("name", ["mid_tip", "base_mid_tip"])
-def test_the_compliance_solves_the_dense_stiffness(name: str) -> None:
-    model, T_theta = preset("P2", 14), torque_map(name, 14)
-    dense = np.linalg.solve(Chain(model).hinges(model.k), T_theta)
-    assert static_compliance(model.k, T_theta) == pytest.approx(dense, rel=1e-12, abs=1e-12)
+@pytest.mark.parametrize("actuator", [PRESETS["P2"], BASE_MID_TIP])
+def test_the_compliance_solves_the_dense_stiffness(actuator: Actuator) -> None:
+    model = build_rod(actuator, 14)
+    dense = np.linalg.solve(Chain(model).hinges(model.k), model.T_theta)
+    assert model.compliance == pytest.approx(dense, rel=1e-12, abs=1e-12)
 
 
 def test_the_model_at_rest_settles_where_the_static_map_says() -> None:
     model, u, load = preset("P1", alpha=5.0), np.array([0.02, 0.015]), make_load(10)
     load.Q_theta[:] = model.T_theta @ u
-    state = advance(model, straight(model), load, 20.0)
+    state = advance(model, at_rest(model), load, 20.0)
     assert state.q[2] == pytest.approx(model.compliance @ u, rel=1e-8)
 
 

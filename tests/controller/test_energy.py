@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from controller.kernels.energy import BAUMGARTE, OBSERVER, PNEUMATIC, make_ledger, open_ledger, stored_energy
-from controller.kernels.rod import Array, Load, RodModel, RodState, make_load, make_work, straight
+from controller.kernels.rod import Array, Load, RodModel, RodState, make_load, make_work
+from controller.kernels.statics import at_rest
 from tests.controller.chains import NO_TORQUE, booked_steps, preset, thrown
 from tests.oracles import Chain
 
@@ -74,7 +75,7 @@ def test_a_force_off_the_centre_works_on_the_velocity_of_its_own_point() -> None
 
 def test_baumgartes_work_is_booked_when_it_closes_a_torn_chain() -> None:
     model = preset("P1")
-    state = straight(model)
+    state = at_rest(model)
     state.q[1, 5:] += 1e-3
     energy, ledger, power = booked(model, state, make_load(10), NO_TORQUE, 2e-4, 100)
     assert energy.max() > 1e-6  # Baumgarte is a force of its own: it gives energy that the paper's proof omits

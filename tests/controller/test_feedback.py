@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from controller.actuator import PRESETS
 from controller.kernels.statics import sensitivity
 from controller.modes import Law, Mode, Request
-from controller.parameters import PRESETS, Settings
+from controller.parameters import Settings
 from tests.controller.trial import Trial, controller_with, distance, true_tip, twin_with
 
 POSES = {

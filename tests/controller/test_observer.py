@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
+from controller.actuator import PRESETS
 from controller.build_rig import build_rig
 from controller.kernels.integrate import rk4_step
 from controller.kernels.observer import Observer, Sensing, pressurise, pull
 from controller.kernels.statics import points_on
 from controller.layout import to_record
 from controller.modes import Law, Mode, Request
-from controller.parameters import PRESETS, RigParameters, Settings
+from controller.parameters import RigParameters, Settings
 from tests.controller.chains import posed
 from tests.controller.desk import Desk
 from tests.controller.trial import Trial, distance, true_tip

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from controller.actuator import PRESETS
 from controller.build import build_rod
-from controller.parameters import PRESETS, RigParameters
+from controller.parameters import RigParameters
 from controller.reference.reach import reach_map, static_tips
 
 
@@ -29,7 +30,7 @@ def test_every_reachable_tip_lies_beside_a_point_of_the_map() -> None:
     rng = np.random.default_rng(2)
     u = rng.uniform(-0.06, 0.06, (200, 2))
     u = u[np.abs(u @ model.compliance[-1]) <= PRESETS["P1"].bend_max]
-    tips = static_tips(model.L, model.compliance, u)
+    tips = static_tips(model, u)
     apart = np.linalg.norm(tips[:, None] - reach.p.reshape(1, -1, 2), axis=-1).min(axis=1)
     assert apart.max() < 8e-3
 

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from controller.actuator import PRESETS
 from controller.build import build_rod
 from controller.build_rig import build_static_map
 from controller.kernels.statics import Expansion, expand_tip, places, points_on, sensitivity, static_tip
-from controller.parameters import PRESETS, ControllerParameters
+from controller.parameters import ControllerParameters
 from tests.controller.chains import posed, preset
 
 TORQUES = [(0.0, 0.0), (0.02, -0.01), (-0.03, 0.04), (0.05, 0.01)]
@@ -51,7 +52,7 @@ def test_a_torque_at_the_tip_bends_a_fine_chain_to_a_circle() -> None:
 def test_a_sensor_is_the_same_point_of_the_body_for_every_number_of_rods(rods: int) -> None:
     length = 0.253
     arc = length * np.arange(1, 11) / 10
-    at = places(np.full(rods, length / rods), arc)
+    at = places(preset(rods=rods), arc)
     bend = 4.0
     theta = bend * (np.arange(rods) + 0.5) / rods
     points = np.zeros((10, 2))

@@ -5,8 +5,8 @@ from itertools import pairwise
 import numpy as np
 from numba.core.runtime import _nrt_python, rtsys
 
-from controller.build import build_twin
 from controller.build_rig import build_rig
+from controller.build_twin import build_twin
 from controller.experiments.simulate import simulate
 from controller.messages import Command
 from controller.modes import Mode, Request

@@ -6,14 +6,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controller.build import build_rod, build_twin
-from controller.kernels.rod import make_load, straight
+from controller.actuator import PRESETS
+from controller.build import build_rod
+from controller.build_twin import build_twin
+from controller.kernels.rod import make_load
 from controller.kernels.statics import static_tip, tip_of
 from controller.kernels.twin import Twin, twin_step
 from controller.layout import record_dtype
 from controller.messages import Measurement, Telemetry
-from controller.parameters import PRESETS, RigParameters, TwinParameters
-from tests.controller.chains import advance, compiled
+from controller.parameters import RigParameters, TwinParameters
+from tests.controller.chains import advance, compiled, posed
 
 IDEAL = {"torque_gain": 1.0, "creep": (0.0, 0.0), "friction": 0.0, "marker_noise": 0.0}
 STEP_NS = 1_000_000
@@ -50,7 +52,7 @@ def held(pressures: tuple[float, float, float, float], seconds: float) -> np.nda
 @pytest.mark.parametrize("u", [(0.02, 0.015), (-0.01, 0.03)])
 def test_without_flaws_the_tip_rests_where_the_model_says(name: str, u: tuple[float, float]) -> None:
     actuator = PRESETS[name]
-    per_torque = actuator.pressure_max / actuator.u_max
+    per_torque = actuator.pressure_map[0]
     p = (max(u[0], 0), max(-u[0], 0), max(u[1], 0), max(-u[1], 0))
     telemetry, measurement = run(twin_of(name, rods=10, **IDEAL), np.array(p) * per_torque * np.ones((8000, 1)))
     expected = static_tip(build_rod(actuator, 10), *u)
@@ -61,16 +63,16 @@ def test_without_flaws_the_tip_rests_where_the_model_says(name: str, u: tuple[fl
 def test_the_twin_hangs_under_gravity_as_the_model_does() -> None:
     hanging = PRESETS["P1"].model_copy(update={"gravity": (0.0, -0.4), "alpha": 5.0})
     model = build_rod(hanging, 10)
-    state = advance(model, straight(model), make_load(10), 20.0)
+    state = advance(model, posed(model, np.zeros(10), np.zeros(10)), make_load(10), 20.0)
     twin = build_twin(RigParameters(actuator=hanging, twin=TwinParameters(rods=10, **IDEAL)))
     telemetry, _ = run(twin, held((0.0, 0.0, 0.0, 0.0), 10.0))
-    assert telemetry["twin_backbone"][-1, -1] == pytest.approx(tip_of(state.q, model.L), abs=1e-6)
+    assert telemetry["twin_backbone"][-1, -1] == pytest.approx(tip_of(model, state.q), abs=1e-6)
     assert telemetry["twin_backbone"][-1, -1, 1] < -0.02
 
 
 def test_torque_gain_is_the_mismatch_of_the_bend() -> None:
     telemetry, _ = run(twin_of(rods=10, **IDEAL | {"torque_gain": 1.2}), held((60e3, 0.0, 0.0, 0.0), 8.0))
-    u = 1.2 * 60e3 / PRESETS["P1"].pressure_max * PRESETS["P1"].u_max
+    u = 1.2 * 60e3 / PRESETS["P1"].pressure_map[0]
     expected = static_tip(build_rod(PRESETS["P1"], 10), u, 0.0)
     assert telemetry["twin_backbone"][-1, -1] == pytest.approx(expected, abs=1e-6)
 

@@ -4,13 +4,14 @@ from typing import Any
 
 import numpy as np
 
-from controller.build import build_twin
+from controller.actuator import PRESETS
 from controller.build_rig import build_rig
+from controller.build_twin import build_twin
 from controller.experiments.simulate import Rows, Simulation
 from controller.layout import write_record
 from controller.messages import Command
 from controller.modes import Request
-from controller.parameters import PRESETS, ControllerParameters, RigParameters, Settings, TwinParameters
+from controller.parameters import ControllerParameters, RigParameters, Settings, TwinParameters
 
 BOOT = 7
 

@@ -243,46 +243,102 @@ export interface components {
   schemas: {
     /**
      * Actuator
-     * @description A planar pneumatic actuator as data (paper, table "Model Parameters"), given for 10 rods.
+     * @description A planar pneumatic actuator (paper, table "Model Parameters"), as a chain of `table_rods` rods.
      *
-     *     `k` and `b` are base -> tip values, linear in between (our reading of the paper's ranges for P2).
+     *     The model may have another number of rods: it keeps the static map of this table (`controller/build.py`).
      */
     Actuator: {
       /** Name */
       name: string;
-      /** Mass */
+      /**
+       * Mass
+       * @description The whole body, without the tip load.
+       */
       mass: number;
       /** Length */
       length: number;
       /**
        * Height
+       * @description Out of the plane; drawn, and no more.
        * @default 0.0275
        */
       height: number;
       /**
        * Width
-       * @description Drawn width of the body (ours; the paper gives only the height).
+       * @description In the plane; drawn, and no more (the default is ours; the paper gives only the height).
        * @default 0.03
        */
       width: number;
-      /** K */
-      k: [number, number];
-      /** B */
-      b: [number, number];
+      /**
+       * Table Rods
+       * @description Number of rods that k, b and chambers are given for; joint i lies at the base-side end of rod i.
+       * @default 10
+       */
+      table_rods: number;
+      /**
+       * K
+       * @description Joint stiffness.
+       */
+      k: number[];
+      /**
+       * B
+       * @description Joint damping.
+       */
+      b: number[];
       /**
        * Alpha
-       * @description Mass-proportional Rayleigh damping (ours): sets the first mode's damping ratio, 0.7 here. With 0.5 the observer's
-       *     mode with a pinned tip rings, S with it, and at strong bends of P2 the loop through S becomes unstable.
+       * @description Mass-proportional Rayleigh damping (ours): sets the first mode's damping ratio, 0.7 for P1. With 0.5 the
+       *     observer's mode with a pinned tip rings, S with it, and at strong bends of P2 the loop through S is unstable.
        * @default 5
        */
       alpha: number;
       /**
-       * Torque Map
-       * @description `mid_tip`: u1 = +1 on rod N/2, u2 = -1 on rod N/2 and +1 on rod N. `base_mid_tip` adds u1 = -1 on rod 1.
-       * @default mid_tip
-       * @enum {string}
+       * Mass Profile
+       * @description Mass per length from base to tip, in any unit: only the ratios count.
+       * @default [
+       *       1
+       *     ]
        */
-      torque_map: "mid_tip" | "base_mid_tip";
+      mass_profile: number[];
+      /**
+       * Tip Load
+       * @description Point mass at the tip.
+       * @default 0
+       */
+      tip_load: number;
+      /**
+       * Rest Curvature
+       * @description Curvature of the backbone without torque and gravity; positive bends towards +y.
+       * @default [
+       *       0
+       *     ]
+       */
+      rest_curvature: number[];
+      /**
+       * Gravity
+       * @description In the plane's frame: (9.81, 0) for an actuator that hangs from its base.
+       * @default [
+       *       0,
+       *       0
+       *     ]
+       */
+      gravity: [number, number];
+      /**
+       * Chambers
+       * @description For u1 and for u2 the rods between which its chamber pair acts: net torque -u on the first, +u on the second.
+       *     0 is the clamp. ((1, 5), (5, 10)) is the other reading of the paper's "proximal, distal, and mid-chamber rod".
+       * @default [
+       *       [
+       *         0,
+       *         5
+       *       ],
+       *       [
+       *         5,
+       *         10
+       *       ]
+       *     ]
+       */
+      chambers: [[number, number], [number, number]];
       /**
        * U Max
        * @default 0.06
@@ -290,24 +346,27 @@ export interface components {
       u_max: number;
       /**
        * Bend Max
-       * @description Coupled limit on the static tip angle: beyond it the body would touch itself (ours; the paper only says so).
+       * @description Coupled limit on the static tip angle, counted from rest: beyond it the body would touch itself (ours).
        * @default 5.6
        */
       bend_max: number;
       /**
+       * Pressure Map
+       * @description Differential pressure of a chamber pair per torque, for u1 and u2: with the default, u_max needs 35 psi.
+       * @default [
+       *       4021600,
+       *       4021600
+       *     ]
+       */
+      pressure_map: [number, number];
+      /**
        * Pressure Max
-       * @description Chamber pressure that makes |u_j| = u_max (35 psi; the paper gives no range).
+       * @description Highest chamber pressure that is ever commanded (35 psi; the paper gives no range).
        * @default 241300
        */
       pressure_max: number;
-      /**
-       * Gravity
-       * @default [
-       *       0,
-       *       0
-       *     ]
-       */
-      gravity: [number, number];
+      /** @description Only to identify and observe recorded marker data. */
+      tracking: components["schemas"]["Tracking"] | null;
     };
     /**
      * Cause
@@ -735,23 +794,42 @@ export interface components {
        *       "length": 0.253,
        *       "height": 0.0275,
        *       "width": 0.03,
+       *       "table_rods": 10,
        *       "k": [
-       *         0.0751,
        *         0.0751
        *       ],
        *       "b": [
-       *         0.000167,
        *         0.000167
        *       ],
        *       "alpha": 5,
-       *       "torque_map": "mid_tip",
-       *       "u_max": 0.06,
-       *       "bend_max": 5.6,
-       *       "pressure_max": 241300,
+       *       "mass_profile": [
+       *         1
+       *       ],
+       *       "tip_load": 0,
+       *       "rest_curvature": [
+       *         0
+       *       ],
        *       "gravity": [
        *         0,
        *         0
-       *       ]
+       *       ],
+       *       "chambers": [
+       *         [
+       *           0,
+       *           5
+       *         ],
+       *         [
+       *           5,
+       *           10
+       *         ]
+       *       ],
+       *       "u_max": 0.06,
+       *       "bend_max": 5.6,
+       *       "pressure_map": [
+       *         4021600,
+       *         4021600
+       *       ],
+       *       "pressure_max": 241300
        *     }
        */
       actuator: components["schemas"]["Actuator"];
@@ -1014,6 +1092,27 @@ export interface components {
        * @default false
        */
       start: boolean;
+    };
+    /**
+     * Tracking
+     * @description Where the tracked bodies of a recorded data file sit, and how its coordinates lie to the actuator.
+     */
+    Tracking: {
+      /**
+       * Base
+       * @description The clamp in the file's coordinates.
+       */
+      base: number[];
+      /**
+       * Axis
+       * @description Direction of the backbone at the clamp, in the file's coordinates; any length but zero.
+       */
+      axis: number[];
+      /**
+       * Arcs
+       * @description Arc length of each tracked body.
+       */
+      arcs: number[];
     };
     /**
      * TwinParameters

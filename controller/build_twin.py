@@ -1,0 +1,66 @@
+"""The simulated plant, from parameters to arrays."""
+
+import numpy as np
+
+from controller.actuator import Actuator
+from controller.build import build_rod
+from controller.equilibrium import Body, equilibrium
+from controller.kernels.rod import RodModel, make_load, make_work
+from controller.kernels.statics import at_rest, places
+from controller.kernels.twin import Camera, Chambers, Creep, Twin
+from controller.parameters import BACKBONE_POINTS, SENSORS, RigParameters, TwinParameters
+from controller.stability import natural_modes, stable_substeps
+
+TWIN_BETA = 1.5e-4
+"""Stiffness-proportional damping of the twin: small, so that fine rods stay cheap [s]."""
+
+
+def build_twin(parameters: RigParameters) -> Twin:
+    """The simulated plant of `parameters`, at rest, with the substeps that its fastest mode needs."""
+    twin, actuator, dt = parameters.twin, parameters.actuator, parameters.controller.dt
+    model = twin_model(actuator, twin)
+    creeping = model._replace(k=model.k * (1.0 + sum(twin.creep)))
+    rods, length = twin.rods, actuator.length
+    period, latency = max(1, round(twin.marker_period / dt)), round(twin.marker_latency / dt)
+    waiting = latency // period + 1
+    return Twin(
+        model=model,
+        state=at_rest(model),
+        load=make_load(rods),
+        work=make_work(rods),
+        dt=dt,
+        substeps=max(twin.substeps, stable_substeps(creeping, dt, actuator.u_max)),
+        friction=twin.friction,
+        creep=Creep(np.array(twin.creep), np.array(twin.creep_time), np.tile(np.diff(model.rest, prepend=0.0), (2, 1))),
+        chambers=Chambers(
+            pressure=np.zeros(4),
+            line=np.zeros((round(twin.dead_time / dt) + 1, 4)),
+            inflate_time=twin.inflate_time,
+            exhaust_time=twin.exhaust_time,
+            torque_per_pascal=twin.kappa * twin.torque_gain / np.array(actuator.pressure_map),
+        ),
+        camera=Camera(
+            markers=places(model, length * np.arange(1, SENSORS + 1) / SENSORS),
+            noise=twin.marker_noise,
+            period=period,
+            latency=latency,
+            t_ns=np.zeros(waiting, np.int64),
+            points=np.zeros((waiting, SENSORS, 2)),
+        ),
+        backbone=places(model, length * np.arange(BACKBONE_POINTS) / (BACKBONE_POINTS - 1)),
+        ticks=np.zeros(1, np.int64),
+        seed=np.array([twin.seed], np.uint64),
+    )
+
+
+def twin_model(actuator: Actuator, twin: TwinParameters) -> RodModel:
+    """The twin's chain: stiffness and gravity times kappa, damping given by zeta of its first mode and TWIN_BETA.
+
+    Its `compliance` maps torques in the model's units, before kappa and the torque gain.
+    """
+    model = build_rod(actuator, twin.rods)
+    k, g = model.k * twin.kappa * twin.stiffness_scale, model.g * twin.kappa
+    rest, _ = equilibrium(Body(model.L, model.arm, model.m, k, model.bend, g), model.T_theta)
+    loose = model._replace(k=k, b=np.zeros(twin.rods), alpha=0.0, g=g, rest=rest)
+    omega = float(np.abs(natural_modes(loose, rest)).min())
+    return loose._replace(b=TWIN_BETA * k, alpha=max(0.0, 2.0 * twin.zeta * omega - TWIN_BETA * omega**2))

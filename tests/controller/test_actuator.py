@@ -1,0 +1,163 @@
+"""Actuators as data: the paper's table, a user's own file, and what a wrong file is told."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from controller.actuator import PRESETS, Actuator, read_actuator, write_actuator
+from controller.build import build_rod
+from controller.build_rig import build_rig
+from controller.build_twin import build_twin
+from controller.errors import ParameterError
+from controller.experiments.mujoco_chain import MujocoChain
+from controller.experiments.simulate import simulate
+from controller.kernels.rod import make_load
+from controller.kernels.statics import at_rest, tip_of
+from controller.messages import Command
+from controller.modes import Request
+from controller.parameters import ControllerParameters, RigParameters
+from controller.stability import natural_modes
+from tests.controller.chains import advance, posed
+
+LOADED = {"tip_load": 0.02, "gravity": (0.4, -0.1), "rest_curvature": (6.0, 2.0), "mass_profile": (2.0, 1.0)}
+OWN = """
+name = "my arm"
+mass = 0.1
+length = 0.2
+k = [0.06, 0.03]
+b = 0.2e-3
+"""
+
+
+def changed(**fields: Any) -> Actuator:
+    return Actuator.model_validate(PRESETS["P1"].model_dump() | fields)
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "own.toml"
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("line", "complaint"),
+    [
+        ("mass = -1", "mass = -1: Input should be greater than 0"),
+        ("k = [0.1, 0.2, 0.3]", "k has 3 values: 1, 2 or table_rods = 10 are allowed"),
+        ("k = [0.1, nan]", "k.1 = nan: Input should be"),
+        ("stiffness = 3.0", "stiffness = 3.0: Extra inputs are not permitted"),
+        ("chambers = [[0, 5], [5, 11]]", r"chambers \(5, 11\): first < second <= table_rods = 10"),
+        ("u_max = 0.1", "u_max = 0.1 N m needs 402160 Pa, above pressure_max = 241300.0"),
+        ("gravity = [0.0, 98.1]", "gravity.1 = 98.1: Input should be less than or equal to 20"),
+        ('length = "long"', "length = long: Input should be a valid number"),
+        ("tip_load = ", "is not TOML: .*line 5"),
+    ],
+)
+def test_a_wrong_file_is_told_field_value_and_bound(tmp_path: Path, line: str, complaint: str) -> None:
+    kept = [row for row in OWN.strip().splitlines() if row.split(" =")[0] != line.split(" =")[0]]
+    with pytest.raises(ParameterError, match=complaint):
+        read_actuator(written(tmp_path, "\n".join([*kept[:4], line, *kept[4:]])))
+
+
+def test_a_missing_field_or_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ParameterError, match=r"own\.toml: mass: Field required"):
+        read_actuator(written(tmp_path, OWN.replace("mass = 0.1", "")))
+    with pytest.raises(ParameterError, match=r"none.toml cannot be read: .*No such file"):
+        read_actuator(tmp_path / "none.toml")
+    with pytest.raises(ParameterError, match=r"actuator = 'P9' is not one of P1, P2, P3 or a \.toml file"):
+        read_actuator("P9")
+
+
+@pytest.mark.parametrize("actuator", [PRESETS["P2"], changed(**LOADED, name="bent 2")])
+def test_a_written_actuator_is_read_back(tmp_path: Path, actuator: Actuator) -> None:
+    write_actuator(actuator, tmp_path / "a.toml", "fitted to nothing")
+    assert read_actuator(tmp_path / "a.toml") == actuator
+    text = (tmp_path / "a.toml").read_text()
+    assert text.startswith("# fitted to nothing\n")
+    assert "mass = " in text and "# kg" in text
+
+
+def test_an_actuator_of_ones_own_is_armed_and_follows_its_target(tmp_path: Path) -> None:
+    parameters = RigParameters(actuator=read_actuator(written(tmp_path, OWN)))
+    target = (0.05, 0.12)
+    follow = Command(boot=1, request=Request.FOLLOW, request_n=2, target=target)
+    rows = simulate(
+        build_rig(parameters, 1),
+        build_twin(parameters),
+        [(100, Command(boot=1, request=Request.ARM, request_n=1)), (300, follow)],
+        8000,
+    )
+    assert np.linalg.norm(rows["p_meas"][-1] - target) < 2e-3
+
+
+def test_the_tip_load_moves_mass_centre_and_inertia_of_the_last_rod() -> None:
+    bare, loaded = build_rod(PRESETS["P1"], 10), build_rod(changed(tip_load=0.05), 10)
+    assert loaded.m.sum() == pytest.approx(0.125 + 0.05)
+    assert loaded.m[:-1] == pytest.approx(bare.m[:-1])
+    about_hinge = bare.I[-1] + bare.m[-1] * bare.arm[-1] ** 2 + 0.05 * bare.L[-1] ** 2
+    assert loaded.I[-1] + loaded.m[-1] * loaded.arm[-1] ** 2 == pytest.approx(about_hinge)
+
+
+def test_a_tip_load_lowers_the_first_frequency_as_beam_theory_says() -> None:
+    """omega^2 = 3 EI / (L^3 (M + 33/140 m)), Rayleigh's quotient, 1.5 % above the exact one without a load."""
+    rods, EI, L, m, M = 100, 0.0751 * 0.0253, 0.253, 0.125, 0.25
+    k = np.full(rods, EI * rods / L)
+    k[0] *= 2.0  # a real clamp: half a cell at the base
+    model = build_rod(changed(tip_load=M), rods)._replace(k=k, b=np.zeros(rods), alpha=0.0)
+    omega = np.abs(natural_modes(model, np.zeros(rods))).min()
+    assert omega == pytest.approx(math.sqrt(3 * EI / (L**3 * (M + 33 / 140 * m))), rel=2e-3)
+
+
+def test_mass_follows_its_profile() -> None:
+    model = build_rod(changed(mass_profile=(3.0, 1.0)), 20)
+    assert model.m.sum() == pytest.approx(0.125)
+    assert model.m[0] / model.m[-1] == pytest.approx(3.0)
+    assert model.m[0] == pytest.approx(model.m[1])  # constant within a cell of the table
+
+
+def test_a_loaded_bent_body_moves_as_in_mujoco() -> None:
+    model = build_rod(changed(**LOADED), 10)._replace(alpha=0.0)
+    state, load, chain = posed(model, np.zeros(10), np.zeros(10)), make_load(10), MujocoChain(model, 1e-3)
+    for _ in range(1000):
+        advance(model, state, load, 1e-3)
+        chain.step()
+        assert np.linalg.norm(chain.tip() - tip_of(model, state.q)) < 1e-6
+
+
+@pytest.mark.parametrize("rods", [2, 10, 14])
+def test_the_unactuated_body_comes_to_the_rest_that_is_computed(rods: int) -> None:
+    model = build_rod(changed(**LOADED), rods)
+    assert np.abs(model.rest).max() > 0.05
+    state = advance(model, posed(model, np.zeros(rods), np.zeros(rods)), make_load(rods), 20.0, 2.5e-4)
+    assert state.q == pytest.approx(at_rest(model).q, abs=1e-9)
+
+
+def test_near_rest_the_static_map_holds_under_gravity() -> None:
+    model, u, load = build_rod(changed(**LOADED), 10), np.array([2e-4, -1e-4]), make_load(10)
+    load.Q_theta[:] = model.T_theta @ u
+    state = advance(model, at_rest(model), load, 30.0)
+    assert state.q[2] - model.rest == pytest.approx(model.compliance @ u, rel=2e-3)
+
+
+def test_rest_curvature_bends_a_fine_body_to_an_arc() -> None:
+    model = build_rod(changed(rest_curvature=(8.0,)), 1000)
+    tip = tip_of(model, at_rest(model).q)
+    assert tip == pytest.approx((math.sin(8 * 0.253) / 8, (1 - math.cos(8 * 0.253)) / 8), abs=1e-6)
+
+
+def test_a_body_that_gravity_topples_is_refused() -> None:
+    with pytest.raises(ParameterError, match=r"gravity = \(-9.81, 0.0\) m/s\^2: the unactuated body has no"):
+        build_rod(changed(gravity=(-9.81, 0.0)), 10)
+
+
+def test_the_pressure_map_of_each_pair_is_its_own() -> None:
+    parameters = RigParameters(
+        actuator=changed(pressure_map=(1e6, 3e6), u_max=0.05), controller=ControllerParameters(dead_time=0.0)
+    )
+    rig, twin = build_rig(parameters, 1), build_twin(parameters)
+    assert rig.control.pascal_per_torque.tolist() == [1e6, 3e6]
+    gain = twin.chambers.torque_per_pascal * rig.control.pascal_per_torque
+    assert gain == pytest.approx(parameters.twin.kappa * parameters.twin.torque_gain * np.ones(2))
