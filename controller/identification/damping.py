@@ -117,14 +117,14 @@ def noise_of(s: Array) -> float:
 
 
 def rayleigh(zeta: float, omega_low: float, omega_high: float) -> Rayleigh:
-    """(alpha, beta) whose damping ratio stays closest to `zeta` for every mode from omega_low to omega_high [rad/s].
+    """(alpha, beta) that give both ends of the band [rad/s] the damping ratio `zeta`; every mode in between has less.
 
-    alpha / (2 omega) + beta omega / 2 is highest at both ends of the band, lowest at their geometric mean, and as far
-    above zeta there as below it here (Hall, Earthquake Engng Struct. Dyn. 35, 2006).
+    alpha / (2 omega) + beta omega / 2 is lowest at the geometric mean of the ends. The measured mode is the lower end
+    and keeps its own ratio; the paper asks for "a narrow range around" it.
     """
-    ends, middle = (omega_low + omega_high) / 2.0, math.sqrt(omega_low * omega_high)
-    beta = 2.0 * zeta / (ends + middle)
-    return Rayleigh(beta * middle**2, beta, beta * middle, beta * ends)
+    beta = 2.0 * zeta / (omega_low + omega_high)
+    alpha = beta * omega_low * omega_high
+    return Rayleigh(alpha, beta, math.sqrt(alpha * beta), zeta)
 
 
 def rayleigh_ratio(alpha: float, beta: float, omega: float) -> float:
