@@ -2,6 +2,8 @@
 
 import csv
 import math
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -60,6 +62,27 @@ def points_in(table: Table, axes: str) -> Array:
         raise DataError(f"{table.path}: column {axes[0]}1 is missing (the header has {', '.join(table.columns)})")
     bodies = range(1, max(numbers) + 1)
     return np.stack([np.stack([table.need(f"{axis}{i}") for axis in axes], axis=-1) for i in bodies], axis=1)
+
+
+def choose_ids(text: str | None, present: Sequence[int], path: Path) -> list[int]:
+    """Those of the IDs `present` that `text` names, as in "0-16,20"; all without a text.
+
+    DataError when a single ID is not there, or none of a range, or when the text is no such list.
+    """
+    available = sorted(set(present))
+    if text is None:
+        return available
+    chosen: set[int] = set()
+    for part in text.split(","):
+        match = re.fullmatch(r"\s*(\d+)(?:\s*-\s*(\d+))?\s*", part)
+        if match is None:
+            raise DataError(f"ids = {text!r}: {part!r} is neither a number nor a range like 0-16")
+        first, last = int(match[1]), int(match[2] or match[1])
+        found = {one for one in available if first <= one <= last}
+        if not found:
+            raise DataError(f"{path}: ID {part.strip()} is not there (IDs {available[0]} to {available[-1]} are)")
+        chosen |= found
+    return sorted(chosen)
 
 
 def _plain_name(path: Path, name: str) -> str:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from controller.errors import DataError
-from controller.identification.tables import points_in, read_table
+from controller.identification.tables import choose_ids, points_in, read_table
 
 
 def written(folder: Path, text: str) -> Path:
@@ -46,3 +46,18 @@ def test_what_is_wrong_in_a_file_is_said_with_file_line_column_and_value(
 def test_a_file_that_is_not_there_is_said_in_one_line(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="cannot be read"):
         read_table(tmp_path / "nothing.csv")
+
+
+@pytest.mark.parametrize(
+    ("text", "chosen"), [(None, [0, 2, 4, 6, 20]), ("0-4", [0, 2, 4]), ("20, 1-2", [2, 20]), ("6", [6])]
+)
+def test_ids_are_chosen_singly_and_by_ranges(text: str | None, chosen: list[int]) -> None:
+    assert choose_ids(text, [4, 2, 2, 0, 6, 20], Path("data.csv")) == chosen
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"), [("3", "ID 3 is not there"), ("30-40", "IDs 0 to 6 are"), ("a", "neither"), ("", "neither")]
+)
+def test_ids_that_are_not_there_are_named(text: str, complaint: str) -> None:
+    with pytest.raises(DataError, match=complaint):
+        choose_ids(text, [0, 2, 6], Path("data.csv"))
