@@ -1,7 +1,7 @@
 """Rod model, observer, controller and the rig process.
 
 numba keys its cache on one file only: a changed callee in another file would leave a stale caller. So the cache folder
-is named by a hash of every source that uses numba, and it must be set before numba is imported, hence here.
+is named by a hash of every source that is compiled, and it must be set before numba is imported, hence here.
 """
 
 import hashlib
@@ -13,7 +13,7 @@ from pathlib import Path
 def _cache_folder() -> str:
     """Folder of compiled kernels for exactly these sources and these library versions."""
     sources = [path.read_bytes() for path in sorted(Path(__file__).parent.rglob("*.py"))]
-    digest = hashlib.sha256(b"".join(source for source in sources if b"numba" in source))
+    digest = hashlib.sha256(b"".join(source for source in sources if b"numba" in source or b"compiled" in source))
     digest.update(f"{version('numba')} {version('numpy')}".encode())
     root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return str(Path(root, "tendril", "numba", digest.hexdigest()[:16]))
