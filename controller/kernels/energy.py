@@ -8,8 +8,8 @@ ledger closes to the integrator's order.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from controller.kernels.compiled import inlined, kernel
 from controller.kernels.rod import Array
 
 DAMPING, PNEUMATIC, OBSERVER, BAUMGARTE = range(4)
@@ -31,7 +31,7 @@ def make_ledger() -> Ledger:
     return Ledger(np.zeros(1), np.zeros(1), np.zeros(4))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def stored_energy(model, q, v):
     """H = 1/2 q'^T M q' + 1/2 q^T K q - gravity's work from the origin [J]; K acts on the bend beyond that of rest."""
     H = theta_before = 0.0
@@ -44,7 +44,7 @@ def stored_energy(model, q, v):
     return H
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def damping_power(model, v):
     """-q'^T B q' [W]: the hinges' dampers and the mass-proportional damping."""
     P = omega_before = 0.0
@@ -56,7 +56,7 @@ def damping_power(model, v):
     return P
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def pneumatic_power(model, u, v):
     """(T^T q')^T u [W] of the torques u (2,) [N m]."""
     P = 0.0
@@ -65,7 +65,7 @@ def pneumatic_power(model, u, v):
     return P
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def load_power(load, v):
     """Power of the whole load [W]; a force off the centre is in it as force and torque, so its own point counts."""
     P = 0.0
@@ -74,7 +74,7 @@ def load_power(load, v):
     return P
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def baumgarte_power(a, lam, v):
     """lambda^T A q' [W]: zero if the constraints held exactly."""
     P = distal_x = distal_y = 0.0
@@ -85,14 +85,14 @@ def baumgarte_power(a, lam, v):
     return P
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def open_ledger(ledger, model, state):
     """Start the account with what `state` holds now: at the start and after every jump of the state."""
     ledger.energy[0] = ledger.given[0] = stored_energy(model, state.q, state.v)
     ledger.power[:] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def ledger_step(ledger, model, state, load, u, dt, work):
     """Book the `rk4_step` of dt [s] just made, whose stages are in `work`; returns H - given [J], the ledger's error.
 

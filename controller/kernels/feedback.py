@@ -2,8 +2,7 @@
 
 import math
 
-from numba import njit
-
+from controller.kernels.compiled import kernel
 from controller.kernels.feedforward import OPEN_LOOP
 from controller.kernels.inverse import way_down
 from controller.kernels.observer import TIP
@@ -19,7 +18,7 @@ EXCESS = 1e-9
 """A sum further outside the admissible torques than this counts as saturated [N m]."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def feed_back(control, settings, telemetry):
     """Set the error and u_fb: the law's feedback, plus what keeps u continuous where the law has just been switched."""
     state = control.state[0]
@@ -41,7 +40,7 @@ def feed_back(control, settings, telemetry):
     watch_off_time(control, telemetry.error, closed)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def let_go(state, g_1, g_2, live, switched, fade):
     """u_fb = feedback g + bump: at a switch the bump takes up the jump of u, then it fades."""
     for j in range(2):
@@ -55,7 +54,7 @@ def let_go(state, g_1, g_2, live, switched, fade):
         state.u_fb[j] = raw + state.bump[j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def effort(state, settings, error):
     """Desired task-space effort f_des [m] of the law in force (paper, "Task-space PI control")."""
     P = settings.law == FF_P or settings.law == FF_PI
@@ -65,7 +64,7 @@ def effort(state, settings, error):
     return f_1 + settings.K_FF[0] * state.p_ref_dot[0], f_2 + settings.K_FF[1] * state.p_ref_dot[1]  # Eq. FDES
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def look_at_sensitivity(control):
     """S at the observer's pose, its weakest direction in the task space, and how much feedback is let through along it.
 
@@ -82,14 +81,14 @@ def look_at_sensitivity(control):
     state.share = min(1.0, (det / (ratio * strong)) ** 2) if ratio > 0.0 else 1.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def attainable(state, f_1, f_2):
     """Task-space vector f with its part along the weakest direction faded."""
     cut = (1.0 - state.share) * (state.weak[0] * f_1 + state.weak[1] * f_2)
     return f_1 - cut * state.weak[0], f_2 - cut * state.weak[1]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def through_sensitivity(control, f_1, f_2):
     """u_FB = (S^T S + epsilon I)^-1 S^T f_des [N m], S at the observer's pose (paper, "Task-space PI control")."""
     state, epsilon = control.state[0], control.controller[0].epsilon
@@ -101,7 +100,7 @@ def through_sensitivity(control, f_1, f_2):
     return (H22 * g_1 - H12 * g_2) / det, (H11 * g_2 - H12 * g_1) / det  # Eq. UFB
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def scheme_changed(state, settings, how):
     """Whether law, gains or the source of the error (`how`) differ from the last tick's; remembers them."""
     scheme = 8 * settings.law + how
@@ -115,7 +114,7 @@ def scheme_changed(state, settings, how):
     return changed
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def watch_off_time(control, error, closed):
     """Count the time for which a closed loop with its goal in reach is off by more than the limit.
 
@@ -128,7 +127,7 @@ def watch_off_time(control, error, closed):
     state.off_time = max(0.0, state.off_time + change) if watched else 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def saturate(control, settings, telemetry):
     """U = u_ff + u_fb, brought to the nearest admissible torque; the integral runs on, unless that would wind it up.
 
@@ -146,7 +145,7 @@ def saturate(control, settings, telemetry):
     integrate(control, settings, telemetry, sum_1 - u1, sum_2 - u2)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def integrate(control, settings, telemetry, excess_1, excess_2):
     """Let the integral run; held while saturated, but for steps that lead back (conditional anti-windup).
 

@@ -2,8 +2,7 @@
 
 import math
 
-from numba import njit
-
+from controller.kernels.compiled import kernel
 from controller.kernels.follow import anchor
 from controller.kernels.inverse import REFINE_STEPS, TOLERANCE, refine
 from controller.kernels.polygon import nearest_admissible
@@ -16,7 +15,7 @@ BLEND_MARGIN, BLEND_MARGIN_AT_GOAL = 3e-3, 5e-4
 """If its branch leaves the wish further off, on the way or at the goal, u_ff goes to the goal's branch [m]."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def feed_forward(control, settings, due):
     """Set u_ff, p_ref and p_ref_dot for this tick."""
     state = control.state[0]
@@ -30,7 +29,7 @@ def feed_forward(control, settings, due):
         lead(control, settings)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def solve(control, settings):
     """One update of the static inverse of the wish, warm-started on the present branch.
 
@@ -55,7 +54,7 @@ def solve(control, settings):
         state.u_goal[0], state.u_goal[1] = state.u_ff[0], state.u_ff[1]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def towards(u, u1, u2, step):
     """The point on the way from u to (u1, u2) at most `step` further in the larger component [N m]."""
     apart = max(abs(u1 - u[0]), abs(u2 - u[1]))
@@ -64,7 +63,7 @@ def towards(u, u1, u2, step):
     return u[0] + (u1 - u[0]) * step / apart, u[1] + (u2 - u[1]) * step / apart
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def blend(control, settings):
     """Move u_ff straight to u_goal, the change of branch: bounded rate of u, and bounded speed of the static tip."""
     state, dt = control.state[0], control.dt
@@ -84,7 +83,7 @@ def blend(control, settings):
         state.wish_dot[0] = state.wish_dot[1] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def place_reference(control):
     """p_ref is the wish where u_ff reaches it, else the static tip of u_ff; its rate counts only where it is smooth."""
     state = control.state[0]
@@ -97,7 +96,7 @@ def place_reference(control):
     state.p_ref[0], state.p_ref[1] = x, y
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def lead(control, settings):
     """Where u leads and the reference is its static tip: vented, on the way to rest, open loop.
 

@@ -2,8 +2,7 @@
 
 import math
 
-from numba import njit
-
+from controller.kernels.compiled import kernel
 from controller.kernels.inverse import TOLERANCE, invert
 from controller.kernels.safety import FOLLOW, HOLD, TRACK, move
 from controller.kernels.statics import static_tip
@@ -14,7 +13,7 @@ SEARCH_EVERY = 10
 REFERENCE_DONE = int(Cause.REFERENCE_DONE)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def refer(control, command, due):
     """Set the goal and move the wish for this tick; in any other mode than FOLLOW and TRACK the wish stays."""
     state = control.state[0]
@@ -29,7 +28,7 @@ def refer(control, command, due):
         track(control)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def anchor(state):
     """Let the wish stand where the reference is, on the branch on which u_ff is."""
     state.blending, state.blend_rate = 0, 0.0
@@ -40,7 +39,7 @@ def anchor(state):
         state.u_goal[j] = state.u_ff[j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def aim(control, x, y):
     """Project the goal (x, y) [m] into the reach: u_goal, and p_goal, the goal itself where it can be reached."""
     state = control.state[0]
@@ -53,7 +52,7 @@ def aim(control, x, y):
     state.p_goal[0], state.p_goal[1] = x, y
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def approach_goal(state, settings, dt):
     """Move the wish towards p_goal for one tick, unless u_ff is on its way to another branch: then the wish waits."""
     if state.blending:
@@ -70,7 +69,7 @@ def approach_goal(state, settings, dt):
     state.wish_dot[0], state.wish_dot[1] = v
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def brake(state, settings):
     """Take over the limit of acceleration; a lower one only when the wish can still stop at its goal under it."""
     a, speed = settings.acceleration_max, math.hypot(state.wish_dot[0], state.wish_dot[1])
@@ -79,7 +78,7 @@ def brake(state, settings):
         state.acceleration = a
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def limit_motion(p, v, goal, limits, dt):
     """Position [m] and velocity [m/s] after dt of the fastest motion to `goal` within speed and acceleration `limits`.
 
@@ -99,7 +98,7 @@ def limit_motion(p, v, goal, limits, dt):
     return (p[0] + v_x * dt, p[1] + v_y * dt), (v_x, v_y)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def track(control):
     """Take the next row of the planned reference; after the last one, HOLD."""
     state = control.state[0]

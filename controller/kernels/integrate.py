@@ -1,11 +1,10 @@
 """Fixed-step integration of the rod chain."""
 
-from numba import njit
-
+from controller.kernels.compiled import inlined, kernel
 from controller.kernels.rod import accelerate
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def rk4_step(model, state, load, dt, work):
     """Advance `state` by dt [s] in place under a held load: classical Runge-Kutta of order 4.
 
@@ -19,7 +18,7 @@ def rk4_step(model, state, load, dt, work):
     finish_step(state, work.acc, dt)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def fill_first_stage(state, work):
     """The first stage is the state itself."""
     for row in range(3):
@@ -28,7 +27,7 @@ def fill_first_stage(state, work):
             work.v[0, row, i] = state.v[row, i]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def fill_stage(state, work, stage, h):
     """State of a later stage: h [s] from the start along the slope of the stage before."""
     for row in range(3):
@@ -37,7 +36,7 @@ def fill_stage(state, work, stage, h):
             work.v[stage, row, i] = state.v[row, i] + h * work.acc[stage - 1, row, i]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def finish_step(state, acc, dt):
     """The weighted mean 1 : 2 : 2 : 1 of the stages' slopes."""
     for row in range(3):

@@ -7,8 +7,7 @@ the admissible polygon and joined by a Newton step where it stalls; `invert` add
 import math
 from typing import NamedTuple
 
-from numba import njit
-
+from controller.kernels.compiled import kernel
 from controller.kernels.polygon import Polygon, admissible, lowest_on_edges, nearest_admissible
 from controller.kernels.rod import Array
 from controller.kernels.statics import expand_tip, static_tip
@@ -42,7 +41,7 @@ class StaticMap(NamedTuple):
     """Their tips (n,2) [m]."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def gauss_newton(smap, at, r1, r2):
     """The paper's step -S^-1 r, or regularised where rcond(S) (1-norm) is too small; `at` expands the map."""
     det = at.x_1 * at.y_2 - at.x_2 * at.y_1
@@ -56,7 +55,7 @@ def gauss_newton(smap, at, r1, r2):
     return (H12 * g2 - H22 * g1) / det, (H12 * g1 - H11 * g2) / det
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def normal_matrix(at, epsilon):
     """S^T S + epsilon I: entries 11, 12, 22."""
     H11 = at.x_1 * at.x_1 + at.y_1 * at.y_1 + epsilon
@@ -64,7 +63,7 @@ def normal_matrix(at, epsilon):
     return H11, at.x_1 * at.x_2 + at.y_1 * at.y_2, H22
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def gauss_newton_point(smap, at, u, r):
     """Where the paper's step leads; if that is not admissible, the lowest point of its model on the polygon's edge."""
     d1, d2 = gauss_newton(smap, at, r[0], r[1])
@@ -74,7 +73,7 @@ def gauss_newton_point(smap, at, u, r):
     return lowest_on_edges(smap.polygon, u, g, normal_matrix(at, smap.epsilon))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def newton_point(smap, at, u, r):
     """Where Newton's step on |r|^2/2 leads, its matrix shifted to be positive; from a saddle, along the way down.
 
@@ -100,7 +99,7 @@ def newton_point(smap, at, u, r):
     return lowest_on_edges(smap.polygon, u, (g1, g2), (H11, H12, H22))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def way_down(H11, H12, H22, lowest, g1, g2):
     """Unit eigenvector of (H11 H12; H12 H22) to its eigenvalue `lowest`, turned against the gradient g."""
     w1, w2 = H12, lowest - H11
@@ -114,7 +113,7 @@ def way_down(H11, H12, H22, lowest, g1, g2):
     return w1 / norm, w2 / norm
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def backtrack(smap, target, u, v, distance):
     """Halve the step u -> v until the tip comes nearer to `target` than `distance`: u, distance; u itself if never."""
     d1, d2 = v[0] - u[0], v[1] - u[1]
@@ -130,7 +129,7 @@ def backtrack(smap, target, u, v, distance):
     return u[0], u[1], distance
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def refine(smap, target, u, steps):
     """A few iterations of the constrained inverse from u: u, distance |p(u) - target| [m], whether it settled.
 
@@ -157,7 +156,7 @@ def refine(smap, target, u, steps):
     return u1, u2, distance, distance < TOLERANCE
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def other_seed(smap, target, u):
     """The grid point whose tip is nearest to `target`, among those that are not neighbours of u."""
     nearest, v1, v2 = 1e300, u[0], u[1]
@@ -172,7 +171,7 @@ def other_seed(smap, target, u):
     return v1, v2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def invert(smap, target, u, search):
     """Static inverse from the present branch's u: new u and the distance it leaves [m].
 

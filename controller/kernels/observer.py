@@ -4,8 +4,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from controller.kernels.compiled import kernel
 from controller.kernels.energy import Ledger, ledger_step, open_ledger
 from controller.kernels.integrate import rk4_step
 from controller.kernels.pneumatics import delay, first_order_lag
@@ -54,7 +54,7 @@ class Sensing(NamedTuple):
     """Velocities by difference of the last two samples (10,2) [m/s], 0 where unknown."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def sense(control, sensing, t_ns, settings, measurement):
     """Take over a new sample and note which of the switched-on sensors are usable now, as bits in `used`."""
     state = control.state[0]
@@ -70,7 +70,7 @@ def sense(control, sensing, t_ns, settings, measurement):
     state.used = usable if fresh else 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def take_sample(sensing, measurement):
     """Hold the markers of `measurement` and their velocity since the sample before."""
     rate = 1e9 / (measurement.t_ns - sensing.sample_ns[0])
@@ -82,7 +82,7 @@ def take_sample(sensing, measurement):
     sensing.sample_ns[0] = measurement.t_ns
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def breathe(observer, u1, u2):
     """Pass u through dead time and lag: the torques that act on the model now (paper, "Dynamic observer")."""
     late_1, late_2, observer.head[0] = delay(observer.dead_time, observer.head[0], u1, u2)
@@ -90,7 +90,7 @@ def breathe(observer, u1, u2):
     observer.u_hat[1] = first_order_lag(observer.u_hat[1], late_2, observer.lag, observer.dt)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def pressurise(observer):
     """Load of the chambers alone: Q_theta = T_theta u_hat."""
     load, T = observer.load, observer.model.T_theta
@@ -99,7 +99,7 @@ def pressurise(observer):
         load.F[0, i] = load.F[1, i] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def pull(observer, sensing, settings, used, h):
     """Add the virtual forces of the used sensors to the load (paper, "Dynamic observer").
 
@@ -124,7 +124,7 @@ def pull(observer, sensing, settings, used, h):
             load.Q_theta[i] += turn * (r_x * k_y - r_y * k_x)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def observe(state, observer, sensing, settings, ticks):
     """Advance the observer by `ticks` periods under the torques sent last: 1, or more to catch up after a stall."""
     if state.forget:
@@ -142,7 +142,7 @@ def observe(state, observer, sensing, settings, ticks):
             )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def residual(observer, sensing, used):
     """RMS distance between used markers and model [m]; nan when none is used."""
     points_on(observer.state.q, observer.sensors, observer.points)
@@ -154,7 +154,7 @@ def residual(observer, sensing, used):
     return math.sqrt(total / count) if count > 0 else math.nan
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def reset_observer(observer):
     """Back to the unactuated equilibrium, at rest, with nothing in the air lines."""
     pose(observer.model, observer.model.rest, observer.state.q)

@@ -2,10 +2,10 @@
 
 import math
 
-from numba import njit
+from controller.kernels.compiled import kernel
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def chamber_pressures(u, pascal_per_torque, p_set):
     """Setpoints (4,) [Pa] of the chambers (u1+, u1-, u2+, u2-) for u (2,) [N m], into `p_set`.
 
@@ -16,13 +16,13 @@ def chamber_pressures(u, pascal_per_torque, p_set):
         p_set[2 * j + 1] = max(-u[j], 0.0) * pascal_per_torque[j] + 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def first_order_lag(p, p_set, tau, dt):
     """P after dt [s] of dp/dt = (p_set - p) / tau, exactly (paper, "Dynamic observer": 50 ms)."""
     return p_set + (p - p_set) * math.exp(-dt / tau)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def delay(ring, head, u1, u2):
     """Put u in at `head` of `ring` (d+1,2); returns the u of d calls before and the new head."""
     ring[head, 0] = u1

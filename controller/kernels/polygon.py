@@ -2,8 +2,7 @@
 
 from typing import NamedTuple
 
-from numba import njit
-
+from controller.kernels.compiled import kernel
 from controller.kernels.rod import Array
 
 
@@ -18,7 +17,7 @@ class Polygon(NamedTuple):
     """(n,2) counter-clockwise [N m]."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def admissible(polygon, u1, u2):
     """Whether u [N m] is in the polygon; its edge belongs to it, within rounding."""
     for k in range(polygon.bounds.size):
@@ -27,7 +26,7 @@ def admissible(polygon, u1, u2):
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def lowest_on_edges(polygon, u, g, H):
     """Where g.(v - u) + (v - u).H (v - u)/2 is lowest on the polygon's edges; H = (H11, H12, H22) positive definite."""
     lowest, v1, v2 = 1e300, u[0], u[1]
@@ -46,7 +45,7 @@ def lowest_on_edges(polygon, u, g, H):
     return v1, v2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def nearest_admissible(polygon, u1, u2):
     """The admissible point nearest to u [N m]; nan stays nan."""
     if admissible(polygon, u1, u2) or u1 != u1 or u2 != u2:

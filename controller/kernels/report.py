@@ -2,14 +2,13 @@
 
 import math
 
-from numba import njit
-
+from controller.kernels.compiled import kernel
 from controller.kernels.observer import residual
 from controller.kernels.pneumatics import chamber_pressures
 from controller.kernels.statics import points_on, tip_of
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def report_estimate(control, observer, sensing, t_ns, measurement, telemetry):
     """Markers, measured tip, observer's tip and backbone, residual."""
     state = control.state[0]
@@ -35,7 +34,7 @@ def report_estimate(control, observer, sensing, t_ns, measurement, telemetry):
     telemetry.measurement_age = (t_ns - max(state.seen_ns, state.start_ns if state.seen_ns == 0 else 0)) * 1e-9
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def report_command(control, command, telemetry):
     """Target, reference, torques and chamber setpoints."""
     state = control.state[0]
@@ -52,7 +51,7 @@ def report_command(control, command, telemetry):
     chamber_pressures(state.u, control.pascal_per_torque, telemetry.pressure_cmd)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def report_loop(control, t_ns, command, status, telemetry):
     """Mode, requests, ages and what the loop knows of itself; counts the tick."""
     state = control.state[0]

@@ -11,7 +11,8 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
+
+from controller.kernels.compiled import inlined
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -125,7 +126,7 @@ def make_load(rods: int) -> Load:
     return Load(np.zeros(rods), np.zeros((2, rods)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def sine_cosine(theta):
     """(sin, cos) of theta [rad] to 4e-16 for |theta| < 1e4; no branches, so a loop over it uses the vector unit.
 
@@ -142,7 +143,7 @@ def sine_cosine(theta):
     return sign * (2.0 * s * c), sign * (1.0 - 2.0 * s * s)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def rotations(theta, arm, a):
     """a_i = c_i (-sin theta_i, cos theta_i) (2,N) [m] into `a`."""
     for i in range(theta.size):
@@ -151,7 +152,7 @@ def rotations(theta, arm, a):
         a[1, i] = arm[i] * c
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def free_acceleration(model, q, v, load, free):
     """M^-1 Q (3,N): springs and dampers of the hinges, mass damping, gravity and load, without hinge forces."""
     last = model.k.size - 1
@@ -167,7 +168,7 @@ def free_acceleration(model, q, v, load, free):
         inner = outer
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def constraint_residual(model, q, v, a, free, r):
     """Right-hand side -A' q' - 2 zeta_B omega_B A q' - omega_B^2 phi - A M^-1 Q (2,N) of the hinge forces.
 
@@ -191,7 +192,7 @@ def constraint_residual(model, q, v, a, free, r):
         distal_y = centre_y + end_y
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def eliminate(model, a, D_inv, r):
     """Forward sweep of block Thomas: D_i <- D_i - E D_(i-1)^-1 E, r_i <- r_i - E D_(i-1)^-1 r_(i-1), in place.
 
@@ -217,7 +218,7 @@ def eliminate(model, a, D_inv, r):
         r[0, i], r[1, i] = rx, ry
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def substitute(model, a, D_inv, r, lam):
     """Backward sweep: hinge forces lambda_i = D_i^-1 (r_i - E_(i,i+1) lambda_(i+1)) (2,N) into `lam`."""
     x = y = 0.0
@@ -230,7 +231,7 @@ def substitute(model, a, D_inv, r, lam):
         lam[0, i], lam[1, i] = x, y
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def apply_hinges(model, a, free, lam, acc):
     """Accelerations q'' = M^-1 (Q + A^T lambda) (3,N) into `acc`."""
     for i in range(free.shape[1]):
@@ -240,7 +241,7 @@ def apply_hinges(model, a, free, lam, acc):
         acc[2, i] = free[2, i] - (a[0, i] * sum_x + a[1, i] * sum_y) * model.I_inv[i]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@inlined
 def accelerate(model, load, work, stage):
     """Acceleration work.acc[stage] (3,N) and hinge forces work.lam[stage] at work.q[stage], work.v[stage].
 

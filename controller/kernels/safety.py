@@ -6,8 +6,8 @@ Every age is taken on the loop's own clock; silence while the loop itself stood 
 import math
 
 import numpy as np
-from numba import njit
 
+from controller.kernels.compiled import kernel
 from controller.modes import Cause, Mode, Request
 
 VENTED, HOLD, FOLLOW, TRACK, REST, FAULT, E_STOP = (int(mode) for mode in Mode)
@@ -35,7 +35,7 @@ TRACKING_ERROR, RESTED, WRONG_MODE = int(Cause.TRACKING_ERROR), int(Cause.RESTED
 WRONG_BOOT, NO_REFERENCE, NO_OPERATOR = int(Cause.WRONG_BOOT), int(Cause.NO_REFERENCE), int(Cause.NO_OPERATOR)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def supervise(control, t_ns, command, status, measurement):
     """Act on a new request, then let every watchdog look: sets mode and cause for this tick (DESIGN section 5)."""
     state, limits = control.state[0], control.limits[0]
@@ -58,38 +58,38 @@ def supervise(control, t_ns, command, status, measurement):
     state.last_ns = t_ns
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def move(state, mode, cause):
     """Change the mode and say why."""
     state.mode = mode
     state.cause = cause
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def is_live(mode):
     """HOLD, FOLLOW or TRACK: the reference rules u."""
     return mode == HOLD or mode == FOLLOW or mode == TRACK
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def is_moving(mode):
     """FOLLOW or TRACK: the reference itself may move."""
     return mode == FOLLOW or mode == TRACK
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def silence(state, seen_ns, t_ns):
     """Seconds since `seen_ns`, but not before the start nor before the end of the loop's last stall."""
     return (t_ns - max(seen_ns, state.start_ns, state.resume_ns)) * 1e-9
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def present(state, limits, t_ns):
     """Whether an operator has shown presence within the timeout."""
     return state.presence_ns > 0 and (t_ns - state.presence_ns) * 1e-9 <= limits.operator_timeout
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def consider(control, t_ns, command):
     """Accept or refuse the request of `command`, once; after a CLEAR the observer starts anew."""
     state, request = control.state[0], command.request
@@ -110,7 +110,7 @@ def consider(control, t_ns, command):
         state.forget = request == ASK_CLEAR
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def watch_loop(state, limits, t_ns):
     """The loop itself stood still: HOLD on resume."""
     if (t_ns - state.last_ns) * 1e-9 > limits.loop_gap:
@@ -119,7 +119,7 @@ def watch_loop(state, limits, t_ns):
             move(state, HOLD, LOOP_STALLED)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def watch_operator(state, limits, t_ns):
     """No operator in a moving mode: HOLD, unless a TRACK run was started as unattended."""
     alone = state.mode == TRACK and state.unattended != 0
@@ -127,7 +127,7 @@ def watch_operator(state, limits, t_ns):
         move(state, HOLD, OPERATOR_LOST)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def watch_link(state, hold_after, rest_after, silent, cause):
     """Server or pump silent: HOLD, after a longer time ramp to rest."""
     if is_live(state.mode) and silent > rest_after:
@@ -136,21 +136,21 @@ def watch_link(state, hold_after, rest_after, silent, cause):
         move(state, HOLD, cause)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def watch_measurement(state, limits, t_ns):
     """No usable marker for long: FAULT, ramp to rest. (For less long, `sense` already took the feedback off.)"""
     if is_live(state.mode) and silence(state, state.seen_ns, t_ns) > limits.measurement_lost:
         move(state, FAULT, MEASUREMENT_LOST)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def watch_error(state, limits):
     """Tracking error above its limit for its time, in closed loop with the target in reach: FAULT."""
     if is_live(state.mode) and state.off_time > limits.error_time:
         move(state, FAULT, TRACKING_ERROR)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def watch_numbers(control, command):
     """A number in the command or in the estimated state is not finite: E_STOP."""
     state, q, v = control.state[0], control.q, control.v
@@ -162,7 +162,7 @@ def watch_numbers(control, command):
         move(state, E_STOP, NOT_FINITE)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def command_sum(command):
     """Sum of every real number in the command: not finite if one of them is not."""
     s = command.settings
@@ -172,7 +172,7 @@ def command_sum(command):
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def watch_pressure(state, limits, measurement):
     """A chamber pressure is too high or not a number: E_STOP."""
     for j in range(measurement.pressures.shape[0]):

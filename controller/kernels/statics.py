@@ -6,8 +6,8 @@ A `model` here is anything with `L` (N,) [m], `rest` (N,) [rad] and `compliance`
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from controller.kernels.compiled import kernel
 from controller.kernels.rod import Array, RodModel, RodState, sine_cosine
 
 
@@ -54,7 +54,7 @@ def at_rest(model: RodModel) -> RodState:
     return state
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def pose(model, theta, q):
     """Centres and angles (3,N) of the chain with the angles theta (N,) [rad], into `q`."""
     x = y = 0.0
@@ -65,7 +65,7 @@ def pose(model, theta, q):
         y += model.L[i] * s
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def static_tip(model, u1, u2):
     """Static tip p(u) = sum L_i (cos theta_i, sin theta_i) [m]."""
     x = y = 0.0
@@ -76,7 +76,7 @@ def static_tip(model, u1, u2):
     return x, y
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def expand_tip(model, u1, u2):
     """Tip, sensitivity and curvature of the static map at u [N m]."""
     x = y = x_1 = x_2 = y_1 = y_2 = 0.0
@@ -93,7 +93,7 @@ def expand_tip(model, u1, u2):
     return Expansion(x, y, x_1, x_2, y_1, y_2, x_11, x_12, x_22, y_11, y_12, y_22)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def sensitivity(model, theta):
     """S = J(theta) K_theta^-1 T_theta [m/(N m)] at any pose theta (N,), row by row: S11, S12, S21, S22."""
     S11 = S12 = S21 = S22 = 0.0
@@ -105,7 +105,7 @@ def sensitivity(model, theta):
     return S11, S12, S21, S22
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def points_on(q, at, points):
     """Positions (n,2) [m] of the material points `at` (Places) in the pose q (3,N), into `points`."""
     for j in range(at.rod.size):
@@ -115,7 +115,7 @@ def points_on(q, at, points):
         points[j, 1] = q[1, i] + at.offset[j] * s
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def tip_of(model, q):
     """Distal end of the last rod [m] in the pose q (3,N)."""
     last = model.L.size - 1

@@ -1,7 +1,6 @@
 """One period of the controller, stage by stage, as in the paper's block diagram."""
 
-from numba import njit
-
+from controller.kernels.compiled import kernel
 from controller.kernels.feedback import feed_back, saturate
 from controller.kernels.feedforward import feed_forward
 from controller.kernels.follow import refer
@@ -12,7 +11,7 @@ from controller.kernels.safety import supervise
 from controller.kernels.timing import begin, feedforward_due
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def tick(rig, t_ns, command, measurement, status, telemetry):
     """Advance the rig by one period and fill the `telemetry` row, but for `slot` and `twin_backbone`.
 

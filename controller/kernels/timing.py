@@ -1,12 +1,12 @@
 """When the tick is: how many periods have passed, and whether the feedforward is due."""
 
-from numba import njit
+from controller.kernels.compiled import kernel
 
 CATCH_UP_MAX = 100
 """At most so many observer steps in one tick: half of a period at 1 kHz."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def begin(control, t_ns):
     """Periods since the tick before: 1, or the number that a stalled observer has to catch up, bounded."""
     state = control.state[0]
@@ -16,7 +16,7 @@ def begin(control, t_ns):
     return min(max(int((t_ns - state.last_ns) / period_ns + 0.5), 1), CATCH_UP_MAX)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def feedforward_due(control, settings):
     """Whether this tick solves the static inverse: every `feedforward_period`."""
     every = max(int(settings.feedforward_period / control.dt + 0.5), 1)

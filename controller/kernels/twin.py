@@ -8,8 +8,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from controller.kernels.compiled import kernel
 from controller.kernels.integrate import rk4_step
 from controller.kernels.noise import normal_pair
 from controller.kernels.pneumatics import first_order_lag
@@ -85,7 +85,7 @@ class Twin(NamedTuple):
     """(1,) uint64 state of the noise."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def twin_step(twin, t_ns, telemetry, measurement):
     """Show the plant as it is at t_ns [ns], then advance it by dt under telemetry.pressure_cmd.
 
@@ -106,7 +106,7 @@ def twin_step(twin, t_ns, telemetry, measurement):
     twin.ticks[0] += 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def capture(twin, t_ns):
     """Take a noisy sample of all markers if one is due."""
     camera = twin.camera
@@ -122,7 +122,7 @@ def capture(twin, t_ns):
         points[i, 1] += camera.noise * y
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def deliver(camera, tick, measurement):
     """Hand over the sample whose latency has passed in this tick."""
     taken = tick - camera.latency
@@ -135,7 +135,7 @@ def deliver(camera, tick, measurement):
             measurement.markers[i, j] = camera.points[slot, i, j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def fill_chambers(chambers, tick, setpoints, dt):
     """Chamber pressures after dt [s]: dead time, then a first-order lag, slower to exhaust than to inflate."""
     slots = chambers.line.shape[0]
@@ -147,7 +147,7 @@ def fill_chambers(chambers, tick, setpoints, dt):
         chambers.pressure[j] = first_order_lag(p, p_set, tau, dt)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def press(model, chambers, load):
     """Torques of the differential pressures, into the load."""
     p = chambers.pressure
@@ -157,7 +157,7 @@ def press(model, chambers, load):
         load.Q_theta[i] = model.T_theta[i, 0] * u1 + model.T_theta[i, 1] * u2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def resist_creep(model, creep, q, load, h):
     """Torques of the Maxwell branches, added to the load; the branches relax towards the present bend for h [s]."""
     for branch in range(2):
@@ -172,7 +172,7 @@ def resist_creep(model, creep, q, load, h):
                 load.Q_theta[i - 1] += torque
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def rub(model, friction, v, load):
     """Coulomb friction at the rods' centres against the sheet, into the load; regularised below SLIP_SPEED."""
     for i in range(load.F.shape[1]):
