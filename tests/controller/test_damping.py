@@ -26,8 +26,9 @@ def test_the_decrement_recovers_the_damping_ratio_of_an_oscillator_within_2_perc
     assert found.omega == pytest.approx(OMEGA, rel=0.005)
 
 
-def test_a_wrong_rest_does_not_bias_the_decrement_of_a_long_decay() -> None:
-    found = log_decrement([decay(0.07, seed, rest=5e-4) for seed in range(8)])
+@pytest.mark.parametrize("rest", [5e-4, 5e-3])
+def test_a_wrong_rest_does_not_bias_the_decrement(rest: float) -> None:
+    found = log_decrement([decay(0.07, seed, rest) for seed in range(8)])
     assert found.zeta.value == pytest.approx(0.07, rel=0.01)
 
 
@@ -54,7 +55,7 @@ def test_the_noise_is_found_below_a_moving_signal() -> None:
 
 def test_a_signal_without_swings_is_refused() -> None:
     t = np.arange(300) * 0.01
-    with pytest.raises(DataError, match="0 peaks stand out of the noise in 1 decays"):
+    with pytest.raises(DataError, match="0 peaks stand out of the noise"):
         log_decrement([(t, np.exp(-t))])
 
 
