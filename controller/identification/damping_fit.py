@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,7 +11,9 @@ from controller.build import build_rod
 from controller.identification.damping import (
     Decrement,
     Interval,
+    Peaks,
     Rayleigh,
+    local_ratios,
     log_decrement,
     rayleigh,
     rayleigh_ratio,
@@ -28,6 +30,12 @@ DRAWN = 3
 
 APART = 0.1
 """First modes of data and model that differ by more than this share are reported."""
+
+CURVED = 0.1
+"""Scatter of ln(peak) beyond the noise from which on the damping is called dependent on amplitude."""
+
+FAR = 20.0
+"""A peak enters the plot over amplitude when it is this many standard deviations of the noise high."""
 
 MILLI = 1e3
 
@@ -56,14 +64,14 @@ def fit_damping(motions: Sequence[Motion], base: Actuator) -> Fit:
         title="Damping from free decays",
         method=(
             f"Logarithmic decrement of the peaks of {len(motions)} free decays, one line ln(peak) over half periods "
-            "each with a common slope, weighted by the peak. (alpha, beta) give this damping ratio to the model's "
+            "each with a common slope. (alpha, beta) give this damping ratio to the model's "
             f"first two modes, {first / math.tau:.3g} and {second / math.tau:.3g} Hz."
         ),
         actuator=actuator,
         parameters=_estimates(found, band, actuator),
-        misfits=(Misfit("ln(peak), weighted", found.log_misfit, "1", sum(one.s.size for one in found.peaks)),),
-        plots=(_decays(motions, decays), _peaks(found), _ratios(found, band, first, second)),
-        notes=_notes(found, first),
+        misfits=(Misfit("ln(peak), beyond the noise", found.log_misfit, "1", sum(one.s.size for one in found.peaks)),),
+        plots=(_decays(motions, decays), _peaks(found), _amplitudes(found), _ratios(found, band, first, second)),
+        notes=(*_time_scale(found, first), *_amplitude_note(found)),
     )
 
 
@@ -101,7 +109,7 @@ def _estimates(found: Decrement, band: Rayleigh, actuator: Actuator) -> tuple[Es
     )
 
 
-def _notes(found: Decrement, first: float) -> tuple[str, ...]:
+def _time_scale(found: Decrement, first: float) -> tuple[str, ...]:
     if abs(found.omega / first - 1.0) < APART:
         return ()
     return (
@@ -134,6 +142,45 @@ def _peaks(found: Decrement) -> Plot:
 def _start(turn: Array, s: Array, slope: float) -> float:
     weight = np.square(s)
     return float(weight @ (np.log(np.abs(s)) + slope * turn) / weight.sum())
+
+
+def _amplitudes(found: Decrement) -> Plot:
+    """Damping ratio over amplitude, from each two neighbouring peaks that stand well out of the noise."""
+    height, ratio = _neighbours(found)
+    line = np.array([height.min(), height.max()]) if height.size else np.zeros(0)
+    return Plot(
+        "Damping ratio over amplitude",
+        "peak [mm]",
+        "zeta of two peaks [1]",
+        (
+            Series("two neighbouring peaks", MILLI * height, ratio, "points"),
+            Series("fit", MILLI * line, np.full(line.size, found.zeta.value)),
+        ),
+        log_x=True,
+    )
+
+
+def _amplitude_note(found: Decrement) -> tuple[str, ...]:
+    """A sentence when the peaks lie on no straight line."""
+    height, ratio = _neighbours(found)
+    if found.log_misfit < CURVED or height.size < 4:
+        return ()
+    order = np.argsort(height)
+    small, large = np.array_split(order, 2)
+    return (
+        f"Damping depends on amplitude: zeta is {np.median(ratio[large]):.2g} for peaks about "
+        f"{MILLI * np.median(height[large]):.2g} mm and {np.median(ratio[small]):.2g} about "
+        f"{MILLI * np.median(height[small]):.2g} mm (medians); one linear model has one ratio for all.",
+    )
+
+
+def _neighbours(found: Decrement) -> tuple[Array, Array]:
+    pairs = [local_ratios(one._replace(s=one.s[k], turn=one.turn[k])) for one in found.peaks for k in [_clear(one)]]
+    return np.concatenate([height for height, _ in pairs]), np.concatenate([ratio for _, ratio in pairs])
+
+
+def _clear(one: Peaks) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    return np.asarray(np.abs(one.s) > FAR * one.noise)
 
 
 def _ratios(found: Decrement, band: Rayleigh, first: float, second: float) -> Plot:

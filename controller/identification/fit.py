@@ -49,6 +49,7 @@ class Plot:
     series: tuple[Series, ...]
     equal_axes: bool = False
     """One metre is as long on both axes: for shapes in the plane."""
+    log_x: bool = False
 
 
 @dataclass(frozen=True)

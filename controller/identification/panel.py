@@ -64,6 +64,8 @@ def _draw(axes: Axes, plot: Plot) -> None:
         look = POINTS if series.style == "points" else LINE
         axes.plot(series.x, series.y, color=colour, label=series.label, rasterized=series.x.size > MANY, **look)
     axes.set(title=plot.title, xlabel=plot.x_label, ylabel=plot.y_label)
+    if plot.log_x:
+        axes.set_xscale("log")
     if plot.equal_axes:
         axes.set_aspect("equal", adjustable="datalim")
     if any(series.label for series in plot.series):
