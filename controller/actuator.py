@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
 
@@ -33,6 +34,8 @@ Curvature = Annotated[float, Bounds(ge=-100.0, le=100.0)]
 Acceleration = Annotated[float, Bounds(ge=-20.0, le=20.0)]
 PressureSlope = Annotated[float, Bounds(gt=0.0, le=1e9)]
 Rod = Annotated[int, Bounds(ge=0, le=1000)]
+ReplayGain = Annotated[float, Bounds(ge=0.0, le=1e5)]
+ReplayDamping = Annotated[float, Bounds(ge=0.0, le=1e3)]
 
 
 class Tracking(Model):
@@ -44,6 +47,30 @@ class Tracking(Model):
     """Direction of the backbone at the clamp, in the file's coordinates; any length but zero."""
     arcs: Annotated[tuple[Annotated[float, Bounds(gt=0.0, le=2.0)], ...], Bounds(min_length=1), Q("m", "s")]
     """Arc length of each tracked body."""
+    K_o: Annotated[tuple[ReplayGain, ReplayGain], Q("N/m", "K_o", (2,))] = (0.0, 0.0)
+    """Gain of the offline observer along the body at rest and across it."""
+    B_o: Annotated[tuple[ReplayDamping, ReplayDamping], Q("N s/m", "B_o", (2,))] = (0.0, 0.0)
+    hold: tuple[Annotated[float, Bounds(gt=0.0, le=100.0)], ...] = ()
+    """Scatter of the torques, each from the clamp to one body, that held the poses before release [N m]; none: released
+    from rest."""
+    release: tuple[Annotated[float, Bounds(ge=0.0, le=100.0)], Annotated[float, Bounds(gt=0.0, le=100.0)]] = (0.0, 1e-3)
+    """When these torques begin to fade, and for how long they do [s]."""
+    starts: tuple[Annotated[float, Bounds(ge=0.0)], ...] = ()
+    """Times after release from which `products` are taken [s]."""
+    products: tuple[tuple[float, ...], ...] = ()
+    """For each of `starts` the mean products of the bodies' lateral motions (bodies x bodies, row by row) [m^2] in the
+    decays that were identified: from them follow the best fixed ratios between any bodies."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        bodies = len(self.arcs)
+        if any(inner >= outer for inner, outer in pairwise(self.arcs)):
+            raise ValueError(f"arcs = {self.arcs} do not rise from the clamp to the tip")
+        if len(self.hold) not in (0, bodies):
+            raise ValueError(f"hold has {len(self.hold)} values, arcs has {bodies}")
+        if len(self.starts) != len(self.products) or any(len(row) != bodies**2 for row in self.products):
+            raise ValueError(f"products need {bodies**2} values (arcs squared) for each of {len(self.starts)} starts")
+        return self
 
 
 class Actuator(Model):

@@ -1,0 +1,84 @@
+"""The observer over recorded data: samples held, virtual forces at the sensed bodies, a held pose let go."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from controller.kernels.compiled import inlined, kernel
+from controller.kernels.implicit import ImplicitWork, implicit_step
+from controller.kernels.observer import pull
+from controller.kernels.rod import Array, Load, RodModel, RodState
+from controller.kernels.statics import Places, points_on
+
+
+class Replay(NamedTuple):
+    """The model of a recorded body and its memory. The fields that `pull` reads are named as in Observer."""
+
+    model: RodModel
+    state: RodState
+    load: Load
+    work: ImplicitWork
+    sensors: Places
+    """Material points of the tracked bodies (m)."""
+    points: Array
+    """The model's position there (m,2) [m]."""
+    held: Array
+    """Torques that held the pose before the release (N,) [N m]."""
+    release: Array
+    """(2,) when they begin to fade, and for how long they do [s]."""
+    dt: float
+
+
+class Samples(NamedTuple):
+    """What was recorded, n samples of m bodies in the model's frame."""
+
+    p: Array
+    """Positions (n,m,2) [m]."""
+    v: Array
+    """Velocities by difference from the sample before (n,m,2) [m/s]."""
+    ticks: np.ndarray
+    """For how many steps each sample is held (n,)."""
+
+
+class Held(NamedTuple):
+    """One sample, as `pull` reads it."""
+
+    p: Array
+    v: Array
+
+
+class Springs(NamedTuple):
+    """Gains of the virtual forces, as `pull` reads them."""
+
+    K_o: Array
+    """(2,) along x and y [N/m]."""
+    B_o: Array
+    """(2,) [N s/m]."""
+
+
+@kernel
+def replay(run, samples, springs, used, out):
+    """Advance `run` through all samples, pulled to the bodies with a bit in `used`; estimates (n,m,2) [m] into `out`.
+
+    The estimate for a sample is the model's position after the last step for which that sample is held.
+    """
+    tick = 0
+    for k in range(samples.ticks.size):
+        held = Held(samples.p[k], samples.v[k])
+        for _ in range(samples.ticks[k]):
+            let_go(run, tick * run.dt)
+            pull(run, held, springs, used, run.dt)
+            implicit_step(run.model, run.state, run.load, run.dt, run.work)
+            tick += 1
+        points_on(run.state.q, run.sensors, out[k])
+
+
+@inlined
+def let_go(run, t):
+    """Load of the held pose at t [s]: whole before the release, then falling to zero on a line."""
+    share = 1.0
+    if t > run.release[0]:
+        share = max(0.0, 1.0 - (t - run.release[0]) / run.release[1])
+    for i in range(run.held.size):
+        run.load.Q_theta[i] = share * run.held[i]
+        run.load.F[0, i] = run.load.F[1, i] = 0.0
