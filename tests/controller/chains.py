@@ -47,11 +47,12 @@ def steps(model: RodModel, state: RodState, load: Load, dt: float, work: Work, c
 def booked_steps(
     model: RodModel, state: RodState, load: Load, dt: float, work: Work, ledger: Ledger, u: Array, kept: Array
 ) -> None:
-    """One step for each row of `kept` (n,2), which becomes stored energy and ledger [J]."""
+    """One step for each row of `kept` (n,6), which becomes stored energy, ledger [J] and the four powers [W]."""
     for i in range(kept.shape[0]):
         rk4_step(model, state, load, dt, work)
         kept[i, 1] = ledger_step(ledger, model, state, load, u, dt, work)
         kept[i, 0] = ledger.energy[0]
+        kept[i, 2:] = ledger.power
 
 
 def advance(model: RodModel, state: RodState, load: Load, seconds: float, dt: float = 1e-3) -> RodState:
