@@ -51,6 +51,17 @@ def test_the_static_map_does_not_depend_on_the_number_of_rods(
         assert apart.max() < bound
 
 
+@pytest.mark.parametrize("name", ["P1", "P2", "P3"])
+def test_at_full_bend_the_tip_stays_within_five_millimetres_for_every_number_of_rods(name: str) -> None:
+    """Both chambers at the bend limit, either way. Two to four rods are too coarse a polygon for nearly a full turn."""
+    u = PRESETS[name].bend_max / preset(name).compliance[-1].sum()
+    torques = [(u, u), (-u, -u)]
+    few = {"P1": (13e-3, 5e-3, 3e-3), "P2": (40e-3, 14e-3, 6.1e-3), "P3": (10e-3, 4e-3, 2e-3)}[name]
+    for rods in (*range(2, 40), 100, 317, 1000):
+        apart = np.linalg.norm(tips(preset(name, rods), torques) - tips(preset(name), torques), axis=1)
+        assert apart.max() < (5e-3 if rods > 4 else few[rods - 2]), rods
+
+
 def test_angles_at_the_middles_of_the_tables_rods_are_kept_exactly() -> None:
     """30 rods have a middle wherever 10 have one."""
     fine, table = preset("P2", 30), preset("P2")
