@@ -1,11 +1,12 @@
 """Rod model, observer, controller and the rig process.
 
 numba keys its cache on one file only: a changed callee in another file would leave a stale caller. So the cache folder
-is named by a hash of every source that is compiled, and it must be set before numba is imported, hence here.
+is named by a hash of every source that is compiled, and it must be set before a kernel is declared, hence here.
 """
 
 import hashlib
 import os
+import sys
 from importlib.metadata import version
 from pathlib import Path
 
@@ -20,3 +21,5 @@ def _cache_folder() -> str:
 
 
 os.environ.setdefault("NUMBA_CACHE_DIR", _cache_folder())
+if "numba" in sys.modules:  # it read the environment when it was imported
+    sys.modules["numba"].config.reload_config()
