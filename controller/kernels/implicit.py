@@ -44,8 +44,8 @@ class ImplicitWork(NamedTuple):
     block: Block
     lam: Array
     """Impulses of the hinges in a projection (2,N+1) [N s]; the last column, beyond the free end, stays zero."""
-    D_inv: Array
-    """Of the projection, see `rod.eliminate` (3,N)."""
+    G: Array
+    """Factors of the projection, see `rod.fold` (4,N)."""
     r: Array
     """Right-hand side of the projection (2,N) [m/s]."""
     lift: Array
@@ -55,7 +55,7 @@ class ImplicitWork(NamedTuple):
 def make_implicit_work(rods: int) -> ImplicitWork:
     """Scratch arrays for a chain of `rods`."""
     columns = [np.zeros((rows, rods)) for rows in (2, 3)]
-    projection = np.zeros((2, rods + 1)), np.zeros((3, rods)), np.zeros((2, rods))
+    projection = np.zeros((2, rods + 1)), np.zeros((4, rods)), np.zeros((2, rods))
     return ImplicitWork(np.zeros(rods), *columns, make_block(rods), *projection, np.zeros(1))
 
 
@@ -99,8 +99,8 @@ def turn_velocity(model, v, work, share):
         r[0, i] = share * (distal_x - (v[0, i] - end_x))
         r[1, i] = share * (distal_y - (v[1, i] - end_y))
         distal_x, distal_y = v[0, i] + end_x, v[1, i] + end_y
-    eliminate(model, a, work.D_inv, r)
-    substitute(model, a, work.D_inv, r, lam)
+    eliminate(model, a, work.G, r)
+    substitute(work.G, r, lam)
     apply_hinges(model, a, v, lam, v)
 
 

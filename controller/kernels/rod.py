@@ -109,16 +109,16 @@ class Work(NamedTuple):
     """Hinge forces (4,2,N+1) [N]; the last column, beyond the free end, stays zero."""
     free: Array
     """Acceleration that each rod would have without hinges (3,N)."""
-    D_inv: Array
-    """Inverse of the eliminated diagonal blocks, entries 11, 12, 22 (3,N)."""
+    G: Array
+    """Factors of the eliminated hinges, see `fold` (4,N)."""
     r: Array
-    """Eliminated right-hand side (2,N)."""
+    """Right-hand side, eliminated in place (2,N)."""
 
 
 def make_work(rods: int) -> Work:
     """Scratch arrays for a chain of `rods`."""
     stages = [np.zeros((4, rows, rods)) for rows in (3, 3, 3, 2)]
-    return Work(*stages, np.zeros((4, 2, rods + 1)), np.zeros((3, rods)), np.zeros((3, rods)), np.zeros((2, rods)))
+    return Work(*stages, np.zeros((4, 2, rods + 1)), *[np.zeros((rows, rods)) for rows in (3, 4, 2)])
 
 
 def make_load(rods: int) -> Load:
@@ -155,17 +155,18 @@ def rotations(theta, arm, a):
 @inlined
 def free_acceleration(model, q, v, load, free):
     """M^-1 Q (3,N): springs and dampers of the hinges, mass damping, gravity and load, without hinge forces."""
-    last = model.k.size - 1
+    last, alpha = model.k.size - 1, model.alpha
+    for axis in range(2):
+        g = model.g[axis]
+        for i in range(last + 1):
+            free[axis, i] = load.F[axis, i] * model.m_inv[i] + g - alpha * v[axis, i]
     inner = model.k[0] * (q[2, 0] - model.bend[0]) + model.b[0] * v[2, 0]
-    for i in range(last + 1):
-        outer = 0.0
-        if i < last:
-            stretch = q[2, i + 1] - q[2, i] - model.bend[i + 1]
-            outer = model.k[i + 1] * stretch + model.b[i + 1] * (v[2, i + 1] - v[2, i])
-        free[0, i] = load.F[0, i] * model.m_inv[i] + model.g[0] - model.alpha * v[0, i]
-        free[1, i] = load.F[1, i] * model.m_inv[i] + model.g[1] - model.alpha * v[1, i]
-        free[2, i] = (outer - inner + load.Q_theta[i]) * model.I_inv[i] - model.alpha * v[2, i]
+    for i in range(last):
+        stretch = q[2, i + 1] - q[2, i] - model.bend[i + 1]
+        outer = model.k[i + 1] * stretch + model.b[i + 1] * (v[2, i + 1] - v[2, i])
+        free[2, i] = (outer - inner + load.Q_theta[i]) * model.I_inv[i] - alpha * v[2, i]
         inner = outer
+    free[2, last] = (load.Q_theta[last] - inner) * model.I_inv[last] - alpha * v[2, last]
 
 
 @inlined
@@ -193,42 +194,78 @@ def constraint_residual(model, q, v, a, free, r):
 
 
 @inlined
-def eliminate(model, a, D_inv, r):
-    """Forward sweep of block Thomas: D_i <- D_i - E D_(i-1)^-1 E, r_i <- r_i - E D_(i-1)^-1 r_(i-1), in place.
+def eliminate(model, a, G, r):
+    """Block elimination of the hinges from both ends towards the middle one; r (2,N) becomes D^-1 r, in place.
 
-    D_i = J_i + J_(i-1), E_(i-1,i) = J_(i-1) - (2/m_(i-1)) 1 with J_i = (1/m_i) 1 + a_i a_i^T / I_i.
+    D_i = J_(i-1) + J_i and E_(i-1,i) = J_(i-1) - (2/m_(i-1)) 1, with J_i = (1/m_i) 1 + a_i a_i^T / I_i, how easily a
+    force moves the end of rod i. Two independent sweeps fill the gaps that the divisions of one would leave.
+    `base` and `tip` are what the next hinge sees of the part already eliminated: that part's block of D, entries 11,
+    12, 22, and what it takes from r. The clamp gives nothing, the free end has no hinge.
     """
-    J11 = J12 = J22 = E11 = E12 = E22 = 0.0
-    i11 = i12 = i22 = rx = ry = 0.0
-    for i in range(r.shape[1]):
-        G11, G12 = E11 * i11 + E12 * i12, E11 * i12 + E12 * i22
-        G21, G22 = E12 * i11 + E22 * i12, E12 * i12 + E22 * i22
-        D11 = J11 - (G11 * E11 + G12 * E12)
-        D12 = J12 - (G11 * E12 + G12 * E22)
-        D22 = J22 - (G21 * E12 + G22 * E22)
-        rx, ry = r[0, i] - (G11 * rx + G12 * ry), r[1, i] - (G21 * rx + G22 * ry)
-        w = model.m_inv[i]
-        E12 = J12 = a[0, i] * a[1, i] * model.I_inv[i]
-        J11, J22 = w + a[0, i] * a[0, i] * model.I_inv[i], w + a[1, i] * a[1, i] * model.I_inv[i]
-        E11, E22 = J11 - 2.0 * w, J22 - 2.0 * w
-        D11, D12, D22 = D11 + J11, D12 + J12, D22 + J22
-        det_inv = 1.0 / (D11 * D22 - D12 * D12)
-        i11, i12, i22 = D22 * det_inv, -D12 * det_inv, D11 * det_inv
-        D_inv[0, i], D_inv[1, i], D_inv[2, i] = i11, i12, i22
-        r[0, i], r[1, i] = rx, ry
+    last, middle = r.shape[1] - 1, r.shape[1] // 2
+    base = (0.0, 0.0, 0.0, 0.0, 0.0)
+    J11, J12, J22 = mobility(model, a, last)
+    tip = (J11, J12, J22, 0.0, 0.0)
+    for i in range(last - middle):
+        base = fold(model, a, G, r, (i, i), base)
+        tip = fold(model, a, G, r, (last - i, last - i - 1), tip)
+    if 2 * middle > last:
+        base = fold(model, a, G, r, (middle - 1, middle - 1), base)
+    D11, D12, D22 = base[0] + tip[0], base[1] + tip[1], base[2] + tip[2]
+    x, y = r[0, middle] - base[3] - tip[3], r[1, middle] - base[4] - tip[4]
+    det_inv = 1.0 / (D11 * D22 - D12 * D12)
+    r[0, middle], r[1, middle] = det_inv * (D22 * x - D12 * y), det_inv * (D11 * y - D12 * x)
 
 
 @inlined
-def substitute(model, a, D_inv, r, lam):
-    """Backward sweep: hinge forces lambda_i = D_i^-1 (r_i - E_(i,i+1) lambda_(i+1)) (2,N) into `lam`."""
-    x = y = 0.0
-    for i in range(r.shape[1] - 1, -1, -1):
-        swing = (a[0, i] * x + a[1, i] * y) * model.I_inv[i]
-        rx = r[0, i] + model.m_inv[i] * x - a[0, i] * swing
-        ry = r[1, i] + model.m_inv[i] * y - a[1, i] * swing
-        x = D_inv[0, i] * rx + D_inv[1, i] * ry
-        y = D_inv[1, i] * rx + D_inv[2, i] * ry
-        lam[0, i], lam[1, i] = x, y
+def mobility(model, a, rod):
+    """J of `rod`, entries 11, 12, 22."""
+    w, across, a_x, a_y = model.m_inv[rod], model.I_inv[rod], a[0, rod], a[1, rod]
+    return w + a_x * a_x * across, a_x * a_y * across, w + a_y * a_y * across
+
+
+@inlined
+def fold(model, a, G, r, at, seen):
+    """Eliminate hinge at[0] and return what its neighbour sees across rod at[1] (see `eliminate`).
+
+    Keeps D^-1 E, entries 11, 12, 21, 22, in G (4,N) and D^-1 r in r. Nothing but one factor waits for the division.
+    """
+    i, rod = at
+    J11, J12, J22 = mobility(model, a, rod)
+    E11, E12, E22 = J11 - 2.0 * model.m_inv[rod], J12, J22 - 2.0 * model.m_inv[rod]
+    D11, D12, D22, x, y = seen[0] + J11, seen[1] + J12, seen[2] + J22, r[0, i] - seen[3], r[1, i] - seen[4]
+    det_inv = 1.0 / (D11 * D22 - D12 * D12)
+    G11, G12 = D22 * E11 - D12 * E12, D22 * E12 - D12 * E22
+    G21, G22 = D11 * E12 - D12 * E11, D11 * E22 - D12 * E12
+    s_x, s_y = D22 * x - D12 * y, D11 * y - D12 * x
+    G[0, i], G[1, i], G[2, i], G[3, i] = det_inv * G11, det_inv * G12, det_inv * G21, det_inv * G22
+    r[0, i], r[1, i] = det_inv * s_x, det_inv * s_y
+    J11 -= det_inv * (E11 * G11 + E12 * G21)
+    J12 -= det_inv * (E11 * G12 + E12 * G22)
+    J22 -= det_inv * (E12 * G12 + E22 * G22)
+    return J11, J12, J22, det_inv * (E11 * s_x + E12 * s_y), det_inv * (E12 * s_x + E22 * s_y)
+
+
+@inlined
+def substitute(G, r, lam):
+    """Hinge forces lambda (2,N) from the middle outwards: each from its neighbour's."""
+    last, middle = r.shape[1] - 1, r.shape[1] // 2
+    base = tip = (r[0, middle], r[1, middle])
+    lam[0, middle], lam[1, middle] = base
+    for i in range(1, last - middle + 1):
+        base = unfold(G, r, middle - i, base)
+        tip = unfold(G, r, middle + i, tip)
+        lam[0, middle - i], lam[1, middle - i] = base
+        lam[0, middle + i], lam[1, middle + i] = tip
+    if 2 * middle > last:
+        lam[0, 0], lam[1, 0] = unfold(G, r, 0, base)
+
+
+@inlined
+def unfold(G, r, i, neighbour):
+    """lambda_i = D_i^-1 r_i - D_i^-1 E lambda_neighbour."""
+    x, y = neighbour
+    return r[0, i] - (G[0, i] * x + G[1, i] * y), r[1, i] - (G[2, i] * x + G[3, i] * y)
 
 
 @inlined
@@ -251,6 +288,6 @@ def accelerate(model, load, work, stage):
     rotations(q[2], model.arm, a)
     free_acceleration(model, q, v, load, work.free)
     constraint_residual(model, q, v, a, work.free, work.r)
-    eliminate(model, a, work.D_inv, work.r)
-    substitute(model, a, work.D_inv, work.r, lam)
+    eliminate(model, a, work.G, work.r)
+    substitute(work.G, work.r, lam)
     apply_hinges(model, a, work.free, lam, work.acc[stage])  # Eq. KKT
