@@ -99,6 +99,24 @@ def bench(
 
 
 @app.command()
+def identify(
+    data: Annotated[list[Path], typer.Argument(help="CSV files of one actuator: a static test, free decays, or both.")],
+    out_file: Annotated[Path, typer.Option("--out", help="Actuator file (.toml) to write.")],
+    ids: Annotated[str | None, typer.Option(help="Free decays to use, as in 0-16,20; all without it.")] = None,
+    actuator: Annotated[str, typer.Option(help="Says what the data do not: P1, P2, P3 or a .toml file.")] = "P1",
+    report: Annotated[Path | None, typer.Option(help="HTML page with plots and residuals to write.")] = None,
+    profile: Annotated[str, typer.Option(help="Stiffness: uniform, linear, scaled, or auto as in the base.")] = "auto",
+    robust: Annotated[bool, typer.Option(help="Weigh down static values that lie far out.")] = False,
+) -> None:
+    """Fit stiffness and damping to measured data (docs/identification.md)."""
+    from controller.actuator import read_actuator
+    from controller.identification.identify import Task
+    from server.identify import run_identify
+
+    run_identify(Task(tuple(data), read_actuator(actuator), ids, profile, robust), out_file, report, out)
+
+
+@app.command()
 def compile() -> None:
     """Compile every kernel into the cache, so that the first start is quick."""
     from controller.build_rig import build_rig

@@ -1,17 +1,19 @@
 """One panel of the identification report as SVG text."""
 
 import io
-from itertools import count
+from itertools import cycle
 from typing import Any
 
 import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
 
 from controller.identification.fit import Plot
 
-COLOURS = ("#1c5fa8", "#c4561a", "#2f7d4f", "#8a3f8f", "#6b6b6b", "#a0822a")
-"""Of measured points and of the model's curve beside them; they differ in print without colour by mark and line."""
+MARKS = ("#123f70", "#8f3a0c", "#1d5634", "#5f2563", "#3d3d3d", "#6f5813")
+LINES = ("#5c9be0", "#f0935c", "#66bd8a", "#c07fc6", "#a5a5a5", "#d6b85a")
+"""Colours of measured points and, a lighter shade of the same, of the model's curve beside them."""
 
 MANY = 1500
 """Points of one series beyond which they are drawn as a picture: a mark in SVG takes 100 bytes."""
@@ -40,7 +42,8 @@ POINTS: Any = {
     "marker": "o",
     "markersize": 2.6,
     "markerfacecolor": "none",
-    "markeredgewidth": 0.6,
+    "markeredgewidth": 0.7,
+    "zorder": 3,
 }
 LINE: Any = {"linewidth": 1.1}
 
@@ -57,15 +60,17 @@ def svg(plot: Plot) -> str:
 
 
 def _draw(axes: Axes, plot: Plot) -> None:
-    """Measured points and the curve of the model beside them come in the same order, and so share a colour."""
-    turn = {"points": count(), "line": count()}
+    """Measured points and the curve of the model beside them come in the same order, and so share a hue."""
+    marks, lines = cycle(MARKS), cycle(LINES)
     for series in plot.series:
-        colour = COLOURS[next(turn[series.style]) % len(COLOURS)]
-        look = POINTS if series.style == "points" else LINE
+        colour, look = (next(marks), POINTS) if series.style == "points" else (next(lines), LINE)
         axes.plot(series.x, series.y, color=colour, label=series.label, rasterized=series.x.size > MANY, **look)
     axes.set(title=plot.title, xlabel=plot.x_label, ylabel=plot.y_label)
     if plot.log_x:
         axes.set_xscale("log")
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.xaxis.set_minor_formatter("")
     if plot.equal_axes:
         axes.set_aspect("equal", adjustable="datalim")
     if any(series.label for series in plot.series):

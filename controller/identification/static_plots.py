@@ -1,4 +1,4 @@
-"""What a report shows of a fit to static poses: shapes, deflection over pressure, residuals."""
+"""What a report shows of a fit to static poses: shapes, measured over model, residuals."""
 
 import numpy as np
 
@@ -46,7 +46,7 @@ def static_plots(poses: Poses, actuator: Actuator, residual: Array) -> tuple[Plo
     """Four panels."""
     return (
         _shapes(poses, actuator),
-        _deflections(poses, residual),
+        _parity(poses, residual),
         _residuals(poses, residual),
         _stiffness(actuator),
     )
@@ -71,18 +71,13 @@ def _shapes(poses: Poses, actuator: Actuator) -> Plot:
     )
 
 
-def _deflections(poses: Poses, residual: Array) -> Plot:
-    """Lateral position of the outermost marker over the pose: measured and model."""
-    last = int(np.argmax(poses.arcs))
-    y = MILLI * poses.points[:, last, 1]
-    model = y + MILLI * residual.reshape(poses.points.shape)[:, last, 1]
-    pose = np.arange(1.0, y.size + 1)
-    return Plot(
-        f"Lateral position of marker {last + 1}",
-        "pose",
-        "y [mm]",
-        (Series("measured", pose, y, "points"), Series("model", pose, model)),
-    )
+def _parity(poses: Poses, residual: Array) -> Plot:
+    """Every measured coordinate over the model's."""
+    measured = MILLI * poses.points
+    model = measured + MILLI * residual.reshape(poses.points.shape)
+    ends = np.array([measured.min(), measured.max()])
+    axes = [Series(axis, model[..., i].ravel(), measured[..., i].ravel(), "points") for i, axis in enumerate("xy")]
+    return Plot("All markers", "model [mm]", "measured [mm]", (*axes, Series("equal", ends, ends)))
 
 
 def _residuals(poses: Poses, residual: Array) -> Plot:

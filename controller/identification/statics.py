@@ -1,6 +1,6 @@
 """Joint stiffness by least squares on static deflections (paper, "Parameter Estimation")."""
 
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -12,36 +12,43 @@ from controller.identification.regression import Solution, exponential, solve
 from controller.identification.static_plots import marker_misfits, outlier_notes, static_plots
 from controller.kernels.rod import Array
 
-Shape = Literal["auto", "uniform", "linear", "scaled"]
+Shape = Literal["uniform", "linear", "scaled"]
 """Profile of k: one value, two ends of a line, or the base actuator's own profile times one factor."""
+
+SHAPES: tuple[Shape, ...] = get_args(Shape)
 
 SCAN = np.logspace(-1.5, 1.5, 31)
 """Factors on the base's stiffness that are tried first: far from the truth the body curls, and has other minima."""
 
 
-def fit_statics(poses: Poses, base: Actuator, shape: Shape = "auto", *, robust: bool = False) -> Fit:
+def fit_statics(poses: Poses, base: Actuator, shape: str = "auto", *, robust: bool = False) -> Fit:
     """Stiffness profile of `base` that puts its static poses nearest to the measured markers, in metres.
 
     Unknown is ln k, so that k stays positive; `robust` weighs values down that lie far out (soft L1).
     """
-    shape = chosen_shape(base, shape)
-    start = _start(base, poses, shape)
-    solution = solve(lambda x: _residual(with_stiffness(base, shape, x), poses), start, robust=robust)
-    actuator = with_stiffness(base, shape, solution.x)
+    kind = chosen_shape(base, shape)
+    start = _start(base, poses, kind)
+    solution = solve(lambda x: _residual(with_stiffness(base, kind, x), poses), start, robust=robust)
+    actuator = with_stiffness(base, kind, solution.x)
     return Fit(
         title="Stiffness from static deflections",
-        method=_method(poses, actuator, shape, robust),
+        method=_method(poses, actuator, kind, robust),
         actuator=actuator,
-        parameters=_estimates(base, shape, solution),
+        parameters=_estimates(base, kind, solution),
         misfits=marker_misfits(poses, solution.residual),
         plots=static_plots(poses, actuator, solution.residual),
         notes=outlier_notes(poses, solution.residual, robust),
     )
 
 
-def chosen_shape(base: Actuator, shape: Shape) -> Shape:
-    """`auto` keeps the kind of profile that the base actuator has."""
-    return shape if shape != "auto" else {1: "uniform", 2: "linear"}.get(len(base.k), "scaled")  # type: ignore[return-value]
+def chosen_shape(base: Actuator, name: str) -> Shape:
+    """The shape of this name; `auto` keeps the kind of profile that the base actuator has."""
+    for shape in SHAPES:
+        if name == shape:
+            return shape
+    if name != "auto":
+        raise ParameterError(f"profile = {name!r} is not one of auto, {', '.join(SHAPES)}")
+    return SHAPES[min(len(base.k), len(SHAPES)) - 1]
 
 
 def with_stiffness(base: Actuator, shape: Shape, x: Array) -> Actuator:

@@ -1,0 +1,114 @@
+"""From files of measured data to one actuator; a file says by its header what it can tell (docs/identification.md)."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from controller.actuator import Actuator, write_actuator
+from controller.build import build_rod
+from controller.errors import DataError, ParameterError, TendrilError, sentence
+from controller.identification.damping_fit import Motion, fit_damping
+from controller.identification.decays import Decay, decays_in, is_decay, long_ones
+from controller.identification.fit import Estimate, Fit
+from controller.identification.poses import is_static, read_poses
+from controller.identification.report import number_text, report_page
+from controller.identification.statics import fit_statics
+from controller.identification.tables import Table, read_table
+from controller.stability import largest_step
+
+STEP = 1e-3
+"""The loop's usual step [s]: an actuator that RK4 cannot follow with it is said to be so."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a user asks for."""
+
+    data: tuple[Path, ...]
+    base: Actuator
+    """Everything that the data do not say is taken from here."""
+    ids: str | None = None
+    profile: str = "auto"
+    robust: bool = False
+
+
+def identify(task: Task) -> list[Fit]:
+    """The fits that the data of `task` allow, each upon the one before: the last one's actuator has them all."""
+    tables = [read_table(path) for path in task.data]
+    statics, decays = [t for t in tables if is_static(t)], [t for t in tables if is_decay(t)]
+    _refuse(tables, statics, decays, task)
+    fits: list[Fit] = []
+    for table in statics:
+        table.need_rows(1, "a static test")
+        fits.append(fit_statics(read_poses(table, task.base), task.base, task.profile, robust=task.robust))
+    for table in decays:
+        base = fits[-1].actuator if fits else task.base
+        fits += decay_fits(long_ones(decays_in(table, task.ids), "fit", table.path), base)
+    return fits
+
+
+def decay_fits(decays: Sequence[Decay], base: Actuator) -> list[Fit]:
+    """Damping from the motion of the body that is farthest out."""
+    return [fit_damping([Motion(f"ID {one.id}", one.t, one.points[:, -1]) for one in decays], base)]
+
+
+def finished(fits: Sequence[Fit], out: Path) -> Actuator:
+    """The actuator of the last fit, named after its file; ParameterError names the bound that it breaks."""
+    name = re.sub(r"[^\w .+-]", "-", out.stem)[:40]
+    try:
+        return Actuator.model_validate(fits[-1].actuator.model_dump() | {"name": name})
+    except ValidationError as error:
+        raise ParameterError(f"the identified actuator is out of bounds: {sentence(error)}") from error
+
+
+def save(task: Task, fits: Sequence[Fit], out: Path, report: Path | None) -> tuple[str, ...]:
+    """Write the actuator file and, if asked for, the report; what to tell the user about the whole."""
+    actuator = finished(fits, out)
+    try:
+        write_actuator(actuator, out, _remark(task, fits))
+        if report is not None:
+            page = report_page(f"Identification of {actuator.name}", _about(task), fits, out.read_text())
+            report.write_text(page)
+    except OSError as error:
+        raise TendrilError(f"{error.filename} cannot be written: {error.strerror}") from error
+    return _step_note(actuator)
+
+
+def _refuse(tables: Sequence[Table], statics: Sequence[Table], decays: Sequence[Table], task: Task) -> None:
+    for table in tables:
+        if table not in statics and table not in decays:
+            raise DataError(
+                f"{table.path}: neither p1 (a static test) nor ID (free decays) is in the header "
+                f"({', '.join(table.columns)})"
+            )
+    for kind, found in (("static tests", statics), ("free decays", decays)):
+        if len(found) > 1:
+            raise DataError(f"{found[1].path}: {kind} of one actuator belong in one file, {found[0].path} has some")
+    if task.ids is not None and not decays:
+        raise DataError(f"ids = {task.ids!r}: {task.data[0]} has no free decays to choose from")
+
+
+def _step_note(actuator: Actuator) -> tuple[str, ...]:
+    step = largest_step(build_rod(actuator, actuator.table_rods))
+    if step >= STEP:
+        return ()
+    return (f"RK4 can step a model of {actuator.table_rods} rods by {1e3 * step:.2g} ms at most, not by 1 ms.",)
+
+
+def _about(task: Task) -> str:
+    ids = f", IDs {task.ids}" if task.ids else ""
+    return f"Data: {', '.join(path.name for path in task.data)}{ids}. Based on actuator {task.base.name}. SI units."
+
+
+def _remark(task: Task, fits: Sequence[Fit]) -> str:
+    lines = [_about(task), *(_line(one) for fit in fits for one in fit.parameters)]
+    return "\n".join(lines)
+
+
+def _line(one: Estimate) -> str:
+    half = (one.high - one.low) / 2
+    interval = f" ({number_text(one.low, half)} .. {number_text(one.high, half)})" if half > 0 else ""
+    return f"{one.name} = {number_text(one.value, half)}{interval} {one.unit if one.unit != '1' else ''}".rstrip()

@@ -1,0 +1,47 @@
+"""`tendril identify` at the command line: what was found, as a table, and where it was written."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from controller.identification.fit import Fit
+from controller.identification.identify import Task, identify, save
+from controller.identification.report import number_text
+
+
+def run_identify(task: Task, out: Path, report: Path | None, console: Console) -> None:
+    """Fit, write and show; TendrilError says what is wrong with data, base or files."""
+    with console.status("Fitting ..."):
+        fits = identify(task)
+        notes = save(task, fits, out, report)
+    for fit in fits:
+        show(fit, console)
+    for note in notes:
+        console.print(f"[yellow]Note[/]: {note}", soft_wrap=True, highlight=False)
+    for path in filter(None, (out, report)):
+        console.print(f"Written: {path}", soft_wrap=True, highlight=False)
+
+
+def show(fit: Fit, console: Console) -> None:
+    """Parameters with intervals, residuals and notes of one fit."""
+    table = Table(title=fit.title, title_justify="left", box=None, pad_edge=False)
+    for column in ("parameter", "value", "95 % confidence", "unit"):
+        table.add_column(column, justify="right" if column == "value" else "left")
+    for row in _rows(fit):
+        table.add_row(*row)
+    console.print(table)
+    for note in fit.notes:
+        console.print(f"[yellow]Note[/]: {note}", soft_wrap=True, highlight=False)
+
+
+def _rows(fit: Fit) -> Sequence[tuple[str, ...]]:
+    rows = []
+    for one in fit.parameters:
+        half = (one.high - one.low) / 2
+        interval = f"{number_text(one.low, half)} .. {number_text(one.high, half)}" if half > 0 else ""
+        rows.append((one.name, number_text(one.value, half), interval, one.unit))
+    for misfit in fit.misfits:
+        rows.append((f"residual, {misfit.name}", f"{misfit.rms:.3g}", f"rms of {misfit.samples}", misfit.unit))
+    return rows
