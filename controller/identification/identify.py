@@ -79,7 +79,7 @@ def save(task: Task, fits: Sequence[Fit], out: Path, report: Path | None) -> tup
 
 def _refuse(tables: Sequence[Table], statics: Sequence[Table], decays: Sequence[Table], task: Task) -> None:
     for table in tables:
-        if table not in statics and table not in decays:
+        if not (is_static(table) or is_decay(table)):
             raise DataError(
                 f"{table.path}: neither p1 (a static test) nor ID (free decays) is in the header "
                 f"({', '.join(table.columns)})"
