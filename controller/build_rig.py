@@ -8,16 +8,17 @@ import numpy as np
 from controller.actuator import Actuator
 from controller.build import build_rod
 from controller.kernels.energy import make_ledger, open_ledger
+from controller.kernels.implicit import make_implicit_work
 from controller.kernels.inverse import StaticMap
 from controller.kernels.memory import STATE, Control, Rig
-from controller.kernels.observer import Observer, Sensing
+from controller.kernels.observer import Observer, Sensing, Springs, reset_observer, step
 from controller.kernels.polygon import Polygon, admissible
 from controller.kernels.rod import Array, RodModel, make_load, make_work
 from controller.kernels.statics import at_rest, places, static_tip
 from controller.layout import to_record
-from controller.modes import Cause
+from controller.modes import Cause, Integrator
 from controller.parameters import BACKBONE_POINTS, SENSORS, ControllerParameters, RigParameters
-from controller.stability import stable_substeps
+from controller.stability import require_stable
 
 SEED_GRID = 41
 """Points a side of the grid of starts for the inverse: 3 mN m, some 10 mm at the tip."""
@@ -26,10 +27,13 @@ REFERENCE_ROWS = 300_000
 
 
 def build_rig(parameters: RigParameters, boot: int) -> Rig:
-    """The controller's memory for one life of a rig with boot id `boot`: vented, at rest, nothing planned."""
+    """The controller's memory for one life of a rig with boot id `boot`: vented, at rest, nothing planned.
+
+    Raises ParameterError as `observer_model` does.
+    """
     controller, actuator = parameters.controller, parameters.actuator
-    model = build_rod(actuator, controller.rods, omega_B=controller.omega_B, zeta_B=controller.zeta_B)
-    observer = build_observer(model, controller, actuator.u_max)
+    model = observer_model(parameters)
+    observer = build_observer(model, controller)
     state = np.zeros(1, STATE)
     state["boot"] = boot
     state["cause"] = Cause.START
@@ -49,19 +53,31 @@ def build_rig(parameters: RigParameters, boot: int) -> Rig:
     return Rig(control, observer, sensing)
 
 
-def build_observer(model: RodModel, controller: ControllerParameters, u_max: float) -> Observer:
-    """Observer of `model` at rest, with the substeps that its fastest mode needs under torques up to u_max [N m]."""
+def observer_model(parameters: RigParameters) -> RodModel:
+    """The observer's chain. Raises ParameterError where it has no rest, or no stable motion with its integrator."""
+    controller, actuator = parameters.controller, parameters.actuator
+    model = build_rod(actuator, controller.rods, omega_B=controller.omega_B, zeta_B=controller.zeta_B)
+    if controller.integrator == Integrator.RK4:
+        require_stable(model, controller.dt, actuator.u_max)
+    return model
+
+
+def build_observer(model: RodModel, controller: ControllerParameters) -> Observer:
+    """Observer of `model` at rest; one step of its integrator a period."""
     length, rods = float(model.L.sum()), model.L.size
     state, ledger = at_rest(model), make_ledger()
     open_ledger(ledger, model, state)
-    return Observer(
+    observer = Observer(
         model=model,
         state=state,
         load=make_load(rods),
+        integrator=int(controller.integrator),
         work=make_work(rods),
+        implicit_work=make_implicit_work(rods),
         ledger=ledger,
         dt=controller.dt,
-        substeps=stable_substeps(model, controller.dt, u_max),
+        gains=Springs(np.zeros(2), np.zeros(2)),
+        B_max=math.inf,
         dead_time=np.zeros((round(controller.dead_time / controller.dt) + 1, 2)),
         head=np.zeros(1, np.int64),
         lag=controller.pneumatic_lag,
@@ -70,6 +86,20 @@ def build_observer(model: RodModel, controller: ControllerParameters, u_max: flo
         backbone=places(model, length * np.arange(BACKBONE_POINTS) / (BACKBONE_POINTS - 1)),
         points=np.zeros((SENSORS, 2)),
     )
+    return observer._replace(B_max=largest_damping(observer))
+
+
+def largest_damping(observer: Observer) -> float:
+    """The damping [N s/m] with which a force at the tip's rod would stop the tip in the step for which it is held."""
+    last = observer.model.L.size - 1
+    s, c = math.sin(observer.model.rest[last]), math.cos(observer.model.rest[last])
+    observer.load.F[:, last] = -s, c
+    kick = observer.state
+    step(observer)
+    tip = kick.v[:2, last] + (observer.model.L[last] - observer.model.arm[last]) * kick.v[2, last] * np.array([-s, c])
+    observer.load.F[:] = 0.0
+    reset_observer(observer)
+    return 1.0 / float(np.hypot(*tip))
 
 
 def build_polygon(actuator: Actuator, bend: Array) -> Polygon:

@@ -1,6 +1,15 @@
-"""The words that kernels and messages share, as plain enumerations: mode, request, cause, law."""
+"""The words that kernels and messages share, as plain enumerations: integrator, law, mode, request, cause."""
 
 from enum import IntEnum
+
+
+class Integrator(IntEnum):
+    """How the observer steps its model through one period; both state order, stability and energy in their kernels."""
+
+    RK4 = 0
+    """`kernels.integrate.rk4_step`: order 4, stable up to a bound that falls with the number of rods."""
+    IMPLICIT = 1
+    """`kernels.implicit.implicit_step`: order 2, stable for any number of rods, stiffness and damping."""
 
 
 class Law(IntEnum):

@@ -10,7 +10,7 @@ from pydantic import Field as Bounds
 from controller.actuator import PRESETS, Actuator
 from controller.layout import Model
 from controller.layout import Quantity as Q
-from controller.modes import Law
+from controller.modes import Integrator, Law
 
 SENSORS = 10
 """Sensor positions along the backbone. Sensor i sits at arc length i L / 10, so "rod 6" of the paper is the distal end
@@ -23,7 +23,9 @@ BACKBONE_POINTS = 21
 Gain = Annotated[float, Bounds(ge=0.0, le=5.0)]
 IntegralGain = Annotated[float, Bounds(ge=0.0, le=20.0)]
 VelocityGain = Annotated[float, Bounds(ge=0.0, le=1.0)]
-ObserverGain = Annotated[float, Bounds(ge=0.0, le=500.0)]
+OBSERVER_GAIN_MAX = 500.0
+"""The observer is stable with every gain up to this [N/m]."""
+ObserverGain = Annotated[float, Bounds(ge=0.0, le=OBSERVER_GAIN_MAX)]
 ObserverDamping = Annotated[float, Bounds(ge=0.0, le=5.0)]
 Torque = Annotated[float, Bounds(ge=-0.2, le=0.2)]
 
@@ -54,6 +56,8 @@ class ControllerParameters(Model):
 
     dt: Annotated[float, Bounds(ge=1e-4, le=1e-2), Q("s", "dt")] = 1e-3
     rods: Annotated[int, Bounds(ge=2, le=1000), Q("1", "N")] = 10
+    integrator: Integrator = Integrator.RK4
+    """RK4 is refused where it is not stable with `dt`; more than some 10 rods need IMPLICIT at 1 ms."""
     omega_B: Annotated[float, Bounds(ge=0.0, le=1000.0), Q("rad/s", "omega_B")] = 100.0
     """Baumgarte frequency (ours; the paper gives none)."""
     zeta_B: Annotated[float, Bounds(ge=0.0, le=10.0), Q("1", "zeta_B")] = 1.0

@@ -9,14 +9,14 @@ from typing import Any
 
 from fastapi import FastAPI
 
-from controller.modes import Cause, Law, Mode
+from controller.modes import Cause, Integrator, Law, Mode
 from server import problems, proxy
 from server.gate import Gate
 from server.messages import FromBrowser, FromServer
 from server.routes import command, lease, live, page, recordings, rerun, rig, session, settings, workspace
 from server.services import Services
 
-_ENUMERATIONS: tuple[type[IntEnum], ...] = (Cause, Law, Mode)
+_ENUMERATIONS: tuple[type[IntEnum], ...] = (Cause, Integrator, Law, Mode)
 
 
 class Api(FastAPI):

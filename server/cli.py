@@ -4,7 +4,7 @@ import json
 import logging
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from rich.console import Console
@@ -24,6 +24,10 @@ Port = Annotated[int, typer.Option(help="Port to serve on; 0 takes a free one.")
 Folder = Annotated[Path | None, typer.Option(help="Folder of the recordings.")]
 Ready = Annotated[Path | None, typer.Option(help="Write address and process ids to this file when ready.")]
 ActuatorName = Annotated[str, typer.Option(help="P1, P2, P3 or a .toml file (docs/actuators.md).")]
+Rods = Annotated[int, typer.Option(help="Rods of the observer's model, 2 to 1000.")]
+Stepping = Annotated[
+    Literal["rk4", "implicit"], typer.Option(help="The observer's step; above some 10 rods only implicit is stable.")
+]
 
 
 @app.callback()
@@ -38,6 +42,8 @@ def configure(verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Log
 def up(
     rig: RigName = "twin",
     actuator: ActuatorName = "P1",
+    rods: Rods = 10,
+    integrator: Stepping = "rk4",
     host: Host = "127.0.0.1",
     port: Port = 8321,
     recordings: Folder = None,
@@ -50,7 +56,7 @@ def up(
     from server.up import run_up
 
     settings = ServerSettings(rig=rig, host=host, port=port, recordings=recordings)
-    run_up(RigSettings(rig=rig, parameters=_parameters(actuator)), settings, browser, ready)
+    run_up(RigSettings(rig=rig, parameters=_parameters(actuator, rods, integrator)), settings, browser, ready)
 
 
 @app.command()
@@ -75,6 +81,8 @@ def serve(
 def rig(
     rig: RigName = "twin",
     actuator: ActuatorName = "P1",
+    rods: Rods = 10,
+    integrator: Stepping = "rk4",
     listen: Annotated[str, typer.Option(help="Where servers connect.")] = "tcp/127.0.0.1:7447",
     ready: Ready = None,
 ) -> None:
@@ -82,7 +90,7 @@ def rig(
     from controller.realtime.rig import run_rig
     from controller.realtime.settings import RigSettings
 
-    run_rig(RigSettings(rig=rig, parameters=_parameters(actuator), listen=listen, ready=ready))
+    run_rig(RigSettings(rig=rig, parameters=_parameters(actuator, rods, integrator), listen=listen, ready=ready))
 
 
 @app.command()
@@ -142,8 +150,14 @@ def main() -> None:
         app()
 
 
-def _parameters(actuator: str) -> "RigParameters":
+def _parameters(actuator: str, rods: int, integrator: str) -> "RigParameters":
+    """Those of a rig, refused here rather than in the process that would run it."""
     from controller.actuator import read_actuator
-    from controller.parameters import RigParameters
+    from controller.build_rig import observer_model
+    from controller.modes import Integrator
+    from controller.parameters import ControllerParameters, RigParameters
 
-    return RigParameters(actuator=read_actuator(actuator))
+    controller = ControllerParameters(rods=rods, integrator=Integrator[integrator.upper()])
+    parameters = RigParameters(actuator=read_actuator(actuator), controller=controller)
+    observer_model(parameters)
+    return parameters

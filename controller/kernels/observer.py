@@ -7,13 +7,24 @@ import numpy as np
 
 from controller.kernels.compiled import kernel
 from controller.kernels.energy import Ledger, ledger_step, open_ledger
+from controller.kernels.implicit import ImplicitWork, book_implicit_step, implicit_step
 from controller.kernels.integrate import rk4_step
 from controller.kernels.pneumatics import delay, first_order_lag
 from controller.kernels.rod import Array, Load, RodModel, RodState, Work
 from controller.kernels.statics import Places, points_on, pose
+from controller.modes import Integrator
 
 TIP = 1 << 9
 """The bit of the sensor at the tip."""
+
+
+class Springs(NamedTuple):
+    """Gains of the virtual forces along x and y."""
+
+    K_o: Array
+    """(2,) [N/m]."""
+    B_o: Array
+    """(2,) [N s/m]."""
 
 
 class Observer(NamedTuple):
@@ -22,11 +33,15 @@ class Observer(NamedTuple):
     model: RodModel
     state: RodState
     load: Load
+    integrator: int
     work: Work
+    """Scratch of RK4."""
+    implicit_work: ImplicitWork
     ledger: Ledger
     dt: float
-    substeps: int
-    """Rod steps a tick, so that RK4 is stable with every allowed gain."""
+    gains: Springs
+    B_max: float
+    """Most damping of a virtual force that a step can hold: it would stop the tip within the step [N s/m]."""
     dead_time: Array
     """Ring of the sent torques (ticks of dead time + 1, 2) [N m]."""
     head: np.ndarray
@@ -100,7 +115,7 @@ def pressurise(observer):
 
 
 @kernel
-def pull(observer, sensing, settings, used, h):
+def pull(observer, sensing, springs, used, h):
     """Add the virtual forces of the used sensors to the load (paper, "Dynamic observer").
 
     The residual is taken at the sensor's arc length, the force enters the centre of the rod that holds it. For the tip
@@ -118,9 +133,9 @@ def pull(observer, sensing, settings, used, h):
             r_x, r_y = x - q[0, i], y - q[1, i]
             x_dot, y_dot = v[0, i] - v[2, i] * r_y, v[1, i] + v[2, i] * r_x
             e_x, e_y = sensing.p[j, 0] - x - 0.5 * h * x_dot, sensing.p[j, 1] - y - 0.5 * h * y_dot
-            k_x, k_y = settings.K_o[0] * e_x, settings.K_o[1] * e_y
-            load.F[0, i] += k_x + settings.B_o[0] * (sensing.v[j, 0] - x_dot)  # Eq. OBS
-            load.F[1, i] += k_y + settings.B_o[1] * (sensing.v[j, 1] - y_dot)  # Eq. OBS
+            k_x, k_y = springs.K_o[0] * e_x, springs.K_o[1] * e_y
+            load.F[0, i] += k_x + springs.B_o[0] * (sensing.v[j, 0] - x_dot)  # Eq. OBS
+            load.F[1, i] += k_y + springs.B_o[1] * (sensing.v[j, 1] - y_dot)  # Eq. OBS
             load.Q_theta[i] += turn * (r_x * k_y - r_y * k_x)
 
 
@@ -130,16 +145,35 @@ def observe(state, observer, sensing, settings, ticks):
     if state.forget:
         reset_observer(observer)
         state.forget = 0
-    h = observer.dt / observer.substeps
+    choose_gains(observer, settings)
     for _ in range(ticks):
         breathe(observer, state.u[0], state.u[1])
-        for _ in range(observer.substeps):
-            pressurise(observer)
-            pull(observer, sensing, settings, state.used, h)
-            rk4_step(observer.model, observer.state, observer.load, h, observer.work)
-            ledger_step(
-                observer.ledger, observer.model, observer.state, observer.load, observer.u_hat, h, observer.work
-            )
+        pressurise(observer)
+        pull(observer, sensing, observer.gains, state.used, observer.dt)
+        step(observer)
+
+
+@kernel
+def choose_gains(observer, settings):
+    """Gains in force: those of the settings, with the damping that one step can hold at most.
+
+    The force is held for a step: more damping would throw the model beyond the marker's velocity, more each time.
+    """
+    for j in range(2):
+        observer.gains.K_o[j] = settings.K_o[j]
+        observer.gains.B_o[j] = min(settings.B_o[j], observer.B_max)
+
+
+@kernel
+def step(observer):
+    """One period of the model under its load, and its energy ledger."""
+    model, state, load, u, dt = observer.model, observer.state, observer.load, observer.u_hat, observer.dt
+    if observer.integrator == Integrator.IMPLICIT:
+        implicit_step(model, state, load, dt, observer.implicit_work)
+        book_implicit_step(observer.ledger, model, state, load, u, dt, observer.implicit_work)
+    else:
+        rk4_step(model, state, load, dt, observer.work)
+        ledger_step(observer.ledger, model, state, load, u, dt, observer.work)
 
 
 @kernel

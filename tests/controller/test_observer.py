@@ -5,12 +5,11 @@ import pytest
 
 from controller.actuator import PRESETS
 from controller.build_rig import build_rig
-from controller.kernels.integrate import rk4_step
-from controller.kernels.observer import Observer, Sensing, pressurise, pull
+from controller.kernels.observer import Observer, Sensing, choose_gains, pressurise, pull, step
 from controller.kernels.statics import points_on
 from controller.layout import to_record
-from controller.modes import Law, Mode, Request
-from controller.parameters import RigParameters, Settings
+from controller.modes import Integrator, Law, Mode, Request
+from controller.parameters import ControllerParameters, RigParameters, Settings
 from tests.controller.chains import posed
 from tests.controller.desk import Desk
 from tests.controller.trial import Trial, distance, true_tip
@@ -26,15 +25,14 @@ def growth(observer: Observer, sensing: Sensing, settings: np.void, used: int, u
     observer.u_hat[:] = u
     points_on(pose.q, observer.sensors, sensing.p)
     start = np.concatenate([pose.q.ravel(), pose.v.ravel()])
+    choose_gains(observer, settings)
 
     def after(deviation: np.ndarray) -> np.ndarray:
         q, v = np.split(start + deviation, 2)
         state.q[:], state.v[:] = q.reshape(3, -1), v.reshape(3, -1)
-        dt = observer.dt / observer.substeps
-        for _ in range(observer.substeps):
-            pressurise(observer)
-            pull(observer, sensing, settings, used, dt)
-            rk4_step(model, state, observer.load, dt, observer.work)
+        pressurise(observer)
+        pull(observer, sensing, observer.gains, used, observer.dt)
+        step(observer)
         return np.concatenate([state.q.ravel(), state.v.ravel()])
 
     columns = [(after(h * row) - after(-h * row)) / (2 * h) for row in np.eye(start.size)]
@@ -51,6 +49,16 @@ def test_every_deviation_decays_with_any_sensors_and_gains(name: str, gains: tup
     for used in SUBSETS:
         for u in [(0.0, 0.0), (0.02, 0.02), (0.05, -0.05)]:
             assert growth(rig.observer, rig.sensing, settings, used, u) < 1.0
+
+
+@pytest.mark.parametrize("rods", [10, 50])
+@pytest.mark.parametrize("name", PRESETS)
+def test_every_deviation_decays_with_the_implicit_step_too(name: str, rods: int) -> None:
+    controller = ControllerParameters(rods=rods, integrator=Integrator.IMPLICIT)
+    rig = build_rig(RigParameters(actuator=PRESETS[name], controller=controller), 1)
+    settings = to_record(Settings(K_o=(500.0, 500.0), B_o=(5.0, 5.0)))[0]
+    for used in (TIP, ALL, TIP | 1 << 8):
+        assert growth(rig.observer, rig.sensing, settings, used, (0.05, -0.05)) < 1.0
 
 
 @pytest.mark.parametrize("sensed", [TIP, TIP | ROD_6, ALL])
@@ -132,11 +140,11 @@ def test_after_a_stall_the_observer_catches_up_under_the_held_torque() -> None:
     assert stalled["backbone"] == pytest.approx(steady["backbone"], abs=1e-9)
 
 
-@pytest.mark.parametrize("rods", [5, 10, 20])
-def test_the_observer_runs_on_other_numbers_of_rods(rods: int) -> None:
-    parameters = RigParameters()
-    controller = parameters.controller.model_copy(update={"rods": rods})
-    trial = Trial(parameters=parameters.model_copy(update={"controller": controller}))
+@pytest.mark.parametrize(
+    ("rods", "integrator"), [(5, Integrator.RK4), (10, Integrator.IMPLICIT), (200, Integrator.IMPLICIT)]
+)
+def test_the_observer_runs_on_other_numbers_of_rods(rods: int, integrator: Integrator) -> None:
+    trial = Trial(parameters=RigParameters(controller=ControllerParameters(rods=rods, integrator=integrator)))
     trial.arm()
     rows = trial.ask(Request.FOLLOW, (0.10, 0.14), 5000)
     assert distance(rows["p_hat"], true_tip(rows))[-1000:].mean() < 3e-3

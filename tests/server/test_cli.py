@@ -17,6 +17,10 @@ TENDRIL = Path(sys.executable).parent / "tendril"
     ("arguments", "complaint"),
     [
         (["rig", "--actuator", "P9"], "actuator = 'P9' is not one of P1, P2, P3"),
+        (
+            ["rig", "--rods", "20"],
+            "dt = 0.001 s is too long for RK4 with this actuator and rods = 20",
+        ),
         (["up", "--port", "99999"], "port = 99999: Input should be less than or equal to 65535"),
         (["serve", "--rig", "no spaces"], "rig = no spaces: String should match pattern"),
     ],

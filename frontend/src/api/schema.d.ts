@@ -423,6 +423,11 @@ export interface components {
        */
       rods: number;
       /**
+       * @description RK4 is refused where it is not stable with `dt`; more than some 10 rods need IMPLICIT at 1 ms.
+       * @default 0
+       */
+      integrator: components["schemas"]["Integrator"];
+      /**
        * Omega B
        * @description Baumgarte frequency (ours; the paper gives none).
        * @default 100
@@ -559,6 +564,12 @@ export interface components {
       channels: components["schemas"]["PlotChannel"][];
       rig: components["schemas"]["RigInfo"] | null;
     };
+    /**
+     * Integrator
+     * @description How the observer steps its model through one period; both state order, stability and energy in their kernels.
+     * @enum {integer}
+     */
+    Integrator: 0 | 1;
     /**
      * Law
      * @description Which terms make the command u (paper, table "Step response average error characterization").
@@ -837,6 +848,7 @@ export interface components {
        * @default {
        *       "dt": 0.001,
        *       "rods": 10,
+       *       "integrator": 0,
        *       "omega_B": 100,
        *       "zeta_B": 1,
        *       "epsilon": 1e-8,
@@ -1113,6 +1125,52 @@ export interface components {
        * @description Arc length of each tracked body.
        */
       arcs: number[];
+      /**
+       * K O
+       * @description Gain of the offline observer along the body at rest and across it.
+       * @default [
+       *       0,
+       *       0
+       *     ]
+       */
+      K_o: [number, number];
+      /**
+       * B O
+       * @default [
+       *       0,
+       *       0
+       *     ]
+       */
+      B_o: [number, number];
+      /**
+       * Hold
+       * @description Scatter of the torques, each from the clamp to one body, that held the poses before release [N m]; none: released
+       *     from rest.
+       * @default []
+       */
+      hold: number[];
+      /**
+       * Release
+       * @description When these torques begin to fade, and for how long they do [s].
+       * @default [
+       *       0,
+       *       0.001
+       *     ]
+       */
+      release: [number, number];
+      /**
+       * Starts
+       * @description Times after release from which `products` are taken [s].
+       * @default []
+       */
+      starts: number[];
+      /**
+       * Products
+       * @description For each of `starts` the mean products of the bodies' lateral motions (bodies x bodies, row by row) [m^2] in the
+       *     decays that were identified: from them follow the best fixed ratios between any bodies.
+       * @default []
+       */
+      products: number[][];
     };
     /**
      * TwinParameters
