@@ -1,4 +1,4 @@
-"""Damping ratio by logarithmic decrement, and Rayleigh damping about it (paper, "Parameter Estimation")."""
+"""Damping ratio and frequency by logarithmic decrement of free decays (paper, "Parameter Estimation")."""
 
 import math
 from collections.abc import Sequence
@@ -76,17 +76,6 @@ class Decrement:
         return self.omega_d.value / math.sqrt(1.0 - self.zeta.value**2)
 
 
-class Rayleigh(NamedTuple):
-    """B = alpha M + beta K, and the damping ratios between which every mode in the band then lies."""
-
-    alpha: float
-    """[1/s]."""
-    beta: float
-    """[s]."""
-    zeta_low: float
-    zeta_high: float
-
-
 def log_decrement(decays: Sequence[tuple[Array, Array]]) -> Decrement:
     """Damping ratio and damped frequency common to `decays`, each t (n,) [s] and displacement from rest s (n,).
 
@@ -134,22 +123,6 @@ def noise_of(s: Array) -> float:
     if s.size < 4:
         return 0.0
     return float(np.median(np.abs(np.diff(s, 3)))) / (0.6745 * math.sqrt(20.0))
-
-
-def rayleigh(zeta: float, omega_low: float, omega_high: float) -> Rayleigh:
-    """(alpha, beta) that give both ends of the band [rad/s] the damping ratio `zeta`; every mode in between has less.
-
-    alpha / (2 omega) + beta omega / 2 is lowest at the geometric mean of the ends. The measured mode is the lower end
-    and keeps its own ratio; the paper asks for "a narrow range around" it.
-    """
-    beta = 2.0 * zeta / (omega_low + omega_high)
-    alpha = beta * omega_low * omega_high
-    return Rayleigh(alpha, beta, math.sqrt(alpha * beta), zeta)
-
-
-def rayleigh_ratio(alpha: float, beta: float, omega: float) -> float:
-    """Damping ratio of a mode at omega [rad/s] under B = alpha M + beta K."""
-    return alpha / (2.0 * omega) + beta * omega / 2.0
 
 
 def _half_waves(s: Array, band: float) -> list[Array]:

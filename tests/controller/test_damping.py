@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from controller.errors import DataError
-from controller.identification.damping import find_peaks, log_decrement, noise_of, rayleigh, rayleigh_ratio
+from controller.identification.damping import find_peaks, log_decrement, noise_of
+from controller.identification.rayleigh import rayleigh, rayleigh_ratio
 from controller.kernels.rod import Array
 
 NOISE = 2e-4
