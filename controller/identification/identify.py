@@ -17,10 +17,8 @@ from controller.identification.poses import is_static, read_poses
 from controller.identification.report import number_text, report_page
 from controller.identification.statics import fit_statics
 from controller.identification.tables import Table, read_table
-from controller.stability import largest_step
-
-STEP = 1e-3
-"""The loop's usual step [s]: an actuator that RK4 cannot follow with it is said to be so."""
+from controller.parameters import ControllerParameters
+from controller.stability import require_stable
 
 
 @dataclass(frozen=True)
@@ -92,10 +90,13 @@ def _refuse(tables: Sequence[Table], statics: Sequence[Table], decays: Sequence[
 
 
 def _step_note(actuator: Actuator) -> tuple[str, ...]:
-    step = largest_step(build_rod(actuator, actuator.table_rods))
-    if step >= STEP:
-        return ()
-    return (f"RK4 can step a model of {actuator.table_rods} rods by {1e3 * step:.2g} ms at most, not by 1 ms.",)
+    """What the rig will say to this actuator with its usual model and step."""
+    usual = ControllerParameters()
+    try:
+        require_stable(build_rod(actuator, usual.rods), usual.dt, actuator.u_max)
+    except ParameterError as error:
+        return (f"{error} (tendril up --integrator implicit).",)
+    return ()
 
 
 def _about(task: Task) -> str:
