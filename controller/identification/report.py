@@ -14,7 +14,9 @@ body { font: 10pt/1.4 "Liberation Sans", Arial, Helvetica, sans-serif; color: #1
 h1 { font-size: 16pt; margin: 0 }
 h2 { font-size: 12pt; margin: 6mm 0 1mm; border-top: 1px solid #999; padding-top: 2mm }
 p { margin: 1mm 0 } ul { margin: 1mm 0; padding-left: 5mm } .about { color: #555 }
-table { border-collapse: collapse; margin: 2mm 0; font-variant-numeric: tabular-nums; font-size: 9pt }
+h2 { break-after: avoid }
+table { break-inside: avoid; border-collapse: collapse; margin: 2mm 0; font-size: 9pt;
+  font-variant-numeric: tabular-nums }
 th, td { text-align: left; padding: .6mm 6mm .6mm 0; border-bottom: 1px solid #ddd; vertical-align: top }
 th { font-weight: 600; border-bottom-color: #999 } .number { text-align: right }
 .plots { display: grid; grid-template-columns: 1fr 1fr; gap: 2mm } .plots svg { width: 100%; height: auto }
