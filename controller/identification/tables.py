@@ -86,11 +86,11 @@ def choose_ids(text: str | None, present: Sequence[int], path: Path) -> list[int
 
 
 def _plain_name(path: Path, name: str) -> str:
-    """The name without its unit, as in x1 for x1_mm."""
+    """The name without its unit, as in x1 for X1_mm."""
     plain, _, unit = name.partition("_")
     if not plain or (unit and unit.lower() not in UNITS):
         raise DataError(f"{path}: column {name!r} has an unknown unit (known: {', '.join(UNITS)})")
-    return plain
+    return "ID" if plain.lower() == "id" else plain.lower()
 
 
 def _unit(name: str) -> float:
