@@ -21,14 +21,17 @@ from server.settings import ServerSettings
 from server.up import ServerChild
 
 Figures = dict[str, Any]
+SECONDS, QUICK_SECONDS = 60.0, 5.0
+"""How long the live loop runs [s]."""
 
 
-def run_bench(seconds: float, out: Console) -> Figures:
-    """All figures of `tendril bench --json`; the loop runs `seconds` [s] with page, 3D view and recording on."""
+def run_bench(quick: bool, out: Console) -> Figures:
+    """All figures of `tendril bench --json`; the live loop runs with page, 3D view and recording on."""
+    seconds = QUICK_SECONDS if quick else SECONDS
     with out.status(f"Running the loop for {seconds:.0f} s with page, 3D view and recording ..."):
         live = measure_live(seconds, out)
     with out.status("Timing the kernels ..."):
-        figures = bench() | live
+        figures = bench(quick) | live
     out.print(_table(figures))
     return figures
 
@@ -89,18 +92,41 @@ def _ask(http: httpx.Client, method: str, path: str, body: Figures | None = None
 
 def _table(figures: Figures) -> Table:
     table = Table("figure", "value", title="tendril bench", title_justify="left")
+    for name, value in (*_kernel_rows(figures), *_loop_rows(figures), *_scaling_rows(figures)):
+        table.add_row(name, value)
+    return table
+
+
+def _kernel_rows(figures: Figures) -> Iterator[tuple[str, str]]:
+    yield "RK4 rod step, N = 10", f"{figures['rod_step_us']:.2f} us"
+    yield "MuJoCo, same chain", f"{figures['mujoco_step_us']:.2f} us (ratio {figures['rk4_over_mujoco']:.3f})"
+    yield "tips apart over 2 s, at most", f"{figures['mujoco_tip_difference_m']:.1e} m"
+    yield "PyElastica over ours, same rod, per simulated second", _elastica(figures)
+    yield "controller tick, N = 10; 1000 rods, implicit", f"{figures['tick_us']:.1f}; {figures['tick_n1000_us']:.0f} us"
+    closed, speed = figures["closed_loop_seconds"], figures["closed_loop_seconds_per_second"]
+    yield "closed loop with twin on one core", f"{closed:.0f} s in {closed / speed:.1f} s ({speed:.0f} s/s)"
+
+
+def _elastica(figures: Figures) -> str:
+    if (found := figures["elastica"]) is None:
+        return "PyElastica is not installed: pip install 'tendril[engines]'"
+    apart, rest = 1e3 * found["tip_difference_m"], 1e3 * found["tip_difference_at_rest_m"]
+    return f"{found['elastica_over_ours']:.0f} (tips {apart:.1f} mm apart at most, {rest:.1f} mm at rest)"
+
+
+def _loop_rows(figures: Figures) -> Iterator[tuple[str, str]]:
     loop, lateness = figures["loop"], figures["loop"]["lateness_us"]
-    ratio = figures["rod_step_us"] / figures["mujoco_step_us"]
-    table.add_row("RK4 rod step, N = 10", f"{figures['rod_step_us']:.2f} us")
-    table.add_row("MuJoCo, same chain", f"{figures['mujoco_step_us']:.2f} us (ratio {ratio:.2f})")
-    table.add_row("tips apart after 2 s, at most", f"{figures['mujoco_tip_difference_m']:.1e} m")
-    table.add_row("controller tick, N = 10", f"{figures['tick_us']:.1f} us")
-    table.add_row(f"loop, {loop['policy']}", f"{loop['ticks']} ticks in {loop['seconds']:.0f} s")
-    table.add_row("lost ticks; a bare thread lost", f"{loop['lost']}; {loop['baseline_lost']}")
+    yield f"loop, {loop['policy']}", f"{loop['ticks']} ticks in {loop['seconds']:.0f} s"
+    yield "lost ticks; a bare thread lost", f"{loop['lost']}; {loop['baseline_lost']}"
     late = ", ".join(f"{name} {lateness[name]:.0f}" for name in ("p50", "p99", "p999", "max"))
-    table.add_row("wake-up lateness", f"{late} us")
-    table.add_row("recorded rows, gaps", f"{figures['recording']['rows']}, {figures['recording']['gaps']}")
+    yield "wake-up lateness", f"{late} us"
+    yield "recorded rows, gaps", f"{figures['recording']['rows']}, {figures['recording']['gaps']}"
+
+
+def _scaling_rows(figures: Figures) -> Iterator[tuple[str, str]]:
     for row in figures["scaling"]:
         dense = "-" if row["dense_step_us"] is None else f"{row['dense_step_us']:.0f} us"
-        table.add_row(f"{row['integrator']} step, N = {row['n']}; dense", f"{row['step_us']:.1f} us; {dense}")
-    return table
+        yield f"{row['integrator']} step, N = {row['n']}; dense", f"{row['step_us']:.2f} us; {dense}"
+    for integrator in ("implicit", "rk4"):
+        ratio = figures[f"{integrator}_n1000_over_n10"]
+        yield f"{integrator} step, N = 1000 over N = 10", f"{ratio:.0f}"

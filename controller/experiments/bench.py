@@ -1,43 +1,26 @@
-"""`tendril bench` without the live loop: rod step beside MuJoCo, controller tick, and how the step scales with N."""
+"""`tendril bench` without the live loop: every time is a median, and what is compared is timed in turns in one run."""
 
-import time
-from collections.abc import Callable
 from typing import TypedDict
 
 import numpy as np
 
 from controller.actuator import PRESETS
 from controller.build import build_rod
-from controller.errors import TendrilError
-from controller.experiments.dense import dense_step
+from controller.experiments.elastica_rod import ElasticaFigures, beside_elastica
 from controller.experiments.mujoco_chain import MujocoChain
-from controller.experiments.tick_bench import tick_us
-from controller.kernels.integrate import rk4_step
-from controller.kernels.rod import Load, RodModel, RodState, Work, make_load, make_work
-from controller.kernels.statics import at_rest, pose, tip_of
-from controller.realtime.compiled import compiled
-from controller.stability import STEP_MARGIN, largest_step
+from controller.experiments.scaling import DT, Scaling, run_steps, step_us, time_chains
+from controller.experiments.stopwatch import time_steps
+from controller.experiments.tick_bench import closed_loop
+from controller.kernels.rod import Load, RodModel, make_load, make_work
+from controller.kernels.statics import at_rest, tip_of
+from controller.modes import Integrator
+from controller.parameters import ControllerParameters, RigParameters
 
-DT = 1e-3
 TORQUE = 0.02
 """Step of torque on the last rod [N m]."""
 CHAIN_SECONDS = 2.0
-SCALING = (10, 20, 50, 100, 300, 1000)
-DENSE_MAX = 300
-"""Largest chain that the dense solver is asked for: 0.4 s a step."""
-EIGENVALUES_MAX = 100
-"""Largest chain whose stable step is computed; beyond, it falls with N^4 (the hinges' dampers on the rods' inertia)."""
-
-
-class Scaling(TypedDict):
-    """One chain length in `scaling`."""
-
-    n: int
-    integrator: str
-    dt: float
-    """Stable step used [s]."""
-    step_us: float
-    dense_step_us: float | None
+FINE_SECONDS = 3.0
+"""Simulated time of the closed loop with 1000 rods [s]."""
 
 
 class Figures(TypedDict):
@@ -45,36 +28,45 @@ class Figures(TypedDict):
 
     rod_step_us: float
     mujoco_step_us: float
+    rk4_over_mujoco: float
     mujoco_tip_difference_m: float
     tick_us: float
+    tick_n1000_us: float
+    """The tick with 1000 rods and the implicit step."""
+    closed_loop_seconds: float
+    """Simulated time of the closed loop with twin, 10 rods, on one core [s]."""
+    closed_loop_seconds_per_second: float
+    implicit_n1000_us: float
+    implicit_n1000_over_n10: float
+    rk4_n1000_over_n10: float
     scaling: list[Scaling]
+    elastica: ElasticaFigures | None
+    """None where PyElastica is not installed."""
 
 
 def bench(quick: bool = False) -> Figures:
     """All figures but the live loop's. Raises TendrilError without mujoco, or when a state is not finite."""
     rounds = 31 if quick else 201
     rod, mujoco = time_beside_mujoco(rounds)
+    loop = closed_loop(RigParameters(), 20.0 if quick else 1000.0)
+    fine = ControllerParameters(rods=1000, integrator=Integrator.IMPLICIT)
+    rows = time_chains(rounds)
+    implicit = step_us(rows, "implicit", 1000)
     return Figures(
         rod_step_us=rod,
         mujoco_step_us=mujoco,
+        rk4_over_mujoco=rod / mujoco,
         mujoco_tip_difference_m=mujoco_tip_difference(),
-        tick_us=tick_us(2_000 if quick else 20_000),
-        scaling=[time_chain(rods, rounds) for rods in SCALING],
+        tick_us=loop.tick_us,
+        tick_n1000_us=closed_loop(RigParameters(controller=fine), FINE_SECONDS).tick_us,
+        closed_loop_seconds=loop.seconds,
+        closed_loop_seconds_per_second=loop.seconds_per_second,
+        implicit_n1000_us=implicit,
+        implicit_n1000_over_n10=implicit / step_us(rows, "implicit", 10),
+        rk4_n1000_over_n10=step_us(rows, "RK4", 1000) / step_us(rows, "RK4", 10),
+        scaling=rows,
+        elastica=beside_elastica(),
     )
-
-
-@compiled
-def run_steps(model: RodModel, state: RodState, load: Load, dt: float, work: Work, count: int) -> None:
-    """`count` RK4 steps of dt [s]."""
-    for _ in range(count):
-        rk4_step(model, state, load, dt, work)
-
-
-@compiled
-def run_dense_steps(model: RodModel, state: RodState, load: Load, dt: float, work: Work, count: int) -> None:
-    """`count` RK4 steps of dt [s] with the dense solver."""
-    for _ in range(count):
-        dense_step(model, state, load, dt, work)
 
 
 def hinge_chain() -> tuple[RodModel, Load]:
@@ -108,44 +100,3 @@ def time_beside_mujoco(rounds: int) -> tuple[float, float]:
         ours.append(time_steps(lambda count: run_steps(model, state, load, DT, work, count), 1000))
         theirs.append(time_steps(chain.step, 200))
     return float(np.median(ours)), float(np.median(theirs))
-
-
-def time_steps(run: Callable[[int], None], count: int) -> float:
-    """Time of one of `count` steps that `run(count)` makes [us]; one is made before the clock starts.
-
-    About 2 ms in all: shorter than another program's turn on the core, so that most rounds are undisturbed.
-    """
-    run(1)
-    start = time.perf_counter()
-    run(count)
-    return (time.perf_counter() - start) / count * 1e6
-
-
-def time_chain(rods: int, rounds: int) -> Scaling:
-    """Times of one RK4 step of P1 with `rods` rods, let go from a bent pose, ours and with the dense solver."""
-    model = build_rod(PRESETS["P1"], rods)
-    dt, load, work = stable_step(model), make_load(rods), make_work(rods)
-    state, dense_state = bent(model, 0.015), bent(model, 0.015)
-    count = max(1, 15_000 // rods)
-    times = [time_steps(lambda n: run_steps(model, state, load, dt, work, n), count) for _ in range(rounds)]
-    dense = None
-    if rods <= DENSE_MAX:
-        repeats = max(1, 300 // rods)
-        dense = time_steps(lambda n: run_dense_steps(model, dense_state, load, dt, work, n), repeats)
-    if not (np.isfinite(state.q).all() and np.isfinite(state.v).all() and np.isfinite(dense_state.q).all()):
-        raise TendrilError(f"the chain of {rods} rods left the finite numbers at dt = {dt:.1e} s")
-    return Scaling(n=rods, integrator="RK4", dt=dt, step_us=float(np.median(times)), dense_step_us=dense)
-
-
-def stable_step(model: RodModel) -> float:
-    """A step [s] for which RK4 is stable with a margin."""
-    rods = model.L.size
-    known = model if rods <= EIGENVALUES_MAX else build_rod(PRESETS["P1"], EIGENVALUES_MAX)
-    return min(DT, STEP_MARGIN * largest_step(known) * (known.L.size / rods) ** 4)
-
-
-def bent(model: RodModel, u: float) -> RodState:
-    """At rest in the static pose of u1 = u2 = u [N m]."""
-    state = at_rest(model)
-    pose(model, model.rest + model.compliance @ (u, u), state.q)
-    return state

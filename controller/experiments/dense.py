@@ -1,7 +1,8 @@
-"""The same RK4 step with the full matrix of Eq. KKT and a general solver: what its structure saves."""
+"""The same systems as full matrices for a general solver: what their structure saves."""
 
 import numpy as np
 
+from controller.kernels.implicit import GAMMA
 from controller.kernels.integrate import fill_first_stage, fill_stage, finish_step
 from controller.kernels.rod import (
     Array,
@@ -63,3 +64,34 @@ def dense_step(model: RodModel, state: RodState, load: Load, dt: float, work: Wo
         fill_stage(state, work, stage, dt if stage == 3 else 0.5 * dt)
         dense_accelerate(model, load, work, stage)
     finish_step(state, work.acc, dt)
+
+
+@compiled
+def stage_matrix(model: RodModel, a: Array, g: float) -> Array:
+    """[[M + g B + g^2 K, A^T], [A, 0]] (5N,5N) of a stage of `implicit_step`, unknowns as in `kkt_matrix`."""
+    rods, heavier = model.m.size, 1.0 + g * model.alpha
+    matrix = kkt_matrix(model, a)
+    for i in range(3 * rods):
+        matrix[i, i] *= heavier
+    for i in range(rods):
+        row, stiff = 2 * rods + i, g * (model.b[i] + g * model.k[i])
+        matrix[row, row] += stiff
+        if i > 0:
+            matrix[row - 1, row - 1] += stiff
+            matrix[row, row - 1] -= stiff
+            matrix[row - 1, row] -= stiff
+    return matrix
+
+
+@compiled
+def solve_dense_stages(model: RodModel, q: Array, dt: float, count: int) -> float:
+    """`count` times what an implicit step of dt [s] solves: its matrix factorised once, for two right-hand sides.
+
+    The rest of the step is left out, in the dense solver's favour. Returns a number of the solution, so that the
+    compiler cannot leave it out.
+    """
+    a, right, total = np.zeros((2, model.m.size)), np.ones((5 * model.m.size, 2)), 0.0
+    for _ in range(count):
+        rotations(q[2], model.arm, a)
+        total += np.linalg.solve(stage_matrix(model, a, GAMMA * dt), right)[-1, 0]
+    return total

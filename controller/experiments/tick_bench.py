@@ -83,7 +83,5 @@ def closed_loop(parameters: RigParameters, seconds: float) -> LoopTimes:
     run_ticks(rig, twin, inputs, telemetry, spans)
     wall = time.perf_counter() - start
     if telemetry["mode"][0] != Mode.FOLLOW or not np.isfinite(telemetry["backbone"]).all():
-        raise TendrilError(
-            f"the rig ended in mode {Mode(telemetry['mode'][0]).name} instead of following: no times"
-        )
+        raise TendrilError(f"the rig ended in mode {Mode(telemetry['mode'][0]).name} instead of following: no times")
     return LoopTimes(seconds, seconds / wall, float(np.median(spans)) * 1e-3)

@@ -1,6 +1,7 @@
 """The benchmark measures what it says, and says what it lacks."""
 
 import importlib
+import sys
 
 import numpy as np
 import pytest
@@ -8,17 +9,16 @@ import pytest
 from controller.actuator import PRESETS
 from controller.build import build_rod
 from controller.errors import TendrilError
-from controller.experiments.bench import (
-    bent,
-    mujoco_tip_difference,
-    run_steps,
-    stable_step,
-    time_beside_mujoco,
-    time_chain,
-)
-from controller.experiments.tick_bench import tick_us
-from controller.kernels.rod import make_load, make_work
+from controller.experiments.bench import mujoco_tip_difference, time_beside_mujoco
+from controller.experiments.dense import stage_matrix
+from controller.experiments.elastica_rod import beside_elastica
+from controller.experiments.scaling import LET_GO, bent, run_steps, stable_step, step_us, time_chains
+from controller.experiments.tick_bench import closed_loop
+from controller.kernels.block import factorise
+from controller.kernels.implicit import assemble, make_implicit_work, stage
+from controller.kernels.rod import make_load, make_work, rotations
 from controller.kernels.statics import static_tip, tip_of
+from controller.parameters import RigParameters
 from controller.stability import largest_step
 
 
@@ -27,22 +27,43 @@ def test_the_tips_of_both_engines_agree_to_a_micrometre() -> None:
 
 
 def test_every_time_is_a_positive_number() -> None:
-    row = time_chain(20, 1)
-    assert (row["n"], row["integrator"]) == (20, "RK4")
-    assert row["dense_step_us"] is not None
-    assert time_chain(400, 1)["dense_step_us"] is None
-    assert min(row["step_us"], row["dense_step_us"], *time_beside_mujoco(1), tick_us(100)) > 0.0
+    rows = time_chains(1, (20, 400))
+    assert [(row["integrator"], row["n"]) for row in rows] == [
+        ("RK4", 20),
+        ("RK4", 400),
+        ("implicit", 20),
+        ("implicit", 400),
+    ]
+    assert [row["dense_step_us"] is None for row in rows] == [False, True, False, True]
+    times = [time for row in rows for time in (row["step_us"], row["dense_step_us"]) if time is not None]
+    assert min(*times, *time_beside_mujoco(1), *closed_loop(RigParameters(), 0.1)) > 0.0
+    assert step_us(rows, "implicit", 400) == rows[3]["step_us"]
+
+
+def test_the_dense_solver_is_given_the_system_of_the_implicit_stage() -> None:
+    model, g = build_rod(PRESETS["P2"], 7), 3e-4
+    state, load, work = bent(model, LET_GO), make_load(7), make_implicit_work(7)
+    load.F[:], load.Q_theta[:] = 0.1, 2e-3
+    rotations(state.q[2], model.arm, work.a)
+    assemble(model, g, work.block)
+    factorise(work.block, work.a)
+    stage(model, state, load, g, work, work.v)
+    hinge = np.eye(7) - np.eye(7, k=-1)
+    torque = load.Q_theta - hinge.T @ (model.k * (hinge @ state.q[2]))
+    right = np.concatenate([g * load.F[0], g * load.F[1], g * torque, np.zeros(14)])
+    solution = np.linalg.solve(stage_matrix(model, work.a, g), right)
+    assert work.v == pytest.approx(solution[:21].reshape(3, 7), rel=1e-9, abs=1e-12)
 
 
 def test_the_chain_is_let_go_from_its_static_pose() -> None:
     model = build_rod(PRESETS["P1"], 50)
-    assert tip_of(model, bent(model, 0.015).q) == pytest.approx(static_tip(model, 0.015, 0.015), abs=1e-12)
+    assert tip_of(model, bent(model, LET_GO).q) == pytest.approx(static_tip(model, LET_GO, LET_GO), abs=1e-12)
 
 
-def test_the_guessed_step_of_long_chains_is_below_the_computed_bound() -> None:
+def test_rk4_stays_finite_with_the_step_that_long_chains_are_timed_with() -> None:
     model = build_rod(PRESETS["P1"], 160)
     assert 0.5 * largest_step(model) < stable_step(model) < 0.9 * largest_step(model)
-    state = bent(model, 0.015)
+    state = bent(model, LET_GO)
     run_steps(model, state, make_load(160), stable_step(model), make_work(160), 20_000)
     assert np.isfinite(state.v).all()
 
@@ -54,3 +75,16 @@ def test_a_missing_mujoco_is_named_with_the_way_to_get_it(monkeypatch: pytest.Mo
     monkeypatch.setattr(importlib, "import_module", missing)
     with pytest.raises(TendrilError, match=r"tendril\[bench\]"):
         mujoco_tip_difference()
+
+
+def test_without_pyelastica_there_is_no_figure_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "elastica", None)
+    assert beside_elastica() is None
+
+
+def test_pyelasticas_rod_comes_to_rest_where_ours_does() -> None:
+    pytest.importorskip("elastica")
+    figures = beside_elastica()
+    assert figures is not None
+    assert figures["tip_difference_at_rest_m"] < 1e-3
+    assert figures["tip_difference_m"] < 1e-2
