@@ -1,0 +1,139 @@
+"""No kernel allocates: read in the machine code, and counted while it runs."""
+
+import importlib
+import pkgutil
+import re
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from numba import njit, typeof
+from numba.core.errors import NumbaError
+from numba.core.registry import CPUDispatcher
+from numba.core.runtime import _nrt_python, rtsys
+
+import controller.kernels
+from controller.build import build_rod
+from controller.build_rig import build_rig
+from controller.build_twin import build_twin
+from controller.experiments.tick_bench import Inputs, run_ticks
+from controller.kernels.compiled import OPTIONS
+from controller.kernels.implicit import make_implicit_work, meet_hinges
+from controller.kernels.replay import Replay, Samples, Springs, replay
+from controller.kernels.rod import make_load
+from controller.kernels.statics import at_rest, places
+from controller.kernels.tick import tick
+from controller.kernels.twin import twin_step
+from controller.layout import record_dtype, to_record
+from controller.messages import Command, LoopStatus, Measurement, Telemetry
+from controller.parameters import RigParameters
+
+ALLOCATORS = re.compile(r"NRT_\w*alloc\w*|\b[mc]alloc\b|\brealloc\b|\bposix_memalign\b", re.IGNORECASE)
+UNCACHED: dict[str, Any] = {**OPTIONS, "cache": False}
+"""A kernel from the cache cannot be looked into."""
+WITH_RUNTIME = {**UNCACHED, "_nrt": True}
+
+
+def kernels() -> dict[str, CPUDispatcher]:
+    """Every compiled function that a module of controller.kernels defines."""
+    found = {}
+    for info in pkgutil.iter_modules(controller.kernels.__path__, "controller.kernels."):
+        for name, value in vars(importlib.import_module(info.name)).items():
+            if isinstance(value, CPUDispatcher) and value.py_func.__module__ == info.name:
+                found[name] = value
+    return found
+
+
+def called_by(kernel: CPUDispatcher) -> Iterator[CPUDispatcher]:
+    names = kernel.py_func.__globals__
+    return (names[name] for name in kernel.py_func.__code__.co_names if isinstance(names.get(name), CPUDispatcher))
+
+
+def allocators(function: Callable[..., Any], arguments: tuple[Any, ...], options: dict[str, Any]) -> set[str]:
+    """Names of allocators in the compiled code of `function` and of all that it calls."""
+    signature = tuple(typeof(argument) for argument in arguments)
+    fresh = njit(**options)(function)
+    fresh.compile(signature)
+    return set(ALLOCATORS.findall(fresh.inspect_llvm(signature) + fresh.inspect_asm(signature)))
+
+
+def rig_arguments() -> tuple[Any, ...]:
+    rig, twin = build_rig(RigParameters(), 1), build_twin(RigParameters())
+    inputs = Inputs(to_record(Command(boot=1)), to_record(Measurement()), to_record(LoopStatus()))
+    return rig, twin, inputs, np.zeros(1, record_dtype(Telemetry))
+
+
+def outermost() -> dict[str, tuple[Any, ...]]:
+    """Example arguments of each kernel that no other kernel calls; together they contain all kernels."""
+    rig, twin, (command, measurement, status), telemetry = rig_arguments()
+    model = build_rod(RigParameters().actuator, 10)
+    state, work, points = at_rest(model), make_implicit_work(10), np.zeros((1, 2))
+    run = Replay(
+        model, state, make_load(10), work, places(model, np.array([0.1])), points, np.zeros(10), np.zeros(2), 1e-3
+    )
+    samples = Samples(points[None], points[None], np.ones(1, np.int64))
+    return {
+        "tick": (rig, 1, command[0], measurement[0], status[0], telemetry[0]),
+        "twin_step": (twin, 1, telemetry[0], measurement[0]),
+        "meet_hinges": (model, state.q, state.v, work),
+        "replay": (run, samples, Springs(np.zeros(2), np.zeros(2)), 1, points[None]),
+    }
+
+
+def allocating(x: np.ndarray) -> float:
+    scratch = np.zeros(x.size)
+    scratch[0] = x[0]
+    return float(scratch.sum())
+
+
+hidden = njit(**WITH_RUNTIME)(allocating)
+
+
+def calls_hidden(x: np.ndarray) -> float:
+    return float(hidden(x))
+
+
+def test_the_examples_reach_every_kernel() -> None:
+    found = kernels()
+    assert {tick, twin_step, meet_hinges, replay} == {found[name] for name in outermost()}
+    called = {inner for kernel in found.values() for inner in called_by(kernel)}
+    assert {name for name, kernel in found.items() if kernel not in called} == outermost().keys()
+
+
+@pytest.mark.parametrize("name", ["tick", "twin_step", "meet_hinges", "replay"])
+def test_the_machine_code_of_no_kernel_calls_an_allocator(name: str) -> None:
+    assert allocators(kernels()[name].py_func, outermost()[name], UNCACHED) == set()
+
+
+@pytest.mark.parametrize("function", [allocating, calls_hidden])
+def test_the_same_look_finds_an_array_that_a_kernel_makes(function: Callable[..., Any]) -> None:
+    assert any(name.startswith("NRT_") for name in allocators(function, (np.ones(3),), WITH_RUNTIME))
+
+
+def test_a_kernel_that_makes_an_array_does_not_compile() -> None:
+    with pytest.raises(NumbaError):
+        njit(**UNCACHED)(allocating)(np.ones(3))
+
+
+def test_every_kernel_is_compiled_without_the_runtime_that_allocates() -> None:
+    assert [name for name, kernel in kernels().items() if kernel.targetoptions.get("_nrt", True)] == []
+
+
+def test_ten_thousand_ticks_take_no_memory() -> None:
+    rig, twin, inputs, telemetry = rig_arguments()
+
+    def allocated(ticks: int) -> int:
+        before = rtsys.get_allocation_stats().alloc
+        run_ticks(rig, twin, inputs, telemetry, np.zeros(ticks, np.int64))
+        return int(rtsys.get_allocation_stats().alloc - before)
+
+    _nrt_python.memsys_enable_stats()
+    try:
+        run_ticks(rig, twin, inputs, telemetry, np.zeros(1, np.int64))
+        assert allocated(10_000) == allocated(1)  # what the caller of the ticks makes once
+        before = rtsys.get_allocation_stats().alloc
+        hidden(np.ones(3))
+        assert rtsys.get_allocation_stats().alloc == before + 2  # its argument's handle, and its array
+    finally:
+        _nrt_python.memsys_disable_stats()
