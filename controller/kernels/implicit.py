@@ -16,6 +16,7 @@ import numpy as np
 
 from controller.kernels.block import Block, factorise, make_block, solve
 from controller.kernels.compiled import inlined, kernel
+from controller.kernels.denormal import settled
 from controller.kernels.energy import (
     BAUMGARTE,
     DAMPING,
@@ -151,8 +152,9 @@ def follow_hinges(a, omega, v):
     """Velocities v (3,N) of a chain that turns by omega (N,) [rad/s] in the hinges' directions a."""
     x = y = 0.0
     for i in range(omega.size):
-        step_x, step_y = omega[i] * a[0, i], omega[i] * a[1, i]
-        v[0, i], v[1, i], v[2, i] = x + step_x, y + step_y, omega[i]
+        turn = settled(omega[i])
+        step_x, step_y = turn * a[0, i], turn * a[1, i]
+        v[0, i], v[1, i], v[2, i] = x + step_x, y + step_y, turn
         x, y = v[0, i] + step_x, v[1, i] + step_y
 
 
@@ -172,7 +174,7 @@ def after_stages(state, dt, v):
     for i in range(v.shape[1]):
         for row in range(3):
             v[row, i] = (1.0 - GAMMA) * v[row, i] + GAMMA * state.v[row, i]
-        state.q[2, i] += GAMMA * dt * state.v[2, i]
+        state.q[2, i] = settled(state.q[2, i] + GAMMA * dt * state.v[2, i])
 
 
 @inlined

@@ -1,6 +1,7 @@
 """Fixed-step integration of the rod chain."""
 
 from controller.kernels.compiled import inlined, kernel
+from controller.kernels.denormal import settled
 from controller.kernels.rod import accelerate
 
 
@@ -48,5 +49,5 @@ def finish_step(state, acc, dt):
         for i in range(state.q.shape[1]):
             early = acc[0, row, i] + acc[1, row, i] + acc[2, row, i]
             late = acc[1, row, i] + acc[2, row, i] + acc[3, row, i]
-            state.q[row, i] += dt * state.v[row, i] + dt * dt / 6.0 * early
-            state.v[row, i] += dt / 6.0 * (early + late)
+            state.q[row, i] = settled(state.q[row, i] + dt * state.v[row, i] + dt * dt / 6.0 * early)
+            state.v[row, i] = settled(state.v[row, i] + dt / 6.0 * (early + late))

@@ -3,6 +3,7 @@
 import math
 
 from controller.kernels.compiled import kernel
+from controller.kernels.denormal import settled
 
 
 @kernel
@@ -19,7 +20,7 @@ def chamber_pressures(u, pascal_per_torque, p_set):
 @kernel
 def first_order_lag(p, p_set, tau, dt):
     """P after dt [s] of dp/dt = (p_set - p) / tau, exactly (paper, "Dynamic observer": 50 ms)."""
-    return p_set + (p - p_set) * math.exp(-dt / tau)
+    return settled(p_set + (p - p_set) * math.exp(-dt / tau))
 
 
 @kernel

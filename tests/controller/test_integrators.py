@@ -166,3 +166,13 @@ def test_hinges_stay_closed_over_100_s_of_motion() -> None:
     gap, gap_rk4 = (np.abs(Chain(model).phi(state.q.T.ravel())).max() for state in (closed, drifting))
     assert gap < 1e-15
     assert gap_rk4 < 1e-6
+
+
+@pytest.mark.parametrize("run", [explicit, implicit])
+@pytest.mark.parametrize("bend", [1e-70, 1e-300])
+def test_motion_that_dies_out_never_becomes_denormal(run: Any, bend: float) -> None:
+    model = preset("P1")
+    state = posed(model, np.full(10, bend), np.zeros(10))
+    run(model, state, make_load(10), 5.0, 1e-3)
+    left = np.abs(np.concatenate([state.q[2], state.v.ravel()]))
+    assert ((left == 0.0) | (left > 1e-200)).all()
