@@ -121,7 +121,7 @@ def assemble(model, g, block):
         inner = g * (model.b[i] + g * model.k[i])
         block.H[i] = heavier * model.I[i] + inner + outer
         block.h[i] = inner
-        block.w[i] = model.m_inv[i] / heavier
+        block.w[i + 1] = model.m_inv[i] / heavier
         outer = inner
 
 
@@ -155,7 +155,7 @@ def follow_hinges(a, omega, v):
         turn = settled(omega[i])
         step_x, step_y = turn * a[0, i], turn * a[1, i]
         v[0, i], v[1, i], v[2, i] = x + step_x, y + step_y, turn
-        x, y = v[0, i] + step_x, v[1, i] + step_y
+        x, y = x + 2.0 * step_x, y + 2.0 * step_y
 
 
 @inlined
@@ -180,14 +180,14 @@ def after_stages(state, dt, v):
 @inlined
 def close_hinges(model, state, dt, work):
     """Put x and y where the angles say, and note gravity's work on what that adds to the frozen motion."""
-    q, v, a = state.q, work.v, work.a
+    q, v, a, g_x, g_y = state.q, work.v, work.a, model.g[0], model.g[1]
     x = y = lift = 0.0
     for i in range(q.shape[1]):
-        x, y = x + a[1, i], y - a[0, i]
-        off_x, off_y = x - q[0, i] - dt * v[0, i], y - q[1, i] - dt * v[1, i]
-        lift += model.m[i] * (model.g[0] * off_x + model.g[1] * off_y)
-        q[0, i], q[1, i] = x, y
-        x, y = x + a[1, i], y - a[0, i]
+        centre_x, centre_y = x + a[1, i], y - a[0, i]
+        off_x, off_y = centre_x - q[0, i] - dt * v[0, i], centre_y - q[1, i] - dt * v[1, i]
+        lift += model.m[i] * (g_x * off_x + g_y * off_y)
+        q[0, i], q[1, i] = centre_x, centre_y
+        x, y = x + 2.0 * a[1, i], y - 2.0 * a[0, i]
     work.lift[0] = lift
 
 
