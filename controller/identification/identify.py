@@ -1,7 +1,8 @@
 """From files of measured data to one actuator; a file says by its header what it can tell (docs/identification.md)."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -40,17 +41,35 @@ def identify(task: Task) -> list[Fit]:
     _refuse(tables, statics, decays, task)
     fits: list[Fit] = []
     for table in statics:
-        table.need_rows(1, "a static test")
-        fits.append(fit_statics(read_poses(table, task.base), task.base, task.profile, robust=task.robust))
+        with _naming(table.path):
+            table.need_rows(1, "a static test")
+            fits.append(fit_statics(read_poses(table, task.base), task.base, task.profile, robust=task.robust))
     for table in decays:
-        base = fits[-1].actuator if fits else task.base
-        fits += decay_fits(long_ones(decays_in(table, task.ids), "fit", table.path), base)
+        with _naming(table.path):
+            chosen = long_ones(decays_in(table, task.ids), "fit", table.path)
+            fits += decay_fits(chosen, task.base) if not fits else [fit_damping(outermost(chosen), fits[-1].actuator)]
     return fits
 
 
 def decay_fits(decays: Sequence[Decay], base: Actuator) -> list[Fit]:
-    """Damping from the motion of the body that is farthest out."""
-    return [fit_damping([Motion(f"ID {one.id}", one.t, one.points[:, -1]) for one in decays], base)]
+    """What decays say without a static test: the damping of the body that is farthest out."""
+    return [fit_damping(outermost(decays), base)]
+
+
+def outermost(decays: Sequence[Decay]) -> list[Motion]:
+    """The motion of the body that is farthest out."""
+    return [Motion(f"ID {one.id}", one.t, one.points[:, -1]) for one in decays]
+
+
+@contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    """Put the file's name before an error that does not have it."""
+    try:
+        yield
+    except DataError as error:
+        if str(path) in str(error):
+            raise
+        raise DataError(f"{path}: {error}") from error
 
 
 def finished(fits: Sequence[Fit], out: Path) -> Actuator:

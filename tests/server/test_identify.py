@@ -93,3 +93,10 @@ def test_a_mistake_is_named_and_nothing_is_written(
     assert complaint in str(caught.value)
     assert "\n" not in str(caught.value)
     assert not (tmp_path / "mine.toml").exists()
+
+
+def test_decays_that_never_swing_are_refused_with_the_file(tmp_path: Path) -> None:
+    file = tmp_path / "creep.csv"
+    file.write_text("ID,x1,y1\n" + "".join(f"0,0.25,{np.exp(-i / 50):.6f}\n" for i in range(300)))
+    with pytest.raises(TendrilError, match=f"{file}: 0 peaks stand out of the noise"):
+        app(["identify", str(file), "--out", str(tmp_path / "mine.toml")], standalone_mode=False)
