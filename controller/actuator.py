@@ -27,8 +27,8 @@ def _as_profile(value: Any) -> Any:
 Profile = Annotated[tuple[T, ...], Bounds(min_length=1, max_length=1000), BeforeValidator(_as_profile)]
 """Values from base to tip: one (uniform), two (linear in between), or one for each of `table_rods`."""
 
-Stiffness = Annotated[float, Bounds(gt=0.0, le=100.0)]
-Damping = Annotated[float, Bounds(ge=0.0, le=10.0)]
+Stiffness = Annotated[float, Bounds(gt=0.0, le=1000.0)]
+Damping = Annotated[float, Bounds(ge=0.0, le=1e3)]
 Density = Annotated[float, Bounds(gt=0.0, le=1e3)]
 Curvature = Annotated[float, Bounds(ge=-100.0, le=100.0)]
 Acceleration = Annotated[float, Bounds(ge=-20.0, le=20.0)]
