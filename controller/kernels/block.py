@@ -29,7 +29,7 @@ class Block(NamedTuple):
     S_inv: Array
     """Inverses of the eliminated diagonal blocks S_i, entries 11, 12, 13, 22, 23, 33 (N,6)."""
     r: Array
-    """Right-hand side; `solve` overwrites it (N,3)."""
+    """Right-hand side; `solve_blocks` overwrites it (N,3)."""
     z: Array
     """Solution: angular velocities (N,) [rad/s]."""
 
@@ -96,7 +96,7 @@ def seen_from_base(block, a, i, seen):
 
 
 @inlined
-def solve(block, a):
+def solve_blocks(block, a):
     """block.z from block.r: inwards from both ends, then outwards."""
     r, z = block.r, block.z
     last, middle = z.size - 1, z.size // 2

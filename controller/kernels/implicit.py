@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.kernels.block import Block, factorise, make_block, solve
+from controller.kernels.block import Block, factorise, make_block, solve_blocks
 from controller.kernels.compiled import inlined, kernel
 from controller.kernels.denormal import settled
 from controller.kernels.energy import (
@@ -143,7 +143,7 @@ def stage(model, state, load, g, work, v):
         block.r[i, 0] = model.I[i] * state.v[2, i] + g * (load.Q_theta[i] + outer - inner)
         block.r[i, 1], block.r[i, 2] = x - before_x, y - before_y
         before_x, before_y, inner = x, y, outer
-    solve(block, work.a)
+    solve_blocks(block, work.a)
     follow_hinges(work.a, block.z, v)
 
 
