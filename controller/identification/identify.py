@@ -14,6 +14,7 @@ from controller.errors import DataError, ParameterError, TendrilError, sentence
 from controller.identification.damping_fit import Motion, fit_damping
 from controller.identification.decays import Decay, decays_in, is_decay, long_ones
 from controller.identification.fit import Estimate, Fit
+from controller.identification.modal_fit import fit_modes
 from controller.identification.poses import is_static, read_poses
 from controller.identification.report import number_text, report_page
 from controller.identification.statics import fit_statics
@@ -52,7 +53,9 @@ def identify(task: Task) -> list[Fit]:
 
 
 def decay_fits(decays: Sequence[Decay], base: Actuator) -> list[Fit]:
-    """What decays say without a static test: the damping of the body that is farthest out."""
+    """What decays say without a static test: of several bodies all but the scale, of one body its damping."""
+    if decays[0].points.shape[1] > 1:
+        return [fit_modes(decays, base)]
     return [fit_damping(outermost(decays), base)]
 
 

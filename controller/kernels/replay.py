@@ -60,17 +60,19 @@ class Springs(NamedTuple):
 def replay(run, samples, springs, used, out):
     """Advance `run` through all samples, pulled to the bodies with a bit in `used`; estimates (n,m,2) [m] into `out`.
 
-    The estimate for a sample is the model's position after the last step for which that sample is held.
+    A held sample is its signal half a hold late, and so is the model that it draws along: the estimate for a sample is
+    the model's position in the middle of its hold.
     """
     tick = 0
     for k in range(samples.ticks.size):
         held = Held(samples.p[k], samples.v[k])
-        for _ in range(samples.ticks[k]):
+        for step in range(samples.ticks[k]):
             let_go(run, tick * run.dt)
             pull(run, held, springs, used, run.dt)
             implicit_step(run.model, run.state, run.load, run.dt, run.work)
             tick += 1
-        points_on(run.state.q, run.sensors, out[k])
+            if step == samples.ticks[k] // 2:
+                points_on(run.state.q, run.sensors, out[k])
 
 
 @inlined

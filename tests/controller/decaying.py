@@ -1,0 +1,63 @@
+"""Free decays of a body that we know: a finer model than any that is fitted, seen in space with noise."""
+
+import numpy as np
+
+from controller.actuator import PRESETS, Actuator, Tracking
+from controller.equilibrium import Body, settle
+from controller.identification.decays import Decay
+from controller.identification.offline import offline_observer
+from controller.kernels.implicit import make_implicit_work
+from controller.kernels.replay import Replay, Samples, replay
+from controller.kernels.rod import Array, make_load
+from controller.kernels.statics import at_rest, pose
+
+ARCS = (0.11, 0.21, 0.32)
+FINE = 40
+SUBSTEPS = 4
+
+
+def hanging_body(arcs: tuple[float, ...] = ARCS) -> Actuator:
+    """Tapered to 0.4 of its base's stiffness, with 150 g at its end; first mode about 2.6 Hz."""
+    k = np.array([16.0, 6.4])
+    tracking = Tracking(base=(0.1, 0.0, 0.1), axis=(0.0, -1.0, 0.0), arcs=arcs, K_o=(0.0, 3e3), B_o=(0.0, 50.0))
+    update = {
+        "name": "known", "mass": 0.075, "tip_load": 0.15, "length": arcs[-1], "gravity": (9.81, 0.0), "alpha": 1.0,
+        "k": tuple(k.tolist()), "b": tuple((0.006 * k).tolist()), "tracking": tracking,
+    }  # fmt: skip
+    return PRESETS["P1"].model_copy(update=update)
+
+
+def decays_of(actuator: Actuator, torques: Array, noise: float = 2e-4, samples: int = 250) -> list[Decay]:
+    """One decay for each row of `torques` (d,bodies) [N m], which act from the clamp to the bodies until 50 ms.
+
+    `noise` is that of every coordinate [m]; each decay has a plane of its own through the vertical.
+    """
+    random = np.random.default_rng(2)
+    return [_decay(actuator, 2 * i, u, random.normal(0, noise, (samples, u.size, 3))) for i, u in enumerate(torques)]
+
+
+def _decay(actuator: Actuator, number: int, u: Array, noise: Array) -> Decay:
+    points = _swing(actuator, u, len(noise))
+    angle = 0.9 * number
+    across = np.array([np.cos(angle), 0.0, np.sin(angle)])
+    base = np.array([0.1, 0.0, 0.1])
+    seen = base + points[..., :1] * np.array([0.0, -1.0, 0.0]) + points[..., 1:] * across
+    return Decay(number, 0.01 * np.arange(len(noise)), seen + noise)
+
+
+def _swing(actuator: Actuator, u: Array, samples: int) -> Array:
+    """Bodies in the plane (n,bodies,2) [m] after release, without any observer."""
+    fine = offline_observer(actuator, [u.size - 1], FINE)
+    model, held = fine.model, fine.T @ u
+    bend = model.bend + np.cumsum(held[::-1])[::-1] / model.k
+    state = at_rest(model)
+    pose(model, settle(Body(model.L, model.arm, model.m, model.k, bend, model.g), model.rest), state.q)
+    run = Replay(
+        model, state, make_load(FINE), make_implicit_work(FINE), fine.sensors, np.zeros_like(fine.rest), held,
+        np.array([0.05, 0.03]), 1e-3 / SUBSTEPS,
+    )  # fmt: skip
+    nothing = np.zeros((samples, u.size, 2))
+    ticks = np.full(samples, 10 * SUBSTEPS, np.int64)
+    out = np.empty_like(nothing)
+    replay(run, Samples(nothing, nothing, ticks), fine.springs, 0, out)
+    return np.concatenate([out[:1], out[:-1]])

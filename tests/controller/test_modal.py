@@ -1,0 +1,112 @@
+import math
+
+import numpy as np
+import pytest
+
+from controller.build import build_rod
+from controller.errors import DataError
+from controller.identification.decays import Decay
+from controller.identification.fit import Estimate, Fit
+from controller.identification.hold import held_pose, positions, slopes, torques_to
+from controller.identification.modal import first_mode, stiffness_scale, tapered
+from controller.identification.modal_fit import fit_modes
+from controller.identification.small import mobility
+from controller.kernels.statics import places
+from controller.stability import natural_modes
+from tests.controller.decaying import ARCS, decays_of, hanging_body
+
+TORQUES = np.array(
+    [[0, 0, 0.5], [0, 0.4, 0], [0.5, 0, 0], [0.1, -0.3, 0.5], [0, 0.3, 0.2], [0, 0, -0.4], [0.2, 0.2, 0],
+     [0.3, 0, 0.2], [0, -0.3, -0.1], [-0.2, 0, 0.4]]
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def decays() -> list[Decay]:
+    return decays_of(hanging_body(), TORQUES)
+
+
+@pytest.fixture(scope="module")
+def fit(decays: list[Decay]) -> Fit:
+    base = hanging_body().model_copy(update={"k": (1.0,), "b": (0.0,), "alpha": 0.0, "tracking": None})
+    return fit_modes(decays, base)
+
+
+def estimate_of(fit: Fit, name: str) -> Estimate:
+    return next(one for one in fit.parameters if one.name.startswith(name))
+
+
+def test_frequency_damping_and_taper_come_back_from_noisy_decays_of_a_finer_body(fit: Fit) -> None:
+    truth = hanging_body()
+    model = build_rod(truth, 40)
+    first = min(natural_modes(model, model.rest), key=abs)
+    assert estimate_of(fit, "frequency").value == pytest.approx(abs(first) / math.tau, rel=0.02)
+    assert estimate_of(fit, "zeta").value == pytest.approx(-first.real / abs(first), rel=0.02)
+    assert estimate_of(fit, "taper").value == pytest.approx(truth.k[1] / truth.k[0], rel=0.02)
+    assert fit.actuator.k == pytest.approx(truth.k, rel=0.02)
+
+
+def test_the_confidence_interval_of_the_taper_contains_the_truth_and_is_narrow(fit: Fit) -> None:
+    taper = estimate_of(fit, "taper")
+    assert taper.low < 0.4 < taper.high
+    assert taper.high - taper.low < 0.05
+
+
+def test_tracked_bodies_and_their_inner_motion_are_found_within_noise(fit: Fit) -> None:
+    assert fit.actuator.tracking is not None
+    assert fit.actuator.tracking.arcs == pytest.approx(ARCS, abs=2e-4)
+    assert max(one.rms for one in fit.misfits) < 0.4
+
+
+def test_the_stiffness_scale_gives_the_chain_the_frequency_asked_for() -> None:
+    found = tapered(hanging_body(), 15.0, -0.7)
+    model = build_rod(found, 40)._replace(b=np.zeros(40), alpha=0.0)
+    assert np.abs(natural_modes(model, model.rest)).min() == pytest.approx(15.0, rel=1e-6)
+    assert stiffness_scale(model, 15.0) == pytest.approx(1.0, rel=1e-6)
+    assert found.k[1] / found.k[0] == pytest.approx(math.exp(-0.7))
+
+
+def test_a_mode_slower_than_the_pendulum_is_refused() -> None:
+    with pytest.raises(DataError, match="gravity alone makes"):
+        tapered(hanging_body(), 2.0, 0.0)
+
+
+def test_the_first_mode_of_a_massless_uniform_body_is_a_loaded_cantilevers_curve() -> None:
+    # The table's base joint counts a whole cell: half a cell, L/20, bends under the clamp's moment before x = 0.
+    light = hanging_body().model_copy(update={"mass": 1e-6, "gravity": (0.0, 0.0), "k": (1.0,)})
+    s = np.array(ARCS[:-1]) / ARCS[-1]
+    curve = s**2 / 2 - s**3 / 6 + s / 20
+    assert first_mode(light, ARCS) == pytest.approx(curve / (1 / 2 - 1 / 6 + 1 / 20), rel=1e-3)
+
+
+def test_the_held_pose_meets_what_is_seen_and_is_in_balance() -> None:
+    model = build_rod(hanging_body(), 10)
+    T, last = torques_to(model, np.array(ARCS)), places(model, np.array(ARCS[-1:]))
+    moved = np.array([[-0.02, 0.07]])
+    theta, held = held_pose(model, T, last, moved, np.array([5.0, 5.0, 5.0]))
+    assert positions(model, theta, last) - positions(model, model.rest, last) == pytest.approx(moved, abs=1e-3)
+    beyond = np.cumsum(model.m[::-1])[::-1] - model.m
+    spring = model.k * np.diff(theta, prepend=0.0)
+    weight = 9.81 * (model.L * beyond + model.m * model.arm) * np.sin(theta)
+    assert held == pytest.approx(spring - np.append(spring[1:], 0.0) + weight, abs=1e-9)
+
+
+def test_slopes_are_the_derivatives_of_the_points() -> None:
+    model, theta = build_rod(hanging_body(), 10), np.linspace(0.1, 0.9, 10)
+    at = places(model, np.array(ARCS))
+    step = 1e-6 * np.eye(10)
+    numeric = [(positions(model, theta + d, at) - positions(model, theta - d, at)).ravel() / 2e-6 for d in step]
+    assert slopes(model, theta, at) == pytest.approx(np.array(numeric).T, abs=1e-8)
+
+
+def test_mobility_of_a_stiff_light_bar_is_that_of_a_rigid_pendulum_at_its_end() -> None:
+    body = hanging_body().model_copy(update={"mass": 0.3, "tip_load": 0.0, "k": (1e-6,), "b": (0.0,), "alpha": 0.0})
+    model = build_rod(body, 2)._replace(k=np.array([0.0, 1e6]))
+    tip = places(model, np.array([ARCS[-1]]))
+    assert mobility(model, tip, 1.0)[0] == pytest.approx(3 / 0.3, rel=1e-3)
+
+
+def test_one_body_is_refused(decays: list[Decay]) -> None:
+    alone = [Decay(one.id, one.t, one.points[:, -1:]) for one in decays]
+    with pytest.raises(DataError, match="needs at least 2"):
+        fit_modes(alone, hanging_body())
