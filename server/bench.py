@@ -127,6 +127,5 @@ def _scaling_rows(figures: Figures) -> Iterator[tuple[str, str]]:
     for row in figures["scaling"]:
         dense = "-" if row["dense_step_us"] is None else f"{row['dense_step_us']:.0f} us"
         yield f"{row['integrator']} step, N = {row['n']}; dense", f"{row['step_us']:.2f} us; {dense}"
-    for integrator in ("implicit", "rk4"):
-        ratio = figures[f"{integrator}_n1000_over_n10"]
-        yield f"{integrator} step, N = 1000 over N = 10", f"{ratio:.0f}"
+    ratios = (f"{figures[f'{part}_n1000_over_n10']:.0f}" for part in ("rk4", "implicit", "tick"))
+    yield "N = 1000 over N = 10: RK4 step, implicit step, tick", ", ".join(ratios)

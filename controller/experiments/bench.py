@@ -33,6 +33,7 @@ class Figures(TypedDict):
     tick_us: float
     tick_n1000_us: float
     """The tick with 1000 rods and the implicit step."""
+    tick_n1000_over_n10: float
     closed_loop_seconds: float
     """Simulated time of the closed loop with twin, 10 rods, on one core [s]."""
     closed_loop_seconds_per_second: float
@@ -50,6 +51,7 @@ def bench(quick: bool = False) -> Figures:
     rod, mujoco = time_beside_mujoco(rounds)
     loop = closed_loop(RigParameters(), 20.0 if quick else 1000.0)
     fine = ControllerParameters(rods=1000, integrator=Integrator.IMPLICIT)
+    fine_loop = closed_loop(RigParameters(controller=fine), FINE_SECONDS)
     rows = time_chains(rounds)
     implicit = step_us(rows, "implicit", 1000)
     return Figures(
@@ -58,7 +60,8 @@ def bench(quick: bool = False) -> Figures:
         rk4_over_mujoco=rod / mujoco,
         mujoco_tip_difference_m=mujoco_tip_difference(),
         tick_us=loop.tick_us,
-        tick_n1000_us=closed_loop(RigParameters(controller=fine), FINE_SECONDS).tick_us,
+        tick_n1000_us=fine_loop.tick_us,
+        tick_n1000_over_n10=fine_loop.tick_us / loop.tick_us,
         closed_loop_seconds=loop.seconds,
         closed_loop_seconds_per_second=loop.seconds_per_second,
         implicit_n1000_us=implicit,

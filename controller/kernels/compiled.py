@@ -1,4 +1,4 @@
-"""How a kernel is compiled: nogil machine code that cannot allocate and never divides by raising.
+"""How a kernel is compiled: nogil machine code that cannot allocate; a division by zero gives nan and never raises.
 
 Without numba's runtime (`_nrt`) a kernel that would make an array does not compile, and the arrays that kernels pass to
 one another are not counted, which took two fifths of a tick: the caller's references keep them alive. "contract" lets
