@@ -125,6 +125,29 @@ def identify(
 
 
 @app.command()
+def observe(
+    data: Annotated[Path, typer.Argument(help="CSV file of free decays.")],
+    actuator: Annotated[str, typer.Option(help="Actuator file that tendril identify wrote from free decays.")],
+    sense: Annotated[str, typer.Option(help="Bodies that the observer is given, as in 2,3.")],
+    score: Annotated[str, typer.Option(help="Bodies whose estimates are scored, as in 1,2.")],
+    ids: Annotated[str | None, typer.Option(help="Decays to observe, as in 18-34; all without it.")] = None,
+    from_s: Annotated[float, typer.Option("--from", help="Score from here on, too [s].")] = 0.3,
+    rods: Annotated[
+        int | None, typer.Option(min=2, max=1000, help="Of the model; as the file says without it.")
+    ] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
+    rrd: Annotated[Path | None, typer.Option(help="Write a recording for rerun to this file.")] = None,
+) -> None:
+    """Run the observer over recorded decays and score bodies that it does not see (docs/identification.md)."""
+    from controller.actuator import read_actuator
+    from controller.identification.observe import Request
+    from server.observe import numbers, run_observe
+
+    bodies = numbers("sense", sense), numbers("score", score)
+    run_observe(Request(data, read_actuator(actuator), *bodies, ids, from_s, rods), json_file, rrd, out)
+
+
+@app.command()
 def compile() -> None:
     """Compile every kernel into the cache, so that the first start is quick."""
     from controller.build_rig import build_rig

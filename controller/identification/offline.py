@@ -50,7 +50,7 @@ def offline_observer(actuator: Actuator, sensed: Sequence[int], rods: int | None
     """
     tracking = actuator.tracking
     if tracking is None:
-        raise ParameterError(f"actuator {actuator.name} has no [tracking]: it must say where the tracked bodies sit")
+        raise ParameterError(f"actuator {actuator.name} has no table tracking, which says where the tracked bodies sit")
     if not any(tracking.K_o):
         raise ParameterError(f"tracking.K_o = {tracking.K_o} N/m of actuator {actuator.name} pulls at nothing")
     model = build_rod(actuator, rods or actuator.table_rods)

@@ -1,0 +1,125 @@
+"""`tendril identify` and `tendril observe` on the free decays of a real trunk (tests/data/trunk-stack, MIT licence)."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from controller.actuator import read_actuator
+from controller.errors import TendrilError
+from controller.identification.decays import Decay
+from controller.identification.observe import Request, observe
+from recordings.observed import write_observed
+from server.cli import app
+from tests.controller.decaying import decays_of, hanging_body
+
+TRUNK = Path(__file__).parents[1] / "data" / "trunk-stack" / "decay_200g_even_ids.csv"
+
+
+def run(*arguments: object) -> None:
+    app([str(one) for one in arguments], standalone_mode=False)
+
+
+@pytest.fixture(scope="module")
+def trunk(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("trunk") / "trunk.toml"
+    run("identify", TRUNK, "--ids", "0-16", "--out", out)
+    return out
+
+
+def scores(trunk: Path, folder: Path, *options: object) -> dict[tuple[int, float], dict[str, Any]]:
+    run("observe", TRUNK, "--actuator", trunk, "--ids", "18-34", *options, "--json", folder / "scores.json")
+    found = json.loads((folder / "scores.json").read_text())
+    return {(one["body"], one["from_s"]): one for one in found["bodies"]}
+
+
+def test_the_observer_given_the_tip_of_a_real_trunk_beats_what_needs_no_model(trunk: Path, tmp_path: Path) -> None:
+    found = scores(trunk, tmp_path, "--sense", 3, "--score", "1,2", "--from", 0.3)
+    assert found[2, 0.3]["percent_of_motion"] <= 13.0
+    assert found[2, 0.0]["percent_of_motion"] <= 45.0
+    assert set(found) == {(1, 0.0), (1, 0.3), (2, 0.0), (2, 0.3)}
+
+
+def test_the_known_baselines_of_these_decays_come_out(trunk: Path, tmp_path: Path) -> None:
+    found = scores(trunk, tmp_path, "--sense", 3, "--score", "2", "--from", 0.3)
+    late, whole = found[2, 0.3], found[2, 0.0]
+    assert late["constant_curvature_percent"] == pytest.approx(14.8, abs=0.1)
+    assert late["fixed_ratio_percent"] == pytest.approx(15.3, abs=0.1)
+    assert whole["constant_curvature_percent"] == pytest.approx(55.5, abs=0.5)
+    assert whole["fixed_ratio_percent"] == pytest.approx(52.5, abs=0.5)
+    assert json.loads((tmp_path / "scores.json").read_text())["samples"] == 1807
+
+
+def test_several_bodies_may_be_sensed(trunk: Path, tmp_path: Path) -> None:
+    one = scores(trunk, tmp_path, "--sense", "3", "--score", "1")
+    two = scores(trunk, tmp_path, "--sense", "2,3", "--score", "1")
+    assert json.loads((tmp_path / "scores.json").read_text())["sensed"] == [2, 3]
+    assert all(two[key]["percent_of_motion"] < one[key]["percent_of_motion"] for key in one)
+
+
+def test_no_sample_of_an_unsensed_body_reaches_the_estimate(trunk: Path, tmp_path: Path) -> None:
+    lines = TRUNK.read_text().splitlines()
+    header, rows = lines[0], [line.split(",") for line in lines[1:] if line.split(",")[0] == "18"]
+    random = np.random.default_rng(0)
+    shaken = [[*row[:1], *(f"{float(v) + random.normal(0, 0.01):.6f}" for v in row[1:7]), *row[7:]] for row in rows]
+    estimates = []
+    for name, content in (("true", rows), ("shaken", shaken)):
+        file = tmp_path / f"{name}.csv"
+        file.write_text("\n".join([header, *(",".join(row) for row in content)]) + "\n")
+        estimates.append(observe(Request(file, read_actuator(trunk), (3,), (1, 2))).estimates[0])
+    assert np.array_equal(*estimates)
+
+
+def written(decays: list[Decay], file: Path) -> Path:
+    bodies = decays[0].points.shape[1]
+    rows = ["ID,t," + ",".join(f"{axis}{i + 1}" for i in range(bodies) for axis in "xyz")]
+    for one in decays:
+        for t, points in zip(one.t, one.points, strict=True):
+            rows.append(",".join([str(one.id), f"{t:.3f}", *(f"{value:.6f}" for value in points.ravel())]))
+    file.write_text("\n".join(rows) + "\n")
+    return file
+
+
+def test_files_with_other_bodies_and_decays_are_identified_and_observed(tmp_path: Path) -> None:
+    arcs = (0.08, 0.15, 0.22, 0.30)
+    torques = np.array([[0, 0, 0, 0.4], [0, 0.3, 0, 0.1], [0.3, 0, 0, 0], [0, 0, 0.3, -0.1], [0, 0.2, 0, 0.3]])
+    data = written(decays_of(hanging_body(arcs), torques, samples=200), tmp_path / "four.csv")
+    run("identify", data, "--ids", "0-4", "--out", tmp_path / "four.toml")
+    options = ["--ids", "6,8", "--sense", "4", "--score", "1,2,3", "--from", "0.5", "--json", tmp_path / "f.json"]
+    run("observe", data, "--actuator", tmp_path / "four.toml", *options)
+    late = [one for one in json.loads((tmp_path / "f.json").read_text())["bodies"] if one["from_s"] == 0.5]
+    assert all(one["rms_error_mm"] < 0.5 for one in late)
+
+
+def test_a_recording_holds_measured_and_estimated_motion_of_every_body(trunk: Path, tmp_path: Path) -> None:
+    observed = observe(Request(TRUNK, read_actuator(trunk), (3,), (2,), "18-20"))
+    write_observed(observed, tmp_path / "run.rrd")
+    assert (tmp_path / "run.rrd").read_bytes()[:3] == b"RRF"
+    with pytest.raises(TendrilError, match="cannot be written"):
+        write_observed(observed, Path("/nowhere/run.rrd"))
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        (["--sense", "3", "--score", "3"], "score = 3 is sensed, too"),
+        (["--sense", "4", "--score", "1"], "sense = 4 is outside 1 to 3"),
+        (["--sense", "3", "--score", "0"], "score = 0 is outside 1 to 3"),
+        (["--sense", "", "--score", "1"], "sense = '' is not a list of whole numbers"),
+        (["--sense", "3", "--score", "1", "--ids", "19"], "ID 19 is not there"),
+        (
+            ["--sense", "3", "--score", "1", "--ids", "10"],
+            r"no decay to observe has more than 150 samples \(ID 10: 31\)",
+        ),
+        (["--sense", "3", "--score", "1", "--from", "9"], "from = 9.0 s is after the end of every decay"),
+        (["--sense", "3", "--score", "1", "--from", "-1"], "from = -1.0 s is negative"),
+        (["--sense", "3", "--score", "1", "--actuator", "P1"], "actuator P1 has no table tracking"),
+    ],
+)
+def test_a_wrong_request_is_said_in_one_line(trunk: Path, options: list[str], complaint: str) -> None:
+    actuator = [] if "--actuator" in options else ["--actuator", str(trunk)]
+    with pytest.raises(TendrilError, match=complaint) as caught:
+        run("observe", TRUNK, *actuator, *options)
+    assert "\n" not in str(caught.value)
