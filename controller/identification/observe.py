@@ -1,5 +1,6 @@
 """The offline observer over the decays of a file: what is asked for, checked, and what comes out."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypedDict
@@ -63,6 +64,7 @@ def observe(request: Request) -> Observed:
     axis = np.array(tracking.axis) / np.linalg.norm(tracking.axis)
     motions = [project(one, axis, max(offline.sensed)) for one in decays]
     estimates = [estimate(offline, one) for one in motions]
+    _refuse_runaway(motions, estimates)
     task = Task(offline.sensed, scored, _starts(request.from_s))
     return Observed(
         tuple(motions),
@@ -95,6 +97,13 @@ def _starts(from_s: float) -> tuple[float, ...]:
     if not 0.0 <= from_s < float("inf"):
         raise ParameterError(f"from = {from_s} s is negative or not finite")
     return (0.0, from_s) if from_s else (0.0,)
+
+
+def _refuse_runaway(motions: Sequence[Motion], estimates: Sequence[Array]) -> None:
+    """A kernel cannot raise: it returns nan."""
+    for motion, found in zip(motions, estimates, strict=True):
+        if not np.isfinite(found).all():
+            raise ParameterError(f"the observer diverged on ID {motion.id}: tracking.K_o or B_o is too large")
 
 
 def _check(decay: Decay, tracking: Tracking, path: Path) -> None:
