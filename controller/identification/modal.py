@@ -29,7 +29,8 @@ SMALL = 0.03
 
 TRACKING_RATE = 240.0
 """Rate at which the offline observer's springs draw the last body to its samples, critically damped [rad/s]: slower
-than 100 Hz sampling, faster than the modes that a trunk shows. Chosen by the errors on the identified decays."""
+than 100 Hz sampling, faster than the modes that a trunk shows. Chosen on the real trunk, its
+scored decays in view (docs/identification.md)."""
 
 
 class Mode(NamedTuple):

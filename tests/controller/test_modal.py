@@ -19,11 +19,12 @@ TORQUES = np.array(
     [[0, 0, 0.5], [0, 0.4, 0], [0.5, 0, 0], [0.1, -0.3, 0.5], [0, 0.3, 0.2], [0, 0, -0.4], [0.2, 0.2, 0],
      [0.3, 0, 0.2], [0, -0.3, -0.1], [-0.2, 0, 0.4]]
 )  # fmt: skip
+BOTH_WAYS = np.vstack([TORQUES, -1.1 * TORQUES])
 
 
-@pytest.fixture(scope="module")
-def decays() -> list[Decay]:
-    return decays_of(hanging_body(), TORQUES)
+@pytest.fixture(scope="module", params=[1, 2])
+def decays(request: pytest.FixtureRequest) -> list[Decay]:
+    return decays_of(hanging_body(), BOTH_WAYS, seed=request.param)
 
 
 @pytest.fixture(scope="module")
@@ -52,10 +53,10 @@ def test_the_confidence_interval_of_the_taper_contains_the_truth_and_is_narrow(f
     assert taper.high - taper.low < 0.05
 
 
-def test_tracked_bodies_and_their_inner_motion_are_found_within_noise(fit: Fit) -> None:
+def test_tracked_bodies_and_their_inner_motion_are_found_within_a_few_times_the_noise(fit: Fit) -> None:
     assert fit.actuator.tracking is not None
     assert fit.actuator.tracking.arcs == pytest.approx(ARCS, abs=2e-4)
-    assert max(one.rms for one in fit.misfits) < 0.4
+    assert max(one.rms for one in fit.misfits) < 2.5 * 0.2
 
 
 def test_the_stiffness_scale_gives_the_chain_the_frequency_asked_for() -> None:
