@@ -36,7 +36,7 @@ def sentence(error: ValidationError) -> str:
     first = error.errors(include_url=False)[0]
     field, text = ".".join(str(part) for part in first["loc"]), first["msg"].removeprefix("Value error, ")
     if not field:
-        return text
+        return text if first["type"] == "value_error" else f"message: {text}"
     return f"{field}: {text}" if first["type"] == "missing" else f"{field} = {str(first['input'])[:60]}: {text}"
 
 
