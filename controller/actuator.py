@@ -1,6 +1,7 @@
 """An actuator as data: the paper's three, and the TOML file in which a user describes another (docs/actuators.md)."""
 
 import json
+import math
 import tomllib
 from itertools import pairwise
 from pathlib import Path
@@ -12,6 +13,12 @@ from pydantic import Field as Bounds
 from controller.errors import ParameterError, sentence
 from controller.layout import Model, quantity
 from controller.layout import Quantity as Q
+
+SHORTEST = 1e-6
+"""A tracking axis shorter than this has no direction."""
+
+BEYOND = 1.1
+"""A tracked body farther out than this many lengths is a mistake, not a marker on a bracket."""
 
 FOLDER = Path(__file__).parent / "actuators"
 """The paper's actuators, in the format of any other."""
@@ -36,14 +43,16 @@ PressureSlope = Annotated[float, Bounds(gt=0.0, le=1e9)]
 Rod = Annotated[int, Bounds(ge=0, le=1000)]
 ReplayGain = Annotated[float, Bounds(ge=0.0, le=1e5)]
 ReplayDamping = Annotated[float, Bounds(ge=0.0, le=1e3)]
+Coordinate = Annotated[float, Bounds(ge=-1e3, le=1e3)]
+Product = Annotated[float, Bounds(allow_inf_nan=False)]
 
 
 class Tracking(Model):
     """Where the tracked bodies of a recorded data file sit, and how its coordinates lie to the actuator."""
 
-    base: Annotated[tuple[float, ...], Bounds(min_length=2, max_length=3), Q("m")]
+    base: Annotated[tuple[Coordinate, ...], Bounds(min_length=2, max_length=3), Q("m")]
     """The clamp in the file's coordinates."""
-    axis: Annotated[tuple[float, ...], Bounds(min_length=2, max_length=3), Q("1")]
+    axis: Annotated[tuple[Coordinate, ...], Bounds(min_length=2, max_length=3), Q("1")]
     """Direction of the backbone at the clamp, in the file's coordinates; any length but zero."""
     arcs: Annotated[tuple[Annotated[float, Bounds(gt=0.0, le=2.0)], ...], Bounds(min_length=1), Q("m", "s")]
     """Arc length of each tracked body."""
@@ -57,13 +66,17 @@ class Tracking(Model):
     """When these torques begin to fade, and for how long they do [s]."""
     starts: tuple[Annotated[float, Bounds(ge=0.0)], ...] = ()
     """Times after release from which `products` are taken [s]."""
-    products: tuple[tuple[float, ...], ...] = ()
+    products: tuple[tuple[Product, ...], ...] = ()
     """For each of `starts` the mean products of the bodies' lateral motions (bodies x bodies, row by row) [m^2] in the
     decays that were identified: from them follow the best fixed ratios between any bodies."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         bodies = len(self.arcs)
+        if len(self.base) != len(self.axis):
+            raise ValueError(f"base has {len(self.base)} coordinates, axis has {len(self.axis)}")
+        if math.hypot(*self.axis) < SHORTEST:
+            raise ValueError(f"axis = {self.axis} has no direction: its length must be at least {SHORTEST}")
         if any(inner >= outer for inner, outer in pairwise(self.arcs)):
             raise ValueError(f"arcs = {self.arcs} do not rise from the clamp to the tip")
         if len(self.hold) not in (0, bodies):
@@ -126,6 +139,10 @@ class Actuator(Model):
         for first, second in self.chambers:
             if not first < second <= self.table_rods:
                 raise ValueError(f"chambers ({first}, {second}): first < second <= table_rods = {self.table_rods}")
+        if self.tracking is not None and self.tracking.arcs[-1] > BEYOND * self.length:
+            raise ValueError(
+                f"length = {self.length} m: tracking.arcs ends at {self.tracking.arcs[-1]} m, beyond the tip"
+            )
         needed = self.u_max * max(self.pressure_map)
         if needed > self.pressure_max:
             raise ValueError(
@@ -146,7 +163,7 @@ def read_actuator(source: str | Path) -> Actuator:
 
 def _read(path: Path) -> Actuator:
     try:
-        return Actuator.model_validate(tomllib.loads(path.read_text()))
+        return Actuator.model_validate(tomllib.loads(path.read_text(encoding="utf-8-sig")))
     except ValidationError as error:
         raise ParameterError(f"{path}: {sentence(error)}") from error
     except (OSError, UnicodeDecodeError) as error:

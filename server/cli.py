@@ -99,8 +99,11 @@ def bench(
     quick: Annotated[bool, typer.Option(help="A live loop of 5 s instead of 60 s, and fewer rounds.")] = False,
 ) -> None:
     """Measure rod step, controller tick and the live loop on this machine."""
+    from controller.errors import TendrilError
     from server.bench import run_bench
 
+    if json_file and not json_file.absolute().parent.is_dir():
+        raise TendrilError(f"{json_file} cannot be written: its folder does not exist")
     figures = run_bench(quick, out)
     if json_file:
         json_file.write_text(json.dumps(figures, indent=2) + "\n")

@@ -86,6 +86,8 @@ def finished(fits: Sequence[Fit], out: Path) -> Actuator:
 
 def save(task: Task, fits: Sequence[Fit], out: Path, report: Path | None) -> tuple[str, ...]:
     """Write the actuator file and, if asked for, the report; what to tell the user about the whole."""
+    if out.suffix != ".toml":
+        raise ParameterError(f"out = {str(out)!r} does not end in .toml")
     actuator = finished(fits, out)
     try:
         write_actuator(actuator, out, _remark(task, fits))

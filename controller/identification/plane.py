@@ -12,6 +12,9 @@ from controller.kernels.rod import Array
 REST_SAMPLES = 20
 """The rest pose of a decay is the mean of its last samples, as many as this."""
 
+FARTHEST = 2.0
+"""From the clamp to a body, as in an actuator file [m]."""
+
 
 @dataclass(frozen=True)
 class Motion:
@@ -60,6 +63,11 @@ def body_arcs(decays: Sequence[Decay], axis: Array) -> Array:
         raise DataError(
             f"body {wrong[0] + 1} rests {1e3 * arcs[wrong[0]]:.1f} mm from the clamp, the one before it farther out: "
             "bodies must be numbered from the clamp, and the clamp at 0 of the coordinate that they hang along"
+        )
+    if arcs[-1] > FARTHEST:
+        raise DataError(
+            f"body {arcs.size} rests {arcs[-1]:.4g} m from the clamp, at most {FARTHEST} m are allowed: coordinates are "
+            "in m, or in mm where the name of a column ends in _mm"
         )
     return np.asarray(arcs)
 

@@ -13,6 +13,9 @@ from controller.kernels.rod import Array
 STARTS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.75, 1.0, 1.5)
 """Times after release from which motions are summed up, for the fixed ratios [s]."""
 
+STILL = 1e-9
+"""A body that moves less than this does not move [m]."""
+
 SAME = 1e-6
 """Times nearer than this are the same [s]."""
 
@@ -85,6 +88,8 @@ def _score(
     ratios = fixed_ratios(tracking, task.sensed, body, start)
     outer = max(task.sensed)
     motion = _rms(true[:, body])
+    if motion < STILL:
+        raise ParameterError(f"score = {body + 1}: this body moves less than {STILL} m from {start} s on")
 
     def percent(guess: Array) -> float:
         return 100.0 * _rms(guess - true[:, body]) / motion

@@ -15,6 +15,9 @@ from controller.kernels.rod import Array
 UNITS = {"pa": 1.0, "kpa": 1e3, "m": 1.0, "mm": 1e-3, "s": 1.0, "ms": 1e-3}
 """What a column's suffix multiplies: `p1_kpa` is p1 in kPa. Without a suffix a column is in SI units."""
 
+FITTING = {"p": ("pa", "kpa"), "t": ("s", "ms"), **dict.fromkeys("xyz", ("m", "mm"))}
+"""Units that a column may have, by its first letter."""
+
 
 @dataclass(frozen=True)
 class Table:
@@ -78,6 +81,8 @@ def choose_ids(text: str | None, present: Sequence[int], path: Path) -> list[int
         if match is None:
             raise DataError(f"ids = {text!r}: {part!r} is neither a number nor a range like 0-16")
         first, last = int(match[1]), int(match[2] or match[1])
+        if first > last:
+            raise DataError(f"ids = {text!r}: {part.strip()} begins after its end")
         found = {one for one in available if first <= one <= last}
         if not found:
             raise DataError(f"{path}: ID {part.strip()} is not there (IDs {available[0]} to {available[-1]} are)")
@@ -88,8 +93,13 @@ def choose_ids(text: str | None, present: Sequence[int], path: Path) -> list[int
 def _plain_name(path: Path, name: str) -> str:
     """The name without its unit, as in x1 for X1_mm."""
     plain, _, unit = name.partition("_")
-    if not plain or (unit and unit.lower() not in UNITS):
+    if not plain:
+        raise DataError(f"{path}: column {name!r} has no name (a comma too many in the header?)")
+    if unit and unit.lower() not in UNITS:
         raise DataError(f"{path}: column {name!r} has an unknown unit (known: {', '.join(UNITS)})")
+    known = FITTING.get(plain[0].lower(), ())
+    if unit and unit.lower() not in known:
+        raise DataError(f"{path}: column {name!r} is not measured in {unit} (but in {', '.join(known) or 'no unit'})")
     return "ID" if plain.lower() == "id" else plain.lower()
 
 

@@ -65,6 +65,7 @@ def replay(run, samples, springs, used, out):
     """
     tick = 0
     for k in range(samples.ticks.size):
+        points_on(run.state.q, run.sensors, out[k])  # stays where samples come faster than ticks
         held = Held(samples.p[k], samples.v[k])
         for step in range(samples.ticks[k]):
             let_go(run, tick * run.dt)

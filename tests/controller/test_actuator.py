@@ -62,6 +62,24 @@ def test_a_wrong_file_is_told_field_value_and_bound(tmp_path: Path, line: str, c
         read_actuator(written(tmp_path, "\n".join([*kept[:4], line, *kept[4:]])))
 
 
+@pytest.mark.parametrize(
+    ("frame", "complaint"),
+    [
+        ("base = [0.0, 0.0]\naxis = [0.0, 0.0]\narcs = [0.1]", "has no direction"),
+        ("base = [0.0, nan]\naxis = [0.0, 1.0]\narcs = [0.1]", "tracking.base.1 = nan"),
+        ("base = [0.0, 0.0]\naxis = [0.0, 1.0, 0.0]\narcs = [0.1]", "base has 2 coordinates, axis has 3"),
+        ("base = [0.0, 0.0]\naxis = [1.0, 0.0]\narcs = [1.9]", r"tracking\.arcs ends at 1\.9 m, beyond the tip"),
+    ],
+)
+def test_a_frame_of_tracked_bodies_that_cannot_be_is_refused(tmp_path: Path, frame: str, complaint: str) -> None:
+    with pytest.raises(ParameterError, match=complaint):
+        read_actuator(written(tmp_path, f"{OWN}\n[tracking]\n{frame}\n"))
+
+
+def test_a_byte_order_mark_is_read_over(tmp_path: Path) -> None:
+    assert read_actuator(written(tmp_path, "\ufeff" + OWN)) == read_actuator(written(tmp_path, OWN))
+
+
 def test_a_missing_field_or_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(ParameterError, match=r"own\.toml: mass: Field required"):
         read_actuator(written(tmp_path, OWN.replace("mass = 0.1", "")))

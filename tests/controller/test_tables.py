@@ -32,6 +32,8 @@ def test_columns_come_by_name_in_si_units_whatever_their_order(tmp_path: Path) -
         ("x1,y1\n1,2,3\n", "line 2: 3 values, the header has 2 columns"),
         ("x1,x1\n1,2\n", "names a column twice"),
         ("x1_inch,y1\n1,2\n", "'x1_inch' has an unknown unit"),
+        ("x1_kpa,y1\n1,2\n", "'x1_kpa' is not measured in kpa (but in m, mm)"),
+        ("x1,y1,\n1,2,\n", "column '' has no name"),
     ],
 )
 def test_what_is_wrong_in_a_file_is_said_with_file_line_column_and_value(
@@ -56,7 +58,8 @@ def test_ids_are_chosen_singly_and_by_ranges(text: str | None, chosen: list[int]
 
 
 @pytest.mark.parametrize(
-    ("text", "complaint"), [("3", "ID 3 is not there"), ("30-40", "IDs 0 to 6 are"), ("a", "neither"), ("", "neither")]
+    ("text", "complaint"),
+    [("3", "ID 3 is not there"), ("30-40", "IDs 0 to 6 are"), ("a", "neither"), ("", "neither"), ("6-2", "6-2 begins")],
 )
 def test_ids_that_are_not_there_are_named(text: str, complaint: str) -> None:
     with pytest.raises(DataError, match=complaint):

@@ -21,6 +21,7 @@ TENDRIL = Path(sys.executable).parent / "tendril"
             ["rig", "--rods", "20"],
             "dt = 0.001 s is too long for RK4 with this actuator and rods = 20",
         ),
+        (["bench", "--quick", "--json", "/nowhere/figures.json"], "/nowhere/figures.json cannot be written"),
         (["up", "--port", "99999"], "port = 99999: Input should be less than or equal to 65535"),
         (["serve", "--rig", "no spaces"], "rig = no spaces: String should match pattern"),
     ],

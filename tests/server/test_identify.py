@@ -80,6 +80,7 @@ def test_poses_and_decays_become_one_actuator_and_one_page(tmp_path: Path, poses
         (["{poses}", "{poses}"], "belong in one file"),
         (["nothing.csv"], "nothing.csv cannot be read"),
         (["{poses}", "--actuator", "P9"], "actuator = 'P9' is not one of P1, P2, P3"),
+        (["{poses}", "--out", "mine.json"], "out = 'mine.json' does not end in .toml"),
         (["{poses}", "--out", "/nowhere/mine.toml"], "/nowhere/mine.toml cannot be written"),
     ],
 )

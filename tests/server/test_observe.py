@@ -9,7 +9,7 @@ import pytest
 
 from controller.actuator import read_actuator
 from controller.errors import TendrilError
-from controller.identification.decays import Decay
+from controller.identification.decays import Decay, read_decays
 from controller.identification.observe import Request, observe
 from recordings.observed import write_observed
 from server.cli import app
@@ -77,7 +77,7 @@ def written(decays: list[Decay], file: Path) -> Path:
     rows = ["ID,t," + ",".join(f"{axis}{i + 1}" for i in range(bodies) for axis in "xyz")]
     for one in decays:
         for t, points in zip(one.t, one.points, strict=True):
-            rows.append(",".join([str(one.id), f"{t:.3f}", *(f"{value:.6f}" for value in points.ravel())]))
+            rows.append(",".join([str(one.id), f"{t:.4f}", *(f"{value:.6f}" for value in points.ravel())]))
     file.write_text("\n".join(rows) + "\n")
     return file
 
@@ -91,6 +91,26 @@ def test_files_with_other_bodies_and_decays_are_identified_and_observed(tmp_path
     run("observe", data, "--actuator", tmp_path / "four.toml", *options)
     late = [one for one in json.loads((tmp_path / "f.json").read_text())["bodies"] if one["from_s"] == 0.5]
     assert all(one["rms_error_mm"] < 0.5 for one in late)
+
+
+def test_samples_that_come_faster_than_ticks_are_observed_as_well_as_slow_ones(trunk: Path, tmp_path: Path) -> None:
+    slow = [one for one in read_decays(TRUNK, "18") if len(one.t) > 150]
+    errors = []
+    for step in (1e-2, 4e-4):
+        t = np.arange(0.0, slow[0].t[-1] - 0.01, step)
+        held = np.searchsorted(slow[0].t, t + 1e-9, "right") - 1
+        file = written([Decay(18, t, slow[0].points[held])], tmp_path / "rate.csv")
+        observed = observe(Request(file, read_actuator(trunk), (3,), (2,)))
+        errors.append(observed.scores["bodies"][0]["percent_of_motion"])
+    assert errors[1] == pytest.approx(errors[0], rel=0.3)
+
+
+def test_a_body_that_does_not_move_is_not_scored(trunk: Path, tmp_path: Path) -> None:
+    decay = read_decays(TRUNK, "18")[0]
+    decay.points[:, 0] = decay.points[0, 0]
+    file = written([decay], tmp_path / "still.csv")
+    with pytest.raises(TendrilError, match=r"score = 1: this body moves less than 1e-09 m from 0.0 s on"):
+        observe(Request(file, read_actuator(trunk), (3,), (1,)))
 
 
 def test_a_recording_holds_measured_and_estimated_motion_of_every_body(trunk: Path, tmp_path: Path) -> None:
