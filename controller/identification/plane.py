@@ -66,8 +66,8 @@ def body_arcs(decays: Sequence[Decay], axis: Array) -> Array:
         )
     if arcs[-1] > FARTHEST:
         raise DataError(
-            f"body {arcs.size} rests {arcs[-1]:.4g} m from the clamp, at most {FARTHEST} m are allowed: coordinates are "
-            "in m, or in mm where the name of a column ends in _mm"
+            f"body {arcs.size} rests {arcs[-1]:.4g} m from the clamp, at most {FARTHEST} m are allowed: coordinates "
+            "are in m, or in mm where the name of a column ends in _mm"
         )
     return np.asarray(arcs)
 

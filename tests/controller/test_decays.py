@@ -84,5 +84,5 @@ def test_arcs_are_heights_below_the_clamp_at_zero_of_the_hanging_axis() -> None:
     assert body_arcs([decay], axis) == pytest.approx([0.1, 0.2, 0.3, 0.4], abs=1e-3)
     with pytest.raises(DataError, match="body 2 rests"):
         body_arcs([Decay(0, decay.t, decay.points[:, ::-1])], axis)
-    with pytest.raises(DataError, match="body 4 rests 400 m from the clamp, at most 2.0 m"):
+    with pytest.raises(DataError, match=r"body 4 rests 400 m from the clamp, at most 2\.0 m"):
         body_arcs([Decay(0, decay.t, 1e3 * decay.points)], axis)
