@@ -122,7 +122,8 @@ class Body:
         """The actuator of this shape. DataError when its mode is slower than a pendulum of this load."""
         mode, body = self._mode, self._elastic(shape.taper, shape.load)
         share = float(1.0 / (1.0 + np.exp(-shape.stiff)))
-        beta, alpha = share * 2.0 * mode.zeta / mode.omega, (1.0 - share) * 2.0 * mode.zeta * mode.omega
+        damping = 2.0 * mode.zeta * mode.omega
+        beta, alpha = share * damping / elastic_share(body), (1.0 - share) * damping
         b = tuple(beta * k for k in body.k)
         return body.model_copy(update={"b": b, "alpha": alpha, "tracking": _tracking(self._frame, shape, body)})
 
@@ -164,6 +165,13 @@ def first_mode(actuator: Actuator, arcs: Sequence[float]) -> Array:
     _, modes = eigh(K + G, M, subset_by_index=[0, 0])
     y = slopes(model, model.rest, places(model, np.array(arcs)))[1::2] @ modes[:, 0]
     return np.asarray(y[:-1] / y[-1])
+
+
+def elastic_share(actuator: Actuator) -> float:
+    """Part of the first mode's omega^2 that is the hinges' [1/s^2]; gravity's part has no damper beside it."""
+    M, K, G = rest_matrices(build_rod(actuator, fine(actuator)))
+    _, modes = eigh(K + G, M, subset_by_index=[0, 0])
+    return float(modes[:, 0] @ K @ modes[:, 0])
 
 
 def stiffness_scale(model: RodModel, omega: float) -> float:

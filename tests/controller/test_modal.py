@@ -47,6 +47,13 @@ def test_frequency_damping_and_taper_come_back_from_noisy_decays_of_a_finer_body
     assert fit.actuator.k == pytest.approx(truth.k, rel=0.02)
 
 
+def test_the_written_body_swings_with_the_measured_frequency_and_damping(fit: Fit) -> None:
+    model = build_rod(fit.actuator, 40)
+    first = min(natural_modes(model, model.rest), key=abs)
+    assert abs(first) / math.tau == pytest.approx(estimate_of(fit, "frequency").value, rel=0.002)
+    assert -first.real / abs(first) == pytest.approx(estimate_of(fit, "zeta").value, rel=0.002)
+
+
 def test_the_confidence_interval_of_the_taper_contains_the_truth_and_is_narrow(fit: Fit) -> None:
     taper = estimate_of(fit, "taper")
     assert taper.low < 0.4 < taper.high
