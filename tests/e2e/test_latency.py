@@ -12,6 +12,10 @@ MOVES = 400
 PERIOD = 0.015
 
 
+ATTEMPTS = 5
+"""Drags until one is not cut off: a busy machine that stalls loop or page makes the rig hold, as it should."""
+
+
 @pytest.mark.parametrize("view", ["3D view open", "3D view collapsed"])
 def test_every_moved_target_is_answered_by_the_rig(page: Page, view: str) -> None:
     if view == "3D view collapsed":
@@ -19,20 +23,42 @@ def test_every_moved_target_is_answered_by_the_rig(page: Page, view: str) -> Non
     page.get_by_test_id("lease-take").click()
     page.get_by_test_id("arm").click()
     expect(page.get_by_test_id("state")).to_contain_text("HOLD")
+    for attempt in range(ATTEMPTS):
+        if trips := drag(page):
+            break
+    assert trips, f"all {ATTEMPTS} drags were cut off: {page.get_by_test_id('state').inner_text()}"
+    p50, p99, most = np.percentile(trips, [50, 99, 100])
+    print(
+        f"\npointer handler -> rig's reply, {view}: p50 {p50:.1f}, p99 {p99:.1f}, max {most:.1f} ms ({attempt} cut off before)"
+    )
+    page.get_by_test_id("disarm").click()
+    expect(page.get_by_test_id("state")).to_contain_text("VENTED", timeout=10_000)
+    page.get_by_test_id("lease-release").click()
+
+
+def drag(page: Page) -> list[float]:
+    """Round trips [ms] of MOVES moves, all answered; none when the rig was made to hold."""
     phase = np.linspace(0.0, 4.0 * np.pi, MOVES)
     path = [
         page.evaluate(f"window.__tendril.toPixel({x}, {y})")
         for x, y in zip(235 - 20 * np.sin(phase) ** 2, 60 * np.sin(phase / 2), strict=True)
     ]
+    before = page.evaluate("window.__tendril.roundTrips.length")
     page.mouse.move(*page.evaluate("window.__tendril.handle()"))
     page.mouse.down()
     for at in path:
         page.mouse.move(*at)
         time.sleep(PERIOD)
     page.mouse.up()
-    wait_until(lambda: page.evaluate("window.__tendril.roundTrips.length") >= MOVES, 5.0)
-    trips = np.percentile(page.evaluate("window.__tendril.roundTrips"), [50, 99, 100])
-    print(f"\npointer handler -> rig's reply, {view}: p50 {trips[0]:.1f}, p99 {trips[1]:.1f}, max {trips[2]:.1f} ms")
-    page.get_by_test_id("disarm").click()
-    expect(page.get_by_test_id("state")).to_contain_text("VENTED", timeout=10_000)
-    page.get_by_test_id("lease-release").click()
+
+    def answered() -> bool:
+        return bool(page.evaluate("window.__tendril.roundTrips.length") >= before + MOVES)
+
+    wait_until(lambda: answered() or cut_off(page), 5.0)
+    trips: list[float] = page.evaluate("window.__tendril.roundTrips")
+    return trips[before:] if answered() else []
+
+
+def cut_off(page: Page) -> bool:
+    """Whether the rig no longer follows, because loop or page came too late."""
+    return "FOLLOW" not in page.get_by_test_id("state").inner_text()
