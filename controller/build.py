@@ -4,7 +4,11 @@ import numpy as np
 
 from controller.actuator import Actuator
 from controller.equilibrium import Body, equilibrium
+from controller.errors import ParameterError
 from controller.kernels.rod import Array, RodModel
+
+FEWEST, MOST = 2, 1000
+"""Rods of a model."""
 
 NO_STIFFNESS = 1e-9
 """Stands for a stiffness or damping of zero, whose compliance is infinite [N m/rad]."""
@@ -13,8 +17,10 @@ NO_STIFFNESS = 1e-9
 def build_rod(actuator: Actuator, rods: int, *, omega_B: float = 100.0, zeta_B: float = 1.0) -> RodModel:
     """Chain of `rods` equal rods with the static map that the table of `actuator` has.
 
-    Raises ParameterError where gravity makes the unactuated body buckle.
+    Raises ParameterError for a number of rods out of bounds, and where gravity makes the unactuated body buckle.
     """
+    if not FEWEST <= rods <= MOST:
+        raise ParameterError(f"rods = {rods} is outside [{FEWEST}, {MOST}]")
     table = actuator.table_rods
     L = np.full(rods, actuator.length / rods)
     m, arm, I = masses(actuator, L)  # noqa: E741

@@ -11,7 +11,7 @@ from controller.identification.decays import Decay
 from controller.identification.fit import Estimate, Fit, Misfit
 from controller.identification.modal import LATE, SMALL, Body, Mode, small_mode
 from controller.identification.modal_plots import modal_plots
-from controller.identification.modal_solve import Found, fit_shape
+from controller.identification.modal_solve import Found, at_limit, fit_shape
 from controller.identification.offline import estimate, offline_observer
 from controller.identification.plane import Motion, body_arcs, hanging_axis, project, rest_of
 from controller.identification.score import STARTS, products
@@ -48,7 +48,7 @@ def fit_modes(decays: Sequence[Decay], base: Actuator) -> Fit:
         parameters=_estimates(mode, found, actuator, base.tip_load > 0.0),
         misfits=_misfits(motions, lateral),
         plots=modal_plots(motions, lateral, actuator),
-        notes=_notes(motions),
+        notes=(*_notes(motions), *_load_note(found, base)),
     )
 
 
@@ -132,3 +132,13 @@ def _notes(motions: Sequence[Motion]) -> tuple[str, ...]:
     if not tilted:
         return ()
     return (f"Much of the last body's motion lies outside the main plane in {', '.join(tilted)}.",)
+
+
+def _load_note(found: Found, base: Actuator) -> tuple[str, ...]:
+    """A sentence when the tip load ran into the end of what is looked for: then the taper is wrong with it."""
+    if base.tip_load or not at_limit(found.shape, "load"):
+        return ()
+    return (
+        f"The tip load came out at the end of its range, {math.exp(found.shape.load):.2g} of the mass, so the taper is "
+        "in doubt: give the base actuator its tip_load (1e-6 for none).",
+    )

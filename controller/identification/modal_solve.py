@@ -63,6 +63,12 @@ def fit_shape(motions: Sequence[Motion], body: Body) -> Found:
     return Found(shape, covariance, float(stats.t.ppf(0.975, len(sizes) - 1)) if len(sizes) > 1 else 0.0)
 
 
+def at_limit(shape: Shape, field: str) -> bool:
+    """True when this unknown ended where its search ends."""
+    off = getattr(shape, field) - getattr(START, field)
+    return bool(abs(off) > 0.99 * LIMIT * getattr(SPREAD, field))
+
+
 def errors(motions: Sequence[Motion], body: Body, shape: Shape) -> list[Array]:
     """For each decay the errors of the inner bodies' lateral motion, whole and late, over the norm of that motion.
 

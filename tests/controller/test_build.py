@@ -8,6 +8,7 @@ import pytest
 from controller.actuator import PRESETS, Actuator
 from controller.build import build_rod, torque_map
 from controller.build_twin import twin_model
+from controller.errors import ParameterError
 from controller.kernels.rod import Array, RodModel, make_load
 from controller.kernels.statics import at_rest, static_tip
 from controller.parameters import TwinParameters
@@ -113,6 +114,12 @@ def peak_speed(model: RodModel, dt: float) -> float:
     """Speed left after 4000 steps from a small throw about the straight pose."""
     state = advance(model, thrown(model, 0, bend=1e-6, speed=1e-4), make_load(10), 4000 * dt, dt)
     return float(np.abs(state.v).max())
+
+
+@pytest.mark.parametrize("rods", [1, 1001])
+def test_a_number_of_rods_out_of_bounds_is_named(rods: int) -> None:
+    with pytest.raises(ParameterError, match=rf"rods = {rods} is outside \[2, 1000\]"):
+        preset("P1", rods)
 
 
 def test_finer_rods_need_substeps() -> None:

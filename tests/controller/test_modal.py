@@ -9,7 +9,8 @@ from controller.identification.decays import Decay
 from controller.identification.fit import Estimate, Fit
 from controller.identification.hold import held_pose, positions, slopes, torques_to
 from controller.identification.modal import first_mode, stiffness_scale, tapered
-from controller.identification.modal_fit import fit_modes
+from controller.identification.modal_fit import _load_note, fit_modes
+from controller.identification.modal_solve import LIMIT, SPREAD, START, Found, at_limit
 from controller.identification.small import mobility
 from controller.kernels.statics import places
 from controller.stability import natural_modes
@@ -112,6 +113,15 @@ def test_mobility_of_a_stiff_light_bar_is_that_of_a_rigid_pendulum_at_its_end() 
     model = build_rod(body, 2)._replace(k=np.array([0.0, 1e6]))
     tip = places(model, np.array([ARCS[-1]]))
     assert mobility(model, tip, 1.0)[0] == pytest.approx(3 / 0.3, rel=1e-3)
+
+
+def test_a_tip_load_at_the_end_of_its_range_is_said() -> None:
+    heavy = START._replace(load=START.load + LIMIT * SPREAD.load)
+    assert at_limit(heavy, "load") and not at_limit(START, "load")
+    found = Found(heavy, np.eye(7), 2.0)
+    bare = hanging_body().model_copy(update={"tip_load": 0.0})
+    assert "give the base actuator its tip_load" in _load_note(found, bare)[0]
+    assert _load_note(found, hanging_body()) == ()
 
 
 def test_one_body_is_refused(decays: list[Decay]) -> None:
