@@ -9,6 +9,7 @@ from typing import Any
 
 import httpx
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from controller.errors import TendrilError
@@ -109,7 +110,7 @@ def _kernel_rows(figures: Figures) -> Iterator[tuple[str, str]]:
 
 def _elastica(figures: Figures) -> str:
     if (found := figures["elastica"]) is None:
-        return "PyElastica is not installed: pip install 'tendril[engines]'"
+        return escape("PyElastica is not installed: pip install 'tendril[engines]'")
     apart, rest = 1e3 * found["tip_difference_m"], 1e3 * found["tip_difference_at_rest_m"]
     return f"{found['elastica_over_ours']:.0f} (tips {apart:.1f} mm apart at most, {rest:.1f} mm at rest)"
 

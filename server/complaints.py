@@ -6,6 +6,7 @@ from contextlib import contextmanager
 
 from pydantic import ValidationError
 from rich.console import Console
+from rich.markup import escape
 
 from controller.errors import TendrilError, sentence
 
@@ -22,5 +23,5 @@ def one_line_errors() -> Iterator[None]:
 
 
 def _end(text: str) -> None:
-    Console(stderr=True, soft_wrap=True).print(f"[red]tendril:[/] {text}", highlight=False)
+    Console(stderr=True, soft_wrap=True).print(f"[red]tendril:[/] {escape(text)}", highlight=False)
     sys.exit(1)

@@ -21,7 +21,7 @@ def run_identify(task: Task, out: Path, report: Path | None, console: Console) -
     for note in notes:
         console.print(f"[yellow]Note[/]: {note}", soft_wrap=True, highlight=False)
     for path in filter(None, (out, report)):
-        console.print(f"Written: {path}", soft_wrap=True, highlight=False)
+        console.print(f"Written: {path}", markup=False, soft_wrap=True, highlight=False)
 
 
 def show(fit: Fit, console: Console) -> None:

@@ -24,7 +24,7 @@ def run_observe(request: Request, json_file: Path | None, rrd: Path | None, cons
 
         write_observed(observed, rrd)
     for path in filter(None, (json_file, rrd)):
-        console.print(f"Written: {path}", soft_wrap=True, highlight=False)
+        console.print(f"Written: {path}", markup=False, soft_wrap=True, highlight=False)
 
 
 def numbers(field: str, text: str) -> tuple[int, ...]:

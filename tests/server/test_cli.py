@@ -22,6 +22,7 @@ TENDRIL = Path(sys.executable).parent / "tendril"
             "dt = 0.001 s is too long for RK4 with this actuator and rods = 20",
         ),
         (["bench", "--quick", "--json", "/nowhere/figures.json"], "/nowhere/figures.json cannot be written"),
+        (["rig", "--actuator", "[/odd] [red].toml"], "[/odd] [red].toml cannot be read"),
         (["up", "--port", "99999"], "port = 99999: Input should be less than or equal to 65535"),
         (["serve", "--rig", "no spaces"], "rig = no spaces: String should match pattern"),
     ],
