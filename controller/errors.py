@@ -37,7 +37,8 @@ def sentence(error: ValidationError) -> str:
     field, text = ".".join(str(part) for part in first["loc"]), first["msg"].removeprefix("Value error, ")
     if not field:
         return text if first["type"] == "value_error" else f"message: {text}"
-    return f"{field}: {text}" if first["type"] == "missing" else f"{field} = {str(first['input'])[:60]}: {text}"
+    whole = first["type"] == "missing" or isinstance(first["input"], dict)
+    return f"{field}: {text}" if whole else f"{field} = {str(first['input'])[:60]}: {text}"
 
 
 class DataError(TendrilError, ValueError):

@@ -67,7 +67,7 @@ def test_a_wrong_file_is_told_field_value_and_bound(tmp_path: Path, line: str, c
     [
         ("base = [0.0, 0.0]\naxis = [0.0, 0.0]\narcs = [0.1]", "has no direction"),
         ("base = [0.0, nan]\naxis = [0.0, 1.0]\narcs = [0.1]", "tracking.base.1 = nan"),
-        ("base = [0.0, 0.0]\naxis = [0.0, 1.0, 0.0]\narcs = [0.1]", "base has 2 coordinates, axis has 3"),
+        ("base = [0.0, 0.0]\naxis = [0.0, 1.0, 0.0]\narcs = [0.1]", "tracking: base has 2 coordinates, axis has 3"),
         ("base = [0.0, 0.0]\naxis = [1.0, 0.0]\narcs = [1.9]", r"tracking\.arcs ends at 1\.9 m, beyond the tip"),
     ],
 )
