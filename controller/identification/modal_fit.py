@@ -48,7 +48,7 @@ def fit_modes(decays: Sequence[Decay], base: Actuator) -> Fit:
         parameters=_estimates(mode, found, actuator, base.tip_load > 0.0),
         misfits=_misfits(motions, lateral),
         plots=modal_plots(motions, lateral, actuator),
-        notes=(*_notes(motions), *_load_note(found, base)),
+        notes=(*_notes(motions), *_load_note(found, base), *_search_note(found)),
     )
 
 
@@ -141,4 +141,13 @@ def _load_note(found: Found, base: Actuator) -> tuple[str, ...]:
     return (
         f"The tip load came out at the end of its range, {math.exp(found.shape.load):.2g} of the mass, so the taper is "
         "in doubt: give the base actuator its tip_load (1e-6 for none).",
+    )
+
+
+def _search_note(found: Found) -> tuple[str, ...]:
+    """A sentence when the search gave up: what it printed is where it stood."""
+    if found.settled:
+        return ()
+    return (
+        "The search for taper, tip load and release did not settle: their values and intervals are not to be trusted.",
     )

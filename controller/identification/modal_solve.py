@@ -25,9 +25,11 @@ MEASURED = 0.05
 noise that the observer's springs pass on would draw it; where decays differ much, the observer's errors decide."""
 FAILED = 3.0
 """Error of a shape that no model can have."""
-EVALUATIONS = 15
+EVALUATIONS = 60
 STEP = 2e-3
 """Of the finite differences, far above what the search for the held pose leaves open."""
+SETTLED = 1e-4
+"""Relative change of the cost and of the unknowns at which the search ends."""
 LIMIT = 5.0
 """Unknowns stay within this many spreads of what is expected."""
 
@@ -39,6 +41,8 @@ class Found(NamedTuple):
     covariance: Array
     t: float
     """Half-width of a 95 % confidence interval per standard error; 0 for one decay, which has no spread."""
+    settled: bool
+    """Whether the search moved and came to an end by itself; if not, covariance and interval mean nothing."""
 
 
 def fit_shape(motions: Sequence[Motion], body: Body) -> Found:
@@ -53,14 +57,21 @@ def fit_shape(motions: Sequence[Motion], body: Body) -> Found:
     delay = np.arange(start.size) == Shape._fields.index("delay")
     low = np.where(delay, -start / spread, -LIMIT)
     found = least_squares(
-        residual, np.zeros(start.size), bounds=(low, LIMIT), diff_step=[STEP] * start.size, max_nfev=EVALUATIONS
+        residual,
+        np.zeros(start.size),
+        bounds=(low, LIMIT),
+        diff_step=[STEP] * start.size,
+        ftol=SETTLED,
+        xtol=SETTLED,
+        max_nfev=EVALUATIONS,
     )
     shape = _shape(start + spread * found.x)
     sizes = [rows.size for rows in errors(motions, body, shape)]
     alone = np.full(found.fun.size - sum(sizes) - start.size, MEASURED)
     off = np.concatenate([found.fun[: sum(sizes)], alone, np.full(start.size, BELIEF)])
     covariance = clustered(np.asarray(found.jac), off, sizes) * np.outer(spread, spread)
-    return Found(shape, covariance, float(stats.t.ppf(0.975, len(sizes) - 1)) if len(sizes) > 1 else 0.0)
+    t = float(stats.t.ppf(0.975, len(sizes) - 1)) if len(sizes) > 1 else 0.0
+    return Found(shape, covariance, t, settled=found.status > 0 and bool(np.any(found.x != 0.0)))
 
 
 def at_limit(shape: Shape, field: str) -> bool:

@@ -5,6 +5,7 @@ import pytest
 
 from controller.build import build_rod
 from controller.errors import DataError
+from controller.identification import modal_solve
 from controller.identification.decays import Decay
 from controller.identification.fit import Estimate, Fit
 from controller.identification.hold import held_pose, positions, slopes, torques_to
@@ -118,7 +119,7 @@ def test_mobility_of_a_stiff_light_bar_is_that_of_a_rigid_pendulum_at_its_end() 
 def test_a_tip_load_at_the_end_of_its_range_is_said() -> None:
     heavy = START._replace(load=START.load + LIMIT * SPREAD.load)
     assert at_limit(heavy, "load") and not at_limit(START, "load")
-    found = Found(heavy, np.eye(7), 2.0)
+    found = Found(heavy, np.eye(7), 2.0, settled=True)
     bare = hanging_body().model_copy(update={"tip_load": 0.0})
     assert "give the base actuator its tip_load" in _load_note(found, bare)[0]
     assert _load_note(found, hanging_body()) == ()
@@ -128,3 +129,8 @@ def test_one_body_is_refused(decays: list[Decay]) -> None:
     alone = [Decay(one.id, one.t, one.points[:, -1:]) for one in decays]
     with pytest.raises(DataError, match="needs at least 2"):
         fit_modes(alone, hanging_body())
+
+
+def test_a_search_that_gives_up_is_reported(decays: list[Decay], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(modal_solve, "EVALUATIONS", 2)
+    assert any("did not settle" in note for note in fit_modes(decays[:3], hanging_body()).notes)
