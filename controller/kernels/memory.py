@@ -14,7 +14,8 @@ STATE = np.dtype(
         ("tick", "<i8"),
         ("start_ns", "<i8"),
         ("last_ns", "<i8"),
-        ("resume_ns", "<i8"),  # end of the last stall of the loop: silence before it is not held against anyone
+        ("stall_ns", "<i8"),  # the loop's last stall, from here
+        ("resume_ns", "<i8"),  # to here: silence in it is not held against anyone
         ("mode", "<i8"),
         ("cause", "<i8"),
         ("entered", "<i8"),  # 1 in the tick in which the mode changed

@@ -79,8 +79,10 @@ def is_moving(mode):
 
 @kernel
 def silence(state, seen_ns, t_ns):
-    """Seconds since `seen_ns`, but not before the start nor before the end of the loop's last stall."""
-    return (t_ns - max(seen_ns, state.start_ns, state.resume_ns)) * 1e-9
+    """Seconds since `seen_ns`, or since the start, without those of the loop's last stall."""
+    since_ns = max(seen_ns, state.start_ns)
+    stalled_ns = max(0, state.resume_ns - max(since_ns, state.stall_ns))
+    return (t_ns - since_ns - stalled_ns) * 1e-9
 
 
 @kernel
@@ -114,7 +116,7 @@ def consider(control, t_ns, command):
 def watch_loop(state, limits, t_ns):
     """The loop itself stood still: HOLD on resume."""
     if (t_ns - state.last_ns) * 1e-9 > limits.loop_gap:
-        state.resume_ns = t_ns
+        state.stall_ns, state.resume_ns = state.last_ns, t_ns
         if is_moving(state.mode):
             move(state, HOLD, LOOP_STALLED)
 

@@ -175,6 +175,18 @@ def test_after_a_stall_of_the_loop_the_rig_holds_and_nothing_else_is_blamed() ->
     assert (desk.mode, desk.cause) == (H, Cause.LOOP_STALLED)
 
 
+def test_stalls_of_the_loop_do_not_hide_that_the_server_is_gone() -> None:
+    desk = Desk()
+    desk.into(H)
+    desk.server = False
+    for _ in range(58):
+        desk.step(440)
+        desk.step(gap=60)
+    assert desk.mode == H
+    desk.step(1200)
+    assert desk.mode in (R, V)
+
+
 def test_a_persistent_tracking_error_in_reach_is_a_fault() -> None:
     desk = Desk()
     desk.into(F)
