@@ -29,6 +29,11 @@ Stepping = Annotated[
     Literal["rk4", "implicit"], typer.Option(help="The observer's step; above some 10 rods only implicit is stable.")
 ]
 
+LoopGap = Annotated[
+    float,
+    typer.Option(help="The rig holds after its loop stood still for so long [s]; a virtual machine may need more."),
+]
+
 
 @app.callback()
 def configure(verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Log more.")] = False) -> None:
@@ -44,6 +49,7 @@ def up(
     actuator: ActuatorName = "P1",
     rods: Rods = 10,
     integrator: Stepping = "rk4",
+    loop_gap: LoopGap = 0.05,
     host: Host = "127.0.0.1",
     port: Port = 8321,
     recordings: Folder = None,
@@ -56,7 +62,7 @@ def up(
     from server.up import run_up
 
     settings = ServerSettings(rig=rig, host=host, port=port, recordings=recordings)
-    run_up(RigSettings(rig=rig, parameters=_parameters(actuator, rods, integrator)), settings, browser, ready)
+    run_up(RigSettings(rig=rig, parameters=_parameters(actuator, rods, integrator, loop_gap)), settings, browser, ready)
 
 
 @app.command()
@@ -83,6 +89,7 @@ def rig(
     actuator: ActuatorName = "P1",
     rods: Rods = 10,
     integrator: Stepping = "rk4",
+    loop_gap: LoopGap = 0.05,
     listen: Annotated[str, typer.Option(help="Where servers connect.")] = "tcp/127.0.0.1:7447",
     ready: Ready = None,
 ) -> None:
@@ -90,7 +97,9 @@ def rig(
     from controller.realtime.rig import run_rig
     from controller.realtime.settings import RigSettings
 
-    run_rig(RigSettings(rig=rig, parameters=_parameters(actuator, rods, integrator), listen=listen, ready=ready))
+    run_rig(
+        RigSettings(rig=rig, parameters=_parameters(actuator, rods, integrator, loop_gap), listen=listen, ready=ready)
+    )
 
 
 @app.command()
@@ -176,14 +185,15 @@ def main() -> None:
         app()
 
 
-def _parameters(actuator: str, rods: int, integrator: str) -> "RigParameters":
+def _parameters(actuator: str, rods: int, integrator: str, loop_gap: float) -> "RigParameters":
     """Those of a rig, refused here rather than in the process that would run it."""
     from controller.actuator import read_actuator
     from controller.build_rig import observer_model
     from controller.modes import Integrator
-    from controller.parameters import ControllerParameters, RigParameters
+    from controller.parameters import ControllerParameters, RigParameters, SafetyLimits
 
     controller = ControllerParameters(rods=rods, integrator=Integrator[integrator.upper()])
-    parameters = RigParameters(actuator=read_actuator(actuator), controller=controller)
+    limits = SafetyLimits(loop_gap=loop_gap)
+    parameters = RigParameters(actuator=read_actuator(actuator), controller=controller, limits=limits)
     observer_model(parameters)
     return parameters
