@@ -1,0 +1,23 @@
+"""A planned path of the tip, sampled for the loop."""
+
+from dataclasses import dataclass
+
+from controller.kernels.rod import Array
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Where the tip is wanted at every tick of 1 ms, the approach from rest included."""
+
+    name: str
+    """One of the library's names, or a file's."""
+    p: Array
+    """(n, 2) [m], one row a tick."""
+    start: int
+    """Ticks of the approach from rest: row `start` is the first point of the shape."""
+    steps: tuple[int, ...] = ()
+    """Ticks at which a step begins (diamond)."""
+    frequency: float | None = None
+    """[Hz], of a periodic shape."""
+    velocity_feedforward: bool = False
+    """Whether K_FF is on: in all of Task 2 and for the circles of Task 3."""
