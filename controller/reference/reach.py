@@ -6,6 +6,7 @@ import numpy as np
 
 from controller.build import build_rod
 from controller.build_rig import build_static_map
+from controller.kernels.inverse import StaticMap
 from controller.kernels.polygon import Polygon
 from controller.kernels.rod import Array, RodModel
 from controller.parameters import RigParameters
@@ -52,7 +53,7 @@ def span(polygon: Polygon, u1: Array) -> tuple[Array, Array]:
     return low, high
 
 
-def static_tips(model: RodModel, u: Array) -> Array:
+def static_tips(model: RodModel | StaticMap, u: Array) -> Array:
     """Static tips (..., 2) [m] of `model` under torques u (..., 2) [N m]."""
     theta = model.rest + u @ model.compliance.T
     return np.stack([np.cos(theta) @ model.L, np.sin(theta) @ model.L], axis=-1)

@@ -7,7 +7,7 @@ from controller.kernels.rod import Array
 
 @dataclass(frozen=True)
 class Reference:
-    """Where the tip is wanted at every tick of 1 ms, the approach from rest included."""
+    """Where the tip is wanted at every tick (dt = 1 ms unless the controller says otherwise), approach included."""
 
     name: str
     """One of the library's names, or a file's."""
