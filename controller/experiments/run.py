@@ -1,0 +1,77 @@
+"""One run of a planned reference on the twin: arm, TRACK to the end, without a clock."""
+
+import numpy as np
+
+from controller.build_rig import build_rig
+from controller.build_twin import build_twin
+from controller.errors import DataError, TendrilError
+from controller.experiments.metrics import DT
+from controller.experiments.simulate import Rows, Simulation
+from controller.kernels.memory import Control
+from controller.messages import Command
+from controller.modes import Cause, Mode, Request
+from controller.parameters import RigParameters, Settings
+from controller.reference.reference import Reference
+
+BOOT = 1
+SETTLE, ARMED = 50, 50
+"""Ticks until the markers have come in; ticks of HOLD before the run."""
+
+
+def run(parameters: RigParameters, reference: Reference, settings: Settings, seed: int) -> Rows:
+    """Telemetry (n,) of the reference's n ticks, approach included, under the law and sensors of `settings`.
+
+    K_FF counts only where the reference has it on, so one set of gains serves all experiments. `seed` is the twin's:
+    the same seed gives the same bits. Raises DataError for a reference that the rig cannot be given, and TendrilError
+    if the rig does not follow to the end.
+    """
+    settings = for_reference(settings, reference)
+    simulation = Simulation(
+        build_rig(parameters, BOOT), build_twin(seeded(parameters, seed)), Command(boot=BOOT, settings=settings)
+    )
+    plan(simulation.rig.control, reference)
+    simulation.run(SETTLE)
+    request(simulation, Request.ARM)
+    simulation.run(ARMED)
+    request(simulation, Request.TRACK)
+    rows = simulation.run(len(reference.p))
+    require_tracked(rows, reference)
+    return rows
+
+
+def for_reference(settings: Settings, reference: Reference) -> Settings:
+    """`settings` with K_FF off where the reference has no velocity feedforward."""
+    return settings if reference.velocity_feedforward else settings.model_copy(update={"K_FF": (0.0, 0.0)})
+
+
+def seeded(parameters: RigParameters, seed: int) -> RigParameters:
+    """`parameters` with another seed of the twin's noise."""
+    return parameters.model_copy(update={"twin": parameters.twin.model_copy(update={"seed": seed})})
+
+
+def plan(control: Control, reference: Reference) -> None:
+    """Put the reference in place for TRACK. Raises DataError if it does not fit the rig's memory or period."""
+    rows, room = len(reference.p), len(control.reference)
+    if not 0 < rows <= room:
+        raise DataError(f"{reference.name}: {rows} rows of reference, outside [1, {room}]")
+    if abs(control.dt - DT) > 1e-9:
+        raise DataError(f"{reference.name}: sampled every {DT} s, but the tick is {control.dt} s")
+    if not np.isfinite(reference.p).all():
+        raise DataError(f"{reference.name}: a point is not finite")
+    control.reference[:rows] = reference.p
+    control.reference_count[0] = rows
+
+
+def request(simulation: Simulation, wanted: Request) -> None:
+    """Ask for `wanted` from the next tick on."""
+    simulation.command["request_n"] += 1
+    simulation.command["request"] = wanted
+
+
+def require_tracked(rows: Rows, reference: Reference) -> None:
+    """Raise TendrilError unless every row is in TRACK: a run that was broken off has no metrics."""
+    broken = np.flatnonzero(rows["mode"] != Mode.TRACK)
+    if broken.size:
+        row = rows[broken[0]]
+        mode, cause = Mode(row["mode"]).name, Cause(row["cause"] or row["request_cause"]).name
+        raise TendrilError(f"{reference.name}: {mode} ({cause}) after {broken[0] * DT:.3f} s, instead of to the end")
