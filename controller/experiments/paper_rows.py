@@ -126,9 +126,18 @@ def paper_row(experiment: str, actuator: str, law: str, metric: str) -> PaperRow
     return _BY_KEY.get(key) or row(" ".join(key), None, NONE)
 
 
+def experiment_of(reference: str) -> str:
+    """Experiment to which a reference of the library belongs: its own name, or that of the frequency sweep's parts."""
+    return "frequency_sweep" if reference.startswith("frequency_sweep_") else reference
+
+
 def window_of(experiment: str) -> Window:
     """Window of the paper's number: the whole run of a periodic task and of a live path (which has no approach).
 
-    The paper says so only of P3 at 2 Hz; its rows at 0.25 Hz fit no other window (PHYSICS.md).
+    The paper says so only of P3 at 2 Hz; its rows at 0.25 Hz, hardly better than at 1 Hz, fit no other window. The
+    frequency sweep's share is of one frequency, so the approach, which has none, is left out. Raises DataError for an
+    unknown name.
     """
-    return Window.WHOLE if experiment in (*PERIODIC, "live_path", "frequency_sweep") else Window.AFTER_APPROACH
+    if experiment not in EXPERIMENTS:
+        raise DataError(f"{experiment} is none of {', '.join(EXPERIMENTS)}")
+    return Window.WHOLE if experiment in (*PERIODIC, "live_path") else Window.AFTER_APPROACH

@@ -14,9 +14,11 @@ from controller.experiments.paper_rows import (
     JUDGED,
     PAPER_ROWS,
     STEP_TABLE,
+    experiment_of,
     paper_row,
     window_of,
 )
+from controller.reference.library import names
 
 STEP_LATEX = r"""
 FF & 30.5 & 15.7 & 3309 \\ \hline
@@ -107,3 +109,10 @@ def test_a_name_that_no_row_has_is_refused(what: str) -> None:
 def test_only_periodic_tasks_and_live_paths_count_the_approach() -> None:
     assert window_of("circle_2hz") is window_of("sensing_vertical") is window_of("live_path") is Window.WHOLE
     assert window_of("vu") is window_of("digit_3") is window_of("step") is Window.AFTER_APPROACH
+    assert window_of("frequency_sweep") is Window.AFTER_APPROACH
+    with pytest.raises(DataError, match="spiral is none of"):
+        window_of("spiral")
+
+
+def test_every_reference_of_the_library_belongs_to_an_experiment() -> None:
+    assert {experiment_of(name) for name in names()} | {"digits", "live_path"} == set(EXPERIMENTS)
