@@ -1,5 +1,7 @@
 """The simulated plant, from parameters to arrays."""
 
+import math
+
 import numpy as np
 
 from controller.actuator import Actuator
@@ -7,12 +9,15 @@ from controller.build import build_rod
 from controller.equilibrium import Body, equilibrium
 from controller.kernels.rod import RodModel, make_load, make_work
 from controller.kernels.statics import at_rest, places
-from controller.kernels.twin import Camera, Chambers, Creep, Twin
+from controller.kernels.twin import Camera, Creep, Twin
+from controller.kernels.valve import REFERENCE_PRESSURE, Chambers, Valve, valve_flow
 from controller.parameters import BACKBONE_POINTS, SENSORS, RigParameters, TwinParameters
 from controller.stability import natural_modes, stable_substeps
 
 TWIN_BETA = 1.5e-4
 """Stiffness-proportional damping of the twin: small, so that fine rods stay cheap [s]."""
+TUNED_PRESSURE = 30e3
+"""Gauge pressure at which the pressure loops have their nominal lags: half of an ordinary step [Pa]."""
 
 
 def build_twin(parameters: RigParameters) -> Twin:
@@ -32,13 +37,7 @@ def build_twin(parameters: RigParameters) -> Twin:
         substeps=max(twin.substeps, stable_substeps(creeping, dt, actuator.u_max)),
         friction=twin.friction,
         creep=Creep(np.array(twin.creep), np.array(twin.creep_time), np.tile(np.diff(model.rest, prepend=0.0), (2, 1))),
-        chambers=Chambers(
-            pressure=np.zeros(4),
-            line=np.zeros((round(twin.dead_time / dt) + 1, 4)),
-            inflate_time=twin.inflate_time,
-            exhaust_time=twin.exhaust_time,
-            torque_per_pascal=twin.kappa * twin.torque_gain / np.array(actuator.pressure_map),
-        ),
+        chambers=chambers(parameters),
         camera=Camera(
             markers=places(model, length * np.arange(1, SENSORS + 1) / SENSORS),
             noise=twin.marker_noise,
@@ -50,6 +49,45 @@ def build_twin(parameters: RigParameters) -> Twin:
         backbone=places(model, length * np.arange(BACKBONE_POINTS) / (BACKBONE_POINTS - 1)),
         ticks=np.zeros(1, np.int64),
         seed=np.array([twin.seed], np.uint64),
+    )
+
+
+def chambers(parameters: RigParameters) -> Chambers:
+    """Four empty chambers; their loops have been on for long, so that the spools' offset is made up for."""
+    twin, dt = parameters.twin, parameters.controller.dt
+    return Chambers(
+        pressure=np.zeros(4),
+        spool=np.full(4, -twin.valve_offset),
+        integral=np.full(4, -twin.valve_offset),
+        line=np.zeros((round(twin.dead_time / dt) + 1, 4)),
+        valve=tuned_valve(twin, dt),
+        torque_per_pascal=twin.kappa * twin.torque_gain / np.array(parameters.actuator.pressure_map),
+    )
+
+
+def tuned_valve(twin: TwinParameters, dt: float) -> Valve:
+    """The valves with the gains that close the loop at TUNED_PRESSURE with the lags asked for.
+
+    A gain for each direction, because one that suits the supply's choked flow would exhaust several times more slowly,
+    and the paper's observer has one lag for both.
+    """
+    valve = Valve(
+        supply=twin.supply_pressure,
+        conductance=twin.conductance,
+        critical_ratio=twin.critical_ratio,
+        volume=twin.chamber_volume,
+        keep=math.exp(-dt / twin.valve_lag) if twin.valve_lag > 0.0 else 0.0,
+        offset=twin.valve_offset,
+        inflate_gain=0.0,
+        exhaust_gain=0.0,
+        integral_time=twin.valve_integral_time,
+    )
+    filling, emptying = (
+        REFERENCE_PRESSURE / twin.chamber_volume * abs(valve_flow(valve, opening, TUNED_PRESSURE))
+        for opening in (1.0, -1.0)
+    )
+    return valve._replace(
+        inflate_gain=1.0 / (twin.inflate_time * filling), exhaust_gain=1.0 / (twin.exhaust_time * emptying)
     )
 
 

@@ -1,7 +1,7 @@
 """The twin: a simulated actuator that stands in for the hardware, with its flaws (PHYSICS.md, "the twin").
 
 A finer chain than the controller's model, stiffness and torque gain scaled together, creep, friction on the sheet, four
-chambers behind air lines, and noisy markers at 100 Hz that arrive late.
+chambers behind valves and air lines, and noisy markers at 100 Hz that arrive late.
 """
 
 import math
@@ -12,27 +12,14 @@ import numpy as np
 from controller.kernels.compiled import kernel
 from controller.kernels.integrate import rk4_step
 from controller.kernels.noise import normal_pair
-from controller.kernels.pneumatics import first_order_lag
 from controller.kernels.rod import Array, Load, RodModel, RodState, Work
 from controller.kernels.statics import Places, points_on
+from controller.kernels.valve import Chambers, fill_chambers
 
 GRAVITY = 9.81
 """Presses the rods on the sheet [m/s^2]."""
 SLIP_SPEED = 0.005
 """Speed below which Coulomb friction turns into viscous friction [m/s]."""
-
-
-class Chambers(NamedTuple):
-    """Four chambers (u1+, u1-, u2+, u2-) at the end of their air lines."""
-
-    pressure: Array
-    """(4,) [Pa]."""
-    line: Array
-    """Ring of setpoints on their way (ticks of dead time + 1, 4) [Pa]."""
-    inflate_time: float
-    exhaust_time: float
-    torque_per_pascal: Array
-    """Real torque on a unit of T_theta per differential pressure of each pair (2,) [N m/Pa]."""
 
 
 class Creep(NamedTuple):
@@ -133,18 +120,6 @@ def deliver(camera, tick, measurement):
     for i in range(camera.points.shape[1]):
         for j in range(2):
             measurement.markers[i, j] = camera.points[slot, i, j]
-
-
-@kernel
-def fill_chambers(chambers, tick, setpoints, dt):
-    """Chamber pressures after dt [s]: dead time, then a first-order lag, slower to exhaust than to inflate."""
-    slots = chambers.line.shape[0]
-    put, take = tick % slots, (tick + 1) % slots
-    for j in range(4):
-        chambers.line[put, j] = setpoints[j]
-        p, p_set = chambers.pressure[j], chambers.line[take, j]
-        tau = chambers.inflate_time if p_set > p else chambers.exhaust_time
-        chambers.pressure[j] = first_order_lag(p, p_set, tau, dt)
 
 
 @kernel

@@ -896,6 +896,13 @@ export interface components {
        *       "friction": 0.16,
        *       "inflate_time": 0.044,
        *       "exhaust_time": 0.05,
+       *       "supply_pressure": 600000,
+       *       "conductance": 3.9e-9,
+       *       "critical_ratio": 0.3,
+       *       "chamber_volume": 0.00005,
+       *       "valve_lag": 0.0013,
+       *       "valve_offset": 0.004,
+       *       "valve_integral_time": 0.15,
        *       "dead_time": 0.05,
        *       "marker_noise": 0.0001,
        *       "marker_period": 0.01,
@@ -1234,14 +1241,58 @@ export interface components {
       friction: number;
       /**
        * Inflate Time
+       * @description What the gain of the pressure loops is chosen for while they fill: the lag of a small step.
        * @default 0.044
        */
       inflate_time: number;
       /**
        * Exhaust Time
+       * @description The same while they exhaust, at 30 kPa; below and for large steps air leaves more slowly.
        * @default 0.05
        */
       exhaust_time: number;
+      /**
+       * Supply Pressure
+       * @description Gauge (ours; the paper gives none). No chamber is filled beyond.
+       * @default 600000
+       */
+      supply_pressure: number;
+      /**
+       * Conductance
+       * @description Sonic conductance (ISO 6358) of a valve: 100 l/min from 6 to 5 bar, the nominal flow of the MPYE-5-M5-010-B.
+       * @default 3.9e-9
+       */
+      conductance: number;
+      /**
+       * Critical Ratio
+       * @description Pressure ratio below which the flow is choked (ours: usual for spool valves; an ideal nozzle has 0.528).
+       * @default 0.3
+       */
+      critical_ratio: number;
+      /**
+       * Chamber Volume
+       * @description Of a chamber, 126 x 20 x 10 mm inside, and 2 m of line of 4 mm (ours: the paper gives neither).
+       * @default 0.00005
+       */
+      chamber_volume: number;
+      /**
+       * Valve Lag
+       * @description Of the spool: first order at the valve's limit frequency of 125 Hz.
+       * @default 0.0013
+       */
+      valve_lag: number;
+      /**
+       * Valve Offset
+       * @description The spool's rest position off its middle, as a share of the stroke (ours): what the loops' integral is for.
+       * @default 0.004
+       */
+      valve_offset: number;
+      /**
+       * Valve Integral Time
+       * @description Reset time of the pressure loops (ours).
+       * @default 0.15
+       */
+      valve_integral_time: number;
       /**
        * Dead Time
        * @default 0.05
