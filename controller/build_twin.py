@@ -16,8 +16,8 @@ from controller.stability import natural_modes, stable_substeps
 
 TWIN_BETA = 1.5e-4
 """Stiffness-proportional damping of the twin: small, so that fine rods stay cheap [s]."""
-TUNED_PRESSURE = 30e3
-"""Gauge pressure at which the pressure loops have their nominal lags: half of an ordinary step [Pa]."""
+TUNED_PRESSURE = 60e3
+"""Gauge pressure at which the pressure loops have their nominal lags: of an ordinary step [Pa]."""
 
 
 def build_twin(parameters: RigParameters) -> Twin:

@@ -110,7 +110,7 @@ class TwinParameters(Model):
     inflate_time: Annotated[float, Bounds(ge=0.005, le=1.0), Q("s")] = 0.044
     """What the gain of the pressure loops is chosen for while they fill: the lag of a small step."""
     exhaust_time: Annotated[float, Bounds(ge=0.005, le=1.0), Q("s")] = 0.05
-    """The same while they exhaust, at 30 kPa; below and for large steps air leaves more slowly."""
+    """The same while they exhaust, at 60 kPa; below and for large steps air leaves more slowly."""
     supply_pressure: Annotated[float, Bounds(ge=1e5, le=1e6), Q("Pa")] = 600e3
     """Gauge (ours; the paper gives none). No chamber is filled beyond."""
     conductance: Annotated[float, Bounds(ge=1e-10, le=1e-7), Q("m^3/(s Pa)", "C")] = 3.9e-9
@@ -123,7 +123,7 @@ class TwinParameters(Model):
     """Of the spool: first order at the valve's limit frequency of 125 Hz."""
     valve_offset: Annotated[float, Bounds(ge=-0.01, le=0.01), Q("1")] = 0.004
     """The spool's rest position off its middle, as a share of the stroke (ours): what the loops' integral is for."""
-    valve_integral_time: Annotated[float, Bounds(ge=0.1, le=10.0), Q("s")] = 0.15
+    valve_integral_time: Annotated[float, Bounds(ge=0.1, le=10.0), Q("s")] = 0.2
     """Reset time of the pressure loops (ours)."""
     dead_time: Annotated[float, Bounds(ge=0.0, le=0.2), Q("s")] = 0.05
     marker_noise: Annotated[float, Bounds(ge=0.0, le=0.01), Q("m")] = 1e-4

@@ -118,10 +118,10 @@ def test_the_loops_have_the_lags_asked_for_where_they_are_tuned(lag: float) -> N
         "valve_offset": 0.0,
         "valve_integral_time": 10.0,
     }
-    filling = stepped(28e3, 32e3, **wanted)
-    venting = stepped(32e3, 28e3, **wanted)
-    assert time_constant(filling, 28e3, 32e3) == pytest.approx(lag, rel=0.04)
-    assert time_constant(venting, 32e3, 28e3) == pytest.approx(lag, rel=0.04)
+    filling = stepped(58e3, 62e3, **wanted)
+    venting = stepped(62e3, 58e3, **wanted)
+    assert time_constant(filling, 58e3, 62e3) == pytest.approx(lag, rel=0.04)
+    assert time_constant(venting, 62e3, 58e3) == pytest.approx(lag, rel=0.04)
 
 
 def test_exhaust_slows_down_as_the_pressure_that_drives_it_falls() -> None:

@@ -902,7 +902,7 @@ export interface components {
        *       "chamber_volume": 0.00005,
        *       "valve_lag": 0.0013,
        *       "valve_offset": 0.004,
-       *       "valve_integral_time": 0.15,
+       *       "valve_integral_time": 0.2,
        *       "dead_time": 0.05,
        *       "marker_noise": 0.0001,
        *       "marker_period": 0.01,
@@ -1247,7 +1247,7 @@ export interface components {
       inflate_time: number;
       /**
        * Exhaust Time
-       * @description The same while they exhaust, at 30 kPa; below and for large steps air leaves more slowly.
+       * @description The same while they exhaust, at 60 kPa; below and for large steps air leaves more slowly.
        * @default 0.05
        */
       exhaust_time: number;
@@ -1290,7 +1290,7 @@ export interface components {
       /**
        * Valve Integral Time
        * @description Reset time of the pressure loops (ours).
-       * @default 0.15
+       * @default 0.2
        */
       valve_integral_time: number;
       /**
