@@ -114,13 +114,13 @@ class TwinParameters(Model):
     supply_pressure: Annotated[float, Bounds(ge=1e5, le=1e6), Q("Pa")] = 600e3
     """Gauge (ours; the paper gives none). No chamber is filled beyond."""
     conductance: Annotated[float, Bounds(ge=1e-10, le=1e-7), Q("m^3/(s Pa)", "C")] = 3.9e-9
-    """Sonic conductance (ISO 6358) of a valve: 100 l/min from 6 to 5 bar, the nominal flow of the MPYE-5-M5-010-B."""
+    """Sonic conductance (ISO 6358) of a valve (ours): about 100 l/min from 6 to 5 bar; not checked against a data sheet."""
     critical_ratio: Annotated[float, Bounds(ge=0.0, le=0.6), Q("1", "b")] = 0.3
     """Pressure ratio below which the flow is choked (ours: usual for spool valves; an ideal nozzle has 0.528)."""
     chamber_volume: Annotated[float, Bounds(ge=1e-6, le=1e-3), Q("m^3", "V")] = 5e-5
     """Of a chamber, 126 x 20 x 10 mm inside, and 2 m of line of 4 mm (ours: the paper gives neither)."""
     valve_lag: Annotated[float, Bounds(ge=0.0, le=0.1), Q("s")] = 1.3e-3
-    """Of the spool: first order at the valve's limit frequency of 125 Hz."""
+    """Of the spool (ours): first order at about 125 Hz."""
     valve_offset: Annotated[float, Bounds(ge=-0.01, le=0.01), Q("1")] = 0.004
     """The spool's rest position off its middle, as a share of the stroke (ours): what the loops' integral is for."""
     valve_integral_time: Annotated[float, Bounds(ge=0.1, le=10.0), Q("s")] = 0.2

@@ -1259,7 +1259,7 @@ export interface components {
       supply_pressure: number;
       /**
        * Conductance
-       * @description Sonic conductance (ISO 6358) of a valve: 100 l/min from 6 to 5 bar, the nominal flow of the MPYE-5-M5-010-B.
+       * @description Sonic conductance (ISO 6358) of a valve (ours): about 100 l/min from 6 to 5 bar; not checked against a data sheet.
        * @default 3.9e-9
        */
       conductance: number;
@@ -1277,7 +1277,7 @@ export interface components {
       chamber_volume: number;
       /**
        * Valve Lag
-       * @description Of the spool: first order at the valve's limit frequency of 125 Hz.
+       * @description Of the spool (ours): first order at about 125 Hz.
        * @default 0.0013
        */
       valve_lag: number;
