@@ -114,7 +114,7 @@ class TwinParameters(Model):
     supply_pressure: Annotated[float, Bounds(ge=1e5, le=1e6), Q("Pa")] = 600e3
     """Gauge (ours; the paper gives none). No chamber is filled beyond."""
     conductance: Annotated[float, Bounds(ge=1e-10, le=1e-7), Q("m^3/(s Pa)", "C")] = 3.9e-9
-    """Sonic conductance (ISO 6358) of a valve (ours): about 100 l/min from 6 to 5 bar; not checked against a data sheet."""
+    """Sonic conductance (ISO 6358) of a valve (ours): about 100 l/min from 6 to 5 bar, unchecked with a data sheet."""
     critical_ratio: Annotated[float, Bounds(ge=0.0, le=0.6), Q("1", "b")] = 0.3
     """Pressure ratio below which the flow is choked (ours: usual for spool valves; an ideal nozzle has 0.528)."""
     chamber_volume: Annotated[float, Bounds(ge=1e-6, le=1e-3), Q("m^3", "V")] = 5e-5

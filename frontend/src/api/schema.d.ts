@@ -1259,7 +1259,7 @@ export interface components {
       supply_pressure: number;
       /**
        * Conductance
-       * @description Sonic conductance (ISO 6358) of a valve (ours): about 100 l/min from 6 to 5 bar; not checked against a data sheet.
+       * @description Sonic conductance (ISO 6358) of a valve (ours): about 100 l/min from 6 to 5 bar, unchecked with a data sheet.
        * @default 3.9e-9
        */
       conductance: number;
