@@ -8,6 +8,7 @@ from typing import Annotated
 from pydantic import Field as Bounds
 
 from controller.actuator import PRESETS, Actuator
+from controller.fit import GAINS, TWIN
 from controller.layout import Model
 from controller.layout import Quantity as Q
 from controller.modes import Integrator, Law
@@ -36,8 +37,8 @@ class Settings(Model):
     law: Law = Law.FF_PI
     sensed: Annotated[int, Bounds(ge=0, lt=2**SENSORS), Q("1", "sensors")] = 1 << (SENSORS - 1)
     """Bit i-1 set: the observer uses the marker of rod i. Only the tip by default."""
-    K_P: Annotated[tuple[Gain, Gain], Q("1", "K_P", (2,))] = (0.3, 0.3)
-    K_I: Annotated[tuple[IntegralGain, IntegralGain], Q("1/s", "K_I", (2,))] = (0.8, 0.8)
+    K_P: Annotated[tuple[Gain, Gain], Q("1", "K_P", (2,))] = (GAINS["K_P"],) * 2
+    K_I: Annotated[tuple[IntegralGain, IntegralGain], Q("1/s", "K_I", (2,))] = (GAINS["K_I"],) * 2
     K_FF: Annotated[tuple[VelocityGain, VelocityGain], Q("s", "K_FF", (2,))] = (0.0, 0.0)
     """Velocity feedforward: off by default, as in the paper's Task 5 (live reference)."""
     K_o: Annotated[tuple[ObserverGain, ObserverGain], Q("N/m", "K_o", (2,))] = (100.0, 100.0)
@@ -96,20 +97,20 @@ class TwinParameters(Model):
 
     rods: Annotated[int, Bounds(ge=2, le=100), Q("1", "N")] = 14
     substeps: Annotated[int, Bounds(ge=1, le=20), Q("1")] = 4
-    kappa: Annotated[float, Bounds(ge=1.0, le=50.0), Q("1", "kappa")] = 17.4
+    kappa: Annotated[float, Bounds(ge=1.0, le=50.0), Q("1", "kappa")] = TWIN["kappa"]
     """Stiffness and torque gain are scaled together: the static map stays, the first mode rises to about 2.3 Hz."""
-    zeta: Annotated[float, Bounds(ge=0.0, le=2.0), Q("1", "zeta")] = 0.26
+    zeta: Annotated[float, Bounds(ge=0.0, le=2.0), Q("1", "zeta")] = TWIN["zeta"]
     stiffness_scale: Annotated[float, Bounds(ge=0.5, le=2.0), Q("1")] = 1.0
-    torque_gain: Annotated[float, Bounds(ge=0.5, le=2.0), Q("1")] = 1.1
+    torque_gain: Annotated[float, Bounds(ge=0.5, le=2.0), Q("1")] = TWIN["torque_gain"]
     """Deliberate mismatch: the plant bends this much more than the model believes."""
-    creep: Annotated[tuple[float, float], Q("1", "g", (2,))] = (0.05, 0.05)
+    creep: Annotated[tuple[float, float], Q("1", "g", (2,))] = TWIN["creep"]
     """Share of the stiffness in each of two Maxwell branches (TPU creep)."""
-    creep_time: Annotated[tuple[float, float], Q("s", "tau_m", (2,))] = (0.15, 3.5)
-    friction: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1", "mu")] = 0.16
+    creep_time: Annotated[tuple[float, float], Q("s", "tau_m", (2,))] = TWIN["creep_time"]
+    friction: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1", "mu")] = TWIN["friction"]
     """Coulomb friction on the PTFE sheet, regularised below 5 mm/s."""
-    inflate_time: Annotated[float, Bounds(ge=0.005, le=1.0), Q("s")] = 0.044
+    inflate_time: Annotated[float, Bounds(ge=0.005, le=1.0), Q("s")] = TWIN["inflate_time"]
     """What the gain of the pressure loops is chosen for while they fill: the lag of a small step."""
-    exhaust_time: Annotated[float, Bounds(ge=0.005, le=1.0), Q("s")] = 0.05
+    exhaust_time: Annotated[float, Bounds(ge=0.005, le=1.0), Q("s")] = TWIN["exhaust_time"]
     """The same while they exhaust, at 60 kPa; below and for large steps air leaves more slowly."""
     supply_pressure: Annotated[float, Bounds(ge=1e5, le=1e6), Q("Pa")] = 600e3
     """Gauge (ours; the paper gives none). No chamber is filled beyond."""

@@ -1,0 +1,67 @@
+"""One run of an experiment as data, and what comes of it."""
+
+from dataclasses import dataclass, field
+
+from controller.actuator import PRESETS
+from controller.errors import DataError
+from controller.experiments.metrics import Window, measure
+from controller.experiments.run import run
+from controller.experiments.simulate import Rows
+from controller.fit import GAINS
+from controller.modes import Law
+from controller.parameters import ControllerParameters, RigParameters, Settings, TwinParameters
+from controller.reference.library import reference
+from controller.reference.reference import Reference
+
+LAWS = {"ff": Law.FF, "ff+p": Law.FF_P, "ff+i": Law.FF_I, "ff+pi": Law.FF_PI}
+SENSED = {"rod6": 1 << 5, "rod10": 1 << 9, "rod6+10": 1 << 5 | 1 << 9}
+"""Task 4's choices of sensors, as bits of `Settings.sensed`; all under FF+PI."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A reference of the library on an actuator, under a law or (Task 4) a choice of sensors, with a seed."""
+
+    reference: str
+    actuator: str = "P1"
+    law: str = "ff+pi"
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What all runs of a reproduction share: the plant, the controller's numbers, one set of gains."""
+
+    twin: TwinParameters = field(default_factory=TwinParameters)
+    controller: ControllerParameters = field(default_factory=ControllerParameters)
+    gains: Settings = field(default_factory=lambda: Settings(K_FF=(GAINS["K_FF"],) * 2))
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A run that came to its end."""
+
+    case: Case
+    reference: Reference
+    rows: Rows
+    """Telemetry (n,), one row a tick of the reference."""
+    metrics: dict[Window, dict[str, float]]
+
+
+def run_case(case: Case, setup: Setup) -> Outcome:
+    """Run `case` on `setup`. The same case on the same setup gives the same bits.
+
+    Raises DataError for an unknown law and TendrilError if the rig does not follow to the end.
+    """
+    parameters = RigParameters(actuator=PRESETS[case.actuator], controller=setup.controller, twin=setup.twin)
+    planned = reference(case.reference, parameters.actuator, setup.controller)
+    rows = run(parameters, planned, settings_of(case, setup.gains), case.seed)
+    return Outcome(case, planned, rows, {window: measure(rows, planned, window) for window in Window})
+
+
+def settings_of(case: Case, gains: Settings) -> Settings:
+    """`gains` under the law and sensors of `case`."""
+    if case.law not in LAWS | SENSED:
+        raise DataError(f"law = {case.law!r} is none of {', '.join(LAWS | SENSED)}")
+    law = LAWS.get(case.law, Law.FF_PI)
+    return gains.model_copy(update={"law": law, "sensed": SENSED.get(case.law, gains.sensed)})
