@@ -1,0 +1,1 @@
+"""The twin's unknowns and the unpublished gains, fitted to a named part of the paper's table."""
