@@ -1,15 +1,13 @@
 """One panel of the identification report as SVG text."""
 
-import io
 from itertools import cycle
 from typing import Any
 
-import matplotlib
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
 from controller.identification.fit import Plot
+from controller.page.drawing import svg
 
 MARKS = ("#123f70", "#8f3a0c", "#1d5634", "#5f2563", "#3d3d3d", "#6f5813")
 LINES = ("#5c9be0", "#f0935c", "#66bd8a", "#c07fc6", "#a5a5a5", "#d6b85a")
@@ -17,25 +15,6 @@ LINES = ("#5c9be0", "#f0935c", "#66bd8a", "#c07fc6", "#a5a5a5", "#d6b85a")
 
 MANY = 1500
 """Points of one series beyond which they are drawn as a picture: a mark in SVG takes 100 bytes."""
-
-RC: Any = {
-    "text.parse_math": False,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "tendril",
-    "font.family": "sans-serif",
-    "font.size": 8.0,
-    "axes.titlesize": 8.5,
-    "axes.titlelocation": "left",
-    "axes.titleweight": "bold",
-    "axes.linewidth": 0.6,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.linewidth": 0.4,
-    "grid.color": "#dddddd",
-    "legend.frameon": False,
-    "legend.fontsize": 7.0,
-}
 
 POINTS: Any = {
     "linestyle": "none",
@@ -48,15 +27,9 @@ POINTS: Any = {
 LINE: Any = {"linewidth": 1.1}
 
 
-def svg(plot: Plot) -> str:
-    """`plot` as an <svg> element, texts as texts, without anything outside it."""
-    with matplotlib.rc_context(RC):
-        figure = Figure(figsize=(3.5, 2.6), layout="constrained")
-        _draw(figure.add_subplot(), plot)
-        file = io.StringIO()
-        figure.savefig(file, format="svg", dpi=200, metadata={"Date": None, "Creator": None})
-    text = file.getvalue()
-    return text[text.index("<svg") :]
+def panel(plot: Plot) -> str:
+    """`plot` as an <svg> element."""
+    return svg(lambda figure: _draw(figure.add_subplot(), plot))
 
 
 def _draw(axes: Axes, plot: Plot) -> None:
