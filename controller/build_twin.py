@@ -7,6 +7,7 @@ import numpy as np
 from controller.actuator import Actuator
 from controller.build import build_rod
 from controller.equilibrium import Body, equilibrium
+from controller.kernels.friction import Hysteresis, Sheet
 from controller.kernels.rod import RodModel, make_load, make_work
 from controller.kernels.statics import at_rest, places
 from controller.kernels.twin import Camera, Creep, Twin
@@ -24,8 +25,8 @@ def build_twin(parameters: RigParameters) -> Twin:
     """The simulated plant of `parameters`, at rest, with the substeps that its fastest mode needs."""
     twin, actuator, dt = parameters.twin, parameters.actuator, parameters.controller.dt
     model = twin_model(actuator, twin)
-    creeping = model._replace(k=model.k * (1.0 + sum(twin.creep)))
-    rods, length = twin.rods, actuator.length
+    stiffest = model._replace(k=model.k * (1.0 + sum(twin.creep) + twin.hysteresis))
+    rods, length, bends = twin.rods, actuator.length, np.diff(model.rest, prepend=0.0)
     period, latency = max(1, round(twin.marker_period / dt)), round(twin.marker_latency / dt)
     waiting = latency // period + 1
     return Twin(
@@ -34,9 +35,10 @@ def build_twin(parameters: RigParameters) -> Twin:
         load=make_load(rods),
         work=make_work(rods),
         dt=dt,
-        substeps=max(twin.substeps, stable_substeps(creeping, dt, actuator.u_max)),
-        friction=twin.friction,
-        creep=Creep(np.array(twin.creep), np.array(twin.creep_time), np.tile(np.diff(model.rest, prepend=0.0), (2, 1))),
+        substeps=max(twin.substeps, stable_substeps(stiffest, dt, actuator.u_max)),
+        sheet=Sheet(twin.friction, twin.slip, np.zeros((2, rods))),
+        creep=Creep(np.array(twin.creep), np.array(twin.creep_time), np.tile(bends, (2, 1))),
+        hysteresis=Hysteresis(twin.hysteresis, twin.hysteresis_bend / rods, np.zeros(rods), bends.copy()),
         chambers=chambers(parameters),
         camera=Camera(
             markers=places(model, length * np.arange(1, SENSORS + 1) / SENSORS),
@@ -61,7 +63,7 @@ def chambers(parameters: RigParameters) -> Chambers:
         integral=np.full(4, -twin.valve_offset),
         line=np.zeros((round(twin.dead_time / dt) + 1, 4)),
         valve=tuned_valve(twin, dt),
-        torque_per_pascal=twin.kappa * twin.torque_gain / np.array(parameters.actuator.pressure_map),
+        torque_per_pascal=twin.kappa * np.array(twin.torque_gain) / np.array(parameters.actuator.pressure_map),
     )
 
 

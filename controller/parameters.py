@@ -28,6 +28,7 @@ OBSERVER_GAIN_MAX = 500.0
 """The observer is stable with every gain up to this [N/m]."""
 ObserverGain = Annotated[float, Bounds(ge=0.0, le=OBSERVER_GAIN_MAX)]
 ObserverDamping = Annotated[float, Bounds(ge=0.0, le=5.0)]
+Mismatch = Annotated[float, Bounds(ge=0.5, le=2.0)]
 Torque = Annotated[float, Bounds(ge=-0.2, le=0.2)]
 
 
@@ -101,13 +102,19 @@ class TwinParameters(Model):
     """Stiffness and torque gain are scaled together: the static map stays, the first mode rises to about 2.3 Hz."""
     zeta: Annotated[float, Bounds(ge=0.0, le=2.0), Q("1", "zeta")] = TWIN["zeta"]
     stiffness_scale: Annotated[float, Bounds(ge=0.5, le=2.0), Q("1")] = 1.0
-    torque_gain: Annotated[float, Bounds(ge=0.5, le=2.0), Q("1")] = TWIN["torque_gain"]
-    """Deliberate mismatch: the plant bends this much more than the model believes."""
+    torque_gain: Annotated[tuple[Mismatch, Mismatch], Q("1", shape=(2,))] = TWIN["torque_gain"]
+    """Deliberate mismatch: each pair bends the plant this much more than the model believes."""
     creep: Annotated[tuple[float, float], Q("1", "g", (2,))] = TWIN["creep"]
     """Share of the stiffness in each of two Maxwell branches (TPU creep)."""
     creep_time: Annotated[tuple[float, float], Q("s", "tau_m", (2,))] = TWIN["creep_time"]
     friction: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1", "mu")] = TWIN["friction"]
-    """Coulomb friction on the PTFE sheet, regularised below 5 mm/s."""
+    """Coulomb friction on the PTFE sheet; it sticks."""
+    slip: Annotated[float, Bounds(ge=1e-5, le=1e-2), Q("m")] = TWIN["slip"]
+    """Way over which friction on the sheet builds up and turns round."""
+    hysteresis: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1")] = TWIN["hysteresis"]
+    """Stiffness that the hysteresis of TPU adds to small motions, as a share of the stiffness."""
+    hysteresis_bend: Annotated[float, Bounds(ge=0.01, le=6.0), Q("rad")] = TWIN["hysteresis_bend"]
+    """Change of the whole backbone's bend over which the hysteresis builds up and turns round."""
     inflate_time: Annotated[float, Bounds(ge=0.005, le=1.0), Q("s")] = TWIN["inflate_time"]
     """What the gain of the pressure loops is chosen for while they fill: the lag of a small step."""
     exhaust_time: Annotated[float, Bounds(ge=0.005, le=1.0), Q("s")] = TWIN["exhaust_time"]

@@ -1,7 +1,7 @@
 """The twin: a simulated actuator that stands in for the hardware, with its flaws (PHYSICS.md, "the twin").
 
-A finer chain than the controller's model, stiffness and torque gain scaled together, creep, friction on the sheet, four
-chambers behind valves and air lines, and noisy markers at 100 Hz that arrive late.
+A finer chain than the controller's model, stiffness and torque gain scaled together, creep and hysteresis, friction on
+the sheet, four chambers behind valves and air lines, and noisy markers at 100 Hz that arrive late.
 """
 
 import math
@@ -10,16 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.kernels.compiled import kernel
+from controller.kernels.friction import Hysteresis, Sheet, resist_hysteresis, rub
 from controller.kernels.integrate import rk4_step
 from controller.kernels.noise import normal_pair
 from controller.kernels.rod import Array, Load, RodModel, RodState, Work
 from controller.kernels.statics import Places, points_on
 from controller.kernels.valve import Chambers, fill_chambers
-
-GRAVITY = 9.81
-"""Presses the rods on the sheet [m/s^2]."""
-SLIP_SPEED = 0.005
-"""Speed below which Coulomb friction turns into viscous friction [m/s]."""
 
 
 class Creep(NamedTuple):
@@ -59,9 +55,9 @@ class Twin(NamedTuple):
     dt: float
     """Period of the loop [s]."""
     substeps: int
-    friction: float
-    """Coulomb coefficient on the sheet [1]."""
+    sheet: Sheet
     creep: Creep
+    hysteresis: Hysteresis
     chambers: Chambers
     camera: Camera
     backbone: Places
@@ -86,7 +82,8 @@ def twin_step(twin, t_ns, telemetry, measurement):
     for _ in range(twin.substeps):
         press(twin.model, twin.chambers, twin.load)
         resist_creep(twin.model, twin.creep, twin.state.q, twin.load, h)
-        rub(twin.model, twin.friction, twin.state.v, twin.load)
+        resist_hysteresis(twin.model, twin.hysteresis, twin.state.q, twin.load)
+        rub(twin.model, twin.sheet, twin.state.v, twin.load, h)
         rk4_step(twin.model, twin.state, twin.load, h, twin.work)
     for j in range(4):
         measurement.pressures[j] = twin.chambers.pressure[j]
@@ -145,13 +142,3 @@ def resist_creep(model, creep, q, load, h):
             load.Q_theta[i] -= torque
             if i > 0:
                 load.Q_theta[i - 1] += torque
-
-
-@kernel
-def rub(model, friction, v, load):
-    """Coulomb friction at the rods' centres against the sheet, into the load; regularised below SLIP_SPEED."""
-    for i in range(load.F.shape[1]):
-        speed = math.sqrt(v[0, i] * v[0, i] + v[1, i] * v[1, i] + SLIP_SPEED * SLIP_SPEED)
-        drag = friction * model.m[i] * GRAVITY / speed
-        load.F[0, i] = -drag * v[0, i]
-        load.F[1, i] = -drag * v[1, i]

@@ -178,4 +178,4 @@ def test_the_pressure_map_of_each_pair_is_its_own() -> None:
     rig, twin = build_rig(parameters, 1), build_twin(parameters)
     assert rig.control.pascal_per_torque.tolist() == [1e6, 3e6]
     gain = twin.chambers.torque_per_pascal * rig.control.pascal_per_torque
-    assert gain == pytest.approx(parameters.twin.kappa * parameters.twin.torque_gain * np.ones(2))
+    assert gain == pytest.approx(parameters.twin.kappa * np.array(parameters.twin.torque_gain))

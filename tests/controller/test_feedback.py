@@ -74,7 +74,7 @@ def test_holding_the_straight_pose_is_quiet() -> None:
 
 
 def test_the_integral_is_held_while_saturated_and_the_loop_recovers() -> None:
-    trial = Trial(parameters=twin_with(torque_gain=0.6))
+    trial = Trial(parameters=twin_with(torque_gain=(0.6, 0.6)))
     trial.arm()
     rows = trial.follow(-0.02, 0.08, 8.0)
     clamped = np.flatnonzero(rows["saturated"])

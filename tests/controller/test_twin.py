@@ -17,7 +17,7 @@ from controller.messages import Measurement, Telemetry
 from controller.parameters import RigParameters, TwinParameters
 from tests.controller.chains import advance, compiled, posed
 
-IDEAL = {"torque_gain": 1.0, "creep": (0.0, 0.0), "friction": 0.0, "marker_noise": 0.0}
+IDEAL = {"torque_gain": (1.0, 1.0), "creep": (0.0, 0.0), "friction": 0.0, "hysteresis": 0.0, "marker_noise": 0.0}
 STEP_NS = 1_000_000
 Rows = np.ndarray[Any, Any]
 
@@ -71,7 +71,7 @@ def test_the_twin_hangs_under_gravity_as_the_model_does() -> None:
 
 
 def test_torque_gain_is_the_mismatch_of_the_bend() -> None:
-    telemetry, _ = run(twin_of(rods=10, **IDEAL | {"torque_gain": 1.2}), held((60e3, 0.0, 0.0, 0.0), 8.0))
+    telemetry, _ = run(twin_of(rods=10, **IDEAL | {"torque_gain": (1.2, 1.2)}), held((60e3, 0.0, 0.0, 0.0), 8.0))
     u = 1.2 * 60e3 / PRESETS["P1"].pressure_map[0]
     expected = static_tip(build_rod(PRESETS["P1"], 10), u, 0.0)
     assert telemetry["twin_backbone"][-1, -1] == pytest.approx(expected, abs=1e-6)
