@@ -49,7 +49,7 @@ def build_rig(parameters: RigParameters, boot: int) -> Rig:
         reference_count=np.zeros(1, np.int64),
         state=state,
     )
-    sensing = Sensing(np.zeros(1, np.int64), np.full((SENSORS, 2), math.nan), np.zeros((SENSORS, 2)))
+    sensing = Sensing(np.zeros(1, np.int64), np.full((SENSORS, 2), math.nan), np.zeros((SENSORS, 2)), np.zeros(1))
     return Rig(control, observer, sensing)
 
 

@@ -59,7 +59,7 @@ class Observer(NamedTuple):
 
 
 class Sensing(NamedTuple):
-    """The last sample of the markers, held."""
+    """The last sample of the markers, held for the controller, carried on to the present for the observer."""
 
     sample_ns: np.ndarray
     """(1,) its time of capture; 0 before the first."""
@@ -67,6 +67,8 @@ class Sensing(NamedTuple):
     """Positions (10,2) [m], nan where not seen."""
     v: Array
     """Velocities by difference of the last two samples (10,2) [m/s], 0 where unknown."""
+    age: Array
+    """(1,) by how long the observer carries p on with v [s]."""
 
 
 @kernel
@@ -83,6 +85,8 @@ def sense(control, sensing, t_ns, settings, measurement):
         state.seen_ns = sensing.sample_ns[0]
     fresh = sensing.sample_ns[0] > 0 and (t_ns - sensing.sample_ns[0]) * 1e-9 <= control.limits[0].measurement_old
     state.used = usable if fresh else 0
+    carried = fresh and control.controller[0].carry_on
+    sensing.age[0] = (t_ns - sensing.sample_ns[0]) * 1e-9 if carried else 0.0
 
 
 @kernel
@@ -124,7 +128,7 @@ def pull(observer, sensing, springs, used, h):
     for one step of h [s], so it is taken at the step's middle: taken at its start, the spring would feed energy too.
     """
     load, q, v = observer.load, observer.state.q, observer.state.v
-    turn = 0.0 if used == TIP else 1.0
+    turn, p, p_dot, age = 0.0 if used == TIP else 1.0, sensing.p, sensing.v, sensing.age[0]
     points_on(q, observer.sensors, observer.points)
     for j in range(observer.points.shape[0]):
         if used >> j & 1:
@@ -132,10 +136,11 @@ def pull(observer, sensing, springs, used, h):
             x, y = observer.points[j]
             r_x, r_y = x - q[0, i], y - q[1, i]
             x_dot, y_dot = v[0, i] - v[2, i] * r_y, v[1, i] + v[2, i] * r_x
-            e_x, e_y = sensing.p[j, 0] - x - 0.5 * h * x_dot, sensing.p[j, 1] - y - 0.5 * h * y_dot
+            e_x = p[j, 0] + age * p_dot[j, 0] - x - 0.5 * h * x_dot
+            e_y = p[j, 1] + age * p_dot[j, 1] - y - 0.5 * h * y_dot
             k_x, k_y = springs.K_o[0] * e_x, springs.K_o[1] * e_y
-            load.F[0, i] += k_x + springs.B_o[0] * (sensing.v[j, 0] - x_dot)  # Eq. OBS
-            load.F[1, i] += k_y + springs.B_o[1] * (sensing.v[j, 1] - y_dot)  # Eq. OBS
+            load.F[0, i] += k_x + springs.B_o[0] * (p_dot[j, 0] - x_dot)  # Eq. OBS
+            load.F[1, i] += k_y + springs.B_o[1] * (p_dot[j, 1] - y_dot)  # Eq. OBS
             load.Q_theta[i] += turn * (r_x * k_y - r_y * k_x)
 
 
