@@ -53,10 +53,20 @@ def run_case(case: Case, setup: Setup) -> Outcome:
 
     Raises DataError for an unknown law and TendrilError if the rig does not follow to the end.
     """
-    parameters = RigParameters(actuator=PRESETS[case.actuator], controller=setup.controller, twin=setup.twin)
+    parameters = parameters_of(case, setup)
     planned = reference(case.reference, parameters.actuator, setup.controller)
     rows = run(parameters, planned, settings_of(case, setup.gains), case.seed)
+    return outcome(case, planned, rows)
+
+
+def outcome(case: Case, planned: Reference, rows: Rows) -> Outcome:
+    """The run `rows` (n,) of `planned`, with its metrics in both windows."""
     return Outcome(case, planned, rows, {window: measure(rows, planned, window) for window in Window})
+
+
+def parameters_of(case: Case, setup: Setup) -> RigParameters:
+    """What the rig of `case` is started with; the seed of the twin is the run's."""
+    return RigParameters(actuator=PRESETS[case.actuator], controller=setup.controller, twin=setup.twin)
 
 
 def settings_of(case: Case, gains: Settings) -> Settings:

@@ -25,18 +25,22 @@ def run(parameters: RigParameters, reference: Reference, settings: Settings, see
     the same seed gives the same bits. Raises DataError for a reference that the rig cannot be given, and TendrilError
     if the rig does not follow to the end.
     """
-    settings = for_reference(settings, reference)
-    simulation = Simulation(
-        build_rig(parameters, BOOT), build_twin(seeded(parameters, seed)), Command(boot=BOOT, settings=settings)
-    )
+    simulation = armed(parameters, for_reference(settings, reference), seed)
     plan(simulation.rig.control, reference)
+    request(simulation, Request.TRACK)
+    rows = simulation.run(len(reference.p))
+    require_mode(rows, reference.name, Mode.TRACK)
+    return rows
+
+
+def armed(parameters: RigParameters, settings: Settings, seed: int) -> Simulation:
+    """A rig and its twin in HOLD at rest, ready for a run, with the twin's noise from `seed`."""
+    rig, twin = build_rig(parameters, BOOT), build_twin(seeded(parameters, seed))
+    simulation = Simulation(rig, twin, Command(boot=BOOT, settings=settings))
     simulation.run(SETTLE)
     request(simulation, Request.ARM)
     simulation.run(ARMED)
-    request(simulation, Request.TRACK)
-    rows = simulation.run(len(reference.p))
-    require_tracked(rows, reference)
-    return rows
+    return simulation
 
 
 def for_reference(settings: Settings, reference: Reference) -> Settings:
@@ -68,10 +72,10 @@ def request(simulation: Simulation, wanted: Request) -> None:
     simulation.command["request"] = wanted
 
 
-def require_tracked(rows: Rows, reference: Reference) -> None:
-    """Raise TendrilError unless every row is in TRACK: a run that was broken off has no metrics."""
-    broken = np.flatnonzero(rows["mode"] != Mode.TRACK)
+def require_mode(rows: Rows, name: str, wanted: Mode) -> None:
+    """Raise TendrilError unless every row is in the mode `wanted`: a run that was broken off has no metrics."""
+    broken = np.flatnonzero(rows["mode"] != wanted)
     if broken.size:
         row = rows[broken[0]]
         mode, cause = Mode(row["mode"]).name, Cause(row["cause"] or row["request_cause"]).name
-        raise TendrilError(f"{reference.name}: {mode} ({cause}) after {broken[0] * DT:.3f} s, instead of to the end")
+        raise TendrilError(f"{name}: {mode} ({cause}) after {broken[0] * DT:.3f} s, instead of to the end")
