@@ -112,7 +112,7 @@ class SensedLaw:
     normalised: tuple[float, ...]
     """The same over the largest of all runs of this trajectory (the paper's axis)."""
     reduction: float
-    """By which share the mean is below that of FF."""
+    """By which share the mean is below that of FF; nan where FF failed."""
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ class SensedTrajectory:
     paper_reduction: float
     """Of rod 6 against FF."""
     ordered: bool
-    """FF worst, rod 6 better, rod 10 best or equal with 6+10 (means; equal: not significant)."""
+    """FF worst, rod 6 better, rod 10 best or equal with 6+10 (means; `sensing_summary.EQUAL`)."""
     p_value: float | None
     """Of rod 10 against rods 6+10, Welch's t test; None with fewer than two runs. The paper: not significant."""
 
@@ -148,6 +148,8 @@ class SweepPoint:
     paper: float | None
     """The paper's share, where it gives one."""
     failed: str = ""
+    seeds: int = 1
+    """Runs."""
 
 
 @dataclass(frozen=True)
