@@ -1,0 +1,42 @@
+"""A simulated run as a recording: the same file as of a live rig, with the same layout."""
+
+from importlib.metadata import version
+from pathlib import Path
+
+from controller.layout import layout_hash
+from controller.messages import Command, RigInfo, Telemetry
+from controller.parameters import RigParameters, Settings
+from recordings.rrd import About, Rows, RrdFile
+
+THINNED = 5
+"""One tick of so many is recorded: 200 Hz, a third of the size of them all."""
+BATCH = 500
+"""Rows in one batch of columns."""
+
+
+def write_run(rows: Rows, path: Path, name: str, parameters: RigParameters, settings: Settings) -> None:
+    """The run `rows` (n,) of Telemetry into the file `path`; RecordingError when it cannot be written.
+
+    A simulated clock has no date: the time line `time` begins in 1970.
+    """
+    about = About(path.stem, f"{name}, every {THINNED}th tick", simulated_rig(parameters), settings)
+    file = RrdFile(path, about)
+    thin = rows[rows["tick"] % THINNED == 0]
+    for begin in range(0, len(thin), BATCH):
+        file.write(thin[begin : begin + BATCH])
+    file.flush()
+    file.close()
+
+
+def simulated_rig(parameters: RigParameters) -> RigInfo:
+    """What a recording says of a rig that is only simulated."""
+    return RigInfo(
+        rig="twin",
+        boot=1,
+        version=version("tendril"),
+        layout=layout_hash(Command, Telemetry),
+        wall_offset_ns=0,
+        policy="simulated",
+        twin=True,
+        parameters=parameters,
+    )
