@@ -160,6 +160,29 @@ def observe(
 
 
 @app.command()
+def calibrate(
+    out_file: Annotated[Path | None, typer.Option("--out", help="TOML file to write; only shown without it.")] = None,
+    starts: Annotated[int, typer.Option(min=1, max=100, help="Points that are polished, the best first.")] = 8,
+    screen: Annotated[int, typer.Option(min=1, max=100_000, help="Points that are tried first.")] = 200,
+    minutes: Annotated[
+        float, typer.Option(min=0.1, max=10_000.0, help="For the search; the spread comes on top.")
+    ] = 30.0,
+    seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="Of the points and of the twin's noise.")] = 0,
+    workers: Annotated[int | None, typer.Option(min=1, max=256, help="Processes; one a core without it.")] = None,
+    quick: Annotated[bool, typer.Option(help="A look at whether it runs: one start, few points, no good fit.")] = False,
+) -> None:
+    """Fit the twin's unknowns and the gains to the paper's fit rows (docs/calibration.md)."""
+    from controller.calibration.calibrate import Task
+    from controller.calibration.problem import Problem
+    from controller.calibration.search import QUICK, Effort
+    from server.calibrate import run_calibrate
+
+    effort = QUICK if quick else Effort(screen=screen, starts=starts, minutes=minutes)
+    command = " ".join(["tendril", *sys.argv[1:]])
+    run_calibrate(Task(Problem(seed=seed), effort, seed, workers, command), out_file, out)
+
+
+@app.command()
 def compile() -> None:
     """Compile every kernel into the cache, so that the first start is quick."""
     from controller.build_rig import build_rig

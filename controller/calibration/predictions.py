@@ -1,0 +1,106 @@
+"""The twin's number for each row of the paper, and how far it is off on the scale of the fit."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from controller.actuator import PRESETS
+from controller.build_rig import build_rig
+from controller.build_twin import build_twin
+from controller.experiments.case import Case, Setup, settings_of
+from controller.experiments.metrics import measure
+from controller.experiments.paper_rows import DIGITS, PaperRow, window_of
+from controller.experiments.run import ARMED, BOOT, SETTLE, for_reference, plan, request, seeded
+from controller.experiments.simulate import Rows, Simulation
+from controller.kernels.rod import Array
+from controller.messages import Command
+from controller.modes import Mode, Request
+from controller.parameters import ControllerParameters, RigParameters, Settings
+from controller.reference.library import reference
+from controller.reference.reference import Reference
+
+RATIO_SCALE = 0.1
+"""Standard deviation of ln(ours / paper): a tenth of the paper's number."""
+SSE_SCALE, SSE_FLOOR = 0.3, 1.0
+"""The same of an SSE, softer, and what is added to both [mm]: 1.0 against 1.4 mm is no news."""
+BROKEN = 30.0
+"""Residual of a run that broke off at its very end; twice as much at its start. A bad run that lasts stays below."""
+
+
+class Attempt(NamedTuple):
+    """A run that may have been broken off by the rig."""
+
+    rows: Rows
+    """Telemetry (n,), one row a tick of the reference."""
+    lasted: float
+    """Share of it that was in TRACK."""
+
+
+Predicted = tuple[float, float]
+"""Our number (nan if a run broke off), and the share of its runs that lasted."""
+
+
+def attempt(parameters: RigParameters, planned: Reference, settings: Settings, seed: int) -> Attempt:
+    """`run`, but a run that is broken off is a result as well."""
+    command = Command(boot=BOOT, settings=for_reference(settings, planned))
+    simulation = Simulation(build_rig(parameters, BOOT), build_twin(seeded(parameters, seed)), command)
+    plan(simulation.rig.control, planned)
+    simulation.run(SETTLE)
+    request(simulation, Request.ARM)
+    simulation.run(ARMED)
+    request(simulation, Request.TRACK)
+    rows = simulation.run(len(planned.p))
+    broken = np.flatnonzero(rows["mode"] != Mode.TRACK)
+    return Attempt(rows, float(broken[0]) / len(rows) if broken.size else 1.0)
+
+
+@lru_cache(maxsize=64)
+def planned(name: str, actuator: str, controller: ControllerParameters) -> Reference:
+    """`reference`, planned once a process: it does not depend on what is searched."""
+    return reference(name, PRESETS[actuator], controller)
+
+
+def predict(paper_rows: Iterable[PaperRow], setup: Setup, seed: int = 0) -> list[Predicted]:
+    """Our number for each row, in its unit; every run is made once, whatever the number of rows about it."""
+    paper_rows = list(paper_rows)
+    cases = dict.fromkeys(case for row in paper_rows for case in cases_of(row, seed))
+    metrics = {case: metrics_of(case, setup) for case in cases}
+    return [predicted(row, [metrics[case] for case in cases_of(row, seed)]) for row in paper_rows]
+
+
+def cases_of(row: PaperRow, seed: int) -> list[Case]:
+    """The runs that a row is about: one, or the ten digits."""
+    names: Sequence[str] = DIGITS if row.experiment == "digits" else (row.experiment,)
+    return [Case(name, row.actuator, row.law, seed) for name in names]
+
+
+def metrics_of(case: Case, setup: Setup) -> tuple[Mapping[str, float], float]:
+    """Metrics of a run in the paper's window (none if it broke off), and the share of it that lasted."""
+    parameters = RigParameters(actuator=PRESETS[case.actuator], controller=setup.controller, twin=setup.twin)
+    path = planned(case.reference, case.actuator, setup.controller)
+    rows, lasted = attempt(parameters, path, settings_of(case, setup.gains), case.seed)
+    return (measure(rows, path, window_of(case.reference)) if lasted == 1.0 else {}), lasted
+
+
+def predicted(row: PaperRow, runs: Sequence[tuple[Mapping[str, float], float]]) -> Predicted:
+    """Mean over the runs of a row."""
+    numbers = [metrics.get(row.metric, math.nan) for metrics, _ in runs]
+    return float(np.mean(numbers)), float(np.mean([lasted for _, lasted in runs]))
+
+
+def row_residual(row: PaperRow, ours: Predicted) -> float:
+    """How far our number is off the paper's, in standard deviations of the fit; large, but finite, without a number."""
+    number, lasted = ours
+    if row.paper is None or not math.isfinite(number):
+        return BROKEN * (2.0 - lasted)
+    if row.metric == "sse":
+        return math.log((number + SSE_FLOOR) / (row.paper + SSE_FLOOR)) / SSE_SCALE
+    return math.log(number / row.paper) / RATIO_SCALE
+
+
+def row_residuals(paper_rows: Sequence[PaperRow], ours: Sequence[Predicted]) -> Array:
+    """`row_residual` of each row (n,)."""
+    return np.array([row_residual(row, number) for row, number in zip(paper_rows, ours, strict=True)])

@@ -1,0 +1,90 @@
+"""The box that is searched: points of the unit cube, and the plants and gains that they stand for."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy.stats import norm, qmc
+
+from controller.calibration.unknowns import GAIN_NAMES, UNKNOWNS, Unknown
+from controller.errors import ParameterError
+from controller.experiments.case import Setup
+from controller.kernels.rod import Array
+from controller.parameters import Settings, TwinParameters
+
+DIGITS = 4
+"""Significant digits of every decoded number: what the fit file says is exactly what was run."""
+
+
+@dataclass(frozen=True)
+class Space:
+    """Unknowns, one coordinate of the cube each, on top of a setup that gives every other number."""
+
+    unknowns: tuple[Unknown, ...] = UNKNOWNS
+    base: Setup = field(default_factory=Setup)
+
+    def values(self, z: Array) -> dict[str, float]:
+        """The unknowns at z (n,) in [0, 1], by name, rounded to DIGITS. Raises ParameterError outside the cube."""
+        if len(z) != len(self.unknowns) or not (np.isfinite(z).all() and (z >= 0.0).all() and (z <= 1.0).all()):
+            raise ParameterError(f"z = {z} is not {len(self.unknowns)} numbers in [0, 1]")
+        return {one.name: float(f"{one.value(share):.{DIGITS}g}") for one, share in zip(self.unknowns, z, strict=True)}
+
+    def decode(self, z: Array) -> Setup:
+        """Plant and gains at z (n,). Raises ParameterError as `values` does, or for an unknown that nothing has."""
+        values = self.values(z)
+        gains = {name: (values.pop(name),) * 2 for name in GAIN_NAMES if name in values}
+        twin: dict[str, Any] = self.base.twin.model_dump()
+        for name, value in values.items():
+            place(twin, name, value)
+        return Setup(
+            TwinParameters.model_validate(twin),
+            self.base.controller,
+            Settings.model_validate(self.base.gains.model_dump() | gains),
+        )
+
+    def encode(self, setup: Setup) -> Array:
+        """The point (n,) nearest to `setup`: what is beyond a bound is put on it."""
+        return np.array([one.share(value_in(setup, one.name)) for one in self.unknowns])
+
+    def prior_residuals(self, z: Array) -> Array:
+        """Standard deviations (n,) off each prior."""
+        values = self.values(z)
+        return np.array([one.surprise(values[one.name]) for one in self.unknowns])
+
+    def prior_point(self) -> Array:
+        """The priors themselves (n,)."""
+        return np.array([one.share(one.prior) for one in self.unknowns])
+
+    def draw(self, count: int, seed: int) -> Array:
+        """`count` points (count, n): the priors, then a Sobol sequence spread as the priors are, within the bounds."""
+        sobol = qmc.Sobol(len(self.unknowns), rng=seed).random_base2(max(1, count).bit_length())
+        points = [self._quantile(u) for u in sobol[: count - 1]]
+        return np.array([self.prior_point(), *points])
+
+    def _quantile(self, u: Array) -> Array:
+        point = []
+        for one, share in zip(self.unknowns, u, strict=True):
+            below, above = float(norm.cdf(one.surprise(one.low))), float(norm.cdf(one.surprise(one.high)))
+            off = float(norm.ppf(below + share * (above - below)))
+            point.append(one.share(one.unscaled(one.scaled(one.prior) + off * one.spread)))
+        return np.array(point)
+
+
+def place(fields: dict[str, Any], name: str, value: float) -> None:
+    """Put `value` at `name` ("kappa", "creep.0") into `fields`. Raises ParameterError if there is no such place."""
+    key, _, index = name.partition(".")
+    entries: list[Any] = list(fields[key]) if index and key in fields else []
+    if key not in fields or (index and int(index) >= len(entries)):
+        raise ParameterError(f"unknown = {name!r} is no field of the twin")
+    if index:
+        entries[int(index)] = value
+    fields[key] = tuple(entries) if index else value
+
+
+def value_in(setup: Setup, name: str) -> float:
+    """The number called `name` in `setup`."""
+    if name in GAIN_NAMES:
+        return float(getattr(setup.gains, name)[0])
+    key, _, index = name.partition(".")
+    found = getattr(setup.twin, key)
+    return float(found[int(index)] if index else found)

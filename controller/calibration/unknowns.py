@@ -1,0 +1,72 @@
+"""What the paper leaves open, as a table: bounds, and what we believe of each number before any fit."""
+
+import math
+from typing import NamedTuple
+
+GAIN_NAMES = ("K_P", "K_I", "K_FF")
+
+
+class Unknown(NamedTuple):
+    """One number of the fit. Its scale is linear, or logarithmic for what is positive and known by its order."""
+
+    name: str
+    """A field of TwinParameters ("creep.0" is its first entry), or one of GAIN_NAMES (both axes alike)."""
+    low: float
+    high: float
+    prior: float
+    spread: float
+    """Standard deviation of the prior: in the unit of the number, on a logarithmic scale of its logarithm."""
+    log: bool = False
+
+    def scaled(self, value: float) -> float:
+        """`value` on the scale of the search."""
+        return math.log(value) if self.log else value
+
+    def unscaled(self, number: float) -> float:
+        """Inverse of `scaled`."""
+        return math.exp(number) if self.log else number
+
+    def share(self, value: float) -> float:
+        """Where `value` lies between the bounds: 0 at `low`, 1 at `high`, clipped."""
+        low, high = self.scaled(self.low), self.scaled(self.high)
+        return min(max((self.scaled(max(value, self.low)) - low) / (high - low), 0.0), 1.0)
+
+    def value(self, share: float) -> float:
+        """Inverse of `share`."""
+        low, high = self.scaled(self.low), self.scaled(self.high)
+        return min(max(self.unscaled(low + share * (high - low)), self.low), self.high)
+
+    def surprise(self, value: float) -> float:
+        """By how many standard deviations `value` is off the prior."""
+        return (self.scaled(value) - self.scaled(self.prior)) / self.spread
+
+
+UNKNOWNS = (
+    # PHYSICS.md: both first fits found 17.4 .. 17.5, a first mode of 2.3 Hz; below 8 no 1 Hz circle without lag.
+    Unknown("kappa", 5.0, 40.0, 17.5, 0.4, log=True),
+    # The first fits found 0.48 and 0.26. TPU on PTFE: neither ringing freely nor overdamped.
+    Unknown("zeta", 0.1, 0.9, 0.37, 0.4, log=True),
+    # The SSE of FF in the step table: a plant that bends some 10 to 20 % more than the model believes.
+    Unknown("torque_gain.0", 0.8, 1.4, 1.1, 0.1),
+    Unknown("torque_gain.1", 0.8, 1.4, 1.1, 0.1),
+    # TPU relaxes by 5 to 30 % within minutes; the first fits found 0.34 and hardly anything.
+    Unknown("creep.0", 0.0, 0.5, 0.1, 0.1),
+    Unknown("creep.1", 0.0, 0.5, 0.1, 0.1),
+    # One branch as fast as the motion, one as slow as a step: apart, so that neither takes the other's place.
+    Unknown("creep_time.0", 0.05, 0.6, 0.15, 0.5, log=True),
+    Unknown("creep_time.1", 1.0, 15.0, 3.5, 0.5, log=True),
+    # PTFE against TPU slides at 0.05 to 0.2; the first fits found 0.14 and 0.16.
+    Unknown("friction", 0.02, 0.35, 0.12, 0.06),
+    # Hysteresis of printed TPU: 5 to 20 % of the torque between loading and unloading.
+    Unknown("hysteresis", 0.0, 0.4, 0.1, 0.08),
+    Unknown("hysteresis_bend", 0.1, 3.0, 0.5, 0.6, log=True),
+    # The paper's observer has one lag of 50 ms; inflating and exhausting are on either side of it.
+    Unknown("inflate_time", 0.02, 0.12, 0.05, 0.3, log=True),
+    Unknown("exhaust_time", 0.02, 0.12, 0.055, 0.3, log=True),
+    # FF+P leaves 11.3 of 15.7 mm in the step table: 1 / (1 + K_P) is 0.72.
+    Unknown("K_P", 0.05, 1.5, 0.4, 0.5, log=True),
+    # FF+I is at 1 mm after 2.7 s of each step, so faster than 1 / s; the first fits found 2.5 and 0.97.
+    Unknown("K_I", 0.2, 5.0, 1.2, 0.6, log=True),
+    # K_FF makes up for the lag of valves, dead time and first mode, 0.1 to 0.2 s; the first fits found 0.1.
+    Unknown("K_FF", 0.01, 0.4, 0.1, 0.6, log=True),
+)
