@@ -1,0 +1,1 @@
+"""The report of `tendril reproduce`: the paper's tables and figures, its numbers beside ours, as one page."""
