@@ -183,6 +183,40 @@ def calibrate(
 
 
 @app.command()
+def track(
+    reference: Annotated[Path, typer.Option(help="CSV file with columns t, x, y [s, m] (docs/tracking.md).")],
+    actuator: ActuatorName = "P1",
+    law: Annotated[
+        str, typer.Option(help="ff, ff+p, ff+i, ff+pi; or sensors of ff+pi: rod6, rod10, rod6+10.")
+    ] = "ff+pi",
+    controller: Annotated[str, typer.Option(help="Only paper so far.")] = "paper",
+    plant_scale: Annotated[
+        str, typer.Option(help="Another plant: factors k, b, torque, friction, noise; added seconds delay, latency.")
+    ] = "",
+    velocity_feedforward: Annotated[
+        bool | None, typer.Option(help="K_FF; on if the path is periodic without it, as in the paper.")
+    ] = None,
+    frequency: Annotated[float | None, typer.Option(help="Of the path [Hz]; found without it if it repeats.")] = None,
+    project: Annotated[bool, typer.Option(help="Follow the nearest points where the path is out of reach.")] = False,
+    seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="Of the twin's noise.")] = 0,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
+) -> None:
+    """Follow any path on the twin and measure it like the paper's experiments (docs/tracking.md)."""
+    from controller.actuator import read_actuator
+    from controller.experiments.case import Setup
+    from controller.experiments.plant_scale import scaled
+    from controller.experiments.track import Task, require_controller
+    from controller.parameters import TwinParameters
+    from controller.reference.drawn import Wish
+    from server.track import run_track
+
+    require_controller(controller)
+    wish = Wish(project, frequency, velocity_feedforward)
+    setup = Setup(twin=scaled(TwinParameters(), plant_scale))
+    run_track(Task(reference, read_actuator(actuator), law, seed, wish, setup), json_file, out)
+
+
+@app.command()
 def compile() -> None:
     """Compile every kernel into the cache, so that the first start is quick."""
     from controller.build_rig import build_rig

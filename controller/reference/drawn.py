@@ -7,16 +7,14 @@ import numpy as np
 from controller.actuator import Actuator
 from controller.build_rig import REFERENCE_ROWS
 from controller.errors import DataError, ParameterError
-from controller.kernels.inverse import TOLERANCE, StaticMap
 from controller.kernels.rod import Array
 from controller.parameters import ControllerParameters
-from controller.reference.approach import EVERY, approach, follow, solutions
+from controller.reference.approach import approach
 from controller.reference.library import APPROACH, static_map
 from controller.reference.path_file import Samples
 from controller.reference.period import frequency_of
-from controller.reference.reach import static_tips
 from controller.reference.reference import Reference
-from controller.reference.within_reach import Projected, nearest, projected, require_near, require_reach
+from controller.reference.within_reach import Carried, at_rest, projected, require_near, require_reach
 
 ON_GRID = 1e-6
 """A sample that is this near to a tick is on it, so that a path sampled like the loop stays as it is [ticks]."""
@@ -42,7 +40,7 @@ class Wish:
             raise ParameterError(f"frequency = {self.frequency:g} Hz is outside [{low:g}, {high:g}]")
 
 
-def drawn(samples: Samples, actuator: Actuator, wish: Wish) -> tuple[Reference, Projected]:
+def drawn(samples: Samples, actuator: Actuator, wish: Wish) -> tuple[Reference, Carried]:
     """The reference through `samples` with the library's approach from rest in front, and what was projected.
 
     Points between the samples lie on straight lines. A path that begins at rest has no approach. Raises DataError for a
@@ -55,7 +53,7 @@ def drawn(samples: Samples, actuator: Actuator, wish: Wish) -> tuple[Reference, 
     path = projected(smap, p)
     if not wish.project:
         require_reach(samples, path, p, actuator)
-    lead = led_to(smap, path.p, round(APPROACH / controller.dt))
+    lead = np.empty((0, 2)) if at_rest(smap, p[0]) else approach(smap, path.u, round(APPROACH / controller.dt))
     frequency = wish.frequency or frequency_of(path.p, controller.dt)
     feedforward = wish.velocity_feedforward
     return Reference(
@@ -82,25 +80,3 @@ def resampled(samples: Samples, dt: float) -> Array:
     if ticks.size < 2:
         raise DataError(f"{samples.path}: t runs over {1e3 * at[-1] * dt:.3g} ms, less than a tick of {1e3 * dt:g} ms")
     return np.column_stack([np.interp(ticks, at, samples.p[:, j]) for j in range(2)])
-
-
-def led_to(smap: StaticMap, p: Array, ticks: int) -> Array:
-    """The approach (ticks, 2) [m] from rest to p[0]; of no rows if p (n, 2) [m] begins at rest."""
-    if np.linalg.norm(p[0] - static_tips(smap, np.zeros(2))) < TOLERANCE:
-        return np.empty((0, 2))
-    return approach(smap, first_torques(smap, p), ticks)
-
-
-def first_torques(smap: StaticMap, p: Array) -> Array:
-    """Torques (2,) [N m] at p[0] on the branch that carries p (n, 2) [m] furthest; the least of equals.
-
-    The library demands a branch that carries all of its path. Here the tick may have to change over on the way.
-    """
-    best, furthest = np.array(nearest(smap, p[0])[0]), -1
-    for u in solutions(smap, p[0]):
-        leaves = np.flatnonzero(follow(smap, p[::EVERY], u)[1] >= TOLERANCE)
-        if not leaves.size:
-            return u
-        if leaves[0] > furthest:
-            best, furthest = u, int(leaves[0])
-    return best

@@ -9,7 +9,7 @@ from controller.errors import ParameterError
 from controller.kernels.inverse import MARGIN_NEARER, REFINE_STEPS, TOLERANCE, StaticMap, refine
 from controller.kernels.rod import Array
 from controller.parameters import ControllerParameters
-from controller.reference.approach import EVERY, NEAR_SEEDS, SETTLE_STEPS
+from controller.reference.approach import EVERY, NEAR_SEEDS, SETTLE_STEPS, solutions
 from controller.reference.path_file import Samples
 from controller.reference.reach import static_tips
 
@@ -21,13 +21,17 @@ JUST = 1e-9
 """Rounding of times [s]."""
 
 
-class Projected(NamedTuple):
-    """The part of a path that is within reach, and the nearest reachable points for the rest."""
+class Carried(NamedTuple):
+    """A path as the static inverse carries it from one pose on."""
 
+    u: Array
+    """(2,) torques of the first point [N m]."""
     p: Array
-    """(n, 2) [m], the path's own points where they can be reached."""
+    """(n, 2) [m], the path's own points where they are within reach, else the nearest."""
     distance: Array
     """(n,) [m] from the path; 0 where it is within reach."""
+    changes: tuple[int, ...]
+    """Rows at which the branch ends, and another one goes on."""
 
 
 def require_near(samples: Samples, p: Array, actuator: Actuator, smap: StaticMap) -> None:
@@ -41,7 +45,7 @@ def require_near(samples: Samples, p: Array, actuator: Actuator, smap: StaticMap
         )
 
 
-def require_reach(samples: Samples, path: Projected, p: Array, actuator: Actuator) -> None:
+def require_reach(samples: Samples, path: Carried, p: Array, actuator: Actuator) -> None:
     """ParameterError at the first of p (n, 2) [m] that is out of reach."""
     out = np.flatnonzero(path.distance)
     if out.size:
@@ -64,23 +68,46 @@ def place(samples: Samples, t: float) -> str:
     return f"{samples.path}, line {samples.lines[at]} (t = {samples.t[0] + t:.6g} s)"
 
 
-def projected(smap: StaticMap, p: Array) -> Projected:
-    """The path p (n, 2) [m] in the reach: on one branch of the static inverse as long as another is no better.
+def projected(smap: StaticMap, p: Array) -> Carried:
+    """The path p (n, 2) [m] in the reach, on the branch of the static inverse that carries it furthest.
 
-    Another is looked for and taken as the tick does (`kernels.inverse.invert`), but among all seeds.
+    Of equals the one of the least torque at p[0], as in the library; from u = 0 for a path that begins at rest.
     """
-    found, distances = p.copy(), np.zeros(len(p))
-    (u1, u2), _ = nearest(smap, p[0])
+    best = None
+    for u in [np.zeros(2)] if at_rest(smap, p[0]) else solutions(smap, p[0]) or [np.array(nearest(smap, p[0])[0])]:
+        path = carried(smap, p, u)
+        if not path.changes:
+            return path
+        if best is None or path.changes[0] > best.changes[0]:
+            best = path
+    assert best is not None
+    return best
+
+
+def at_rest(smap: StaticMap, p: Array) -> bool:
+    """Whether p (2,) [m] is the tip at rest."""
+    return bool(np.linalg.norm(p - static_tips(smap, np.zeros(2))) < TOLERANCE)
+
+
+def carried(smap: StaticMap, p: Array, u: Array) -> Carried:
+    """The path p (n, 2) [m] from torques u (2,) [N m] on: on one branch as long as another is no better.
+
+    Another is taken as the tick does (`kernels.inverse.invert`), but looked for among all seeds.
+    """
+    found, distances, changes = p.copy(), np.zeros(len(p)), []
+    u1, u2 = u
     for i, (x, y) in enumerate(p):
         u1, u2, distance, _ = refine(smap, (x, y), (u1, u2), REFINE_STEPS)
         if distance < TOLERANCE:
             continue
-        (v1, v2), other = nearest(smap, p[i]) if i % EVERY == 0 or not distances[i - 1] else ((u1, u2), distance)
-        if other < TOLERANCE or other < distance - MARGIN_NEARER:
-            u1, u2, distance = v1, v2, other
+        if i % EVERY == 0 or not distances[i - 1]:
+            (v1, v2), other = nearest(smap, p[i])
+            if other < TOLERANCE or other < distance - MARGIN_NEARER:
+                u1, u2, distance = v1, v2, other
+                changes.append(i)
         if distance >= TOLERANCE:
             found[i], distances[i] = static_tips(smap, np.array([u1, u2])), distance
-    return Projected(found, distances)
+    return Carried(u, found, distances, tuple(changes))
 
 
 def nearest(smap: StaticMap, p: Array) -> tuple[tuple[float, float], float]:

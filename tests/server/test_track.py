@@ -1,0 +1,68 @@
+"""`tendril track` at the command line."""
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from controller.errors import TendrilError
+from server.cli import app
+
+
+def run(*arguments: object) -> None:
+    app(["track", *(str(one) for one in arguments)], standalone_mode=False)
+
+
+def circle(folder: Path, frequency: float = 1.0, radius: float = 0.03, scale: float = 1.0) -> Path:
+    file = folder / "ring.csv"
+    turns = [(0.01 * i, 2.0 * math.pi * frequency * 0.01 * i) for i in range(600)]
+    rows = [f"{t},{scale * (0.03 + radius * math.cos(a))},{scale * (0.14 + radius * math.sin(a))}" for t, a in turns]
+    file.write_text("\n".join(["t,x,y", *rows]) + "\n")
+    return file
+
+
+def test_a_path_is_followed_shown_and_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    options = ["--actuator", "P3", "--law", "ff+p", "--plant-scale", "k=1.1,delay=0.01", "--seed", "3"]
+    for name in ("one.json", "again.json"):
+        run("--reference", circle(tmp_path), *options, "--json", tmp_path / name)
+    told, again = (json.loads((tmp_path / name).read_text()) for name in ("one.json", "again.json"))
+    assert told["rows"] == again["rows"]
+    assert {(row["experiment"], row["actuator"], row["law"]) for row in told["rows"]} == {("ring", "P3", "ff+p")}
+    assert all(math.isfinite(row["ours"]) for row in told["rows"])
+    assert told["seconds"] > 0.0
+    shown = capsys.readouterr().out
+    assert "1 Hz; 2 s of approach before; velocity feedforward on" in shown
+    assert "lag_deg_x" in shown and "whole run" in shown
+
+
+def test_a_run_that_breaks_off_is_an_error_and_still_written(tmp_path: Path) -> None:
+    with pytest.raises(TendrilError, match="TRACKING_ERROR"):
+        run("--reference", circle(tmp_path, 3.0, 0.05), "--json", tmp_path / "broken.json")
+    told = json.loads((tmp_path / "broken.json").read_text())
+    assert "TRACKING_ERROR" in told["failed"]
+    assert all(row["ours"] is None for row in told["rows"])
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        (["--actuator", "P9"], "actuator = 'P9' is not one of P1, P2, P3"),
+        (["--law", "pid"], "law = 'pid' is none of ff, ff\\+p"),
+        (["--controller", "mpc"], "controller = 'mpc' is not one of paper"),
+        (["--plant-scale", "mass=2"], "'mass' is not one of k, b"),
+        (["--frequency", "0"], "frequency = 0 Hz is outside"),
+        (["--json", "/nowhere/figures.json"], "/nowhere/figures.json cannot be written: its folder does not exist"),
+    ],
+)
+def test_a_wrong_request_is_said_in_one_line(tmp_path: Path, options: list[str], complaint: str) -> None:
+    with pytest.raises(TendrilError, match=complaint) as caught:
+        run("--reference", circle(tmp_path), *options)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_path_in_mm_is_refused_before_anything_runs(tmp_path: Path) -> None:
+    with pytest.raises(
+        TendrilError, match=r"ring.csv, line 2 .* are x and y in m\? Columns in mm are named x_mm, y_mm"
+    ):
+        run("--reference", circle(tmp_path, scale=1e3))
