@@ -1,9 +1,11 @@
 """What the report says from the fit's own file: who fitted what, and how far near-equal fits lie apart."""
 
 from collections.abc import Mapping
+from html import escape
 from typing import Any
 
 from controller.experiments.report.wording import number
+from controller.page.document import table
 
 Key = tuple[str, str, str, str]
 
@@ -19,15 +21,23 @@ def fits(fit: Mapping[str, Any]) -> int:
 
 
 def provenance(fit: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Facts of the fit: date, command, cost, what was fitted."""
-    about = fit["fit"]
-    return [
-        ("date of the fit", str(about["date"])),
-        ("command of the fit", str(about["command"])),
-        ("cost of the fit", number(about["cost"])),
-        ("fitted numbers of the twin", ", ".join(fit["twin"])),
-        ("fitted gains", ", ".join(fit["gains"])),
-    ]
+    """What the file says of the fit (date, command, cost and so on), and what was fitted."""
+    about = [(f"fit: {name}", _text(value)) for name, value in fit["fit"].items()]
+    return [*about, ("fitted numbers of the twin", ", ".join(fit["twin"])), ("fitted gains", ", ".join(fit["gains"]))]
+
+
+def margins_table(fit: Mapping[str, Any]) -> str:
+    """What each trial of the loop's stability left; HTML, nothing before there are any."""
+    margins = fit.get("margins", ())
+    if not margins:
+        return ""
+    head = [escape(name.replace("_mm", " [mm]")) for name in margins[0]]
+    rows = [[escape(_text(value)) for value in one.values()] for one in margins]
+    return f"<p>Trials of the loop's stability with these numbers:</p>{table(head, rows, ())}"
+
+
+def _text(value: Any) -> str:
+    return number(value) if isinstance(value, float) else str(value)
 
 
 def _key(one: Mapping[str, Any]) -> Key:

@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from controller.experiments.metrics import UNITS
+from controller.experiments.report.fitted import margins_table
 from controller.experiments.report.main_table import windows
 from controller.experiments.report.wording import METRICS, run_name, unit
 from controller.experiments.results import ResultRow, Results
@@ -28,13 +29,14 @@ def full_table(results: Results) -> str:
 
 
 def setup_table(results: Results, fit: Mapping[str, Any]) -> str:
-    """Numbers of the twin and gains of the controller; which of them were fitted."""
+    """Numbers of the twin and gains of the controller; which of them were fitted, and how firmly the loop is stable."""
     gains = results.setup.gains
     rows = [
         _number(results.twin, name, name in fit["twin"]) for name in type(results.twin).model_fields if name != "seed"
     ]
     rows += [_number(gains, name, name in fit["gains"]) for name in GAINS]
-    return f'<div class="dense">{table(("number", "value", "unit", ""), rows)}</div>'
+    numbers = table(("number", "value", "unit", ""), rows)
+    return f'<div class="dense">{numbers}</div>{margins_table(fit)}'
 
 
 def _head(metric: str) -> str:

@@ -9,7 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from controller.experiments.paper_rows import DIGITS, FIT
+from controller.experiments.paper_rows import DIGITS, FEEDBACK_SHARE, FIT, JUDGED
 from controller.experiments.report.fitted import provenance
 from controller.experiments.report.verdict import FIT_BAR, NEAR, NEAR_WANTED, judged, within, within_factor
 from controller.experiments.report.wording import number
@@ -34,8 +34,8 @@ def held_out(results: Results) -> str:
     rows = judged(results.rows)
     near, far = sum(within(row, NEAR) for row in rows), sum(within_factor(row) for row in rows)
     return (
-        f"Held-out rows: {near} of {len(rows)} within 30 % of the paper (wanted: {NEAR_WANTED}), {far} of {len(rows)} "
-        "within a factor 1.5 (wanted: all)."
+        f"Held-out rows: {near} of {len(JUDGED)} within 30 % of the paper (wanted: {NEAR_WANTED}), {far} of "
+        f"{len(JUDGED)} within a factor 1.5 (wanted: all)."
     )
 
 
@@ -73,12 +73,14 @@ def share(results: Results) -> str:
     points = [(one.frequency, one.share) for one in results.sweep if one.share is not None]
     if len(points) < 2:
         return ""
+    failed = ", ".join(f"{one.frequency:g} Hz" for one in results.sweep if one.share is None)
     rising = all(b[1] > a[1] for a, b in pairwise(points))
     (low, first), (high, last) = points[0], points[-1]
     course = "rises at every frequency" if rising else "does not rise at every frequency"
+    paper = ", ".join(f"{100 * value:.0f} % at {f:g} Hz" for f, value in FEEDBACK_SHARE.items())
     return (
         f"Share of the feedback {course}: {100 * first:.0f} % at {low:g} Hz, {100 * last:.0f} % at {high:g} Hz "
-        "(paper: 12 % at 0.1 Hz, 32 % at 2 Hz)."
+        f"(paper: {paper})" + (f"; failed: {failed}." if failed else ".")
     )
 
 
@@ -104,7 +106,10 @@ def circumstances(results: Results) -> list[tuple[str, str]]:
     return [
         ("run", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC") + (", quick: each once" if results.quick else "")),
         ("machine", f"{processor()}, {cores} cores; Python {platform.python_version()}, {platform.system()}"),
-        ("time", f"{results.seconds:.0f} s with {results.workers} processes, this page excluded"),
+        (
+            "time",
+            f"{results.seconds:.0f} s with {results.workers} process{'es' * (results.workers > 1)}, this page excluded",
+        ),
         ("seeds", ", ".join(map(str, results.seeds))),
     ]
 

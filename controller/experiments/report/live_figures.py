@@ -13,8 +13,8 @@ from controller.experiments.results import Finished, Results
 def live_plate(results: Results) -> Plate:
     """The projected marker and the tip, in the plane and over time."""
     caption = (
-        "Task 5: a marker moved by hand, projected onto the reach and followed live, P1 under FF+PI: inverse at "
-        "100 Hz, no velocity feedforward."
+        "Task 5: a path drawn in the browser, projected onto the reach and followed live, P1 under FF+PI: inverse "
+        "at 100 Hz, no velocity feedforward."
     )
     return plate_of(results, "live_path", "P1", caption, _panels)
 

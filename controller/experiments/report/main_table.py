@@ -24,7 +24,7 @@ def main_table(results: Results, fit: Mapping[str, Any]) -> str:
     spread = spread_of(fit)
     head = ["run", "metric", "paper", "ours", "ratio", "role", "bar", Window.WHOLE.value, Window.AFTER_APPROACH.value]
     if spread:
-        head.append(f"over {fits(fit)} fits")
+        head.append(f"over {fits(fit)} near-equal fits")
     cells = [_cells(row, spread) for row in rows]
     return f'<div class="dense">{table(head, cells, (2, 3, 4, 7, 8, 9))}</div>{remarks(rows)}'
 

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 from matplotlib.figure import Figure
 
-from controller.experiments.paper_rows import SENSING_LAWS
+from controller.experiments.paper_rows import SENSING, SENSING_LAWS
 from controller.experiments.report.look import LAW_NAMES, LAWS, REFERENCE, in_plane, key, plane
 from controller.experiments.report.plate import TALL, Plate, first, panel, why_missing
 from controller.experiments.report.spans import after_approach, once
@@ -20,21 +20,24 @@ NAMES = {
 
 def sensing_plates(results: Results) -> list[Plate]:
     """For each trajectory the paths of one run each, and boxes over all runs."""
-    return [_plate(results, trajectory) for trajectory in results.sensing]
+    found = {one.experiment: one for one in results.sensing}
+    return [_plate(results, name, found.get(name)) for name in SENSING]
 
 
-def _plate(results: Results, trajectory: SensedTrajectory) -> Plate:
-    name = trajectory.experiment
+def _plate(results: Results, name: str, trajectory: SensedTrajectory | None) -> Plate:
     absent = [law for law in SENSING_LAWS if first(results, name, law=law) is None]
     caption = (
         f"Task 4, {NAMES[name]}, P1. Left: one run with each choice of sensors. Right: RMSE of all runs over the "
         "largest of this trajectory; the figure above each box is the mean [mm]."
     )
+    missing = " ".join(why_missing(results, name, law=law) for law in absent)
+    if trajectory is None or not trajectory.laws:
+        return Plate(caption, missing=missing)
     panels = (
         panel(f"{name}: paths", partial(_draw_paths, results, name), TALL),
         panel(f"{name}: normalised RMSE", partial(_draw_boxes, trajectory), TALL),
     )
-    return Plate(caption, panels, missing=" ".join(why_missing(results, name, law=law) for law in absent))
+    return Plate(caption, panels, missing=missing)
 
 
 def _draw_paths(results: Results, name: str, figure: Figure) -> None:

@@ -22,8 +22,8 @@ def sweep_plate(results: Results) -> Plate:
     """Share of the feedback in the command, and the phase, by frequency."""
     points = [point for point in results.sweep if point.share is not None]
     caption = (
-        "Frequency sweep with the circle of 60 mm, P1 under FF+PI. Left: share of the feedback in the command, crosses "
-        "are the paper's two numbers. Right: phase lag of the tip."
+        "Frequency sweep with the circle of 60 mm, P1 under FF+PI (shape and actuator are ours). Left: share of the "
+        "feedback in the command, crosses are the paper's two numbers. Right: phase lag of the tip."
     )
     missing = " ".join(f"Failed at {point.frequency:g} Hz: {point.failed}" for point in results.sweep if point.failed)
     if not points:

@@ -9,7 +9,7 @@ from controller.experiments.report.main_table import mark
 from controller.experiments.report.sensing_figures import NAMES
 from controller.experiments.report.verdict import Verdict, verdict
 from controller.experiments.report.wording import METRICS, MISSING, number, paper_text, with_spread
-from controller.experiments.results import ResultRow, Results, SensedTrajectory, SweepPoint
+from controller.experiments.results import ResultRow, Results, SensedLaw, SensedTrajectory, SweepPoint
 from controller.page.document import table
 
 STEP_METRICS = ("rmse", "sse", "ise")
@@ -88,9 +88,14 @@ def _sensing_row(one: SensedTrajectory) -> list[str]:
             cells.append("failed")
             continue
         mean = number(sum(law.rmse) / len(law.rmse))
-        cells.append(f"<b>{mean}</b>" + ("" if name == "ff" else f" ({-100 * law.reduction:+.0f} %)"))
+        cells.append(f"<b>{mean}</b>" + _reduction(law))
     order = Verdict("as in the paper" if one.ordered else "another", one.ordered)
     return [*cells, f"{-100 * one.paper_reduction:+.0f} %", mark(order), number(one.p_value)]
+
+
+def _reduction(law: SensedLaw) -> str:
+    """Change against FF; nothing for FF itself, or where FF failed."""
+    return "" if law.law == "ff" or math.isnan(law.reduction) else f" ({-100 * law.reduction:+.0f} %)"
 
 
 def _sweep_row(point: SweepPoint) -> list[str]:

@@ -1,0 +1,187 @@
+"""The report of a small reproduction: what it must show, and what it must not hide."""
+
+import re
+import tomllib
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from controller.errors import TendrilError
+from controller.experiments.case import Case
+from controller.experiments.metrics import Window
+from controller.experiments.paper_rows import paper_row
+from controller.experiments.report.main_table import REMARKS_FILE, remarks
+from controller.experiments.report.page import report_page, write_report
+from controller.experiments.report.periodic_figures import circle_plate
+from controller.experiments.report.plate import plate_html
+from controller.experiments.report.snapshot_figures import outline
+from controller.experiments.report.spans import once
+from controller.experiments.report.verdict import verdict
+from controller.experiments.reproduce import Order, reproduce
+from controller.experiments.results import Failure, ResultRow, Results
+from controller.fit import FIT
+
+CASES = (
+    Case("step", law="ff"),
+    Case("step"),
+    Case("digit_1"),
+    Case("circle_1hz"),
+    Case("circle_1hz", seed=1),
+    Case("vertical_1hz"),
+    *(Case("sensing_sweep", law=law, seed=seed) for law in ("ff", "rod10", "rod6+10") for seed in (0, 1)),
+    Case("frequency_sweep_1hz"),
+)
+BROKEN = Failure(Case("vu"), "vu: FAULT (TRACKING_ERROR) after 3.210 s, instead of to the end")
+KEY = {"experiment": "circle_1hz", "actuator": "P1", "law": "ff+pi", "metric": "rmse"}
+
+
+@pytest.fixture(scope="module")
+def results() -> Results:
+    found = reproduce(Order(cases=CASES, quick=True), lambda case: None)
+    return replace(found, failures=(BROKEN,), rows=(*found.rows, failed_row(BROKEN)))
+
+
+@pytest.fixture(scope="module")
+def page(results: Results) -> str:
+    return report_page(results, FIT)
+
+
+def result_row(what: str, ours: float | None, failed: str = "") -> ResultRow:
+    experiment, actuator, law, metric = what.split()
+    about = paper_row(experiment, actuator, law, metric)
+    return ResultRow(about, ours, None, Window.WHOLE, ours, 1, failed)
+
+
+def failed_row(failure: Failure) -> ResultRow:
+    case = failure.case
+    return result_row(f"{case.reference} {case.actuator} {case.law} rmse", None, failure.sentence)
+
+
+class Balance(HTMLParser):
+    """Counts open tags."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in ("meta", "br", "img"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+def test_the_page_is_whole_and_needs_nothing_outside_itself(page: str) -> None:
+    balance = Balance()
+    balance.feed(page)
+    assert balance.open == []
+    assert re.findall(r'(?:src|href)="(?!#|data:)', page) == []
+    assert "nan" not in re.sub(r"<[^>]*>", "", page)
+    assert len(page.encode()) < 6_000_000
+
+
+def test_every_number_of_a_run_is_beside_the_papers(results: Results, page: str) -> None:
+    row = next(row for row in results.rows if row.about.key == ("circle_1hz", "P1", "ff+pi", "rmse"))
+    cells = re.search(r"<tr><td>circle_1hz, P1, FF\+PI</td><td>RMSE \[mm\]</td>(.*?)</tr>", page)
+    assert cells is not None
+    text = re.sub(r"<[^>]*>", " ", cells[1])
+    assert row.ours is not None and row.ratio is not None and row.ours_other_window is not None
+    for expected in ("7.4", f"{row.ours:.3g}"[:3], f"{row.ratio:.2f}", "fit", f"{row.ours_other_window:.3g}"[:3]):
+        assert expected in text
+
+
+def test_a_failed_run_stands_with_its_sentence_where_its_number_and_its_figure_would_be(page: str) -> None:
+    tables, figure = page.count(f"<td>{BROKEN.sentence}</td>"), page.count(f"Failed: {BROKEN.sentence}")
+    assert tables == 1 and figure == 1
+    assert re.search(r"vu, P1, FF\+PI.{0,300}failed", page)
+    assert f"1 of {len(CASES) + 1} runs failed" in page
+
+
+def test_what_was_not_run_is_said(results: Results) -> None:
+    nothing = replace(results, outcomes=(), failures=(), rows=(), sensing=(), sweep=(), pressure=())
+    page = report_page(nothing, FIT)
+    for text in ("0 of 11 within 30 %", "Not run: circle_2hz, P3, FF+PI.", "Not run: pressure steps."):
+        assert text in page
+    assert "<svg" not in page
+
+
+def test_the_same_results_are_drawn_to_the_same_bytes(results: Results) -> None:
+    first, again = (plate_html(circle_plate(results)) for _ in range(2))
+    assert first == again
+    assert first.count("<svg") == 4
+
+
+def test_spread_and_margins_are_shown_as_soon_as_the_fit_has_them(results: Results) -> None:
+    numbers = replace(results, outcomes=(), sensing=(), sweep=(), pressure=())
+    fit: dict[str, Any] = {**FIT, "spread": [], "margins": []}
+    assert "near-equal" not in report_page(numbers, fit)
+    fit["spread"] = [{**KEY, "low": 5.123, "high": 12.34, "fits": 9}]
+    fit["margins"] = [{"actuator": "P2", "change": "gains", "swing_mm": 0.123}]
+    later = report_page(numbers, fit)
+    for text in ("over 9 near-equal fits", "5.12 .. 12.3", "swing [mm]", "0.12"):
+        assert text in later
+
+
+def test_a_row_that_misses_its_bar_is_explained_where_there_is_a_remark(tmp_path: Path) -> None:
+    file = tmp_path / "remarks.toml"
+    file.write_text('"circle_1hz P1 ff+pi rmse" = "The sheet <drags>."\n')
+    assert remarks([result_row("circle_1hz P1 ff+pi rmse", 7.5)], file) == ""
+    assert "The sheet &lt;drags&gt;." in remarks([result_row("circle_1hz P1 ff+pi rmse", 10.0)], file)
+    assert remarks([result_row("vu P1 ff+pi rmse", 10.0)], file) == ""
+    assert "broke off" in remarks([result_row("vu P1 ff+pi rmse", None, "broke off")], file)
+
+
+def test_remarks_are_about_rows_that_exist() -> None:
+    for key in tomllib.loads(REMARKS_FILE.read_text()):
+        paper_row(*key.split())
+
+
+@pytest.mark.parametrize(
+    ("what", "ours", "word", "met"),
+    [
+        ("circle_1hz P1 ff+pi rmse", 7.4 * 1.19, "within 20 %", True),
+        ("circle_1hz P1 ff+pi rmse", 7.4 * 0.79, "over 20 %", False),
+        ("step P1 ff+pi sse", 3.0, "no bar", None),
+        ("vu P2 ff+pi rmse", 3.7 * 0.71, "within 30 %", True),
+        ("vu P2 ff+pi rmse", 3.7 / 1.49, "within 1.5", True),
+        ("vu P2 ff+pi rmse", 3.7 / 1.51, "over 1.5", False),
+        ("circle_2hz P3 ff+pi lag_deg_x", -27.0, "over 1.5", False),
+        ("digit_3 P1 ff+pi max_x", 4.9, "inside", True),
+        ("digit_3 P1 ff+pi rmse", 1.4, "outside", False),
+        ("circle_1hz P1 ff+pi ise", 1.0, "", None),
+        ("vu P2 ff+pi rmse", None, "failed", False),
+    ],
+)
+def test_a_row_is_judged_by_the_bar_of_its_role(what: str, ours: float | None, word: str, met: bool | None) -> None:
+    found = verdict(result_row(what, ours))
+    assert (found.word, found.met) == (word, met)
+
+
+def test_a_reference_is_drawn_once_whole_and_not_there_and_back(results: Results) -> None:
+    circle, vertical = (results.of(name)[0] for name in ("circle_1hz", "vertical_1hz"))
+    ends = circle.trace.p_ref[once(circle)][[0, -1]]
+    assert np.linalg.norm(ends[1] - ends[0]) < 1e-3
+    y = vertical.trace.p_ref[once(vertical), 1]
+    assert np.ptp(y) == pytest.approx(60e-3, abs=1e-4)
+    assert (np.diff(y) < 0.0).all()
+
+
+def test_the_outline_of_a_body_is_its_width_apart() -> None:
+    turn = np.linspace(0.0, 1.5, 40)
+    backbone = np.column_stack([np.sin(turn), 1.0 - np.cos(turn)])
+    left, right = np.split(outline(backbone, 0.1), 2)
+    assert np.linalg.norm(left - right[::-1], axis=1) == pytest.approx(0.1)
+    assert 0.5 * (left + right[::-1]) == pytest.approx(backbone)
+
+
+def test_a_folder_that_cannot_be_written_is_an_error_that_names_it(results: Results, tmp_path: Path) -> None:
+    nothing = replace(results, outcomes=(), failures=(), rows=(), sensing=(), sweep=(), pressure=())
+    assert write_report(nothing, tmp_path / "new" / "folder").read_text().startswith("<!doctype html>")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(TendrilError, match="file"):
+        write_report(nothing, tmp_path / "file" / "report")
