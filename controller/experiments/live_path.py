@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from controller import reference
-from controller.errors import DataError
 from controller.experiments.case import Case, Outcome, Setup, outcome, parameters_of, settings_of
 from controller.experiments.metrics import DT
 from controller.experiments.run import armed, request, require_mode
@@ -18,10 +17,10 @@ from controller.experiments.simulate import Rows, Simulation
 from controller.kernels.rod import Array
 from controller.modes import Mode, Request
 from controller.parameters import Settings
+from controller.reference.path_file import read_samples
 from controller.reference.reference import Reference
 
 LIVE_PATH_FILE = Path(reference.__file__).parent / "data" / "live_path.csv"
-COLUMNS = "t,x,y"
 INVERSE_PERIOD = 0.01
 """Of the feedforward [s] (paper, Task 5: "100 Hz")."""
 EVERY = round(INVERSE_PERIOD / DT)
@@ -47,25 +46,9 @@ class MarkerPath:
 
 
 def read_marker_path(path: Path = LIVE_PATH_FILE) -> MarkerPath:
-    """The path in a CSV file with columns t, x, y [s, m, m]; lines that begin with # are remarks.
-
-    Raises DataError if there is no such file, or if a value or the order of times is wrong.
-    """
-    try:
-        lines = [line for line in path.read_text().splitlines() if line.strip() and not line.startswith("#")]
-    except OSError as error:
-        raise DataError(f"{path.name} cannot be read: {error.strerror}") from error
-    if not lines or lines[0].replace(" ", "") != COLUMNS:
-        raise DataError(f"{path.name}: its first line is not {COLUMNS}")
-    try:
-        table = np.loadtxt(lines[1:], delimiter=",", ndmin=2)
-    except ValueError as error:
-        raise DataError(f"{path.name}: {error}") from error
-    if table.shape[0] < 2 or table.shape[1] != 3 or not np.isfinite(table).all():
-        raise DataError(f"{path.name}: needs two or more rows of three finite numbers")
-    if (np.diff(table[:, 0]) <= 0.0).any():
-        raise DataError(f"{path.name}: t does not increase in every row")
-    return MarkerPath(table[:, 0], table[:, 1:])
+    """The path in a CSV file, which `read_samples` describes. Raises DataError as it does."""
+    samples = read_samples(path)
+    return MarkerPath(samples.t, samples.p)
 
 
 def run_live_case(case: Case, setup: Setup) -> Outcome:

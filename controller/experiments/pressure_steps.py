@@ -34,8 +34,11 @@ def pressure_steps(parameters: RigParameters) -> tuple[PressureStep, ...]:
 
 
 def measured(begin: float, end: float, pressure: Array) -> PressureStep:
-    """The step from `begin` to `end` [Pa] at the first row of `pressure` (n,) [Pa], ticks of DT."""
-    done = (pressure - begin) / (end - begin)
+    """The step from `begin` to `end` [Pa] at the first row of `pressure` (n,) [Pa], ticks of DT.
+
+    Its share that is done counts from where the chamber really was.
+    """
+    done = (pressure - pressure[0]) / (end - pressure[0])
     dead_time, most = first(done >= STARTED), first(done >= MOST)
     t = DT * np.arange(len(pressure), dtype=np.float64)
     return PressureStep(begin, end, t, pressure, dead_time, most - dead_time)
