@@ -1,0 +1,112 @@
+"""Rows from runs that were not run: what is averaged over what, and what a failure leaves."""
+
+import json
+from collections.abc import Iterable
+
+import numpy as np
+import pytest
+
+from controller.experiments.case import Case, Setup
+from controller.experiments.catalogue import CASES, catalogue
+from controller.experiments.frequency_sweep import frequency_sweep
+from controller.experiments.metrics import UNITS, Window
+from controller.experiments.paper_rows import DIGITS, EXPERIMENTS, JUDGED, PAPER_ROWS
+from controller.experiments.result_json import result_json
+from controller.experiments.result_rows import result_rows
+from controller.experiments.results import Failure, Finished, ResultRow, Results, Trace
+from controller.reference.reference import Reference
+
+WHOLE, AFTER = Window.WHOLE, Window.AFTER_APPROACH
+CONTRACT = ("experiment", "actuator", "law", "metric", "unit", "paper", "paper_low", "paper_high", "ours", "ours_std")
+NO_TRACE = Trace(*([np.empty(0)] * 8), *([np.empty(0, np.float32)] * 2))
+
+
+def finished(case: Case, whole: float = 2.0, after: float = 1.0) -> Finished:
+    """A run all of whose metrics are `whole` or `after`."""
+    metrics = {WHOLE: dict.fromkeys(UNITS, whole), AFTER: dict.fromkeys(UNITS, after)}
+    return Finished(case, Reference(case.reference, np.zeros((1, 2)), 0), NO_TRACE, metrics)
+
+
+def made(outcomes: Iterable[Finished], failures: Iterable[Failure] = ()) -> dict[tuple[str, str, str, str], ResultRow]:
+    outcomes, failures = tuple(outcomes), tuple(failures)
+    rows = result_rows(outcomes, failures, frequency_sweep(outcomes, failures))
+    assert len({row.about.key for row in rows}) == len(rows)
+    return {row.about.key: row for row in rows}
+
+
+def test_every_case_is_in_the_catalogue_once_when_quick_and_task_4_five_times_otherwise() -> None:
+    assert catalogue(7, quick=True) == tuple(Case(one.reference, one.actuator, one.law, 7) for one in CASES)
+    whole = catalogue(7)
+    assert len(set(whole)) == len(whole)
+    assert [one.seed for one in whole if (one.reference, one.law) == ("sensing_sweep", "rod6")] == [7, 8, 9, 10, 11]
+    assert [one.seed for one in whole if (one.reference, one.actuator) == ("vu", "P2")] == [7, 8, 9]
+
+
+def test_every_experiment_and_every_number_of_the_paper_gets_a_row() -> None:
+    rows = made(finished(case) for case in catalogue(quick=True))
+    assert {key[0] for key in rows} == set(EXPERIMENTS)
+    assert {paper.key for paper in PAPER_ROWS} <= rows.keys()
+    assert all(row.about.role == "held-out" for row in (rows[paper.key] for paper in JUDGED))
+
+
+def test_ours_is_the_mean_over_seeds_in_the_papers_window_with_the_other_one_beside() -> None:
+    rows = made(finished(Case("vu", seed=seed), whole=9.0 + seed, after=2.0 + seed) for seed in (0, 1, 2))
+    row = rows["vu", "P1", "ff+pi", "rmse"]
+    assert (row.window, row.ours, row.ours_std, row.ours_other_window, row.seeds) == (AFTER, 3.0, 1.0, 10.0, 3)
+    assert row.ratio == pytest.approx(3.0 / 1.9)
+    circle = made([finished(Case("circle_1hz"))])["circle_1hz", "P1", "ff+pi", "rmse"]
+    assert (circle.window, circle.ours, circle.ours_std) == (WHOLE, 2.0, None)
+
+
+def test_digits_are_averaged_over_the_ten_of_each_seed_before_the_seeds() -> None:
+    runs = [
+        finished(Case(digit, seed=seed), after=value + 10.0 * seed)
+        for value, digit in enumerate(DIGITS)
+        for seed in (0, 1)
+    ]
+    row = made(runs)["digits", "P1", "ff+pi", "rmse"]
+    assert (row.ours, row.seeds) == (9.5, 2)
+    assert row.ours_std == pytest.approx(10.0 / 2.0**0.5)
+
+
+def test_one_broken_off_run_leaves_no_number_and_says_why() -> None:
+    runs = [finished(Case("circle_2hz", "P3", seed=seed)) for seed in (0, 1)]
+    rows = made(runs, [Failure(Case("circle_2hz", "P3", seed=2), "circle_2hz: FAULT")])
+    row = rows["circle_2hz", "P3", "ff+pi", "lag_deg_x"]
+    assert (row.ours, row.ours_std, row.ratio) == (None, None, None)
+    assert row.failed == "1 of 3 runs: circle_2hz: FAULT"
+    assert ("circle_2hz", "P3", "ff+pi", "rmse") in rows
+
+
+def test_a_digit_that_fails_fails_the_mean() -> None:
+    runs = [finished(Case(digit)) for digit in DIGITS[:-1]]
+    row = made(runs, [Failure(Case(DIGITS[-1]), "digit_9: FAULT")])["digits", "P1", "ff+pi", "rmse"]
+    assert (row.ours, row.failed) == (None, "digit_9: FAULT")
+
+
+def test_the_frequency_sweep_is_one_row_with_its_curve() -> None:
+    shares = {"frequency_sweep_0.1hz": 0.1, "frequency_sweep_1hz": 0.2}
+    runs = [finished(Case(name), after=share) for name, share in shares.items()]
+    failure = Failure(Case("frequency_sweep_2hz"), "frequency_sweep_2hz: FAULT")
+    rows = made(runs, [failure])
+    row = rows["frequency_sweep", "P1", "ff+pi", "feedback_share"]
+    assert (row.ours, row.failed, row.about.paper) == (None, failure.sentence, None)
+    assert [point["share"] for point in row.extra["curve"]] == [0.1, 0.2, None]
+    ended = made([*runs, finished(Case("frequency_sweep_2hz"), after=0.3)])
+    assert ended["frequency_sweep", "P1", "ff+pi", "feedback_share"].ours == 0.3
+    assert row.extra["paper_curve"] == [{"frequency": 0.1, "share": 0.12}, {"frequency": 2.0, "share": 0.32}]
+
+
+def test_the_json_has_the_keys_that_were_agreed_and_no_nan() -> None:
+    outcomes = (finished(Case("vu"), after=float("nan")),)
+    failures = (Failure(Case("frequency_sweep_2hz"), "FAULT"),)
+    sweep = frequency_sweep(outcomes, failures)
+    rows = result_rows(outcomes, failures, sweep)
+    results = Results(outcomes, failures, rows, (), sweep, (), 1.5, Setup(), (0,), 2, True)
+    found = json.loads(json.dumps(result_json(results), allow_nan=False))
+    assert set(CONTRACT) | {"role"} <= set(found["rows"][0])
+    assert (found["seconds"], found["rows"][0]["ours"]) == (1.5, None)
+    assert found["twin"] == json.loads(Setup().twin.model_dump_json())
+    assert found["failures"] == [
+        {"reference": "frequency_sweep_2hz", "actuator": "P1", "law": "ff+pi", "seed": 0, "failed": "FAULT"}
+    ]
