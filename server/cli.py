@@ -217,6 +217,27 @@ def track(
 
 
 @app.command()
+def reproduce(
+    report: Annotated[Path | None, typer.Option(help="Folder for the HTML report and a recording of each run.")] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write all rows to this file.")] = None,
+    quick: Annotated[bool, typer.Option(help="Run every case once instead of 3 times (Task 4: 5).")] = False,
+    controller: Annotated[str, typer.Option(help="Only paper so far.")] = "paper",
+    seed: Annotated[int, typer.Option(min=0, max=2**31 - 6, help="Of the first run; the next ones count on.")] = 0,
+    workers: Annotated[int | None, typer.Option(min=1, max=256, help="Processes; one a core without it.")] = None,
+) -> None:
+    """Run every experiment of the paper on the twin and compare (docs/reproduction.md)."""
+    from controller.experiments.campaign import cores
+    from controller.experiments.catalogue import catalogue
+    from controller.experiments.reproduce import Order
+    from controller.experiments.track import require_controller
+    from server.reproduce import run_reproduce
+
+    require_controller(controller)
+    order = Order(catalogue(seed, quick), workers=workers or cores(), quick=quick)
+    run_reproduce(order, report, json_file, out)
+
+
+@app.command()
 def compile() -> None:
     """Compile every kernel into the cache, so that the first start is quick."""
     from controller.build_rig import build_rig

@@ -1,0 +1,114 @@
+"""`tendril reproduce` at the command line: progress while it runs, then ours beside the paper's."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from controller.errors import TendrilError
+from controller.experiments.campaign import Progress as Told
+from controller.experiments.case import Case, Outcome, Setup, parameters_of, settings_of
+from controller.experiments.catalogue import LIVE_PATH
+from controller.experiments.live_path import live_settings
+from controller.experiments.reproduce import Order, reproduce
+from controller.experiments.result_json import result_json
+from controller.experiments.run import for_reference
+from recordings.run_file import write_run
+from server.reproduce_table import show
+
+RECORDINGS = "recordings"
+"""Folder of the .rrd files in the report's."""
+
+
+@dataclass(frozen=True)
+class Recorder:
+    """Writes the first run of every case into `folder`; called in the worker, where the telemetry is whole."""
+
+    folder: Path
+    seed: int
+    setup: Setup
+
+    def __call__(self, outcome: Outcome) -> None:
+        """RecordingError when the file cannot be written."""
+        case = outcome.case
+        if case.seed != self.seed:
+            return
+        gains = self.setup.gains
+        settings = live_settings(case, gains) if case.reference == LIVE_PATH else settings_of(case, gains)
+        settings = for_reference(settings, outcome.reference)
+        words = case.reference, case.actuator, case.law
+        path, name = self.folder / f"{'_'.join(words)}.rrd", f"{' '.join(words)}, seed {case.seed}"
+        write_run(outcome.rows, path, name, parameters_of(case, self.setup), settings)
+
+
+def run_reproduce(order: Order, report: Path | None, json_file: Path | None, console: Console) -> None:
+    """Run, show, and write what is asked for; TendrilError before the first run if something cannot be written."""
+    recorder = None
+    if json_file is not None:
+        require_folder(json_file)
+    if report is not None:
+        folder = made(report / RECORDINGS)
+        recorder = Recorder(folder, min(case.seed for case in order.cases), order.setup)
+    with progress(order, console) as told:
+        results = reproduce(order, told, recorder)
+    show(results, console)
+    written = []
+    if json_file is not None:
+        write(json_file, json.dumps(result_json(results), indent=2, allow_nan=False) + "\n")
+        written.append(json_file)
+    if report is not None:
+        from controller.experiments.report.page import write_report
+
+        with console.status("Drawing the report ..."):
+            written.append(write_report(results, report))
+        written.append(report / RECORDINGS)
+    for path in written:
+        console.print(f"Written: {path}", markup=False, soft_wrap=True, highlight=False)
+
+
+@contextmanager
+def progress(order: Order, console: Console) -> Iterator[Told]:
+    """A bar over all runs that names the last one that ended."""
+    columns = (
+        TextColumn("Running"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TextColumn("{task.fields[last]}"),
+    )
+    with Progress(*columns, console=console) as bars:
+        task = bars.add_task("", total=len(order.cases), last=f"{order.workers} processes start ...")
+
+        def told(case: Case) -> None:
+            bars.update(task, advance=1, last=f"{case.reference} {case.actuator} {case.law}")
+
+        yield told
+
+
+def made(folder: Path) -> Path:
+    """`folder`, there and writable."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise TendrilError(f"{folder} cannot be made: {error.strerror}") from error
+    return folder
+
+
+def require_folder(path: Path) -> None:
+    """Raise TendrilError unless a file could be written at `path`."""
+    if path.is_dir():
+        raise TendrilError(f"{path} cannot be written: it is a folder")
+    if not path.absolute().parent.is_dir():
+        raise TendrilError(f"{path} cannot be written: its folder does not exist")
+
+
+def write(path: Path, text: str) -> None:
+    """Write `text`, or raise TendrilError."""
+    try:
+        path.write_text(text)
+    except OSError as error:
+        raise TendrilError(f"{path} cannot be written: {error.strerror}") from error

@@ -1,0 +1,137 @@
+"""The tables that `tendril reproduce` prints."""
+
+from collections.abc import Sequence
+from statistics import mean
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from controller.experiments.metrics import Window
+from controller.experiments.paper_rows import FIT, HELD_OUT, NONE, SENSING_LAWS
+from controller.experiments.report.verdict import (
+    FACTOR,
+    FIT_BAR,
+    NEAR,
+    NEAR_WANTED,
+    judged,
+    verdict,
+    within,
+    within_factor,
+)
+from controller.experiments.results import ResultRow, Results, SensedLaw, SensedTrajectory
+
+COLOURS = {True: "green", False: "red", None: "default"}
+NUMBERS = ("paper", "ours", "ratio", "other")
+HEADS = ("experiment", "", "law", "metric", *NUMBERS, "")
+BIG = 1000.0
+"""From here on a number is shown without decimals."""
+
+
+def show(results: Results, console: Console) -> None:
+    """The main table, the summaries of Task 4 and the sweep, failures, and how many rows are within the bars."""
+    console.print(main_table(results.rows))
+    if results.sensing:
+        console.print(sensing_table(results.sensing))
+    for line in (*sweep_lines(results), *failure_lines(results), *summary_lines(results)):
+        console.print(line, highlight=False, soft_wrap=True)
+
+
+def main_table(rows: tuple[ResultRow, ...]) -> Table:
+    """Every row for which the paper gives a number, by role, and the live path, for which it gives none."""
+    table = empty("Ours beside the paper's: mm, of ise mm^2 s, of lag deg", HEADS, NUMBERS)
+    for role in (FIT, HELD_OUT, NONE):
+        shown = [row for row in rows if row.about.role == role and in_main_table(row)]
+        if shown:
+            table.add_section()
+            table.add_row(f"[bold]{role}[/]")
+        for row in shown:
+            table.add_row(*cells(row))
+    return table
+
+
+def in_main_table(row: ResultRow) -> bool:
+    """Whether the paper gives a number; of the live path, for which it gives none, the error alone."""
+    return row.about.paper is not None or (row.about.experiment, row.about.metric) == ("live_path", "rmse")
+
+
+def empty(title: str, heads: Sequence[str], numbers: Sequence[str]) -> Table:
+    """A table without lines; `numbers` are the heads of columns that are flush right."""
+    table = Table(title=escape(title), title_justify="left", box=None, padding=(0, 1, 0, 0), pad_edge=False)
+    for head in heads:
+        table.add_column(head, justify="right" if head in numbers else "left", no_wrap=True)
+    return table
+
+
+def cells(row: ResultRow) -> tuple[str, ...]:
+    """A row as text."""
+    about, judgement = row.about, verdict(row)
+    return (
+        *(about.experiment, about.actuator, about.law, about.metric),
+        number(about.paper),
+        number(row.ours) + ("" if row.ours_std is None else f" ± {row.ours_std:.2f}"),
+        "-" if row.ratio is None else f"{row.ratio:.2f}",
+        number(row.ours_other_window),
+        f"[{COLOURS[judgement.met]}]{judgement.word}[/]",
+    )
+
+
+def number(value: float | None) -> str:
+    """Three digits, or all before the point; "-" for none."""
+    if value is None:
+        return "-"
+    return f"{value:.0f}" if abs(value) >= BIG else f"{value:#.3g}"
+
+
+def sensing_table(trajectories: tuple[SensedTrajectory, ...]) -> Table:
+    """Task 4: mean RMSE of each choice of sensors and what it saves, the paper's order and number."""
+    laws = ("ff", "rod6", "paper", "rod10", "rod6+10")
+    table = empty("Task 4: RMSE [mm], and beside FF", ("", *laws, "order", "p"), (*laws, "order", "p"))
+    for one in trajectories:
+        by_law = {law.law: law for law in one.laws}
+        ff, rod6, rod10, both = (sensed_text(by_law.get(law)) for law in SENSING_LAWS)
+        p_value = "-" if one.p_value is None else f"{one.p_value:.2g}"
+        order = "paper's" if one.ordered else "another"
+        table.add_row(one.experiment, ff, rod6, f"{-one.paper_reduction:+.0%}", rod10, both, order, p_value)
+    return table
+
+
+def sensed_text(one: SensedLaw | None) -> str:
+    """Mean RMSE [mm], and by how much it differs from that of FF."""
+    return f"{mean(one.rmse):.1f} ({-one.reduction:+.0%})" if one else "failed"
+
+
+def sweep_lines(results: Results) -> list[str]:
+    """The share of the feedback over frequency in one line."""
+    if not results.sweep:
+        return []
+    ours = ", ".join(
+        f"{point.frequency:g} Hz " + ("failed" if point.share is None else f"{point.share:.0%}")
+        for point in results.sweep
+    )
+    paper = ", ".join(f"{point.frequency:g} Hz {point.paper:.0%}" for point in results.sweep if point.paper is not None)
+    return [f"Share of the feedback in the command: {ours} (paper: {paper})."]
+
+
+def failure_lines(results: Results) -> list[str]:
+    """Each run that did not come to its end, with its reason."""
+    return [
+        f"[red]Failed[/]: {one.case.actuator} {one.case.law}, seed {one.case.seed}: {one.sentence}"
+        for one in results.failures
+    ]
+
+
+def summary_lines(results: Results) -> list[str]:
+    """How many rows keep their bars, which window is meant, and how long it took."""
+    fitted = [row for row in results.rows if row.about.role == FIT and row.about.metric == "rmse"]
+    held_out, runs = judged(results.rows), len(results.outcomes) + len(results.failures)
+    near = sum(within(row, NEAR) for row in held_out)
+    inside = sum(within_factor(row) for row in held_out)
+    return [
+        f"Fitted RMSE within {FIT_BAR:.0%}: {sum(within(row, FIT_BAR) for row in fitted)} of {len(fitted)}.",
+        f"Held out: {near} of {len(held_out)} within {NEAR:.0%} (wanted: {NEAR_WANTED}), {inside} within a factor of "
+        f"{FACTOR:g} (wanted: all).",
+        f"Window: {Window.WHOLE.value} for periodic tasks and the live path, {Window.AFTER_APPROACH.value} for "
+        "the rest; beside it the other one.",
+        f"{runs} runs in {results.seconds:.0f} s over {results.workers} processes.",
+    ]

@@ -1,0 +1,72 @@
+"""`tendril reproduce` as its user meets it: table, files, progress, and what is refused before anything runs."""
+
+import io
+import json
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+from typer.testing import CliRunner
+
+from controller.errors import TendrilError
+from controller.experiments.case import Case, Setup
+from controller.experiments.reproduce import Order
+from recordings import tool
+from recordings.reader import read_about
+from server.cli import app
+from server.reproduce import run_reproduce
+
+CASES = (Case("circle_2hz", "P3"), Case("circle_2hz", "P3", seed=1), Case("digit_1"), Case("step", "P1", law="no_such"))
+
+
+def console() -> Console:
+    return Console(file=io.StringIO(), width=100)
+
+
+def printed(at: Console) -> str:
+    assert isinstance(at.file, io.StringIO)
+    return at.file.getvalue()
+
+
+def test_a_small_reproduction_prints_its_table_and_writes_rows_recordings_and_report(tmp_path: Path) -> None:
+    out, file = console(), tmp_path / "rows.json"
+    run_reproduce(Order(CASES, workers=2), tmp_path / "report", file, out)
+    found = json.loads(file.read_text())
+    assert {row["experiment"] for row in found["rows"]} == {"circle_2hz", "digit_1"}
+    assert [one["law"] for one in found["failures"]] == ["no_such"]
+    text = printed(out)
+    for words in ("held-out", "circle_2hz P3 ff+pi rmse", "± ", "Failed: P1 no_such, seed 0", "4 runs in", "Written:"):
+        assert words in " ".join(text.split()), words
+    assert (tmp_path / "report" / "index.html").read_text().startswith("<!doctype html>")
+    recorded = sorted(tmp_path.glob("report/recordings/*"))
+    assert [path.name for path in recorded] == ["circle_2hz_P3_ff+pi.rrd", "digit_1_P1_ff+pi.rrd"]
+    for path in recorded:
+        tool.run("rrd", "verify", str(path), timeout=60)
+    info, settings = read_about(recorded[0])
+    assert (info.parameters.actuator.name, settings.K_FF) == ("P3", Setup().gains.K_FF)
+    assert read_about(recorded[1])[1].K_FF == (0.0, 0.0)
+
+
+def test_what_cannot_be_written_is_refused_before_the_first_run(tmp_path: Path) -> None:
+    blocked = tmp_path / "file"
+    blocked.write_text("in the way")
+    cases: tuple[tuple[Path | None, Path | None, str], ...] = (
+        (None, tmp_path / "none" / "rows.json", "its folder does not exist"),
+        (None, tmp_path, "it is a folder"),
+        (blocked, None, "cannot be made"),
+        (blocked / "report", None, "cannot be made"),
+    )
+    for report, file, words in cases:
+        with pytest.raises(TendrilError, match=words):
+            run_reproduce(Order(CASES), report, file, console())
+
+
+def test_an_unknown_controller_is_refused_by_name() -> None:
+    refused = CliRunner().invoke(app, ["reproduce", "--controller", "smith"])
+    assert isinstance(refused.exception, TendrilError)
+    assert str(refused.exception) == "controller = 'smith' is not one of paper"
+
+
+@pytest.mark.parametrize("wrong", [["--workers", "0"], ["--seed", "-1"], ["--seed", "x"], ["--fast"]])
+def test_numbers_out_of_bounds_and_unknown_options_are_refused(wrong: list[str]) -> None:
+    assert CliRunner().invoke(app, ["reproduce", *wrong]).exit_code == 2
