@@ -46,7 +46,8 @@ class Effort:
     steps: int = 12
     """Points of each polish at most, with a Jacobian at every one that is better."""
     minutes: float = 30.0
-    """Soft budget of screening and polish; the near-equal fits get a third of it on top."""
+    """Budget of screening and polish; the near-equal fits get a third of it on top. A search that it cuts short depends
+    on the speed of the machine; one that finishes does not."""
 
 
 QUICK = Effort(screen=8, starts=1, steps=2, minutes=1.0)

@@ -57,17 +57,18 @@ class Space:
 
     def draw(self, count: int, seed: int) -> Array:
         """`count` points (count, n): the priors, then a Sobol sequence spread as the priors are, within the bounds."""
-        sobol = qmc.Sobol(len(self.unknowns), rng=seed).random_base2(max(1, count).bit_length())
-        points = [self._quantile(u) for u in sobol[: count - 1]]
-        return np.array([self.prior_point(), *points])
+        shares = qmc.Sobol(len(self.unknowns), rng=seed).random_base2(max(1, count).bit_length())[: count - 1]
+        ends = [[one.surprise(one.low), one.surprise(one.high)] for one in self.unknowns]
+        below, above = np.asarray(norm.cdf(ends)).T
+        off = norm.ppf(below + shares * (above - below))
+        return np.vstack([self.prior_point(), *([self._off_priors(row)] for row in off)])
 
-    def _quantile(self, u: Array) -> Array:
-        point = []
-        for one, share in zip(self.unknowns, u, strict=True):
-            below, above = float(norm.cdf(one.surprise(one.low))), float(norm.cdf(one.surprise(one.high)))
-            off = float(norm.ppf(below + share * (above - below)))
-            point.append(one.share(one.unscaled(one.scaled(one.prior) + off * one.spread)))
-        return np.array(point)
+    def _off_priors(self, off: Array) -> Array:
+        """The point (n,) that is `off` standard deviations (n,) off the priors."""
+        values = (
+            one.unscaled(one.scaled(one.prior) + d * one.spread) for one, d in zip(self.unknowns, off, strict=True)
+        )
+        return np.array([one.share(value) for one, value in zip(self.unknowns, values, strict=True)])
 
 
 def place(fields: dict[str, Any], name: str, value: float) -> None:

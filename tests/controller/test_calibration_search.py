@@ -1,0 +1,90 @@
+"""The search on a small problem whose answer is known: the "paper" is the twin with two other numbers."""
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from controller.calibration.margins import Trial
+from controller.calibration.pool import OutOfTime, Pool
+from controller.calibration.predictions import predict
+from controller.calibration.problem import Evaluation, Problem, evaluate, keeps_margins
+from controller.calibration.search import Effort, Search, apart, neighbours
+from controller.calibration.space import Space
+from controller.calibration.spread import NEAR, is_near, near_equal
+from controller.calibration.unknowns import Unknown
+from controller.experiments.paper_rows import FITTED
+
+UNKNOWNS = (
+    Unknown("torque_gain.0", 0.9, 1.3, 1.05, 5.0),
+    Unknown("K_P", 0.1, 0.4, 0.15, 5.0, log=True),
+)
+TRUTH = np.array([0.6, 0.7])
+SPACE = Space(UNKNOWNS)
+SMALL = Effort(screen=4, starts=1, steps=6, minutes=3.0)
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    """The step rows of FF and FF+P, as the twin has them at TRUTH."""
+    rows = [row for row in FITTED if row.experiment == "step" and row.law in ("ff", "ff+p")]
+    ours = predict(rows, SPACE.decode(TRUTH))
+    return Problem(SPACE, tuple(replace(row, paper=number) for row, (number, _) in zip(rows, ours, strict=True)), ())
+
+
+def evaluation(z: list[float], cost: float) -> Evaluation:
+    return Evaluation(np.array(z), (), (), np.array([np.sqrt(2.0 * cost)]))
+
+
+def test_known_numbers_are_found_again(problem: Problem) -> None:
+    told: Counter[str] = Counter()
+    with Pool(1) as pool:
+        search = Search(problem, pool, SMALL, lambda stage, best: told.update([stage.name]))
+        assert search.run(seed=0) == "finished"
+    best = search.best()
+    assert best is not None and best.cost < 0.1 and best.cost == search.best_cost
+    values, truth = SPACE.values(best.z), SPACE.values(TRUTH)
+    assert {name: values[name] / truth[name] for name in values} == pytest.approx(dict.fromkeys(values, 1.0), abs=0.1)
+    assert told["screening"] == 4 and told["start 1"] == len(search.found) - 4
+
+
+def test_any_number_of_processes_gives_the_same_bits_and_time_ends_it(problem: Problem) -> None:
+    points = SPACE.draw(3, seed=4)
+    with Pool(2) as pool:
+        found = pool.map(evaluate, [(problem, z) for z in points])
+        with pytest.raises(OutOfTime):
+            pool.map(evaluate, [(problem, z) for z in points], over=lambda: True)
+        spent = Search(problem, pool, replace(SMALL, minutes=0.0))
+        assert spent.run(seed=0) == "out of time" and spent.best() is None
+    for one, z in zip(found, points, strict=True):
+        assert one.residuals.tobytes() == evaluate(problem, z).residuals.tobytes()
+
+
+def test_a_hopeless_point_is_not_asked_for_its_margins(problem: Problem) -> None:
+    guarded = replace(problem, trials=(Trial("P1", "stop", "gain"),))
+    found = evaluate(guarded, np.array([0.0, 0.0]), hopeless=0.0)
+    assert found.margins == () and not keeps_margins(guarded, found)
+    assert len(found.residuals) == len(problem.rows) + len(UNKNOWNS)
+
+
+def test_differences_stay_in_the_box() -> None:
+    points, steps = neighbours(np.array([0.0, 0.5, 1.0]))
+    assert ((points >= 0.0) & (points <= 1.0)).all()
+    assert np.diag(points) - np.array([0.0, 0.5, 1.0]) == pytest.approx(steps)
+
+
+def test_starts_are_the_best_that_are_apart() -> None:
+    ranked = [evaluation([0.5, 0.5], 1.0), evaluation([0.51, 0.5], 2.0), evaluation([0.9, 0.5], 3.0)]
+    assert apart(ranked, 8, 0.1) == [ranked[0], ranked[2]]
+    assert apart(ranked, 1, 0.0) == ranked[:1]
+
+
+def test_near_equal_fits_are_the_best_and_others_within_the_bound_far_from_one_another(problem: Problem) -> None:
+    best, beside = evaluation([0.5, 0.5], 1.0), evaluation([0.501, 0.5], 1.1)
+    far, worse = evaluation([0.8, 0.5], 1.0 + 0.9 * NEAR), evaluation([0.1, 0.5], 1.0 + 1.1 * NEAR)
+    with Pool(1) as pool:
+        search = Search(problem, pool, SMALL, found=[worse, beside, far, best])
+    assert search.best() is best
+    assert near_equal(search, best) == [best, far]
+    assert is_near(problem, beside, best) and not is_near(problem, worse, best)
