@@ -39,7 +39,7 @@ BOUNDS = "The paper gives bounds: one range of RMSE for all digits, and largest 
 FULL = "Bold: the paper's window. Upper number: whole run, approach included; lower number: after the approach."
 STYLE = """
 sup { line-height: 0 } small { color: #555 }
-figure { margin: 3mm 0 5mm } figcaption { color: #333; margin-bottom: 1mm; break-after: avoid }
+figure { margin: 3mm 0 5mm; break-inside: avoid } figcaption { color: #333; margin-bottom: 1mm; break-after: avoid }
 .panels { display: grid; gap: 2mm } .panels svg { width: 100%; height: auto } .panels > div { break-inside: avoid }
 .of2 { grid-template-columns: 1fr 1fr } .of4 { grid-template-columns: repeat(4, 1fr) }
 .of5 { grid-template-columns: repeat(5, 1fr) }
