@@ -97,6 +97,40 @@ class Workspace(Model):
     """Backbone length [m]."""
 
 
+class ReferenceInfo(Model):
+    """One entry of the reference menu, as the connected rig's actuator has it."""
+
+    name: str
+    task: str
+    """Group of the menu."""
+    title: str
+    duration: float
+    """Without the approach [s]."""
+    approach: float
+    """From rest to the first point, and any wait there [s]; 0 for a path that is followed live."""
+    length: float
+    """Path length without the approach [m], every lap of a periodic shape counted."""
+    peak_speed: float | None
+    """Without the approach [m/s]; null where the reference jumps. Of a recorded path over 0.25 s."""
+    frequency: float | None
+    """Of a periodic shape [Hz]."""
+    reachable: bool
+    reason: str
+    """Why it is not reachable, "" if it is."""
+
+
+class ReferencePath(Model):
+    """Points of a reference for drawing, at most 2000; between them lie straight lines."""
+
+    name: str
+    t: list[float]
+    """Times of the points [s], approach included."""
+    points: list[tuple[float, float]]
+    """Positions [m]."""
+    start: int
+    """Index of the first point after the approach."""
+
+
 class Health(Model):
     """The page's health strip: everything that is not in a telemetry row."""
 

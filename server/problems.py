@@ -18,11 +18,13 @@ from controller.errors import (
     TendrilError,
 )
 from server.auth import TooManyAttempts, WrongToken
+from server.references import UnknownReference
 
 _STATUS: dict[type[TendrilError], int] = {
     WrongToken: 401,
     NotAllowed: 403,
     RecordingError: 404,
+    UnknownReference: 404,
     CommandRefused: 409,
     ParameterError: 422,
     TooManyAttempts: 429,

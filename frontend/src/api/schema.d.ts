@@ -152,6 +152,46 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/references": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read References
+     * @description The references for the connected rig's actuator; 503 before the first contact.
+     */
+    get: operations["read_references"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/references/{name}": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Reference
+     * @description The points of one of them; 404 with the known names.
+     */
+    get: operations["read_reference"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/recordings": {
     parameters: {
       query?: never;
@@ -456,6 +496,13 @@ export interface components {
        */
       weak_ratio: number;
       /**
+       * Carry On
+       * @description The observer carries a marker on with its last velocity for as long as the sample is old (ours): held instead, it
+       *     would lag by some 9 ms, 2 mm on the 1 Hz circle. The feedback's error is that of the held marker, as in the paper.
+       * @default true
+       */
+      carry_on: boolean;
+      /**
        * Dead Time
        * @default 0.05
        */
@@ -735,6 +782,76 @@ export interface components {
       problem: string;
     };
     /**
+     * ReferenceInfo
+     * @description One entry of the reference menu, as the connected rig's actuator has it.
+     */
+    ReferenceInfo: {
+      /** Name */
+      name: string;
+      /**
+       * Task
+       * @description Group of the menu.
+       */
+      task: string;
+      /** Title */
+      title: string;
+      /**
+       * Duration
+       * @description Without the approach [s].
+       */
+      duration: number;
+      /**
+       * Approach
+       * @description From rest to the first point, and any wait there [s]; 0 for a path that is followed live.
+       */
+      approach: number;
+      /**
+       * Length
+       * @description Path length without the approach [m], every lap of a periodic shape counted.
+       */
+      length: number;
+      /**
+       * Peak Speed
+       * @description Without the approach [m/s]; null where the reference jumps. Of a recorded path over 0.25 s.
+       */
+      peak_speed: number | null;
+      /**
+       * Frequency
+       * @description Of a periodic shape [Hz].
+       */
+      frequency: number | null;
+      /** Reachable */
+      reachable: boolean;
+      /**
+       * Reason
+       * @description Why it is not reachable, "" if it is.
+       */
+      reason: string;
+    };
+    /**
+     * ReferencePath
+     * @description Points of a reference for drawing, at most 2000; between them lie straight lines.
+     */
+    ReferencePath: {
+      /** Name */
+      name: string;
+      /**
+       * T
+       * @description Times of the points [s], approach included.
+       */
+      t: number[];
+      /**
+       * Points
+       * @description Positions [m].
+       */
+      points: [number, number][];
+      /**
+       * Start
+       * @description Index of the first point after the approach.
+       */
+      start: number;
+    };
+    /**
      * Refused
      * @description A message on the socket was refused before it reached the rig.
      */
@@ -854,6 +971,7 @@ export interface components {
        *       "epsilon": 1e-8,
        *       "rcond_min": 1e-10,
        *       "weak_ratio": 0.25,
+       *       "carry_on": true,
        *       "dead_time": 0.05,
        *       "pneumatic_lag": 0.05,
        *       "torque_rate_max": 0.5,
@@ -884,7 +1002,10 @@ export interface components {
        *       "kappa": 17.4,
        *       "zeta": 0.26,
        *       "stiffness_scale": 1,
-       *       "torque_gain": 1.1,
+       *       "torque_gain": [
+       *         1.1,
+       *         1.1
+       *       ],
        *       "creep": [
        *         0.05,
        *         0.05
@@ -894,6 +1015,9 @@ export interface components {
        *         3.5
        *       ],
        *       "friction": 0.16,
+       *       "slip": 0.0005,
+       *       "hysteresis": 0.1,
+       *       "hysteresis_bend": 0.5,
        *       "inflate_time": 0.044,
        *       "exhaust_time": 0.05,
        *       "supply_pressure": 600000,
@@ -1212,10 +1336,13 @@ export interface components {
       stiffness_scale: number;
       /**
        * Torque Gain
-       * @description Deliberate mismatch: the plant bends this much more than the model believes.
-       * @default 1.1
+       * @description Deliberate mismatch: each pair bends the plant this much more than the model believes.
+       * @default [
+       *       1.1,
+       *       1.1
+       *     ]
        */
-      torque_gain: number;
+      torque_gain: [number, number];
       /**
        * Creep
        * @description Share of the stiffness in each of two Maxwell branches (TPU creep).
@@ -1235,10 +1362,28 @@ export interface components {
       creep_time: [number, number];
       /**
        * Friction
-       * @description Coulomb friction on the PTFE sheet, regularised below 5 mm/s.
+       * @description Coulomb friction on the PTFE sheet; it sticks.
        * @default 0.16
        */
       friction: number;
+      /**
+       * Slip
+       * @description Way over which friction on the sheet builds up and turns round.
+       * @default 0.0005
+       */
+      slip: number;
+      /**
+       * Hysteresis
+       * @description Stiffness that the hysteresis of TPU adds to small motions, as a share of the stiffness.
+       * @default 0.1
+       */
+      hysteresis: number;
+      /**
+       * Hysteresis Bend
+       * @description Change of the whole backbone's bend over which the hysteresis builds up and turns round.
+       * @default 0.5
+       */
+      hysteresis_bend: number;
       /**
        * Inflate Time
        * @description What the gain of the pressure loops is chosen for while they fill: the lag of a small step.
@@ -1607,6 +1752,57 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["Workspace"];
+        };
+      };
+    };
+  };
+  read_references: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ReferenceInfo"][];
+        };
+      };
+    };
+  };
+  read_reference: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ReferencePath"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
         };
       };
     };
