@@ -65,7 +65,7 @@ class ControllerParameters(Model):
     zeta_B: Annotated[float, Bounds(ge=0.0, le=10.0), Q("1", "zeta_B")] = 1.0
     epsilon: Annotated[float, Bounds(gt=0.0, le=1e-2), Q("1", "epsilon")] = 1e-8
     rcond_min: Annotated[float, Bounds(gt=0.0, le=1e-2), Q("1", "rcond")] = 1e-10
-    weak_ratio: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1")] = 0.25
+    weak_ratio: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1")] = 0.1
     """Feedback fades in a direction in which S moves the tip less than this share of its strongest (ours; paper: 0).
     At the straight pose nothing can move the tip along x, and the paper's law alone saturates there on noise."""
     carry_on: bool = True
@@ -112,8 +112,8 @@ class TwinParameters(Model):
     creep_time: Annotated[tuple[float, float], Q("s", "tau_m", (2,))] = TWIN["creep_time"]
     friction: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1", "mu")] = TWIN["friction"]
     """Coulomb friction on the PTFE sheet; it sticks."""
-    slip: Annotated[float, Bounds(ge=1e-5, le=1e-2), Q("m")] = TWIN["slip"]
-    """Way over which friction on the sheet builds up and turns round."""
+    slip: Annotated[float, Bounds(ge=1e-5, le=1e-2), Q("m")] = 5e-4
+    """Way over which friction on the sheet builds up and turns round (ours)."""
     hysteresis: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1")] = TWIN["hysteresis"]
     """Stiffness that the hysteresis of TPU adds to small motions, as a share of the stiffness."""
     hysteresis_bend: Annotated[float, Bounds(ge=0.01, le=6.0), Q("rad")] = TWIN["hysteresis_bend"]
