@@ -47,9 +47,9 @@ def drawn(samples: Samples, actuator: Actuator, wish: Wish) -> tuple[Reference, 
     path that is too long, and ParameterError for one that leaves the reach unless it may be projected.
     """
     controller = ControllerParameters()
+    require_near(samples, actuator)
     p = resampled(samples, controller.dt)
     smap = static_map(actuator, controller)
-    require_near(samples, p, actuator, smap)
     path = projected(smap, p)
     if not wish.project:
         require_reach(samples, path, p, actuator)

@@ -63,7 +63,7 @@ def read_samples(path: Path) -> Samples:
         values.append([_number(f"{path}, line {number}", column, cells) for column in columns])
         lines.append(number)
     if len(values) < 2:
-        raise DataError(f"{path}: {len(values)} rows of numbers are too few, a path needs at least 2")
+        raise DataError(f"{path}: a path needs at least 2 rows of numbers, there are {len(values)}")
     table = np.array(values) * [column.unit for column in columns]
     samples = Samples(path, table[:, 0], table[:, 1:], np.array(lines))
     _require_rising(samples)

@@ -34,14 +34,15 @@ class Carried(NamedTuple):
     """Rows at which the branch ends, and another one goes on."""
 
 
-def require_near(samples: Samples, p: Array, actuator: Actuator, smap: StaticMap) -> None:
-    """ParameterError at the first of p (n, 2) [m] that is too far off to be meant."""
-    far = np.flatnonzero(np.linalg.norm(p, axis=1) > FAR * actuator.length)
+def require_near(samples: Samples, actuator: Actuator) -> None:
+    """ParameterError at the first sample that is too far off to be meant."""
+    far = np.flatnonzero(np.hypot(*samples.p.T) > FAR * actuator.length)
     if far.size:
-        row = int(far[0])
+        x, y = samples.p[far[0]]
         raise ParameterError(
-            f"{place(samples, row * DT)}: {out_of_reach(p[row], nearest(smap, p[row])[1], actuator)}; "
-            "are x and y in m? Columns in mm are named x_mm, y_mm"
+            f"{samples.path}, line {samples.lines[far[0]]}: ({x:.6g}, {y:.6g}) m is more than {FAR:g} lengths of "
+            f"{actuator.name} ({actuator.length:g} m) from its base; are x and y in m? "
+            "Columns in mm are named x_mm, y_mm"
         )
 
 
@@ -49,23 +50,21 @@ def require_reach(samples: Samples, path: Carried, p: Array, actuator: Actuator)
     """ParameterError at the first of p (n, 2) [m] that is out of reach."""
     out = np.flatnonzero(path.distance)
     if out.size:
-        row = int(out[0])
+        (x, y), distance = p[out[0]], 1e3 * path.distance[out[0]]
         raise ParameterError(
-            f"{place(samples, row * DT)}: {out_of_reach(p[row], path.distance[row], actuator)}; "
-            f"{100 * out.size / len(p):.3g} % of the path is, by up to {1e3 * path.distance.max():.3g} mm "
-            "(--project follows the nearest points within reach)"
+            f"{place(samples, out[0] * DT)}: ({x:.6g}, {y:.6g}) m is {distance:.3g} mm out of the reach of "
+            f"{actuator.name}; {100 * out.size / len(p):.3g} % of the path is, by up to "
+            f"{1e3 * path.distance.max():.3g} mm (--project follows the nearest points within reach)"
         )
 
 
-def out_of_reach(p: Array, distance: float, actuator: Actuator) -> str:
-    """What is wrong with p (2,) [m]."""
-    return f"({p[0]:.6g}, {p[1]:.6g}) m is {1e3 * distance:.3g} mm out of the reach of {actuator.name}"
-
-
 def place(samples: Samples, t: float) -> str:
-    """File, time, and line of the last sample before `t` [s] after the first one."""
+    """File, line and time of the path `t` [s] after its first sample."""
     at = int(np.searchsorted(samples.t, samples.t[0] + t + JUST, "right")) - 1
-    return f"{samples.path}, line {samples.lines[at]} (t = {samples.t[0] + t:.6g} s)"
+    line = f"line {samples.lines[at]}"
+    if at + 1 < len(samples.t) and samples.t[at] < samples.t[0] + t - JUST:
+        line = f"between lines {samples.lines[at]} and {samples.lines[at + 1]}"
+    return f"{samples.path}, {line} (t = {samples.t[0] + t:.6g} s)"
 
 
 def projected(smap: StaticMap, p: Array) -> Carried:

@@ -81,7 +81,7 @@ def test_a_path_out_of_reach_is_refused_with_line_time_and_distance_or_projected
     t = np.arange(0.0, 4.0, 0.05)
     away = np.column_stack([0.05 + 0.05 * t, np.full(t.size, 0.14)])
     with pytest.raises(
-        ParameterError, match=r"path.csv, line 6\d \(t = 3.\d+ s\): .* is 0.1\d* mm out of the reach of P1"
+        ParameterError, match=r"between lines 6\d and 6\d \(t = 3.\d+ s\): .* is 0.1\d* mm out of the reach of P1"
     ):
         taken(t, away)
     found, path = taken(t, away, Wish(project=True))
@@ -104,7 +104,7 @@ def test_a_point_in_the_hole_is_as_far_from_its_projection_as_from_the_reach(p: 
     [
         (np.arange(0.0, 400.0, 1.0), 1.0, r"t runs over 399 s, the rig's memory holds 297.999 s"),
         (np.array([0.0, 5e-4]), 1.0, "t runs over 0.5 ms, less than a tick of 1 ms"),
-        (np.arange(0.0, 2.0, 0.1), 1e3, r"line 2 \(t = 0 s\): \(60, 140\) m .* are x and y in m\?"),
+        (np.arange(0.0, 2.0, 0.1), 1e3, r"line 2: \(60, 140\) m is more than 3 lengths of P1 .* are x and y in m\?"),
     ],
 )
 def test_too_long_too_short_and_in_mm_is_said(t: Array, scale: float, complaint: str) -> None:

@@ -40,8 +40,8 @@ def test_columns_are_read_by_name_in_their_units_whatever_the_file_is_like(tmp_p
     [
         ("", "is empty: columns t, x, y are needed"),
         ("# only this\n", "is empty"),
-        ("t,x,y\n", "0 rows of numbers are too few, a path needs at least 2"),
-        ("t,x,y\n0,0.1,0.2\n", "1 rows of numbers are too few"),
+        ("t,x,y\n", "a path needs at least 2 rows of numbers, there are 0"),
+        ("t,x,y\n0,0.1,0.2\n", "at least 2 rows of numbers, there are 1"),
         ("t,x\n0,0.1\n", r"column y is missing \(the header has t, x\)"),
         ("a,b,c\n0,0.1,0.2\n", r"column t is missing \(the header has a, b, c\)"),
         ("0,0.1,0.2,7\n1,0.1,0.2,7\n", r"no header and 4 columns: three \(t, x, y\) are needed"),

@@ -63,6 +63,6 @@ def test_a_wrong_request_is_said_in_one_line(tmp_path: Path, options: list[str],
 
 def test_a_path_in_mm_is_refused_before_anything_runs(tmp_path: Path) -> None:
     with pytest.raises(
-        TendrilError, match=r"ring.csv, line 2 .* are x and y in m\? Columns in mm are named x_mm, y_mm"
+        TendrilError, match=r"ring.csv, line 2: .* are x and y in m\? Columns in mm are named x_mm, y_mm"
     ):
         run("--reference", circle(tmp_path, scale=1e3))
