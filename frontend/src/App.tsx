@@ -8,6 +8,7 @@ import { HealthStrip } from "./panels/HealthStrip";
 import { KeyHelp } from "./panels/KeyHelp";
 import { LogPanel } from "./panels/LogPanel";
 import { Login } from "./panels/Login";
+import { ReferencePanel } from "./panels/ReferencePanel";
 import { Scene3D } from "./panels/Scene3D";
 import { SensingPanel } from "./panels/SensingPanel";
 import { usePage } from "./panels/context";
@@ -75,12 +76,16 @@ function Panels() {
     <Tabs defaultValue="control" className="tabs" keepMounted={false}>
       <Tabs.List>
         <Tabs.Tab value="control">Control</Tabs.Tab>
+        <Tabs.Tab value="reference">Reference</Tabs.Tab>
         <Tabs.Tab value="sensing">Sensing</Tabs.Tab>
         <Tabs.Tab value="gains">Gains</Tabs.Tab>
         <Tabs.Tab value="log">Log</Tabs.Tab>
       </Tabs.List>
       <Tabs.Panel value="control">
         <ControlPanel />
+      </Tabs.Panel>
+      <Tabs.Panel value="reference">
+        <ReferencePanel />
       </Tabs.Panel>
       <Tabs.Panel value="sensing">
         <SensingPanel />

@@ -28,6 +28,7 @@ export function PlanView() {
     plan.current?.useScheme(scheme);
   }, [scheme]);
   const twin = usePage((page) => page.rig?.twin ?? false);
+  const planned = usePage((page) => page.reference !== null);
   return (
     <section className="plan" aria-label="Plan view">
       <canvas ref={paper} className="plan-canvas" aria-hidden />
@@ -40,7 +41,7 @@ export function PlanView() {
         role="application"
         aria-label="Plan of the actuator. Arrow keys move the target by 1 mm, with Shift 10 mm, with Control 0.1 mm."
       />
-      <Legend twin={twin} />
+      <Legend twin={twin} planned={planned} />
       <Hint />
       <span ref={cursor} className="plan-cursor number" data-testid="cursor" />
       <Button
@@ -57,7 +58,7 @@ export function PlanView() {
   );
 }
 
-function Legend({ twin }: { readonly twin: boolean }) {
+function Legend({ twin, planned }: { readonly twin: boolean; readonly planned: boolean }) {
   return (
     <ul className="legend" aria-label="Legend">
       <li>
@@ -66,6 +67,11 @@ function Legend({ twin }: { readonly twin: boolean }) {
       <li>
         <i className="key key-reference">+</i> reference
       </li>
+      {planned ? (
+        <li>
+          <i className="key key-planned" /> shown reference
+        </li>
+      ) : null}
       <li>
         <i className="key key-measured" /> measured (arrows: residual × {RESIDUAL_GAIN})
       </li>

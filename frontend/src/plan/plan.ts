@@ -1,9 +1,11 @@
-import type { Point, Workspace } from "../api/types";
+import type { Point, ReferencePath, Workspace } from "../api/types";
 import { INK, type Scheme } from "../roles";
 import type { Dashboard } from "../state/dashboard";
+import { chosenInfo } from "../state/references";
 import { resize, sheetOf, type Sheet } from "./canvas";
 import { handleRadius, paintFigure } from "./figure";
 import { paintPaper, reachOf, type Reach } from "./paper";
+import { paintPlanned, plannedLines, type PlannedLines } from "./planned";
 import { PlanPointer, type PointerTarget } from "./pointer";
 import { reachQuads } from "./reach";
 import { boundingBox, fit, toPixel, toPlane, type Box, type Size, type View } from "./transform";
@@ -23,6 +25,8 @@ export class Plan implements PointerTarget {
   private box = FIRST_BOX;
   private reach: Reach | null = null;
   private workspace: Workspace | null = null;
+  private reference: ReferencePath | null = null;
+  private planned: PlannedLines | null = null;
   private scheme: Scheme = "dark";
   private paperDirty = true;
   private paintedFrames = -1;
@@ -121,6 +125,7 @@ export class Plan implements PointerTarget {
   private paint(): void {
     const { live, page } = this.dashboard;
     this.follow(page.get().workspace);
+    this.showReference(page.get().reference);
     const paperDirty = this.paperDirty;
     if (paperDirty) this.paintPaper();
     if (!paperDirty && this.paintedFrames === live.frames) return;
@@ -137,7 +142,9 @@ export class Plan implements PointerTarget {
   private paintPaper(): void {
     this.paperDirty = false;
     const sheet = this.sheet(this.paper);
-    if (sheet) paintPaper(sheet, this.reach, devicePixelRatio);
+    if (!sheet) return;
+    paintPaper(sheet, this.reach, devicePixelRatio);
+    if (this.planned) paintPlanned(sheet, this.planned);
   }
 
   private sheet(canvas: HTMLCanvasElement): Sheet | null {
@@ -152,5 +159,13 @@ export class Plan implements PointerTarget {
     this.box = (workspace && boundingBox(workspace.points)) ?? FIRST_BOX;
     this.paperDirty = true;
     if (this.fitted) this.fit();
+  }
+
+  private showReference(reference: ReferencePath | null): void {
+    if (reference === this.reference) return;
+    const frequency = chosenInfo(this.dashboard.page.get())?.frequency ?? null;
+    this.reference = reference;
+    this.planned = reference && plannedLines(reference, frequency);
+    this.paperDirty = true;
   }
 }

@@ -16,6 +16,8 @@ export interface ConnectionListener {
   /** The rig answered target `id`, or the server refused it; "" if it was accepted. */
   answered(id: number, refusal: string): void;
   disconnected(): void;
+  /** A rig was met, or another life of it. */
+  met(): void;
   failed(title: string, error: unknown): void;
 }
 
@@ -156,6 +158,7 @@ export class Connection {
     if (this.boot !== null) this.live.forget();
     this.boot = rig.boot;
     void this.learnReach();
+    this.listener.met();
   }
 
   private async learnReach(): Promise<void> {

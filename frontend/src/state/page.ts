@@ -5,6 +5,8 @@ import type {
   Lease,
   Mode,
   RecordingState,
+  ReferenceInfo,
+  ReferencePath,
   RigInfo,
   Settings,
   Workspace,
@@ -26,6 +28,12 @@ export interface Page {
   readonly health: Health | null;
   readonly rig: RigInfo | null;
   readonly workspace: Workspace | null;
+  /** The menu for the rig's actuator. */
+  readonly references: readonly ReferenceInfo[];
+  /** Name of the reference chosen in the menu. */
+  readonly chosen: string | null;
+  /** Its points, drawn on the plan. */
+  readonly reference: ReferencePath | null;
   readonly mode: Mode | null;
   readonly cause: Cause;
   readonly saturated: boolean;
@@ -47,6 +55,9 @@ export const EMPTY_PAGE: Page = {
   health: null,
   rig: null,
   workspace: null,
+  references: [],
+  chosen: null,
+  reference: null,
   mode: null,
   cause: 0,
   saturated: false,

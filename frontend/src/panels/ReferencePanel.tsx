@@ -1,0 +1,56 @@
+import { Select } from "@mantine/core";
+import { useMemo } from "react";
+import { chosenInfo } from "../state/references";
+import { factsOf, menuOf } from "./reference";
+import { useDashboard, usePage } from "./context";
+
+/** Choose a reference by task or by typing; it is drawn on the plan, and nothing moves. */
+export function ReferencePanel() {
+  const { references } = useDashboard();
+  const known = usePage((page) => page.references);
+  const chosen = usePage((page) => page.chosen);
+  const menu = useMemo(() => menuOf(known), [known]);
+  return (
+    <div className="panel">
+      <Select
+        size="xs"
+        maw={320}
+        label="Reference shown on the plan"
+        placeholder={known.length === 0 ? "Waiting for the rig" : "None: choose or type"}
+        data-testid="reference"
+        data={menu}
+        value={chosen}
+        searchable
+        clearable
+        clearButtonProps={{ "aria-label": "Show no reference" }}
+        nothingFoundMessage="No reference of this name"
+        maxDropdownHeight={260}
+        onChange={(name) => void references.choose(name)}
+      />
+      <Facts />
+    </div>
+  );
+}
+
+function Facts() {
+  const info = usePage(chosenInfo);
+  if (!info)
+    return <p className="note">The paper's shapes, placed for this actuator, and a recorded live path.</p>;
+  return (
+    <>
+      <dl className="facts" data-testid="reference-facts">
+        {factsOf(info).map(([name, value]) => (
+          <div key={name}>
+            <dt>{name}</dt>
+            <dd className="number">{value}</dd>
+          </div>
+        ))}
+      </dl>
+      {info.reachable ? null : (
+        <p className="out-of-reach" role="status" data-testid="reference-reason">
+          ⚠ This actuator cannot follow it: {info.reason}
+        </p>
+      )}
+    </>
+  );
+}
