@@ -12,6 +12,7 @@ from rich.table import Table
 from controller.calibration.calibrate import Task, calibrate
 from controller.calibration.fit_file import Result, check_target, ratio, write_fit
 from controller.calibration.search import Report, Stage
+from controller.calibration.spread import FITS_MIN
 
 AT_BOUND = 0.01
 """Nearer to a bound than this share of the box counts as being there."""
@@ -57,6 +58,8 @@ def show(result: Result, console: Console) -> None:
         f"{len(result.fits)} near-equal fits.",
         highlight=False,
     )
+    if len(result.fits) < FITS_MIN:
+        console.print(f"[yellow]Note[/]: below {FITS_MIN} near-equal fits the spread says little.", highlight=False)
     for table in (rows_table(result), unknowns_table(result), margins_table(result), spread_table(result)):
         console.print(table)
 

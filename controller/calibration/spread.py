@@ -14,8 +14,8 @@ from controller.kernels.rod import Array
 
 NEAR = 2.0
 """By how much more a near-equal fit may cost: two standard deviations along any one line through the best."""
-FITS = 16
-"""Near-equal fits that are wanted."""
+FITS, FITS_MIN = 16, 8
+"""Near-equal fits that are wanted, and below which the spread says little."""
 APART = 0.03
 """Two fits are no nearer than this, rms over the cube: neighbours of one Jacobian are one fit."""
 PROPOSALS, ROUNDS = 8, 15

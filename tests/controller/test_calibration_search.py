@@ -2,6 +2,7 @@
 
 from collections import Counter
 from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from controller.calibration.predictions import predict
 from controller.calibration.problem import Evaluation, Problem, evaluate, keeps_margins
 from controller.calibration.search import Effort, Search, apart, neighbours
 from controller.calibration.space import Space
-from controller.calibration.spread import NEAR, is_near, near_equal
+from controller.calibration.spread import FITS_MIN, NEAR, is_near, near_equal, walk
 from controller.calibration.unknowns import Unknown
 from controller.experiments.paper_rows import FITTED
 
@@ -88,3 +89,24 @@ def test_near_equal_fits_are_the_best_and_others_within_the_bound_far_from_one_a
     assert search.best() is best
     assert near_equal(search, best) == [best, far]
     assert is_near(problem, beside, best) and not is_near(problem, worse, best)
+
+
+class Bowl:
+    """A pool whose every cost is a bowl about the middle of the box, so that the walk can be looked at alone."""
+
+    def map(self, work: Any, calls: list[Any], done: Any, over: Any) -> list[Evaluation]:
+        found = [evaluation(list(z), 40.0 * float(np.sum((z - 0.5) ** 2))) for _, z, _ in calls]
+        for one in found:
+            done(one)
+        return found
+
+
+def test_the_walk_fills_the_bowl_up_to_the_bound_and_does_the_same_again(problem: Problem) -> None:
+    best, runs = evaluation([0.5, 0.5], 0.0), []
+    for _ in range(2):
+        search = Search(problem, cast(Pool, Bowl()), SMALL, found=[best])
+        walk(search, best, seed=1)
+        runs.append(near_equal(search, best))
+    assert len(runs[0]) >= FITS_MIN and max(one.cost for one in runs[0]) > 0.5 * NEAR
+    assert all(one.cost <= NEAR for one in runs[0])
+    assert [one.z.tobytes() for one in runs[0]] == [one.z.tobytes() for one in runs[1]]
