@@ -1,7 +1,7 @@
 """`tendril reproduce` at the command line: progress while it runs, then ours beside the paper's."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +16,7 @@ from controller.experiments.catalogue import LIVE_PATH
 from controller.experiments.live_path import live_settings
 from controller.experiments.reproduce import Order, reproduce
 from controller.experiments.result_json import result_json
+from controller.experiments.results import Results
 from controller.experiments.run import for_reference
 from recordings.run_file import write_run
 from server.reproduce_table import show
@@ -40,34 +41,50 @@ class Recorder:
         gains = self.setup.gains
         settings = live_settings(case, gains) if case.reference == LIVE_PATH else settings_of(case, gains)
         settings = for_reference(settings, outcome.reference)
-        words = case.reference, case.actuator, case.law
-        path, name = self.folder / f"{'_'.join(words)}.rrd", f"{' '.join(words)}, seed {case.seed}"
-        write_run(outcome.rows, path, name, parameters_of(case, self.setup), settings)
+        name = f"{case.reference} {case.actuator} {case.law}, seed {case.seed}"
+        write_run(outcome.rows, self.path(case), name, parameters_of(case, self.setup), settings)
+
+    def path(self, case: Case) -> Path:
+        """The recording of the first run of `case`."""
+        return self.folder / f"{case.reference}_{case.actuator}_{case.law}.rrd"
+
+    def clear(self, cases: Iterable[Case]) -> None:
+        """Remove what an earlier reproduction left: a run that now fails would seem to have a recording."""
+        for case in cases:
+            self.path(case).unlink(missing_ok=True)
 
 
 def run_reproduce(order: Order, report: Path | None, json_file: Path | None, console: Console) -> None:
     """Run, show, and write what is asked for; TendrilError before the first run if something cannot be written."""
-    recorder = None
     if json_file is not None:
         require_folder(json_file)
-    if report is not None:
-        folder = made(report / RECORDINGS)
-        recorder = Recorder(folder, min(case.seed for case in order.cases), order.setup)
+    recorder = recorder_in(report, order) if report is not None else None
     with progress(order, console) as told:
         results = reproduce(order, told, recorder)
     show(results, console)
-    written = []
+    for path in deliver(results, report, json_file, console):
+        console.print(f"Written: {path}", markup=False, soft_wrap=True, highlight=False)
+
+
+def recorder_in(report: Path, order: Order) -> Recorder:
+    """A recorder of the first seed's runs, in a folder of the report's that is there and writable."""
+    recorder = Recorder(made(report / RECORDINGS), min(case.seed for case in order.cases), order.setup)
+    recorder.clear(order.cases)
+    return recorder
+
+
+def deliver(results: Results, report: Path | None, json_file: Path | None, console: Console) -> Iterator[Path]:
+    """Write what is asked for; each path as soon as it is there."""
     if json_file is not None:
         write(json_file, json.dumps(result_json(results), indent=2, allow_nan=False) + "\n")
-        written.append(json_file)
+        yield json_file
     if report is not None:
         from controller.experiments.report.page import write_report
 
+        yield report / RECORDINGS
         with console.status("Drawing the report ..."):
-            written.append(write_report(results, report))
-        written.append(report / RECORDINGS)
-    for path in written:
-        console.print(f"Written: {path}", markup=False, soft_wrap=True, highlight=False)
+            page = write_report(results, report)
+        yield page
 
 
 @contextmanager

@@ -39,7 +39,7 @@ def show(results: Results, console: Console) -> None:
 
 def main_table(rows: tuple[ResultRow, ...]) -> Table:
     """Every row for which the paper gives a number, by role, and the live path, for which it gives none."""
-    table = empty("Ours beside the paper's: mm, of ise mm^2 s, of lag deg", HEADS, NUMBERS)
+    table = empty("Ours beside the paper's [mm; ise mm^2 s; lag deg]", HEADS, NUMBERS)
     for role in (FIT, HELD_OUT, NONE):
         shown = [row for row in rows if row.about.role == role and in_main_table(row)]
         if shown:
@@ -80,13 +80,13 @@ def number(value: float | None) -> str:
     """Three digits, or all before the point; "-" for none."""
     if value is None:
         return "-"
-    return f"{value:.0f}" if abs(value) >= BIG else f"{value:#.3g}"
+    return f"{value:.0f}" if abs(value) >= BIG else f"{value:#.3g}".rstrip(".")
 
 
 def sensing_table(trajectories: tuple[SensedTrajectory, ...]) -> Table:
-    """Task 4: mean RMSE of each choice of sensors and what it saves, the paper's order and number."""
+    """Task 4: mean RMSE of each choice of sensors, the paper's reduction by rod 6, p of rod 10 against 6+10."""
     laws = ("ff", "rod6", "paper", "rod10", "rod6+10")
-    table = empty("Task 4: RMSE [mm], and beside FF", ("", *laws, "order", "p"), (*laws, "order", "p"))
+    table = empty("Task 4: RMSE [mm], and against FF", ("", *laws, "order", "p"), (*laws, "order", "p"))
     for one in trajectories:
         by_law = {law.law: law for law in one.laws}
         ff, rod6, rod10, both = (sensed_text(by_law.get(law)) for law in SENSING_LAWS)
@@ -98,7 +98,9 @@ def sensing_table(trajectories: tuple[SensedTrajectory, ...]) -> Table:
 
 def sensed_text(one: SensedLaw | None) -> str:
     """Mean RMSE [mm], and by how much it differs from that of FF."""
-    return f"{mean(one.rmse):.1f} ({-one.reduction:+.0%})" if one else "failed"
+    if one is None:
+        return "failed"
+    return f"{mean(one.rmse):.1f}" + (f" ({-one.reduction:+.0%})" if one.reduction else "")
 
 
 def sweep_lines(results: Results) -> list[str]:

@@ -30,6 +30,9 @@ def printed(at: Console) -> str:
 
 def test_a_small_reproduction_prints_its_table_and_writes_rows_recordings_and_report(tmp_path: Path) -> None:
     out, file = console(), tmp_path / "rows.json"
+    stale = tmp_path / "report" / "recordings" / "step_P1_no_such.rrd"
+    stale.parent.mkdir(parents=True)
+    stale.write_text("of an earlier run, which did not fail")
     run_reproduce(Order(CASES, workers=2), tmp_path / "report", file, out)
     found = json.loads(file.read_text())
     assert {row["experiment"] for row in found["rows"]} == {"circle_2hz", "digit_1"}
