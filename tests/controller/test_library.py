@@ -22,7 +22,7 @@ from controller.reference.reference import Reference
 
 SHAPES = ("step", "vu", "vertical_1hz", "horizontal_1hz", "circle_1hz", "sensing_sweep")
 DIGITS = tuple(f"digit_{value}" for value in range(10))
-CASES = [(actuator, name) for actuator in PRESETS for name in SHAPES + DIGITS if (actuator, name) != ("P3", "step")]
+CASES = [(actuator, name) for actuator in PRESETS for name in SHAPES + DIGITS]
 STRIDE = 10
 
 
@@ -132,7 +132,7 @@ def test_for_p3_a_shape_moves_in_y_only_and_keeps_its_size(name: str) -> None:
 
 def test_a_shape_out_of_reach_is_refused_with_the_distance() -> None:
     with pytest.raises(ParameterError, match=r"leaves the reach by \d+\.\d mm"):
-        reference("step", PRESETS["P3"])
+        reference("step", PRESETS["P3"].model_copy(update={"u_max": 0.06}))
     short = PRESETS["P1"].model_copy(update={"length": 0.1})
     with pytest.raises(ParameterError, match="out of reach"):
         reference("circle_1hz", short)
