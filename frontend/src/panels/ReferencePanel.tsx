@@ -1,4 +1,4 @@
-import { Select } from "@mantine/core";
+import { Button, Select } from "@mantine/core";
 import { useMemo } from "react";
 import { chosenInfo } from "../state/references";
 import { factsOf, menuOf } from "./reference";
@@ -12,21 +12,30 @@ export function ReferencePanel() {
   const menu = useMemo(() => menuOf(known), [known]);
   return (
     <div className="panel">
-      <Select
-        size="xs"
-        maw={320}
-        label="Reference shown on the plan"
-        placeholder={known.length === 0 ? "Waiting for the rig" : "None: choose or type"}
-        data-testid="reference"
-        data={menu}
-        value={chosen}
-        searchable
-        clearable
-        clearButtonProps={{ "aria-label": "Show no reference" }}
-        nothingFoundMessage="No reference of this name"
-        maxDropdownHeight={260}
-        onChange={(name) => void references.choose(name)}
-      />
+      <div className="row row-fields">
+        <Select
+          size="xs"
+          w={290}
+          label="Reference shown on the plan"
+          placeholder={known.length === 0 ? "Waiting for the rig" : "None: choose or type"}
+          data-testid="reference"
+          data={menu}
+          value={chosen}
+          searchable
+          nothingFoundMessage="No reference of this name"
+          maxDropdownHeight={260}
+          onChange={(name) => void references.choose(name)}
+        />
+        <Button
+          size="xs"
+          variant="default"
+          disabled={chosen === null}
+          data-testid="reference-clear"
+          onClick={() => void references.choose(null)}
+        >
+          Clear
+        </Button>
+      </div>
       <Facts />
     </div>
   );

@@ -69,7 +69,7 @@ function Legend({ twin, planned }: { readonly twin: boolean; readonly planned: b
       </li>
       {planned ? (
         <li>
-          <i className="key key-planned" /> shown reference
+          <i className="key key-planned" /> path
         </li>
       ) : null}
       <li>

@@ -21,7 +21,7 @@ export const milliseconds = (seconds: Value, digits = 1) => fixed(seconds, 1e3, 
 export const microseconds = (nanoseconds: Value) => fixed(nanoseconds, 1e-3, 1, "µs");
 export const percent = (share: Value) => fixed(share, 100, 2, "%");
 export const wholeNumber = (value: Value) => fixed(value, 1, 0, "");
-export const millimetresPerSecond = (speed: Value) => fixed(speed, 1e3, 1, "mm/s");
+export const millimetresPerSecond = (speed: Value) => fixed(speed, 1e3, Number(speed) < 0.1 ? 1 : 0, "mm/s");
 export const hertz = (frequency: Value) => fixed(frequency, 1, 2, "Hz");
 export const seconds = (value: Value) => fixed(value, 1, 0, "s");
 
