@@ -2,10 +2,14 @@
 
 import multiprocessing
 import os
+import signal
+import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from functools import partial
+from multiprocessing import forkserver
+from multiprocessing.context import BaseContext
 
 from controller.errors import ParameterError, TendrilError
 from controller.experiments.case import Case, Outcome, Setup, run_case
@@ -33,14 +37,33 @@ def campaign(
     work = partial(run_one, setup=setup, keep=keep)
     if workers == 1:
         return [_told(work(case), progress) for case in cases]
-    pool = ProcessPoolExecutor(min(workers, len(cases)), multiprocessing.get_context("forkserver"))
+    strangers = set(multiprocessing.active_children())
+    pool = ProcessPoolExecutor(min(workers, len(cases)), context())
     try:
         futures = [pool.submit(work, case) for case in cases]
         for future in as_completed(futures):
             _told(_result(future), progress)
         return [future.result() for future in futures]
+    except BaseException:
+        for worker in set(multiprocessing.active_children()) - strangers:
+            worker.terminate()  # nobody waits for the runs that have begun
+        raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
+
+
+def context() -> BaseContext:
+    """Where workers come from: a server that ignores ctrl-C, and so do they from their first import on.
+
+    Only the main thread may set that; elsewhere an interrupt does not arrive anyway.
+    """
+    if threading.current_thread() is threading.main_thread():
+        before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        try:
+            forkserver.ensure_running()
+        finally:
+            signal.signal(signal.SIGINT, before)
+    return multiprocessing.get_context("forkserver")
 
 
 def cores() -> int:
