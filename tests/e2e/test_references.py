@@ -15,6 +15,7 @@ def amber(page: Page, left: float, right: float, bottom: float, top: float) -> i
 
 
 def test_vu_is_chosen_by_keyboard_seen_on_the_plan_and_cleared(page: Page) -> None:
+    page.get_by_test_id("toggle-3d").click()
     page.get_by_role("tab", name="Reference").click()
     menu = page.get_by_role("combobox", name="Reference shown on the plan")
     menu.focus()
@@ -37,6 +38,7 @@ def test_vu_is_chosen_by_keyboard_seen_on_the_plan_and_cleared(page: Page) -> No
 
 
 def test_the_menu_is_grouped_by_task_and_offers_the_live_path(page: Page) -> None:
+    page.get_by_test_id("toggle-3d").click()
     page.get_by_role("tab", name="Reference").click()
     page.get_by_role("combobox", name="Reference shown on the plan").click()
     shot(page, "reference-menu")
