@@ -492,7 +492,7 @@ export interface components {
        * Weak Ratio
        * @description Feedback fades in a direction in which S moves the tip less than this share of its strongest (ours; paper: 0).
        *     At the straight pose nothing can move the tip along x, and the paper's law alone saturates there on noise.
-       * @default 0.25
+       * @default 0.1
        */
       weak_ratio: number;
       /**
@@ -970,7 +970,7 @@ export interface components {
        *       "zeta_B": 1,
        *       "epsilon": 1e-8,
        *       "rcond_min": 1e-10,
-       *       "weak_ratio": 0.25,
+       *       "weak_ratio": 0.1,
        *       "carry_on": true,
        *       "dead_time": 0.05,
        *       "pneumatic_lag": 0.05,
@@ -1368,7 +1368,7 @@ export interface components {
       friction: number;
       /**
        * Slip
-       * @description Way over which friction on the sheet builds up and turns round.
+       * @description Way over which friction on the sheet builds up and turns round (ours).
        * @default 0.0005
        */
       slip: number;
