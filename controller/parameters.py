@@ -65,12 +65,12 @@ class ControllerParameters(Model):
     zeta_B: Annotated[float, Bounds(ge=0.0, le=10.0), Q("1", "zeta_B")] = 1.0
     epsilon: Annotated[float, Bounds(gt=0.0, le=1e-2), Q("1", "epsilon")] = 1e-8
     rcond_min: Annotated[float, Bounds(gt=0.0, le=1e-2), Q("1", "rcond")] = 1e-10
-    weak_ratio: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1")] = 0.1
+    weak_ratio: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1")] = 0.2
     """Feedback fades in a direction in which S moves the tip less than this share of its strongest (ours; paper: 0).
     At the straight pose nothing can move the tip along x, and the paper's law alone saturates there on noise."""
     carry_on: bool = True
-    """The observer carries a marker on with its last velocity for as long as the sample is old (ours): held instead, it
-    would lag by some 9 ms, 2 mm on the 1 Hz circle. The feedback's error is that of the held marker, as in the paper."""
+    """The observer carries a marker on with its last velocity for as long as the sample is old (ours): held, it would
+    lag by some 9 ms, 2 mm on the 1 Hz circle. The feedback's error is that of the held marker, as in the paper."""
     dead_time: Annotated[float, Bounds(ge=0.0, le=0.2), Q("s", "t_d")] = 0.05
     pneumatic_lag: Annotated[float, Bounds(gt=0.0, le=1.0), Q("s", "tau")] = 0.05
     torque_rate_max: Annotated[float, Bounds(gt=0.0, le=10.0), Q("N m/s", "u_dot_max")] = 0.5
