@@ -40,7 +40,9 @@ def test_ten_rods_have_the_papers_table() -> None:
     assert torque_map(BASE_MID_TIP, 10)[0].tolist() == [-1.0, 0.0]
 
 
-@pytest.mark.parametrize(("name", "worst", "gentle"), [("P1", 4.8e-3, 1.4e-3), ("P2", 15e-3, 4e-3), ("P3", 3.8e-3, 1e-3)])
+@pytest.mark.parametrize(
+    ("name", "worst", "gentle"), [("P1", 4.8e-3, 1.4e-3), ("P2", 15e-3, 4e-3), ("P3", 3.8e-3, 1e-3)]
+)
 @pytest.mark.parametrize("rods", [14, 15, 20, 100, 1000])
 def test_the_static_map_does_not_depend_on_the_number_of_rods(
     name: str, worst: float, gentle: float, rods: int
