@@ -8,16 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.actuator import PRESETS
-from controller.build_rig import build_rig
-from controller.build_twin import build_twin
+from controller.experiments import run
 from controller.experiments.case import Case, Setup, settings_of
 from controller.experiments.metrics import measure
 from controller.experiments.paper_rows import DIGITS, PaperRow, window_of
-from controller.experiments.run import ARMED, BOOT, SETTLE, for_reference, plan, request, seeded
-from controller.experiments.simulate import Rows, Simulation
+from controller.experiments.simulate import Rows
 from controller.kernels.rod import Array
-from controller.messages import Command
-from controller.modes import Mode, Request
+from controller.modes import Mode
 from controller.parameters import ControllerParameters, RigParameters, Settings
 from controller.reference.library import reference
 from controller.reference.reference import Reference
@@ -45,14 +42,7 @@ Predicted = tuple[float, float]
 
 def attempt(parameters: RigParameters, planned: Reference, settings: Settings, seed: int) -> Attempt:
     """`run`, but a run that is broken off is a result as well."""
-    command = Command(boot=BOOT, settings=for_reference(settings, planned))
-    simulation = Simulation(build_rig(parameters, BOOT), build_twin(seeded(parameters, seed)), command)
-    plan(simulation.rig.control, planned)
-    simulation.run(SETTLE)
-    request(simulation, Request.ARM)
-    simulation.run(ARMED)
-    request(simulation, Request.TRACK)
-    rows = simulation.run(len(planned.p))
+    rows = run.attempt(parameters, planned, settings, seed)
     broken = np.flatnonzero(rows["mode"] != Mode.TRACK)
     return Attempt(rows, float(broken[0]) / len(rows) if broken.size else 1.0)
 

@@ -21,16 +21,23 @@ SETTLE, ARMED = 50, 50
 def run(parameters: RigParameters, reference: Reference, settings: Settings, seed: int) -> Rows:
     """Telemetry (n,) of the reference's n ticks, approach included, under the law and sensors of `settings`.
 
+    As `attempt`; raises TendrilError as well if the rig does not follow to the end.
+    """
+    rows = attempt(parameters, reference, settings, seed)
+    require_mode(rows, reference.name, Mode.TRACK)
+    return rows
+
+
+def attempt(parameters: RigParameters, reference: Reference, settings: Settings, seed: int) -> Rows:
+    """Telemetry (n,) of as many ticks as the reference has, whether or not the rig follows it to the end.
+
     K_FF counts only where the reference has it on, so one set of gains serves all experiments. `seed` is the twin's:
-    the same seed gives the same bits. Raises DataError for a reference that the rig cannot be given, and TendrilError
-    if the rig does not follow to the end.
+    the same seed gives the same bits. Raises DataError for a reference that the rig cannot be given.
     """
     simulation = armed(parameters, for_reference(settings, reference), seed)
     plan(simulation.rig.control, reference)
     request(simulation, Request.TRACK)
-    rows = simulation.run(len(reference.p))
-    require_mode(rows, reference.name, Mode.TRACK)
-    return rows
+    return simulation.run(len(reference.p))
 
 
 def armed(parameters: RigParameters, settings: Settings, seed: int) -> Simulation:

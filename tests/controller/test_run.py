@@ -9,7 +9,7 @@ from controller.experiments.metrics import Window, measure, true_tip
 from controller.experiments.run import run
 from controller.kernels.statics import static_tip
 from controller.modes import Law, Mode
-from controller.parameters import ControllerParameters, RigParameters, SafetyLimits, Settings
+from controller.parameters import ControllerParameters, RigParameters, SafetyLimits, Settings, TwinParameters
 from controller.reference.reference import Reference
 
 PARAMETERS = RigParameters()
@@ -45,11 +45,12 @@ def test_the_same_seed_gives_the_same_bits_and_another_seed_others(reference: Re
 
 
 def test_what_a_law_leaves_of_a_static_error_is_what_its_loop_gain_says() -> None:
-    """On a twin that bends more than the model: all of it, 1 / (1 + K_P) of it, nothing."""
-    long = hop(hold=8000)
+    """On a twin that bends more than the model, and does not stick: all of it, 1 / (1 + K_P) of it, nothing."""
+    smooth = TwinParameters(torque_gain=(1.1, 1.1), friction=0.0, hysteresis=0.0, creep=(0.05, 0.05))
+    parameters, long = PARAMETERS.model_copy(update={"twin": smooth}), hop(hold=8000)
     last = Reference("hold", long.p, start=len(long.p) - 100)
     FF, FF_P, FF_PI = (
-        measure(run(PARAMETERS, long, Settings(law=law, K_P=(0.3, 0.3)), 0), last, Window.AFTER_APPROACH)
+        measure(run(parameters, long, Settings(law=law, K_P=(0.3, 0.3)), 0), last, Window.AFTER_APPROACH)
         for law in (Law.FF, Law.FF_P, Law.FF_PI)
     )
     assert FF_P["rmse"] / FF["rmse"] == pytest.approx(1.0 / 1.3, rel=0.05)
