@@ -50,10 +50,10 @@ UNKNOWNS = (
     Unknown("torque_gain.0", 0.8, 1.4, 1.1, 0.1),
     Unknown("torque_gain.1", 0.8, 1.4, 1.1, 0.1),
     # TPU relaxes by 5 to 30 % within minutes; the first fits found 0.34 and hardly anything.
-    Unknown("creep.0", 0.0, 0.5, 0.1, 0.1),
+    Unknown("creep.0", 0.0, 0.8, 0.15, 0.15),
     Unknown("creep.1", 0.0, 0.5, 0.1, 0.1),
     # One branch as fast as the motion, one as slow as a step: apart, so that neither takes the other's place.
-    Unknown("creep_time.0", 0.05, 0.6, 0.15, 0.5, log=True),
+    Unknown("creep_time.0", 0.05, 1.0, 0.25, 0.6, log=True),
     Unknown("creep_time.1", 1.0, 15.0, 3.5, 0.5, log=True),
     # PTFE against TPU slides at 0.05 to 0.2; the first fits found 0.14 and 0.16.
     Unknown("friction", 0.02, 0.35, 0.12, 0.06),

@@ -116,15 +116,14 @@ def scheme_changed(state, settings, how):
 
 @kernel
 def watch_off_time(control, error, closed):
-    """Count the time for which a closed loop with its goal in reach is off by more than the limit.
+    """Count the time for which a closed loop is off by more than the limit; out of reach, off the nearest point in it.
 
     Time within the limit counts back: a loop that swings through its reference is off most of the time, not always.
     """
     state = control.state[0]
-    watched = closed and state.reachable
     off = math.hypot(error[0], error[1]) > control.limits[0].error_max
     change = control.dt if off else -control.dt
-    state.off_time = max(0.0, state.off_time + change) if watched else 0.0
+    state.off_time = max(0.0, state.off_time + change) if closed else 0.0
 
 
 @kernel

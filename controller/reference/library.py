@@ -25,7 +25,7 @@ CENTRE = (30e-3, 140e-3)
 """Centre of every shape but VU [m] (ours)."""
 VU_CORNER = (-50e-3, 125e-3)
 """Lower left corner of VU [m] (paper, Task 1)."""
-SHIFT = {"P3": -30e-3}
+SHIFT = {"P3": -36e-3}
 """Shift in y by the actuator's name [m] (the paper shifts for P3 but does not say how far); 0 for any other.
 
 Ours lies between the fold of the inverse, to which P3 is near further up, and the torque limit."""
