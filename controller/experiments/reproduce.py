@@ -7,6 +7,7 @@ from controller.experiments.campaign import Keep, Progress, campaign
 from controller.experiments.case import Case, Setup, parameters_of
 from controller.experiments.catalogue import catalogue
 from controller.experiments.frequency_sweep import frequency_sweep
+from controller.experiments.observer_gains import observer_gains
 from controller.experiments.pressure_steps import pressure_steps
 from controller.experiments.result_rows import result_rows
 from controller.experiments.results import Failure, Finished, Results
@@ -30,6 +31,7 @@ def reproduce(order: Order, progress: Progress, keep: Keep | None = None) -> Res
     outcomes = tuple(run for run in runs if isinstance(run, Finished))
     failures = tuple(run for run in runs if isinstance(run, Failure))
     sweep = frequency_sweep(outcomes, failures)
+    seeds = tuple(sorted({case.seed for case in order.cases}))
     return Results(
         outcomes=outcomes,
         failures=failures,
@@ -37,9 +39,10 @@ def reproduce(order: Order, progress: Progress, keep: Keep | None = None) -> Res
         sensing=sensing_summary(outcomes),
         sweep=sweep,
         pressure=pressure_steps(parameters_of(Case("step"), order.setup)),
+        observer=observer_gains(order.setup, min(seeds)),
         seconds=time.monotonic() - begin,
         setup=order.setup,
-        seeds=tuple(sorted({case.seed for case in order.cases})),
+        seeds=seeds,
         workers=order.workers,
         quick=order.quick,
     )

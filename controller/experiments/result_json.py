@@ -19,6 +19,7 @@ def result_json(results: Results) -> dict[str, Any]:
         "failures": [{**asdict(one.case), "failed": one.sentence} for one in results.failures],
         "sensing": [_sensing(one) for one in results.sensing],
         "pressure_steps": [_pressure(one) for one in results.pressure],
+        "observer_gains": [asdict(one) for one in results.observer],
     }
     return {name: _without_nan(value) for name, value in found.items()}
 

@@ -176,6 +176,20 @@ class PressureStep:
 
 
 @dataclass(frozen=True)
+class ObserverGain:
+    """The observer with other gains than the paper's."""
+
+    K_o: float
+    """[N/m]."""
+    B_o: float
+    """[N s/m]."""
+    carry_on: bool
+    """Whether a marker is carried on to the present with its velocity, or held."""
+    observer_rmse: dict[str, float]
+    """By reference, over the whole run [mm]; nan for a run that was broken off."""
+
+
+@dataclass(frozen=True)
 class Results:
     """A whole reproduction."""
 
@@ -186,6 +200,7 @@ class Results:
     sensing: SensingSummary
     sweep: tuple[SweepPoint, ...]
     pressure: tuple[PressureStep, ...]
+    observer: tuple[ObserverGain, ...]
     seconds: float
     """From the command to here, the report excluded."""
     setup: Setup

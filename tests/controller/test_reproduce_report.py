@@ -103,7 +103,7 @@ def test_a_failed_run_stands_with_its_sentence_where_its_number_and_its_figure_w
 
 
 def test_what_was_not_run_is_said(results: Results) -> None:
-    nothing = replace(results, outcomes=(), failures=(), rows=(), sensing=(), sweep=(), pressure=())
+    nothing = replace(results, outcomes=(), failures=(), rows=(), sensing=(), sweep=(), pressure=(), observer=())
     page = report_page(nothing, FIT)
     for text in ("0 of 11 within 30 %", "Not run: circle_2hz, P3, FF+PI.", "Not run: pressure steps."):
         assert text in page
@@ -117,7 +117,7 @@ def test_the_same_results_are_drawn_to_the_same_bytes(results: Results) -> None:
 
 
 def test_spread_and_margins_are_shown_as_soon_as_the_fit_has_them(results: Results) -> None:
-    numbers = replace(results, outcomes=(), sensing=(), sweep=(), pressure=())
+    numbers = replace(results, outcomes=(), sensing=(), sweep=(), pressure=(), observer=())
     fit: dict[str, Any] = {**FIT, "spread": [], "margins": []}
     assert "near-equal" not in report_page(numbers, fit)
     fit["spread"] = [{**KEY, "low": 5.123, "high": 12.34, "fits": 9}]
@@ -180,7 +180,7 @@ def test_the_outline_of_a_body_is_its_width_apart() -> None:
 
 
 def test_a_folder_that_cannot_be_written_is_an_error_that_names_it(results: Results, tmp_path: Path) -> None:
-    nothing = replace(results, outcomes=(), failures=(), rows=(), sensing=(), sweep=(), pressure=())
+    nothing = replace(results, outcomes=(), failures=(), rows=(), sensing=(), sweep=(), pressure=(), observer=())
     assert write_report(nothing, tmp_path / "new" / "folder").read_text().startswith("<!doctype html>")
     (tmp_path / "file").write_text("")
     with pytest.raises(TendrilError, match="file"):

@@ -54,6 +54,22 @@ def sweep_table(results: Results) -> str:
     return table(head, [_sweep_row(point) for point in results.sweep], range(6))
 
 
+def observer_table(results: Results) -> str:
+    """The observer's error with the paper's gains and others."""
+    runs = list(results.observer[0].observer_rmse) if results.observer else []
+    head = ("K_o [N/m]", "B_o [N s/m]", "marker", *(f"{name} [mm]" for name in runs))
+    rows = [
+        (
+            f"{one.K_o:g}",
+            f"{one.B_o:g}",
+            "carried on" if one.carry_on else "held",
+            *(f"{mm:.2f}" if math.isfinite(mm := one.observer_rmse[run]) else "broken off" for run in runs),
+        )
+        for one in results.observer
+    ]
+    return table(head, rows, (0, 1, *range(3, 3 + len(runs))))
+
+
 def pressure_table(results: Results) -> str:
     """Dead time and time to 63 % for each step of pressure."""
     rows = [
