@@ -102,7 +102,7 @@ def test_the_json_has_the_keys_that_were_agreed_and_no_nan() -> None:
     failures = (Failure(Case("frequency_sweep_2hz"), "FAULT"),)
     sweep = frequency_sweep(outcomes, failures)
     rows = result_rows(outcomes, failures, sweep)
-    results = Results(outcomes, failures, rows, (), sweep, (), 1.5, Setup(), (0,), 2, True)
+    results = Results(outcomes, failures, rows, (), sweep, (), (), 1.5, Setup(), (0,), 2, True)
     found = json.loads(json.dumps(result_json(results), allow_nan=False))
     assert set(CONTRACT) | {"role"} <= set(found["rows"][0])
     assert (found["seconds"], found["rows"][0]["ours"]) == (1.5, None)
