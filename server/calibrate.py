@@ -96,7 +96,7 @@ def margins_table(result: Result) -> Table:
     """What each trial of stability left."""
     table = empty("Margins", "trial", "swing left [mm]", "growth", "kept")
     for one in result.best.margins:
-        trial = f"{one.trial.actuator} {one.trial.reference}"
+        trial = f"{one.trial.actuator} {one.trial.reference} {one.trial.change}"
         table.add_row(trial, f"{1e3 * one.swing:.2f}", f"{one.growth:.2f}", "yes" if one.kept else "[red]no[/]")
     return table
 

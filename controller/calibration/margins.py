@@ -1,4 +1,4 @@
-"""Whether the loop stays stable with more gain and more dead time at once: a fit at the edge of stability is no fit.
+"""Whether the loop stays stable with more gain, and with more dead time: a fit at the edge of stability is no fit.
 
 No margin is a row of the paper, so P2 and P3 are asked as well. Each run ends in a hold, after a step or after a circle
 that stops; the laps of the circle show what does not repeat from lap to lap.
@@ -22,6 +22,8 @@ from controller.modes import Law
 from controller.parameters import ControllerParameters, RigParameters
 from controller.reference.reference import Reference
 
+Change = Literal["gain", "delay"]
+CHANGES: tuple[Change, ...] = ("gain", "delay")
 GAIN_FACTOR = 1.5
 """All of K_P, K_I and K_FF times this."""
 MORE_DELAY = 0.015
@@ -45,10 +47,11 @@ LAPS, HOLD = 5, 3
 
 @dataclass(frozen=True)
 class Trial:
-    """One actuator on one reference: "step", or "stop", which is a circle, then a hold."""
+    """One actuator on one reference ("step", or "stop": a circle, then a hold) with one change of the loop."""
 
     actuator: str
     reference: Literal["step", "stop"]
+    change: Change
 
 
 @dataclass(frozen=True)
@@ -79,8 +82,8 @@ class Margin:
 
 
 TRIALS = (
-    Trial("P1", "step"),
-    *(Trial(actuator, "stop") for actuator in PRESETS),
+    *(Trial("P1", "step", change) for change in CHANGES),
+    *(Trial(actuator, "stop", change) for actuator in PRESETS for change in CHANGES),
 )
 """All that P2 and P3 are asked is whether the one set of gains is safe for them."""
 
@@ -92,7 +95,7 @@ def measure_margins(trials: Sequence[Trial], setup: Setup, seed: int = 0) -> tup
 
 def measure_margin(trial: Trial, setup: Setup, seed: int) -> Margin:
     """One trial. K_FF is on where the reference has it."""
-    harder = strained(setup)
+    harder = strained(setup, trial.change)
     parameters = RigParameters(actuator=PRESETS[trial.actuator], controller=harder.controller, twin=harder.twin)
     path = stop(trial.actuator, setup.controller) if trial.reference == "stop" else step(trial.actuator, setup)
     settings = harder.gains.model_copy(update={"law": Law.FF_PI})
@@ -104,11 +107,13 @@ def measure_margin(trial: Trial, setup: Setup, seed: int) -> Margin:
     return Margin(trial, max(last for _, last in swings), growth, lasted)
 
 
-def strained(setup: Setup) -> Setup:
-    """`setup` with more gain and more dead time."""
-    more = {name: tuple(GAIN_FACTOR * gain for gain in getattr(setup.gains, name)) for name in GAIN_NAMES}
+def strained(setup: Setup, change: Change) -> Setup:
+    """`setup` with more gain or more dead time."""
+    if change == "gain":
+        more = {name: tuple(GAIN_FACTOR * gain for gain in getattr(setup.gains, name)) for name in GAIN_NAMES}
+        return Setup(setup.twin, setup.controller, setup.gains.model_copy(update=more))
     twin = setup.twin.model_copy(update={"dead_time": setup.twin.dead_time + MORE_DELAY})
-    return Setup(twin, setup.controller, setup.gains.model_copy(update=more))
+    return Setup(twin, setup.controller, setup.gains)
 
 
 def step(actuator: str, setup: Setup) -> Reference:

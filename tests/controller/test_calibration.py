@@ -98,7 +98,7 @@ def test_a_broken_run_costs_less_the_longer_it_lasts_and_more_than_any_whole_one
 
 def result() -> Result:
     z = np.random.default_rng(3).uniform(size=len(UNKNOWNS))
-    margin = Margin(Trial("P1", "stop"), 1e-3, 0.5, 1.0)
+    margin = Margin(Trial("P1", "stop", "gain"), 1e-3, 0.5, 1.0)
     best = Evaluation(z, tuple((row.paper or 0.0, 1.0) for row in FITTED), (margin,), np.ones(4))
     spread = tuple(row_spread(row, np.array([2.0, 1.0, np.nan, 4.0])) for row in JUDGED)
     origin = Origin("2026-01-02", 'tendril calibrate --out "my fit.toml"', "0.1", 1.0, 1, 2, "finished")

@@ -63,7 +63,7 @@ def test_any_number_of_processes_gives_the_same_bits_and_time_ends_it(problem: P
 
 
 def test_a_hopeless_point_is_not_asked_for_its_margins(problem: Problem) -> None:
-    guarded = replace(problem, trials=(Trial("P1", "stop"),))
+    guarded = replace(problem, trials=(Trial("P1", "stop", "gain"),))
     found = evaluate(guarded, np.array([0.0, 0.0]), hopeless=0.0)
     assert found.margins == () and not keeps_margins(guarded, found)
     assert len(found.residuals) == len(problem.rows) + len(UNKNOWNS)
