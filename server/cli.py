@@ -226,8 +226,8 @@ def reproduce(
     workers: Annotated[int | None, typer.Option(min=1, max=256, help="Processes; one a core without it.")] = None,
 ) -> None:
     """Run every experiment of the paper on the twin and compare (docs/reproduction.md)."""
-    from controller.experiments.campaign import cores
     from controller.experiments.catalogue import catalogue
+    from controller.experiments.pool import cores
     from controller.experiments.reproduce import Order
     from controller.experiments.track import require_controller
     from server.reproduce import run_reproduce
