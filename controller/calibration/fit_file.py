@@ -10,10 +10,9 @@ from controller.calibration.margins import Margin
 from controller.calibration.problem import Evaluation, Problem
 from controller.calibration.space import Space
 from controller.calibration.spread import RowSpread
-from controller.calibration.unknowns import GAIN_NAMES
 from controller.errors import ParameterError, TendrilError
 from controller.experiments.paper_rows import PaperRow
-from controller.fit import TWIN
+from controller.fit import GAIN_NAMES, TWIN
 
 HEADER = "# What `tendril calibrate` found: the twin's unknowns and the gains that the paper does not publish."
 

@@ -14,9 +14,9 @@ import numpy as np
 
 from controller.actuator import PRESETS
 from controller.calibration.predictions import BROKEN, attempt, planned
-from controller.calibration.unknowns import GAIN_NAMES
 from controller.experiments.case import Setup
 from controller.experiments.metrics import rmse, true_tip
+from controller.fit import GAIN_NAMES
 from controller.kernels.rod import Array
 from controller.modes import Law
 from controller.parameters import ControllerParameters, RigParameters

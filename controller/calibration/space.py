@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 from scipy.stats import norm, qmc
 
-from controller.calibration.unknowns import GAIN_NAMES, UNKNOWNS, Unknown
+from controller.calibration.unknowns import UNKNOWNS, Unknown
 from controller.errors import ParameterError
 from controller.experiments.case import Setup
+from controller.fit import GAIN_NAMES
 from controller.kernels.rod import Array
 from controller.parameters import Settings, TwinParameters
 

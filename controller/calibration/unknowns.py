@@ -3,14 +3,12 @@
 import math
 from typing import NamedTuple
 
-GAIN_NAMES = ("K_P", "K_I", "K_FF")
-
 
 class Unknown(NamedTuple):
     """One number of the fit. Its scale is linear, or logarithmic for what is positive and known by its order."""
 
     name: str
-    """A field of TwinParameters ("creep.0" is its first entry), or one of GAIN_NAMES (both axes alike)."""
+    """A field of TwinParameters ("creep.0" is its first entry), or a gain (both axes alike)."""
     low: float
     high: float
     prior: float

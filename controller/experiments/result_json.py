@@ -5,6 +5,7 @@ from dataclasses import asdict
 from typing import Any
 
 from controller.experiments.results import PressureStep, ResultRow, Results, SensedTrajectory
+from controller.fit import GAIN_NAMES
 
 
 def result_json(results: Results) -> dict[str, Any]:
@@ -13,7 +14,7 @@ def result_json(results: Results) -> dict[str, Any]:
         "rows": [row_json(row) for row in results.rows],
         "seconds": results.seconds,
         "twin": results.twin.model_dump(mode="json"),
-        "gains": {name: list(getattr(results.setup.gains, name)) for name in ("K_P", "K_I", "K_FF")},
+        "gains": {name: list(getattr(results.setup.gains, name)) for name in GAIN_NAMES},
         "seeds": list(results.seeds),
         "quick": results.quick,
         "failures": [{**asdict(one.case), "failed": one.sentence} for one in results.failures],

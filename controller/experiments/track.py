@@ -15,6 +15,7 @@ from controller.experiments.paper_rows import NONE, PaperRow
 from controller.experiments.result_rows import ALWAYS
 from controller.experiments.run import run
 from controller.experiments.simulate import Rows
+from controller.fit import GAIN_NAMES
 from controller.parameters import RigParameters
 from controller.reference.drawn import Wish, drawn
 from controller.reference.path_file import read_samples
@@ -166,6 +167,6 @@ def figures(tracked: Tracked) -> dict[str, Any]:
         "twin": twin.model_dump(mode="json"),
         "reference": asdict(tracked.reference),
         "windows": {str(window): metrics for window, metrics in tracked.windows.items()},
-        "gains": {name: getattr(tracked.task.setup.gains, name) for name in ("K_P", "K_I", "K_FF")},
+        "gains": {name: getattr(tracked.task.setup.gains, name) for name in GAIN_NAMES},
     }
     return found | ({"failed": tracked.failed} if tracked.failed else {})

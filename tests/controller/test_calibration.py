@@ -14,11 +14,11 @@ from controller.calibration.predictions import BROKEN, row_residual
 from controller.calibration.problem import Evaluation, Problem
 from controller.calibration.space import Space, place, value_in
 from controller.calibration.spread import row_spread
-from controller.calibration.unknowns import GAIN_NAMES, UNKNOWNS, Unknown
+from controller.calibration.unknowns import UNKNOWNS, Unknown
 from controller.errors import ParameterError, TendrilError
 from controller.experiments.case import Setup
 from controller.experiments.paper_rows import FITTED, JUDGED
-from controller.fit import FIT
+from controller.fit import FIT, GAIN_NAMES
 from controller.parameters import Settings, TwinParameters
 from server.cli import app
 

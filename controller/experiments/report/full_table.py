@@ -11,10 +11,11 @@ from controller.experiments.report.fitted import margins_table
 from controller.experiments.report.main_table import windows
 from controller.experiments.report.wording import METRICS, run_name, unit
 from controller.experiments.results import ResultRow, Results
+from controller.fit import GAIN_NAMES
 from controller.layout import quantity
 from controller.page.document import table
 
-GAINS = ("K_P", "K_I", "K_FF", "K_o", "B_o")
+GAINS = (*GAIN_NAMES, "K_o", "B_o")
 
 
 def full_table(results: Results) -> str:
