@@ -66,7 +66,8 @@ def outcome(case: Case, planned: Reference, rows: Rows) -> Outcome:
 
 def parameters_of(case: Case, setup: Setup) -> RigParameters:
     """What the rig of `case` is started with; the seed of the twin is the run's."""
-    return RigParameters(actuator=PRESETS[case.actuator], controller=setup.controller, twin=setup.twin)
+    twin = setup.twin.model_copy(update={"seed": case.seed})
+    return RigParameters(actuator=PRESETS[case.actuator], controller=setup.controller, twin=twin)
 
 
 def settings_of(case: Case, gains: Settings) -> Settings:
