@@ -47,10 +47,7 @@ TITLES = {
     "sensing_circle": Title("Task 4: sensing", "Circle, 0.25 Hz (sensing)"),
     "sensing_vertical": Title("Task 4: sensing", "Vertical line, 0.25 Hz (sensing)"),
     "live_path": Title("Task 5: live", "Live path"),
-    **{
-        f"frequency_sweep_{f:g}hz": Title("Frequency sweep", f"Circle, {f:g} Hz (frequency sweep)")
-        for f in library.SWEPT_HZ
-    },
+    **{name: Title("Frequency sweep", f"Circle, {f:g} Hz (frequency sweep)") for name, f in library.SWEEP.items()},
 }
 """Every reference of the menu, in its order."""
 

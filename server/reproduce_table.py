@@ -126,7 +126,7 @@ def failure_lines(results: Results) -> list[str]:
 def summary_lines(results: Results) -> list[str]:
     """How many rows keep their bars, which window is meant, and how long it took."""
     fitted = [row for row in results.rows if row.about.role == FIT and row.about.metric == "rmse"]
-    held_out, runs = judged(results.rows), len(results.outcomes) + len(results.failures)
+    held_out, runs = judged(results.rows), results.runs
     near = sum(within(row, NEAR) for row in held_out)
     inside = sum(within_factor(row) for row in held_out)
     return [

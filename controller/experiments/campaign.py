@@ -1,9 +1,9 @@
 """Runs of many cases side by side, one process a core: the same results in the same order, whatever ends first."""
 
 from collections.abc import Callable, Sequence
-from functools import partial
+from typing import NamedTuple
 
-from controller.errors import TendrilError
+from controller.errors import RecordingError, TendrilError
 from controller.experiments.case import Case, Outcome, Setup, run_case
 from controller.experiments.catalogue import LIVE_PATH
 from controller.experiments.live_path import run_live_case
@@ -17,24 +17,33 @@ Progress = Callable[[Case], None]
 Run = Finished | Failure
 
 
-def campaign(
-    cases: Sequence[Case], setup: Setup, workers: int, progress: Progress, keep: Keep | None = None
-) -> list[Run]:
-    """Every case on `setup`, in the order of `cases`; a case that the rig breaks off is a Failure, and the rest go on.
+class Job(NamedTuple):
+    """A case on a setup, and what is done with all of its telemetry."""
+
+    case: Case
+    setup: Setup
+    keep: Keep | None = None
+
+
+def campaign(jobs: Sequence[Job], workers: int, progress: Progress) -> list[Run]:
+    """Every job, in the order of `jobs`; one that the rig breaks off is a Failure, and the rest go on.
 
     Raises ParameterError for an impossible number of workers, and TendrilError if a worker dies.
     """
-    work = partial(run_one, setup=setup, keep=keep)
     with Pool(workers) as pool:
-        return pool.map(work, [(case,) for case in cases], lambda run: progress(run.case))
+        return pool.map(run_one, jobs, lambda run: progress(run.case))
 
 
-def run_one(case: Case, setup: Setup, keep: Keep | None) -> Run:
-    """One case from planning to its end, kept and thinned."""
+def run_one(case: Case, setup: Setup, keep: Keep | None = None) -> Run:
+    """One case from planning to its end, kept and thinned; its numbers stand even if it cannot be kept."""
     try:
         outcome = run_live_case(case, setup) if case.reference == LIVE_PATH else run_case(case, setup)
     except TendrilError as error:
         return Failure(case, str(error))
-    if keep is not None:
-        keep(outcome)
-    return Finished(case, outcome.reference, trace(outcome.rows, setup.controller.dt), outcome.metrics)
+    unkept = ""
+    try:
+        if keep is not None:
+            keep(outcome)
+    except RecordingError as error:
+        unkept = str(error)
+    return Finished(case, outcome.reference, trace(outcome.rows, setup.controller.dt), outcome.metrics, unkept)

@@ -2,12 +2,11 @@
 
 from controller.experiments.case import Case
 from controller.experiments.paper_rows import DIGITS, SENSING, SENSING_LAWS, STEP_LAWS
-from controller.reference.library import SWEPT_HZ
+from controller.reference.library import SWEEP
 
 SEEDS, SENSING_SEEDS = 3, 5
 """Runs of every case; of Task 4 as many as in the paper."""
 LIVE_PATH = "live_path"
-SWEEP = tuple(f"frequency_sweep_{f:g}hz" for f in SWEPT_HZ)
 
 CASES: tuple[Case, ...] = (
     *(Case("step", law=law) for law in STEP_LAWS),

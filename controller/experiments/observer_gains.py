@@ -1,30 +1,63 @@
 """What other gains would give the observer on Task 2's fast runs (paper: K_o = 100 N/m, B_o = 0)."""
 
-from controller.errors import TendrilError
-from controller.experiments.case import Case, Setup, run_case
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from controller.experiments.campaign import Job, Run
+from controller.experiments.case import Case, Setup
 from controller.experiments.metrics import Window
-from controller.experiments.results import ObserverGain
-
-RUNS = ("circle_1hz", "vertical_1hz", "horizontal_1hz")
-TRIED = ((100.0, 0.0, False), (100.0, 0.0, True), (200.0, 0.0, True), (400.0, 0.0, True), (100.0, 1.0, True))
-"""K_o [N/m], B_o [N s/m], and whether a marker is carried on to the present (ours) or held."""
+from controller.experiments.results import Finished, ObserverGain
 
 
-def observer_gains(setup: Setup, seed: int) -> tuple[ObserverGain, ...]:
-    """The observer's error at the tip with each of TRIED, P1 under FF+PI."""
-    return tuple(tried(setup, seed, *gains) for gains in TRIED)
+class Choice(NamedTuple):
+    """An observer."""
+
+    B_o: float
+    """[N s/m]."""
+    K_o: float
+    """[N/m]."""
+    carry_on: bool
+    """Whether a marker is carried on to the present (ours) or held."""
 
 
-def tried(setup: Setup, seed: int, K_o: float, B_o: float, carry_on: bool) -> ObserverGain:
-    """One choice of gains; nan for a run that the rig broke off."""
-    gains = setup.gains.model_copy(update={"K_o": (K_o, K_o), "B_o": (B_o, B_o)})
-    changed = Setup(setup.twin, setup.controller.model_copy(update={"carry_on": carry_on}), gains)
-    return ObserverGain(K_o, B_o, carry_on, {name: observer_rmse(changed, Case(name, seed=seed)) for name in RUNS})
+CASES = ("circle_1hz", "vertical_1hz", "horizontal_1hz")
+TRIED = (Choice(0.0, 100.0, False), Choice(0.0, 200.0, True), Choice(0.0, 400.0, True), Choice(1.0, 100.0, True))
+"""Beside the setup's own. The first, which is the paper's, is all that a quick reproduction tries, on the circle."""
 
 
-def observer_rmse(setup: Setup, case: Case) -> float:
-    """Observer's tip against the true one over the whole run [mm]."""
-    try:
-        return run_case(case, setup).metrics[Window.WHOLE]["observer_rmse"]
-    except TendrilError:
-        return float("nan")
+def observer_jobs(cases: Sequence[Case], setup: Setup, quick: bool) -> tuple[Job, ...]:
+    """TRIED on the first seed of those of CASES that are run anyway, P1 under FF+PI."""
+    seed = min(case.seed for case in cases)
+    among = [case for name in CASES if (case := Case(name, seed=seed)) in cases]
+    choices, among = (TRIED[:1], among[:1]) if quick else (TRIED, among)
+    return tuple(Job(case, with_observer(setup, choice)) for choice in choices for case in among)
+
+
+def with_observer(setup: Setup, choice: Choice) -> Setup:
+    """`setup` with another observer."""
+    gains = setup.gains.model_copy(update={"K_o": (choice.K_o,) * 2, "B_o": (choice.B_o,) * 2})
+    return Setup(setup.twin, setup.controller.model_copy(update={"carry_on": choice.carry_on}), gains)
+
+
+def observer_of(setup: Setup) -> Choice:
+    """The observer of `setup`."""
+    return Choice(setup.gains.B_o[0], setup.gains.K_o[0], setup.controller.carry_on)
+
+
+def observer_gains(
+    jobs: Sequence[Job], runs: Sequence[Run], setup: Setup, own: Sequence[Run]
+) -> tuple[ObserverGain, ...]:
+    """The error at the tip with each observer: `runs` are those of `jobs`, `own` among others those on `setup`."""
+    found: dict[Choice, dict[str, float]] = {}
+    for job, run in zip(jobs, runs, strict=True):
+        found.setdefault(observer_of(job.setup), {})[run.case.reference] = observer_rmse(run)
+    if found:
+        tried = {job.case for job in jobs}
+        found[observer_of(setup)] = {run.case.reference: observer_rmse(run) for run in own if run.case in tried}
+    return tuple(ObserverGain(one.K_o, one.B_o, one.carry_on, found[one]) for one in sorted(found))
+
+
+def observer_rmse(run: Run) -> float:
+    """Observer's tip against the true one over the whole run [mm]; nan for a run that the rig broke off."""
+    return run.metrics[Window.WHOLE]["observer_rmse"] if isinstance(run, Finished) else math.nan

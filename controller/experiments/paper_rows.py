@@ -126,11 +126,6 @@ def paper_row(experiment: str, actuator: str, law: str, metric: str) -> PaperRow
     return _BY_KEY.get(key) or row(" ".join(key), None, NONE)
 
 
-def experiment_of(reference: str) -> str:
-    """Experiment to which a reference of the library belongs: its own name, or that of the frequency sweep's parts."""
-    return "frequency_sweep" if reference.startswith("frequency_sweep_") else reference
-
-
 def window_of(experiment: str) -> Window:
     """Window of the paper's number: the whole run of a periodic task and of a live path (which has no approach).
 

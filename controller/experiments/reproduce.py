@@ -1,13 +1,15 @@
 """The whole reproduction: every run, and what is made of them."""
 
 import time
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
-from controller.experiments.campaign import Keep, Progress, campaign
+from controller.experiments.campaign import Job, Keep, Progress, Run, campaign
 from controller.experiments.case import Case, Setup, parameters_of
 from controller.experiments.catalogue import catalogue
-from controller.experiments.frequency_sweep import frequency_sweep
-from controller.experiments.observer_gains import observer_gains
+from controller.experiments.frequency_sweep import frequency_sweep, jobs_without_k_ff
+from controller.experiments.observer_gains import observer_gains, observer_jobs
 from controller.experiments.pressure_steps import pressure_steps
 from controller.experiments.result_rows import result_rows
 from controller.experiments.results import Failure, Finished, Results
@@ -23,26 +25,53 @@ class Order:
     workers: int = 1
     quick: bool = False
 
+    @cached_property
+    def observer(self) -> tuple[Job, ...]:
+        """Runs with other gains of the observer."""
+        return observer_jobs(self.cases, self.setup, self.quick)
+
+    @cached_property
+    def without_k_ff(self) -> tuple[Job, ...]:
+        """Runs of the frequency sweep without K_FF."""
+        return () if self.quick else jobs_without_k_ff(self.cases, self.setup)
+
+    @property
+    def runs(self) -> int:
+        """All runs that will be made."""
+        return len(self.cases) + len(self.observer) + len(self.without_k_ff)
+
 
 def reproduce(order: Order, progress: Progress, keep: Keep | None = None) -> Results:
-    """Run and gather; `progress` and `keep` are those of `campaign`, which says what is raised."""
+    """Run and gather; `progress` is that of `campaign`, which says what is raised. `keep` gets the runs of `cases`."""
     begin = time.monotonic()
-    runs = campaign(order.cases, order.setup, order.workers, progress, keep)
-    outcomes = tuple(run for run in runs if isinstance(run, Finished))
-    failures = tuple(run for run in runs if isinstance(run, Failure))
-    sweep = frequency_sweep(outcomes, failures)
-    seeds = tuple(sorted({case.seed for case in order.cases}))
+    jobs = [Job(case, order.setup, keep) for case in order.cases]
+    runs = campaign([*jobs, *order.observer, *order.without_k_ff], order.workers, progress)
+    own, others = runs[: len(jobs)], runs[len(jobs) :]
+    observed, without_k_ff = others[: len(order.observer)], others[len(order.observer) :]
+    outcomes, failures = finished(own), failed(own)
+    sweep = frequency_sweep(outcomes, failures, finished(without_k_ff))
     return Results(
         outcomes=outcomes,
-        failures=failures,
+        failures=(*failures, *(replace(one, sentence=f"{one.sentence} (other gains)") for one in failed(others))),
         rows=result_rows(outcomes, failures, sweep),
-        sensing=sensing_summary(outcomes),
+        sensing=sensing_summary(outcomes, failures),
         sweep=sweep,
         pressure=pressure_steps(parameters_of(Case("step"), order.setup)),
-        observer=observer_gains(order.setup, min(seeds)),
+        observer=observer_gains(order.observer, observed, order.setup, own),
         seconds=time.monotonic() - begin,
         setup=order.setup,
-        seeds=seeds,
+        seeds=tuple(sorted({case.seed for case in order.cases})),
         workers=order.workers,
         quick=order.quick,
+        runs=len(runs),
     )
+
+
+def finished(runs: Sequence[Run]) -> tuple[Finished, ...]:
+    """Those that came to their end."""
+    return tuple(run for run in runs if isinstance(run, Finished))
+
+
+def failed(runs: Sequence[Run]) -> tuple[Failure, ...]:
+    """Those that did not."""
+    return tuple(run for run in runs if isinstance(run, Failure))

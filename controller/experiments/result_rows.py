@@ -6,10 +6,11 @@ from statistics import mean, stdev
 from typing import NamedTuple
 
 from controller.experiments.case import Case
-from controller.experiments.catalogue import CASES, SWEEP
+from controller.experiments.catalogue import CASES
 from controller.experiments.metrics import UNITS, Window
 from controller.experiments.paper_rows import DIGITS, FEEDBACK_SHARE, PAPER_ROWS, paper_row, window_of
 from controller.experiments.results import Failure, Finished, ResultRow, SweepPoint
+from controller.reference.library import SWEEP
 
 SWEEP_HZ = 2.0
 """The frequency sweep's one row is the share at this frequency, the upper of the two that the paper gives."""

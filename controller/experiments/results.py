@@ -67,6 +67,8 @@ class Finished:
     trace: Trace
     metrics: dict[Window, dict[str, float]]
     """In the units of `metrics.UNITS`; what does not apply is left out."""
+    unkept: str = ""
+    """Why its telemetry could not be kept."""
 
 
 @dataclass(frozen=True)
@@ -124,7 +126,7 @@ class SensedTrajectory:
     paper_reduction: float
     """Of rod 6 against FF."""
     ordered: bool
-    """FF worst, rod 6 better, rod 10 best or equal with 6+10 (means; `sensing_summary.EQUAL`)."""
+    """FF worst, rod 6 clearly better, rod 10 best or equal with 6+10 (means; `sensing_summary.EQUAL`)."""
     p_value: float | None
     """Of rod 10 against rods 6+10, Welch's t test; None with fewer than two runs. The paper: not significant."""
 
@@ -141,6 +143,8 @@ class SweepPoint:
     share: float | None
     """Of the feedback in the command, 0..1, mean over the seeds."""
     share_std: float | None
+    share_pi: float | None
+    """The same of PI alone: of a run with K_FF = 0, the first seed's."""
     rmse: float | None
     """[mm], after the approach."""
     lag_deg: tuple[float | None, float | None]
@@ -196,6 +200,7 @@ class Results:
     outcomes: tuple[Finished, ...]
     """In the order of the catalogue, whatever ran first."""
     failures: tuple[Failure, ...]
+    """Those with other gains included, which no row is about."""
     rows: tuple[ResultRow, ...]
     sensing: SensingSummary
     sweep: tuple[SweepPoint, ...]
@@ -207,6 +212,8 @@ class Results:
     seeds: tuple[int, ...]
     workers: int
     quick: bool
+    runs: int
+    """All that were made, those with other gains included, which are not in `outcomes`."""
 
     @property
     def twin(self) -> TwinParameters:

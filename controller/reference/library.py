@@ -4,6 +4,7 @@ What the paper leaves open is ours and says so: the place of the shapes, the swe
 frequencies of the frequency sweep.
 """
 
+import math
 from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
@@ -33,8 +34,8 @@ APPROACH, DIGIT, VU, PERIODIC, FAST, STEP = 2.0, 10.0, 25.0, 7.0, 4.0, 3.0
 """Durations [s] of the paper; FAST ends the 2 Hz circle of P3 at 6 s."""
 SWEEP_HZ = 0.125
 """One sweep there and back in 8 s (ours)."""
-SWEPT_HZ = (0.1, 0.25, 0.5, 1.0, 1.5, 2.0)
-"""Frequencies of the frequency sweep [Hz] (the paper gives its ends)."""
+SWEEP = {f"frequency_sweep_{f:g}hz": f for f in (0.1, 0.25, 0.5, 1.0, 1.5, 2.0)}
+"""The frequency sweep: name and frequency [Hz] (the paper gives its ends)."""
 
 
 class Plan(NamedTuple):
@@ -127,5 +128,5 @@ PLANS: dict[str, Plan] = {
     "sensing_sweep": sensed(shapes.sweep, SWEEP_HZ, 1.0 / SWEEP_HZ),
     "sensing_circle": sensed(shapes.circle, 0.25),
     "sensing_vertical": sensed(shapes.vertical, 0.25),
-    **{f"frequency_sweep_{f:g}hz": periodic(shapes.circle, f, max(PERIODIC, 1.0 / f)) for f in SWEPT_HZ},
+    **{name: periodic(shapes.circle, f, math.ceil(PERIODIC * f) / f) for name, f in SWEEP.items()},
 }

@@ -9,11 +9,12 @@ import pytest
 from controller.experiments.case import Case, Setup
 from controller.experiments.catalogue import CASES, catalogue
 from controller.experiments.frequency_sweep import frequency_sweep
-from controller.experiments.metrics import UNITS, Window
-from controller.experiments.paper_rows import DIGITS, EXPERIMENTS, JUDGED, PAPER_ROWS
+from controller.experiments.metrics import Window
+from controller.experiments.paper_rows import DIGITS, EXPERIMENTS, PAPER_ROWS
 from controller.experiments.result_json import result_json
-from controller.experiments.result_rows import result_rows
+from controller.experiments.result_rows import ALWAYS, result_rows
 from controller.experiments.results import Failure, Finished, ResultRow, Results, Trace
+from controller.reference.library import PLANS
 from controller.reference.reference import Reference
 
 WHOLE, AFTER = Window.WHOLE, Window.AFTER_APPROACH
@@ -22,8 +23,14 @@ NO_TRACE = Trace(*([np.empty(0)] * 8), *([np.empty(0, np.float32)] * 2))
 
 
 def finished(case: Case, whole: float = 2.0, after: float = 1.0) -> Finished:
-    """A run all of whose metrics are `whole` or `after`."""
-    metrics = {WHOLE: dict.fromkeys(UNITS, whole), AFTER: dict.fromkeys(UNITS, after)}
+    """A run whose metrics, all that such a run has, are `whole` or `after`."""
+    plan = PLANS.get(case.reference)
+    names = [*ALWAYS]
+    if plan is not None and plan.steps:
+        names += ["sse"]
+    if plan is not None and plan.frequency is not None:
+        names += ["lag_deg_x", "lag_deg_y"]
+    metrics = {WHOLE: dict.fromkeys(names, whole), AFTER: dict.fromkeys(names, after)}
     return Finished(case, Reference(case.reference, np.zeros((1, 2)), 0), NO_TRACE, metrics)
 
 
@@ -46,7 +53,7 @@ def test_every_experiment_and_every_number_of_the_paper_gets_a_row() -> None:
     rows = made(finished(case) for case in catalogue(quick=True))
     assert {key[0] for key in rows} == set(EXPERIMENTS)
     assert {paper.key for paper in PAPER_ROWS} <= rows.keys()
-    assert all(row.about.role == "held-out" for row in (rows[paper.key] for paper in JUDGED))
+    assert ("vu", "P1", "ff+pi", "sse") not in rows and ("vu", "P1", "ff+pi", "lag_deg_x") not in rows
 
 
 def test_ours_is_the_mean_over_seeds_in_the_papers_window_with_the_other_one_beside() -> None:
@@ -94,6 +101,8 @@ def test_the_frequency_sweep_is_one_row_with_its_curve() -> None:
     assert [point["share"] for point in row.extra["curve"]] == [0.1, 0.2, None]
     ended = made([*runs, finished(Case("frequency_sweep_2hz"), after=0.3)])
     assert ended["frequency_sweep", "P1", "ff+pi", "feedback_share"].ours == 0.3
+    alone = frequency_sweep(runs, [failure], [finished(Case("frequency_sweep_1hz"), after=0.15)])
+    assert [point.share_pi for point in alone] == [None, 0.15, None]
     assert row.extra["paper_curve"] == [{"frequency": 0.1, "share": 0.12}, {"frequency": 2.0, "share": 0.32}]
 
 
@@ -102,7 +111,7 @@ def test_the_json_has_the_keys_that_were_agreed_and_no_nan() -> None:
     failures = (Failure(Case("frequency_sweep_2hz"), "FAULT"),)
     sweep = frequency_sweep(outcomes, failures)
     rows = result_rows(outcomes, failures, sweep)
-    results = Results(outcomes, failures, rows, (), sweep, (), (), 1.5, Setup(), (0,), 2, True)
+    results = Results(outcomes, failures, rows, (), sweep, (), (), 1.5, Setup(), (0,), 2, True, 2)
     found = json.loads(json.dumps(result_json(results), allow_nan=False))
     assert set(CONTRACT) | {"role"} <= set(found["rows"][0])
     assert (found["seconds"], found["rows"][0]["ours"]) == (1.5, None)

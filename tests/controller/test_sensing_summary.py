@@ -2,11 +2,18 @@
 
 import math
 
+import numpy as np
 import pytest
 from scipy.stats import t
 
-from controller.experiments.sensing_summary import EQUAL, in_order, summarised, welch
+from controller.experiments.case import Case
+from controller.experiments.metrics import Window
+from controller.experiments.results import Failure, Finished, Trace
+from controller.experiments.sensing_summary import CLEARLY, EQUAL, in_order, sensing_summary, summarised, welch
+from controller.reference.reference import Reference
 
+NO_TRACE = Trace(*([np.empty(0)] * 8), *([np.empty(0, np.float32)] * 2))
+REFERENCE = Reference("sensing_circle", np.zeros((1, 2)), 0)
 PAPER_LIKE = {"ff": (20.0, 22.0), "rod6": (15.0, 15.0), "rod10": (9.0, 10.8), "rod6+10": (9.0, 10.0)}
 
 
@@ -25,6 +32,24 @@ def test_a_law_that_failed_is_left_out_and_the_order_is_not_the_papers() -> None
     assert not found.ordered and found.p_value is None
 
 
+def finished(case: Case, rmse: float) -> Finished:
+    return Finished(case, REFERENCE, NO_TRACE, {window: {"rmse": rmse} for window in Window})
+
+
+def test_a_law_of_which_one_run_failed_has_no_numbers() -> None:
+    runs = [
+        finished(Case("sensing_circle", law=law, seed=seed), rmse)
+        for law, values in PAPER_LIKE.items()
+        for seed, rmse in enumerate(values)
+    ]
+    [whole] = sensing_summary(runs, ())
+    assert whole.ordered
+    [broken] = sensing_summary(runs, (Failure(Case("sensing_circle", law="rod6", seed=2), "FAULT"),))
+    assert [law.law for law in broken.laws] == ["ff", "rod10", "rod6+10"] and not broken.ordered
+    [nothing] = sensing_summary((), [Failure(Case("sensing_sweep", law=law), "FAULT") for law in PAPER_LIKE])
+    assert (nothing.laws, nothing.ordered) == ((), False)
+
+
 @pytest.mark.parametrize(
     ("ff", "rod6", "rod10", "both", "ordered"),
     [
@@ -34,9 +59,11 @@ def test_a_law_that_failed_is_left_out_and_the_order_is_not_the_papers() -> None
         (4.0, 2.0, 3.0, 3.0, False),
         (3.0, 4.0, 2.0, 2.0, False),
         (4.0, 3.0, 2.0, 4.5, False),
+        (4.0, 4.0 * (1.0 - 1.1 * CLEARLY), 2.0, 2.5, True),
+        (4.0, 4.0 * (1.0 - 0.9 * CLEARLY), 2.0, 2.5, False),
     ],
 )
-def test_the_order_is_ff_worst_and_the_tip_best_or_equal(
+def test_the_order_is_ff_worst_rod_6_clearly_better_and_the_tip_best_or_equal(
     ff: float, rod6: float, rod10: float, both: float, ordered: bool
 ) -> None:
     assert in_order({"ff": ff, "rod6": rod6, "rod10": rod10, "rod6+10": both}) is ordered

@@ -87,7 +87,7 @@ def share(results: Results) -> str:
 def failures(results: Results) -> str:
     """How many runs did not come to their end."""
     count = len(results.failures)
-    return f"{count} of {count + len(results.outcomes)} runs failed; see below." if count else "No run failed."
+    return f"{count} of {results.runs} runs failed; see below." if count else "No run failed."
 
 
 def failed_runs(results: Results) -> str:
