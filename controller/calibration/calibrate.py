@@ -7,14 +7,15 @@ from datetime import date
 from importlib.metadata import version
 
 from controller.calibration.fit_file import Origin, Result
-from controller.calibration.pool import Pool
-from controller.calibration.problem import Problem
-from controller.calibration.search import Effort, Report, Search, Stage
-from controller.calibration.spread import held_out, near_equal, walk
+from controller.calibration.problem import Evaluation, Problem
+from controller.calibration.search import Effort, Report, Search, Stage, ending
+from controller.calibration.spread import RowSpread, held_out, near_equal, walk
 from controller.errors import TendrilError
+from controller.experiments.pool import Pool, cores
 
 SPREAD_SHARE = 1.0 / 3.0
 """Time for the walk around the best fit, as a share of the search's budget."""
+CUT_SHORT = ("interrupted", "a worker died")
 
 
 @dataclass(frozen=True)
@@ -29,22 +30,22 @@ class Task:
 
 
 def calibrate(task: Task, report: Report) -> Result:
-    """The fit. An interrupt ends the search, not the command: the best so far is taken.
+    """The fit. An interrupt ends what is being done, not the command: what has been found is taken.
 
     Raises TendrilError if no point of the search kept the margins.
     """
     begin = time.monotonic()
-    with Pool(task.workers) as pool:
+    spread: list[RowSpread] = []
+    with Pool(task.workers or cores()) as pool:
         search = Search(task.problem, pool, task.effort, report)
-        ended = search.run(task.seed)
-        best = search.best()
-        if best is None:
-            raise TendrilError(f"{len(search.found)} points, none of which kept the margins: give more points or time")
-        if ended != "interrupted":
+        ended = ending(lambda: search.run(task.seed))
+        best = require_best(search, ended)
+        if ended not in CUT_SHORT:
             search.allow(SPREAD_SHARE * task.effort.minutes)
-            walk(search, best, task.seed)
+            ended = worse(ended, ending(lambda: walk(search, best, task.seed)))
         fits = near_equal(search, search.best() or best)
-        spread = held_out(task.problem, fits, pool, told(report, len(fits), search.best_cost))
+        done = told(report, len(fits), search.best_cost)
+        ended = worse(ended, ending(lambda: spread.extend(held_out(task.problem, fits, pool, done))))
     origin = Origin(
         date=date.today().isoformat(),
         command=task.command,
@@ -55,6 +56,20 @@ def calibrate(task: Task, report: Report) -> Result:
         ended=ended,
     )
     return Result(task.problem, fits[0], tuple(fits), tuple(spread), origin)
+
+
+def require_best(search: Search, ended: str) -> Evaluation:
+    """The best point. Raises TendrilError if there is none, with the first point's trouble if it had any."""
+    best = search.best()
+    if best is None:
+        reason = next((one.trouble for one in search.found if one.trouble), "give more points or time")
+        raise TendrilError(f"{len(search.found)} points ({ended}), none of which kept the margins: {reason}")
+    return best
+
+
+def worse(ended: str, later: str) -> str:
+    """How the whole ended: that its last parts ran out of time is usual, and no news."""
+    return later if later in CUT_SHORT else ended
 
 
 def told(report: Report, fits: int, cost: float) -> Callable[[object], None]:

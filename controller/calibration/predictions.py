@@ -9,7 +9,7 @@ import numpy as np
 
 from controller.actuator import PRESETS
 from controller.experiments import run
-from controller.experiments.case import Case, Setup, settings_of
+from controller.experiments.case import Case, Setup, parameters_of, settings_of
 from controller.experiments.metrics import measure
 from controller.experiments.paper_rows import DIGITS, PaperRow, window_of
 from controller.experiments.simulate import Rows
@@ -69,9 +69,8 @@ def cases_of(row: PaperRow, seed: int) -> list[Case]:
 
 def metrics_of(case: Case, setup: Setup) -> tuple[Mapping[str, float], float]:
     """Metrics of a run in the paper's window (none if it broke off), and the share of it that lasted."""
-    parameters = RigParameters(actuator=PRESETS[case.actuator], controller=setup.controller, twin=setup.twin)
     path = planned(case.reference, case.actuator, setup.controller)
-    rows, lasted = attempt(parameters, path, settings_of(case, setup.gains), case.seed)
+    rows, lasted = attempt(parameters_of(case, setup), path, settings_of(case, setup.gains), case.seed)
     return (measure(rows, path, window_of(case.reference)) if lasted == 1.0 else {}), lasted
 
 

@@ -6,14 +6,14 @@ budget of time the first fit is then a finished one, and the parent process know
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
 
-from controller.calibration.pool import OutOfTime, Pool
 from controller.calibration.problem import HOPELESS, Evaluation, Problem, evaluate, keeps_margins
+from controller.experiments.pool import OutOfTime, Pool, WorkerDied
 from controller.kernels.rod import Array
 
 STEP = 0.02
@@ -51,6 +51,14 @@ class Effort:
 
 
 QUICK = Effort(screen=8, starts=1, steps=2, minutes=1.0)
+"""Whether it runs."""
+
+
+def effort_of(base: Effort, screen: int | None, starts: int | None, minutes: float | None) -> Effort:
+    """`base` with what is given."""
+    given = {"screen": screen, "starts": starts, "minutes": minutes}
+    changed: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    return replace(base, **changed)
 
 
 @dataclass
@@ -67,17 +75,10 @@ class Search:
     def __post_init__(self) -> None:
         self._until = time.monotonic() + 60.0 * self.effort.minutes
 
-    def run(self, seed: int) -> str:
-        """Screen and polish. Returns how it ended: "finished", "out of time" or "interrupted"."""
-        try:
-            starts = self.screen(seed)
-            for number, start in enumerate(starts, 1):
-                self.polish(start, f"start {number}")
-        except OutOfTime:
-            return "out of time"
-        except KeyboardInterrupt:
-            return "interrupted"
-        return "finished"
+    def run(self, seed: int) -> None:
+        """Screen and polish. Raises OutOfTime when the budget is spent."""
+        for number, start in enumerate(self.screen(seed), 1):
+            self.polish(start, f"start {number}")
 
     def screen(self, seed: int) -> list[Evaluation]:
         """The best of points spread as the priors are, apart from one another."""
@@ -138,6 +139,19 @@ class Search:
         """The point of least cost that keeps the margins, of all that were evaluated: by cost alone."""
         kept = [one for one in self.found if keeps_margins(self.problem, one)]
         return min(kept, key=lambda one: (one.cost, one.z.tobytes()), default=None)
+
+
+def ending(work: Callable[[], None]) -> str:
+    """How `work` ended: "finished", or what cut it short. Nothing that a search has found is lost by it."""
+    try:
+        work()
+    except OutOfTime:
+        return "out of time"
+    except KeyboardInterrupt:
+        return "interrupted"
+    except WorkerDied:
+        return "a worker died"
+    return "finished"
 
 
 def neighbours(z: Array) -> tuple[Array, Array]:

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controller.calibration.pool import OutOfTime, Pool
 from controller.calibration.predictions import Predicted, predict
 from controller.calibration.problem import Evaluation, Problem, keeps_margins
 from controller.calibration.search import Search, Stage, distance
 from controller.experiments.paper_rows import JUDGED, PaperRow
+from controller.experiments.pool import Pool
 from controller.kernels.rod import Array
 
 NEAR = 2.0
@@ -41,7 +41,8 @@ class RowSpread:
 
 def near_equal(search: Search, best: Evaluation) -> list[Evaluation]:
     """The best fit first, then those within NEAR that keep the margins, the farthest apart first, at most FITS."""
-    close = [one for one in search.found if is_near(search.problem, one, best)]
+    near = (one for one in search.found if is_near(search.problem, one, best))
+    close = sorted(near, key=lambda one: one.z.tobytes())  # they were found in any order
     chosen = [best]
     while len(chosen) < FITS:
         gaps = [min(distance(one, other) for other in chosen) for one in close]
@@ -57,17 +58,17 @@ def is_near(problem: Problem, one: Evaluation, best: Evaluation) -> bool:
 
 
 def walk(search: Search, best: Evaluation, seed: int) -> None:
-    """Evaluate points around the near-equal fits until there are enough; the steps follow what is accepted."""
+    """Evaluate points around the near-equal fits until there are enough; the steps follow what is accepted.
+
+    Raises OutOfTime when the budget is spent.
+    """
     random, scale = np.random.default_rng(seed), FIRST_SCALE
     for _ in range(ROUNDS):
         fits = near_equal(search, best)
         if len(fits) >= FITS:
             return
         points = [proposal(fits, scale, random) for _ in range(PROPOSALS)]
-        try:
-            tried = search.evaluate(points, STAGE)
-        except OutOfTime:
-            return
+        tried = search.evaluate(points, STAGE)
         accepted = sum(is_near(search.problem, one, best) for one in tried)
         scale *= 0.6 if accepted == 0 else 1.3 if accepted > PROPOSALS // 2 else 1.0
 
@@ -82,7 +83,7 @@ def proposal(fits: Sequence[Evaluation], scale: float, random: np.random.Generat
 def held_out(
     problem: Problem, fits: Sequence[Evaluation], pool: Pool, done: Callable[[list[Predicted]], None]
 ) -> list[RowSpread]:
-    """Each held-out row under every fit. Called only once the fits are chosen."""
+    """Each of JUDGED under every fit. Called only once the fits are chosen."""
     calls = [(JUDGED, problem.space.decode(fit.z), problem.seed) for fit in fits]
     numbers = np.array([[number for number, _ in ours] for ours in pool.map(predict, calls, done)])
     return [row_spread(row, column) for row, column in zip(JUDGED, numbers.T, strict=True)]

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from controller.calibration.margins import Trial
-from controller.calibration.pool import OutOfTime, Pool
 from controller.calibration.predictions import predict
 from controller.calibration.problem import Evaluation, Problem, evaluate, keeps_margins
-from controller.calibration.search import Effort, Search, apart, neighbours
+from controller.calibration.search import QUICK, Effort, Search, apart, effort_of, ending, neighbours
 from controller.calibration.space import Space
 from controller.calibration.spread import FITS_MIN, NEAR, is_near, near_equal, walk
 from controller.calibration.unknowns import Unknown
 from controller.experiments.paper_rows import FITTED
+from controller.experiments.pool import OutOfTime, Pool, WorkerDied
 
 UNKNOWNS = (
     Unknown("torque_gain.0", 0.9, 1.3, 1.05, 5.0),
@@ -42,7 +42,7 @@ def test_known_numbers_are_found_again(problem: Problem) -> None:
     told: Counter[str] = Counter()
     with Pool(1) as pool:
         search = Search(problem, pool, SMALL, lambda stage, best: told.update([stage.name]))
-        assert search.run(seed=0) == "finished"
+        assert ending(lambda: search.run(seed=0)) == "finished"
     best = search.best()
     assert best is not None and best.cost < 0.1 and best.cost == search.best_cost
     values, truth = SPACE.values(best.z), SPACE.values(TRUTH)
@@ -57,7 +57,7 @@ def test_any_number_of_processes_gives_the_same_bits_and_time_ends_it(problem: P
         with pytest.raises(OutOfTime):
             pool.map(evaluate, [(problem, z) for z in points], over=lambda: True)
         spent = Search(problem, pool, replace(SMALL, minutes=0.0))
-        assert spent.run(seed=0) == "out of time" and spent.best() is None
+        assert ending(lambda: spent.run(seed=0)) == "out of time" and spent.best() is None
     for one, z in zip(found, points, strict=True):
         assert one.residuals.tobytes() == evaluate(problem, z).residuals.tobytes()
 
@@ -67,6 +67,33 @@ def test_a_hopeless_point_is_not_asked_for_its_margins(problem: Problem) -> None
     found = evaluate(guarded, np.array([0.0, 0.0]), hopeless=0.0)
     assert found.margins == () and not keeps_margins(guarded, found)
     assert len(found.residuals) == len(problem.rows) + len(UNKNOWNS)
+
+
+def test_a_plant_that_cannot_be_run_is_a_bad_point_with_its_reason_and_not_the_end(problem: Problem) -> None:
+    impossible = replace(problem.rows[0], experiment="no_such")
+    found = evaluate(replace(problem, rows=(impossible,), trials=(Trial("P1", "stop", "gain"),)), TRUTH, hopeless=0.0)
+    assert found.cost > 1e3 and "'no_such' is not one of" in found.trouble
+    assert not keeps_margins(problem, found) and found.margins == ()
+
+
+@pytest.mark.parametrize(
+    ("error", "ended"),
+    [(KeyboardInterrupt, "interrupted"), (WorkerDied, "a worker died"), (OutOfTime, "out of time")],
+)
+def test_what_cuts_a_search_short_is_told_and_loses_nothing(problem: Problem, error: type, ended: str) -> None:
+    class Unlucky(Bowl):
+        def map(self, work: Any, calls: list[Any], done: Any, over: Any) -> list[Evaluation]:
+            super().map(work, calls[:2], done, over)
+            raise error
+
+    search = Search(problem, cast(Pool, Unlucky()), SMALL)
+    assert ending(lambda: search.run(seed=0)) == ended and len(search.found) == 2
+
+
+def test_quick_changes_only_what_is_not_given() -> None:
+    assert effort_of(QUICK, None, None, None) == QUICK
+    assert effort_of(QUICK, 5, None, 0.5) == replace(QUICK, screen=5, minutes=0.5)
+    assert effort_of(Effort(), None, 3, None) == replace(Effort(), starts=3)
 
 
 def test_differences_stay_in_the_box() -> None:
@@ -88,6 +115,9 @@ def test_near_equal_fits_are_the_best_and_others_within_the_bound_far_from_one_a
         search = Search(problem, pool, SMALL, found=[worse, beside, far, best])
     assert search.best() is best
     assert near_equal(search, best) == [best, far]
+    as_far = [evaluation([0.5, share], 1.0) for share in (0.75, 0.25)]
+    chosen = [near_equal(replace(search, found=[best, *found]), best) for found in (as_far, as_far[::-1])]
+    assert len(chosen[0]) == 3 and all(one is other for one, other in zip(*chosen, strict=True))
     assert is_near(problem, beside, best) and not is_near(problem, worse, best)
 
 
