@@ -43,10 +43,6 @@ class Space:
             Settings.model_validate(self.base.gains.model_dump() | gains),
         )
 
-    def encode(self, setup: Setup) -> Array:
-        """The point (n,) nearest to `setup`: what is beyond a bound is put on it."""
-        return np.array([one.share(value_in(setup, one.name)) for one in self.unknowns])
-
     def prior_residuals(self, z: Array) -> Array:
         """Standard deviations (n,) off each prior."""
         values = self.values(z)
@@ -81,12 +77,3 @@ def place(fields: dict[str, Any], name: str, value: float) -> None:
     if index:
         entries[int(index)] = value
     fields[key] = tuple(entries) if index else value
-
-
-def value_in(setup: Setup, name: str) -> float:
-    """The number called `name` in `setup`."""
-    if name in GAIN_NAMES:
-        return float(getattr(setup.gains, name)[0])
-    key, _, index = name.partition(".")
-    found = getattr(setup.twin, key)
-    return float(found[int(index)] if index else found)

@@ -25,9 +25,9 @@ class Unknown(NamedTuple):
         return math.exp(number) if self.log else number
 
     def share(self, value: float) -> float:
-        """Where `value` lies between the bounds: 0 at `low`, 1 at `high`, clipped."""
+        """Where `value` lies between the bounds: 0 at `low`, 1 at `high`, and for rounding errors nowhere beyond."""
         low, high = self.scaled(self.low), self.scaled(self.high)
-        return min(max((self.scaled(max(value, self.low)) - low) / (high - low), 0.0), 1.0)
+        return min(max((self.scaled(value) - low) / (high - low), 0.0), 1.0)
 
     def value(self, share: float) -> float:
         """Inverse of `share`."""
