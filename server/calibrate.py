@@ -19,14 +19,16 @@ AT_BOUND = 0.01
 
 
 def run_calibrate(task: Task, out: Path | None, console: Console) -> None:
-    """Search, write and show. Raises TendrilError for a file that cannot be written, before the search."""
+    """Search, write and show. Raises TendrilError for a file that cannot be written, before the search if possible."""
     if out is not None:
         check_target(out)
     with progress(console) as report:
         result = calibrate(task, report)
-    if out is not None:
-        write_fit(result, out)
-    show(result, console)
+    try:
+        if out is not None:
+            write_fit(result, out)
+    finally:
+        show(result, console)  # all that is left of a long search if the disk is full
     if out is not None:
         console.print(f"Written: {out}", markup=False, soft_wrap=True, highlight=False)
 
@@ -60,8 +62,10 @@ def show(result: Result, console: Console) -> None:
     )
     if len(result.fits) < FITS_MIN:
         console.print(f"[yellow]Note[/]: below {FITS_MIN} near-equal fits the spread says little.", highlight=False)
-    for table in (rows_table(result), unknowns_table(result), margins_table(result), spread_table(result)):
-        console.print(table)
+    tables = rows_table(result), unknowns_table(result), margins_table(result), spread_table(result)
+    for table in tables:
+        if table.row_count:
+            console.print(table)
 
 
 def rows_table(result: Result) -> Table:

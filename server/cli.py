@@ -2,6 +2,7 @@
 
 import json
 import logging
+import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -162,24 +163,37 @@ def observe(
 @app.command()
 def calibrate(
     out_file: Annotated[Path | None, typer.Option("--out", help="TOML file to write; only shown without it.")] = None,
-    starts: Annotated[int, typer.Option(min=1, max=100, help="Points that are polished, the best first.")] = 8,
-    screen: Annotated[int, typer.Option(min=1, max=100_000, help="Points that are tried first.")] = 200,
+    starts: Annotated[
+        int | None,
+        typer.Option(min=1, max=100, help="Points that are polished, the best first.", show_default="8; --quick: 1"),
+    ] = None,
+    screen: Annotated[
+        int | None,
+        typer.Option(min=1, max=100_000, help="Points that are tried first.", show_default="200; --quick: 8"),
+    ] = None,
     minutes: Annotated[
-        float, typer.Option(min=0.1, max=10_000.0, help="For the search; the spread comes on top.")
-    ] = 30.0,
+        float | None,
+        typer.Option(
+            min=0.1, max=10_000.0, help="For the search; the spread comes on top.", show_default="30; --quick: 1"
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="Of the points and of the twin's noise.")] = 0,
     workers: Annotated[int | None, typer.Option(min=1, max=256, help="Processes; one a core without it.")] = None,
-    quick: Annotated[bool, typer.Option(help="A look at whether it runs: one start, few points, no good fit.")] = False,
+    quick: Annotated[
+        bool, typer.Option(help="A look at whether it runs: few points, no margins, no good fit.")
+    ] = False,
 ) -> None:
     """Fit the twin's unknowns and the gains to the paper's fit rows (docs/calibration.md)."""
     from controller.calibration.calibrate import Task
+    from controller.calibration.margins import TRIALS
     from controller.calibration.problem import Problem
-    from controller.calibration.search import QUICK, Effort
+    from controller.calibration.search import QUICK, Effort, effort_of
     from server.calibrate import run_calibrate
 
-    effort = QUICK if quick else Effort(screen=screen, starts=starts, minutes=minutes)
-    command = " ".join(["tendril", *sys.argv[1:]])
-    run_calibrate(Task(Problem(seed=seed), effort, seed, workers, command), out_file, out)
+    effort = effort_of(QUICK if quick else Effort(), screen, starts, minutes)
+    problem = Problem(trials=() if quick else TRIALS, seed=seed)
+    command = shlex.join(["tendril", *sys.argv[1:]])
+    run_calibrate(Task(problem, effort, seed, workers, command), out_file, out)
 
 
 @app.command()

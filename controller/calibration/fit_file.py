@@ -1,6 +1,9 @@
 """The fit as a data file: what `controller/fit.py` reads, and beside it how it was found and what it leaves open."""
 
+import json
 import math
+import os
+import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,7 +31,7 @@ class Origin:
     starts: int
     evaluations: int
     ended: str
-    """"finished", "out of time" or "interrupted"."""
+    """"finished", "out of time", "interrupted" or "a worker died"."""
 
 
 @dataclass(frozen=True)
@@ -47,16 +50,25 @@ def check_target(out: Path) -> None:
     """Raise an error now if `out` cannot be written at the end of a long search."""
     if out.suffix != ".toml":
         raise ParameterError(f"out = {str(out)!r} does not end in .toml")
-    if not out.absolute().parent.is_dir():
+    folder = out.absolute().parent
+    if out.is_dir():
+        raise TendrilError(f"{out} cannot be written: it is a folder")
+    if not folder.is_dir():
         raise TendrilError(f"{out} cannot be written: its folder does not exist")
+    if not os.access(out if out.exists() else folder, os.W_OK):
+        raise TendrilError(f"{out} cannot be written: no permission")
 
 
 def write_fit(result: Result, out: Path) -> None:
-    """Write `result` as TOML. Raises TendrilError where that is impossible."""
+    """Write `result` as TOML that has been read back. Raises TendrilError where that is impossible."""
+    text = fit_text(result)
     try:
-        out.write_text(fit_text(result))
+        tomllib.loads(text)
+        out.write_text(text, encoding="utf-8")
+    except tomllib.TOMLDecodeError as error:
+        raise TendrilError(f"{out} is not written, for nobody could read it: {error}") from error
     except OSError as error:
-        raise TendrilError(f"{error.filename} cannot be written: {error.strerror}") from error
+        raise TendrilError(f"{out} cannot be written: {error.strerror}") from error
 
 
 def fit_text(result: Result) -> str:
@@ -116,12 +128,12 @@ def table(name: str, entries: Mapping[str, Any]) -> list[str]:
 
 
 def toml(value: Any) -> str:
-    """A number, text or tuple of numbers as TOML; floats with every digit, so that they are read back bit by bit."""
+    """A number, bool, text or tuple as TOML; floats with every digit, so that they are read back bit by bit."""
     if isinstance(value, tuple):
         return "[" + ", ".join(toml(one) for one in value) + "]"
     if isinstance(value, float):
-        return repr(value) if math.isfinite(value) else str(value)
+        return repr(float(value)) if math.isfinite(value) else str(value)
     if isinstance(value, int):
-        return str(value)
-    text = str(value).replace("\\", "\\\\").replace('"', '\\"')
-    return f'"{text}"'
+        return json.dumps(value)
+    text = str(value).encode(errors="replace").decode()  # an argument that is no UTF-8 has a lone surrogate
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")  # escaped as in JSON, but for DEL
