@@ -49,9 +49,16 @@ class Recorder:
         return self.folder / f"{case.reference}_{case.actuator}_{case.law}.rrd"
 
     def clear(self, cases: Iterable[Case]) -> None:
-        """Remove what an earlier reproduction left: a run that now fails would seem to have a recording."""
+        """Remove what an earlier reproduction left: a run that now fails would seem to have a recording.
+
+        Raises TendrilError for a file that stays.
+        """
         for case in cases:
-            self.path(case).unlink(missing_ok=True)
+            path = self.path(case)
+            try:
+                path.unlink(missing_ok=True)
+            except OSError as error:
+                raise TendrilError(f"{path} cannot be removed: {error.strerror}") from error
 
 
 def run_reproduce(order: Order, report: Path | None, json_file: Path | None, console: Console) -> None:

@@ -1,25 +1,20 @@
 """The tables that `tendril reproduce` prints."""
 
-from collections.abc import Sequence
+from math import isnan
 from statistics import mean
 
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from controller.experiments.case import Case
 from controller.experiments.metrics import Window
 from controller.experiments.paper_rows import FIT, HELD_OUT, NONE, SENSING_LAWS
-from controller.experiments.report.verdict import (
-    FACTOR,
-    FIT_BAR,
-    NEAR,
-    NEAR_WANTED,
-    judged,
-    verdict,
-    within,
-    within_factor,
-)
+from controller.experiments.report.bars import bars
+from controller.experiments.report.remarks import known_remarks, outdated
+from controller.experiments.report.verdict import verdict
 from controller.experiments.results import ResultRow, Results, SensedLaw, SensedTrajectory
+from server.tables import empty
 
 COLOURS = {True: "green", False: "red", None: "default"}
 NUMBERS = ("paper", "ours", "ratio", "other")
@@ -53,14 +48,6 @@ def main_table(rows: tuple[ResultRow, ...]) -> Table:
 def in_main_table(row: ResultRow) -> bool:
     """Whether the paper gives a number; of the live path, for which it gives none, the error alone."""
     return row.about.paper is not None or (row.about.experiment, row.about.metric) == ("live_path", "rmse")
-
-
-def empty(title: str, heads: Sequence[str], numbers: Sequence[str]) -> Table:
-    """A table without lines; `numbers` are the heads of columns that are flush right."""
-    table = Table(title=escape(title), title_justify="left", box=None, padding=(0, 1, 0, 0), pad_edge=False)
-    for head in heads:
-        table.add_column(head, justify="right" if head in numbers else "left", no_wrap=True)
-    return table
 
 
 def cells(row: ResultRow) -> tuple[str, ...]:
@@ -97,10 +84,10 @@ def sensing_table(trajectories: tuple[SensedTrajectory, ...]) -> Table:
 
 
 def sensed_text(one: SensedLaw | None) -> str:
-    """Mean RMSE [mm], and by how much it differs from that of FF."""
+    """Mean RMSE [mm], and by how much it differs from that of FF, if that came to its end."""
     if one is None:
         return "failed"
-    return f"{mean(one.rmse):.1f}" + (f" ({-one.reduction:+.0%})" if one.reduction else "")
+    return f"{mean(one.rmse):.1f}" + ("" if one.law == "ff" or isnan(one.reduction) else f" ({-one.reduction:+.0%})")
 
 
 def sweep_lines(results: Results) -> list[str]:
@@ -116,24 +103,23 @@ def sweep_lines(results: Results) -> list[str]:
 
 
 def failure_lines(results: Results) -> list[str]:
-    """Each run that did not come to its end, with its reason."""
-    return [
-        f"[red]Failed[/]: {one.case.actuator} {one.case.law}, seed {one.case.seed}: {one.sentence}"
-        for one in results.failures
+    """Each run that did not come to its end or whose recording could not be written, with its reason."""
+    return [f"[red]Failed[/]: {named(one.case)}: {escape(one.sentence)}" for one in results.failures] + [
+        f"[red]Not recorded[/]: {named(one.case)}: {escape(one.unkept)}" for one in results.outcomes if one.unkept
     ]
 
 
+def named(case: Case) -> str:
+    """A run as markup."""
+    return escape(f"{case.reference} {case.actuator} {case.law}, seed {case.seed}")
+
+
 def summary_lines(results: Results) -> list[str]:
-    """How many rows keep their bars, which window is meant, and how long it took."""
-    fitted = [row for row in results.rows if row.about.role == FIT and row.about.metric == "rmse"]
-    held_out, runs = judged(results.rows), results.runs
-    near = sum(within(row, NEAR) for row in held_out)
-    inside = sum(within_factor(row) for row in held_out)
+    """The bars, which window is meant, and how long it took."""
     return [
-        f"Fitted RMSE within {FIT_BAR:.0%}: {sum(within(row, FIT_BAR) for row in fitted)} of {len(fitted)}.",
-        f"Held out: {near} of {len(held_out)} within {NEAR:.0%} (wanted: {NEAR_WANTED}), {inside} within a factor of "
-        f"{FACTOR:g} (wanted: all).",
+        *bars(results),
+        *(f"The remark on {one} is out of date: the row is near." for one in outdated(results.rows, known_remarks())),
         f"Window: {Window.WHOLE.value} for periodic tasks and the live path, {Window.AFTER_APPROACH.value} for "
         "the rest; beside it the other one.",
-        f"{runs} runs in {results.seconds:.0f} s over {results.workers} processes.",
+        f"{results.runs} runs in {results.seconds:.0f} s over {results.workers} processes.",
     ]

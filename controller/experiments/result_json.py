@@ -4,6 +4,7 @@ import math
 from dataclasses import asdict
 from typing import Any
 
+from controller.experiments.report.remarks import known_remarks, remark
 from controller.experiments.results import PressureStep, ResultRow, Results, SensedTrajectory
 from controller.fit import GAIN_NAMES
 
@@ -26,7 +27,7 @@ def result_json(results: Results) -> dict[str, Any]:
 
 
 def row_json(row: ResultRow) -> dict[str, Any]:
-    """The ten keys of every row, and what we add to them."""
+    """The ten keys of every row, and what we add to them; `failed` and `remark` where there is something to say."""
     found = {
         **asdict(row.about),
         "ours": row.ours,
@@ -36,7 +37,8 @@ def row_json(row: ResultRow) -> dict[str, Any]:
         "seeds": row.seeds,
         **row.extra,
     }
-    return found | {"failed": row.failed} if row.failed else found
+    notes = {"failed": row.failed, "remark": remark(row, known_remarks())}
+    return found | {name: text for name, text in notes.items() if text}
 
 
 def _sensing(one: SensedTrajectory) -> dict[str, Any]:

@@ -1,7 +1,6 @@
 """The report of a small reproduction: what it must show, and what it must not hide."""
 
 import re
-import tomllib
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -14,14 +13,16 @@ from controller.errors import TendrilError
 from controller.experiments.case import Case
 from controller.experiments.metrics import Window
 from controller.experiments.paper_rows import paper_row
-from controller.experiments.report.main_table import REMARKS_FILE, remarks
+from controller.experiments.report.main_table import remarks
 from controller.experiments.report.page import report_page, write_report
 from controller.experiments.report.periodic_figures import circle_plate
 from controller.experiments.report.plate import plate_html
+from controller.experiments.report.remarks import known_remarks, needs_remark, outdated
 from controller.experiments.report.snapshot_figures import outline
 from controller.experiments.report.spans import once
 from controller.experiments.report.verdict import verdict
 from controller.experiments.reproduce import Order, reproduce
+from controller.experiments.result_json import row_json
 from controller.experiments.results import Failure, ResultRow, Results
 from controller.fit import FIT
 
@@ -127,18 +128,25 @@ def test_spread_and_margins_are_shown_as_soon_as_the_fit_has_them(results: Resul
         assert text in later
 
 
-def test_a_row_that_misses_its_bar_is_explained_where_there_is_a_remark(tmp_path: Path) -> None:
-    file = tmp_path / "remarks.toml"
-    file.write_text('"circle_1hz P1 ff+pi rmse" = "The sheet <drags>."\n')
-    assert remarks([result_row("circle_1hz P1 ff+pi rmse", 7.5)], file) == ""
-    assert "The sheet &lt;drags&gt;." in remarks([result_row("circle_1hz P1 ff+pi rmse", 10.0)], file)
-    assert remarks([result_row("vu P1 ff+pi rmse", 10.0)], file) == ""
-    assert "broke off" in remarks([result_row("vu P1 ff+pi rmse", None, "broke off")], file)
+def test_every_row_that_is_not_near_is_listed_with_its_reason_or_that_there_is_none() -> None:
+    known = {"circle_1hz P1 ff+pi rmse": "The sheet <drags>."}
+    near, far = (result_row("circle_1hz P1 ff+pi rmse", ours) for ours in (7.5, 10.0))
+    assert (remarks([near], known), outdated([near], known)) == ("", ["circle_1hz P1 ff+pi rmse"])
+    assert "The sheet &lt;drags&gt;." in remarks([far], known) and outdated([far], known) == []
+    for what, ours in (("vu P1 ff+pi rmse", 10.0), ("vu P2 ff+pi rmse", 3.7 * 1.31), ("step P1 ff rmse", 20.0)):
+        assert "no reason known" in remarks([result_row(what, ours)], known)
+    assert "broke off" in remarks([result_row("vu P1 ff+pi rmse", None, "broke off")], known)
+    assert remarks([result_row("step P1 ff sse", 1.0), result_row("step P1 ff ise", 1.0)], known) == ""
 
 
-def test_remarks_are_about_rows_that_exist() -> None:
-    for key in tomllib.loads(REMARKS_FILE.read_text()):
-        paper_row(*key.split())
+def test_the_json_row_has_the_remark() -> None:
+    far, near = (row_json(result_row("vu P2 ff+pi rmse", ours)) for ours in (6.0, 3.7))
+    assert far["remark"] and "remark" not in near
+
+
+def test_remarks_are_about_rows_that_may_need_one() -> None:
+    for key in known_remarks():
+        assert needs_remark(result_row(key, 1e6))
 
 
 @pytest.mark.parametrize(

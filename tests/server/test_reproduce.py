@@ -11,12 +11,17 @@ from typer.testing import CliRunner
 from controller.errors import TendrilError
 from controller.experiments.case import Case, Setup
 from controller.experiments.reproduce import Order
+from controller.experiments.results import SensedLaw, SensedTrajectory
 from recordings import tool
 from recordings.reader import read_about
 from server.cli import app
 from server.reproduce import run_reproduce
+from server.reproduce_table import sensing_table
 
-CASES = (Case("circle_2hz", "P3"), Case("circle_2hz", "P3", seed=1), Case("digit_1"), Case("step", "P1", law="no_such"))
+CASES = (
+    *(Case("circle_2hz", "P3", seed=seed) for seed in (3, 4)),
+    *(Case("digit_1", seed=3), Case("step", "P1", law="[no_such]", seed=3)),
+)
 
 
 def console() -> Console:
@@ -30,15 +35,22 @@ def printed(at: Console) -> str:
 
 def test_a_small_reproduction_prints_its_table_and_writes_rows_recordings_and_report(tmp_path: Path) -> None:
     out, file = console(), tmp_path / "rows.json"
-    stale = tmp_path / "report" / "recordings" / "step_P1_no_such.rrd"
+    stale = tmp_path / "report" / "recordings" / "step_P1_[no_such].rrd"
     stale.parent.mkdir(parents=True)
     stale.write_text("of an earlier run, which did not fail")
     run_reproduce(Order(CASES, workers=2), tmp_path / "report", file, out)
     found = json.loads(file.read_text())
     assert {row["experiment"] for row in found["rows"]} == {"circle_2hz", "digit_1"}
-    assert [one["law"] for one in found["failures"]] == ["no_such"]
+    assert [one["law"] for one in found["failures"]] == ["[no_such]"]
     text = printed(out)
-    for words in ("held-out", "circle_2hz P3 ff+pi rmse", "± ", "Failed: P1 no_such, seed 0", "4 runs in", "Written:"):
+    for words in (
+        "held-out",
+        "circle_2hz P3 ff+pi rmse",
+        "± ",
+        "Failed: step P1 [no_such], seed 3: law = '[no_such]'",
+        "4 runs in",
+        "Written:",
+    ):
         assert words in " ".join(text.split()), words
     assert (tmp_path / "report" / "index.html").read_text().startswith("<!doctype html>")
     recorded = sorted(tmp_path.glob("report/recordings/*"))
@@ -46,6 +58,7 @@ def test_a_small_reproduction_prints_its_table_and_writes_rows_recordings_and_re
     for path in recorded:
         tool.run("rrd", "verify", str(path), timeout=60)
     info, settings = read_about(recorded[0])
+    assert info.parameters.twin.seed == 3
     assert (info.parameters.actuator.name, settings.K_FF) == ("P3", Setup().gains.K_FF)
     assert read_about(recorded[1])[1].K_FF == (0.0, 0.0)
 
@@ -62,6 +75,19 @@ def test_what_cannot_be_written_is_refused_before_the_first_run(tmp_path: Path) 
     for report, file, words in cases:
         with pytest.raises(TendrilError, match=words):
             run_reproduce(Order(CASES), report, file, console())
+
+
+def test_a_recording_of_an_earlier_run_that_cannot_be_removed_is_named(tmp_path: Path) -> None:
+    (tmp_path / "recordings" / "digit_1_P1_ff+pi.rrd").mkdir(parents=True)
+    with pytest.raises(TendrilError, match=r"digit_1_P1_ff\+pi\.rrd cannot be removed"):
+        run_reproduce(Order(CASES), tmp_path, None, console())
+
+
+def test_a_trajectory_without_ff_has_no_reductions_in_its_table() -> None:
+    laws = tuple(SensedLaw(law, (2.0,), (1.0,), float("nan")) for law in ("rod6", "rod10"))
+    out = console()
+    out.print(sensing_table((SensedTrajectory("sensing_sweep", laws, 0.27, False, None),)))
+    assert "nan" not in printed(out) and "failed" in printed(out)
 
 
 def test_an_unknown_controller_is_refused_by_name() -> None:

@@ -1,21 +1,21 @@
 """The main table: every number of the paper beside ours, and why a row misses its bar."""
 
-import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from html import escape
-from pathlib import Path
 from typing import Any
 
 from controller.experiments.metrics import Window
-from controller.experiments.paper_rows import FIT, JUDGED, NONE
+from controller.experiments.paper_rows import FIT, NONE
 from controller.experiments.report.fitted import Key, fits, spread_of
-from controller.experiments.report.verdict import Verdict, verdict
+from controller.experiments.report.remarks import known_remarks, remark
+from controller.experiments.report.verdict import FIT_BAR, JUDGED_KEYS, NEAR, Verdict, verdict
 from controller.experiments.report.wording import metric_name, number, paper_text, run_name, with_spread
 from controller.experiments.results import ResultRow, Results
 from controller.page.document import table
 
-REMARKS_FILE = Path(__file__).with_name("remarks.toml")
-JUDGED_KEYS = {one.key for one in JUDGED}
+WHY = (
+    f"Held-out rows more than {100 * NEAR:.0f} % from the paper, fitted RMSE more than {100 * FIT_BAR:.0f} %, and why:"
+)
 
 
 def main_table(results: Results, fit: Mapping[str, Any]) -> str:
@@ -26,18 +26,17 @@ def main_table(results: Results, fit: Mapping[str, Any]) -> str:
     if spread:
         head.append(f"over {fits(fit)} near-equal fits")
     cells = [_cells(row, spread) for row in rows]
-    return f'<div class="dense">{table(head, cells, (2, 3, 4, 7, 8, 9))}</div>{remarks(rows)}'
+    return f'<div class="dense">{table(head, cells, (2, 3, 4, 7, 8, 9))}</div>{remarks(rows, known_remarks())}'
 
 
-def remarks(rows: list[ResultRow], path: Path = REMARKS_FILE) -> str:
-    """Why rows miss their bars: failures, and what `path` says of them; HTML, nothing where there is nothing to say."""
-    known: dict[str, str] = tomllib.loads(path.read_text())
-    items = []
-    for row in rows:
-        why = row.failed or known.get(" ".join(row.about.key), "")
-        if why and verdict(row).met is False:
-            items.append(f"<li><b>{run_name(row.about)}, {metric_name(row.about)}</b>: {escape(why)}</li>")
-    return f"<p>Why rows miss their bars:</p><ul>{''.join(items)}</ul>" if items else ""
+def remarks(rows: Sequence[ResultRow], known: Mapping[str, str]) -> str:
+    """Every judged row that is not near and every fitted RMSE over its bar, with the reason; HTML, nothing for none."""
+    items = [
+        f"<li><b>{run_name(row.about)}, {metric_name(row.about)}</b>: {escape(why)}</li>"
+        for row in rows
+        if (why := remark(row, known))
+    ]
+    return f"<p>{WHY}</p><ul>{''.join(items)}</ul>" if items else ""
 
 
 def _rank(row: ResultRow) -> int:

@@ -23,7 +23,7 @@ def sweep_plate(results: Results) -> Plate:
     points = [point for point in results.sweep if point.share is not None]
     caption = (
         "Frequency sweep with the circle of 60 mm, P1 under FF+PI (shape and actuator are ours). Left: share of the "
-        "feedback in the command, crosses are the paper's two numbers. Right: phase lag of the tip."
+        "feedback in the command, dashed with K_FF = 0, crosses are the paper's. Right: phase lag of the tip."
     )
     missing = " ".join(f"Failed at {point.frequency:g} Hz: {point.failed}" for point in results.sweep if point.failed)
     if not points:
@@ -51,6 +51,9 @@ def _draw_share(points: tuple[SweepPoint, ...], figure: Figure) -> None:
     ours = [(p.frequency, 100.0 * p.share, 100.0 * (p.share_std or 0.0)) for p in points if p.share is not None]
     f, share, std = zip(*ours, strict=True)
     axes.errorbar(f, share, std if any(std) else None, label="ours", **OURS)
+    alone = [(p.frequency, 100.0 * p.share_pi) for p in points if p.share_pi is not None]
+    if alone:
+        axes.plot(*zip(*alone, strict=True), label="ours, K_FF = 0", **SECOND)
     paper = [(p.frequency, 100.0 * p.paper) for p in points if p.paper is not None]
     if paper:
         axes.plot(*zip(*paper, strict=True), label="paper", **PAPER)

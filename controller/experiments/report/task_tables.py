@@ -50,8 +50,9 @@ def sensing_table(results: Results) -> str:
 
 def sweep_table(results: Results) -> str:
     """Share of the feedback, error and phase by frequency."""
-    head = ("frequency [Hz]", "share, ours [%]", "share, paper [%]", "RMSE [mm]", "lag x [deg]", "lag y [deg]", "")
-    return table(head, [_sweep_row(point) for point in results.sweep], range(6))
+    share = ("share, ours [%]", "without K_FF [%]", "share, paper [%]")
+    head = ("frequency [Hz]", *share, "RMSE [mm]", "lag x [deg]", "lag y [deg]", "")
+    return table(head, [_sweep_row(point) for point in results.sweep], range(7))
 
 
 def observer_table(results: Results) -> str:
@@ -120,6 +121,7 @@ def _sweep_row(point: SweepPoint) -> list[str]:
     return [
         f"{point.frequency:g}",
         share,
+        number(_percent(point.share_pi)),
         number(_percent(point.paper)),
         number(point.rmse),
         *lags,

@@ -2,13 +2,14 @@
 
 from dataclasses import dataclass
 
-from controller.experiments.paper_rows import FIT, HELD_OUT, JUDGED
+from controller.experiments.paper_rows import FIT, JUDGED
 from controller.experiments.results import ResultRow
 
 FIT_BAR, NEAR, FACTOR = 0.2, 0.3, 1.5
 """Fitted RMSE within this share of the paper; held-out rows within this share, or within this factor."""
 NEAR_WANTED = 7
 """How many of the held-out rows are to be within NEAR."""
+JUDGED_KEYS = frozenset(one.key for one in JUDGED)
 
 
 @dataclass(frozen=True)
@@ -46,8 +47,7 @@ def within_factor(row: ResultRow) -> bool:
 
 def judged(rows: tuple[ResultRow, ...]) -> list[ResultRow]:
     """The held-out rows by which the reproduction is judged, failed ones included."""
-    keys = {one.key for one in JUDGED}
-    return [row for row in rows if row.about.role == HELD_OUT and row.about.key in keys]
+    return [row for row in rows if row.about.key in JUDGED_KEYS]
 
 
 def _between(row: ResultRow) -> Verdict:

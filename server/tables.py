@@ -1,0 +1,14 @@
+"""Tables at the terminal."""
+
+from collections.abc import Collection, Sequence
+
+from rich.markup import escape
+from rich.table import Table
+
+
+def empty(title: str, heads: Sequence[str], numbers: Collection[str]) -> Table:
+    """A table without lines; `numbers` are the heads of columns that are flush right."""
+    table = Table(title=escape(title), title_justify="left", box=None, padding=(0, 1, 0, 0), pad_edge=False)
+    for head in heads:
+        table.add_column(escape(head), justify="right" if head in numbers else "left", no_wrap=True)
+    return table
