@@ -16,7 +16,7 @@ from controller.kernels.inverse import REFINE_STEPS, StaticMap
 from controller.kernels.rod import Array
 from controller.parameters import ControllerParameters
 from controller.reference.approach import follow
-from controller.reference.library import names, reference, static_map
+from controller.reference.library import SWEEP, names, reference, static_map
 from controller.reference.reach import static_tips
 from controller.reference.reference import Reference
 
@@ -110,6 +110,14 @@ def test_the_circles_have_the_paper_s_speed_acceleration_and_duration(
     assert change.max() == pytest.approx(acceleration, rel=0.01)
     assert len(planned.p) == run + 1
     assert planned.velocity_feedforward
+
+
+@pytest.mark.parametrize(("name", "frequency"), SWEEP.items())
+def test_the_frequency_sweep_is_whole_turns_in_at_least_7_s(name: str, frequency: float) -> None:
+    planned = plan(name)
+    duration = (len(planned.p) - 1 - planned.start) * 1e-3
+    turns = duration * frequency
+    assert duration >= 7.0 and turns == pytest.approx(round(turns), abs=1e-3)
 
 
 def test_the_steps_last_3_s_each_and_leave_from_the_left_corner() -> None:
