@@ -13,6 +13,7 @@ from controller.calibration.calibrate import Task, calibrate
 from controller.calibration.fit_file import Result, check_target, ratio, write_fit
 from controller.calibration.search import Report, Stage
 from controller.calibration.spread import FITS_MIN
+from server.tables import empty
 
 AT_BOUND = 0.01
 """Nearer to a bound than this share of the box counts as being there."""
@@ -70,7 +71,8 @@ def show(result: Result, console: Console) -> None:
 
 def rows_table(result: Result) -> Table:
     """The rows that were fitted."""
-    table = empty("Fitted rows", "row", "paper", "ours", "ratio", "unit")
+    numbers = ("paper", "ours", "ratio")
+    table = empty("Fitted rows", ("row", *numbers, "unit"), numbers)
     for row, (ours, _) in zip(result.problem.rows, result.best.predicted, strict=True):
         table.add_row(" ".join(row.key), f"{row.paper}", f"{ours:.2f}", f"{ratio(row, ours):.2f}", row.unit)
     return table
@@ -78,8 +80,9 @@ def rows_table(result: Result) -> Table:
 
 def unknowns_table(result: Result) -> Table:
     """The numbers that were found, beside what was believed before; over all near-equal fits, too."""
+    numbers = ("fit", "near-equal fits", "prior", "bounds")
     space = result.problem.space
-    table = empty("Unknowns", "name", "fit", "near-equal fits", "prior", "bounds", "")
+    table = empty("Unknowns", ("name", *numbers, ""), numbers)
     values, others = space.values(result.best.z), [space.values(fit.z) for fit in result.fits]
     for one, share in zip(space.unknowns, result.best.z, strict=True):
         around = [fit[one.name] for fit in others]
@@ -98,7 +101,8 @@ def unknowns_table(result: Result) -> Table:
 
 def margins_table(result: Result) -> Table:
     """What each trial of stability left."""
-    table = empty("Margins", "trial", "swing left [mm]", "growth", "kept")
+    numbers = ("swing left [mm]", "growth")
+    table = empty("Margins", ("trial", *numbers, "kept"), numbers)
     for one in result.best.margins:
         trial = f"{one.trial.actuator} {one.trial.reference} {one.trial.change}"
         table.add_row(trial, f"{1e3 * one.swing:.2f}", f"{one.growth:.2f}", "yes" if one.kept else "[red]no[/]")
@@ -107,17 +111,9 @@ def margins_table(result: Result) -> Table:
 
 def spread_table(result: Result) -> Table:
     """The held-out rows."""
-    table = empty("Held-out rows over the near-equal fits", "row", "paper", "fit", "least", "median", "most", "fits")
+    heads = ("paper", "fit", "least", "median", "most", "fits")
+    table = empty("Held-out rows over the near-equal fits", ("row", *heads), heads)
     for one in result.spread:
         numbers = (f"{number:.2f}" for number in (one.best, one.low, one.median, one.high))
         table.add_row(" ".join(one.row.key), f"{one.row.paper}", *numbers, str(one.fits))
-    return table
-
-
-def empty(title: str, first: str, *columns: str) -> Table:
-    """A table whose first column is text and whose others are numbers."""
-    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
-    table.add_column(first)
-    for column in columns:
-        table.add_column(column, justify="right")
     return table
