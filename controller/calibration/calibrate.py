@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from datetime import date
 from importlib.metadata import version
 
+from controller.calibration.evolve import evolve
 from controller.calibration.fit_file import Origin, Result
 from controller.calibration.problem import Evaluation, Problem
 from controller.calibration.search import Effort, Report, Search, Stage, ending
@@ -38,7 +39,7 @@ def calibrate(task: Task, report: Report) -> Result:
     spread: list[RowSpread] = []
     with Pool(task.workers or cores()) as pool:
         search = Search(task.problem, pool, task.effort, report)
-        ended = ending(lambda: search.run(task.seed))
+        ended = ending(lambda: find(search, task.seed))
         best = require_best(search, ended)
         if ended not in CUT_SHORT:
             search.allow(SPREAD_SHARE * task.effort.minutes)
@@ -56,6 +57,12 @@ def calibrate(task: Task, report: Report) -> Result:
         ended=ended,
     )
     return Result(task.problem, fits[0], tuple(fits), tuple(spread), origin)
+
+
+def find(search: Search, seed: int) -> None:
+    """Screen, polish, evolve. Raises OutOfTime when the budget is spent."""
+    search.run(seed)
+    evolve(search, seed)
 
 
 def require_best(search: Search, ended: str) -> Evaluation:

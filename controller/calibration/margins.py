@@ -37,7 +37,7 @@ FLOOR = 1e-3
 """What is smaller counts as this in the growth [m]: noise and stick-slip do not decay, and are not instability."""
 GUARD = 0.9
 """The penalty sets in at this share of both bounds, so that a fit that it holds back still keeps them."""
-SCALE = 0.05
+SCALE = 0.1
 """ln(value / guarded bound) that costs one standard deviation."""
 SECOND = 1000
 """Ticks, and the period of the circle."""

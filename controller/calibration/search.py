@@ -16,7 +16,7 @@ from controller.calibration.problem import HOPELESS, Evaluation, Problem, evalua
 from controller.experiments.pool import OutOfTime, Pool, WorkerDied
 from controller.kernels.rod import Array
 
-STEP = 0.02
+STEP = 0.03
 """Of the finite differences, as a share of the box: friction makes the cost rough below."""
 TOLERANCE = 3e-3
 """Relative change of cost or point at which a start counts as polished."""
@@ -40,17 +40,19 @@ Report = Callable[[Stage, float], None]
 class Effort:
     """How much is spent."""
 
-    screen: int = 200
+    screen: int = 100
     """Points of the screening."""
-    starts: int = 8
-    steps: int = 12
+    starts: int = 2
+    steps: int = 5
     """Points of each polish at most, with a Jacobian at every one that is better."""
+    generations: int = 16
+    """Of the evolution that follows."""
     minutes: float = 30.0
-    """Budget of screening and polish; the near-equal fits get a third of it on top. A search that it cuts short depends
-    on the speed of the machine; one that finishes does not."""
+    """Budget of screening, polish and evolution; the near-equal fits get a third of it on top. A search that it cuts
+    short depends on the speed of the machine; one that finishes does not."""
 
 
-QUICK = Effort(screen=8, starts=1, steps=2, minutes=1.0)
+QUICK = Effort(screen=8, starts=1, steps=2, generations=0, minutes=1.0)
 """Whether it runs."""
 
 
@@ -84,8 +86,7 @@ class Search:
         """The best of points spread as the priors are, apart from one another."""
         points = self.problem.space.draw(self.effort.screen, seed)
         screened = self.evaluate(points, Stage("screening", len(points)), HOPELESS)
-        ranked = sorted(screened, key=lambda one: (not one.margins, one.cost))
-        return apart(ranked, self.effort.starts, APART)
+        return apart(ranked(screened), self.effort.starts, APART)
 
     def polish(self, start: Evaluation, name: str) -> None:
         """Bounded least squares from `start`; everything it evaluates is kept."""
@@ -165,10 +166,15 @@ def distance(a: Evaluation, b: Evaluation) -> float:
     return float(np.sqrt(np.mean((a.z - b.z) ** 2)))
 
 
-def apart(ranked: Sequence[Evaluation], count: int, least: float) -> list[Evaluation]:
+def ranked(found: Sequence[Evaluation]) -> list[Evaluation]:
+    """The best first; points that were not asked for their margins last."""
+    return sorted(found, key=lambda one: (not one.margins, one.cost, one.z.tobytes()))
+
+
+def apart(ordered: Sequence[Evaluation], count: int, least: float) -> list[Evaluation]:
     """At most `count`, in order, none nearer than `least` to one before it."""
     chosen: list[Evaluation] = []
-    for one in ranked:
+    for one in ordered:
         if len(chosen) < count and all(distance(one, other) >= least for other in chosen):
             chosen.append(one)
     return chosen

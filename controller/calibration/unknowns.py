@@ -41,7 +41,7 @@ class Unknown(NamedTuple):
 
 UNKNOWNS = (
     # PHYSICS.md: both first fits found 17.4 .. 17.5, a first mode of 2.3 Hz; below 8 no 1 Hz circle without lag.
-    Unknown("kappa", 5.0, 40.0, 17.5, 0.4, log=True),
+    Unknown("kappa", 5.0, 50.0, 17.5, 0.4, log=True),
     # The first fits found 0.48 and 0.26. TPU on PTFE: neither ringing freely nor overdamped.
     Unknown("zeta", 0.1, 0.9, 0.37, 0.4, log=True),
     # The SSE of FF in the step table: a plant that bends some 10 to 20 % more than the model believes.

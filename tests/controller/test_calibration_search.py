@@ -7,9 +7,10 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from controller.calibration.margins import Trial
+from controller.calibration.evolve import BROKEN_MARGIN, MEMBERS, evolve, guarded
+from controller.calibration.margins import Margin, Trial
 from controller.calibration.predictions import predict
-from controller.calibration.problem import Evaluation, Problem, evaluate, keeps_margins
+from controller.calibration.problem import HOPELESS, Evaluation, Problem, evaluate, keeps_margins
 from controller.calibration.search import QUICK, Effort, Search, apart, effort_of, ending, neighbours
 from controller.calibration.space import Space
 from controller.calibration.spread import FITS_MIN, NEAR, is_near, near_equal, walk
@@ -140,3 +141,23 @@ def test_the_walk_fills_the_bowl_up_to_the_bound_and_does_the_same_again(problem
     assert len(runs[0]) >= FITS_MIN and max(one.cost for one in runs[0]) > 0.5 * NEAR
     assert all(one.cost <= NEAR for one in runs[0])
     assert [one.z.tobytes() for one in runs[0]] == [one.z.tobytes() for one in runs[1]]
+
+
+def test_the_evolution_goes_on_from_the_best_points_and_does_the_same_again(problem: Problem) -> None:
+    firsts = [evaluation([x, 0.9], 40.0 * ((x - 0.5) ** 2 + 0.16)) for x in (0.1, 0.2, 0.9)]
+    runs = []
+    for _ in range(2):
+        search = Search(problem, cast(Pool, Bowl()), replace(SMALL, generations=8), found=list(firsts))
+        evolve(search, seed=1)
+        runs.append(search.found)
+    assert search.best_cost < 0.05 * min(one.cost for one in firsts)
+    assert len(search.found) == len(firsts) + MEMBERS * (8 + 1)
+    assert [one.z.tobytes() for one in runs[0]] == [one.z.tobytes() for one in runs[1]]
+
+
+def test_the_evolution_shuns_points_that_do_not_keep_the_margins(problem: Problem) -> None:
+    bound = replace(problem, trials=(Trial("P1", "stop", "gain"),))
+    kept, lost = (Margin(bound.trials[0], swing, 1.0, 1.0) for swing in (1e-3, 5e-3))
+    point = evaluation([0.5, 0.5], 1.0)
+    costs = [guarded(bound, replace(point, margins=margins)) for margins in ((kept,), (lost,), ())]
+    assert costs == pytest.approx([1.0, 1.0 + BROKEN_MARGIN, HOPELESS])
