@@ -24,7 +24,9 @@ from server.calibrate import run_calibrate
 
 UNKNOWNS = Unknown("torque_gain.0", 0.9, 1.3, 1.05, 5.0), Unknown("K_P", 0.1, 0.4, 0.15, 5.0, log=True)
 PROBLEM = Problem(Space(UNKNOWNS), FITTED[-1:], ())
-TASK = Task(PROBLEM, Effort(screen=2, starts=1, steps=1, minutes=10.0), workers=1, command="tendril calibrate")
+TASK = Task(
+    PROBLEM, Effort(screen=2, starts=1, steps=1, generations=0, minutes=10.0), workers=1, command="tendril calibrate"
+)
 
 
 @pytest.fixture(autouse=True)
