@@ -5,6 +5,7 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,7 +18,9 @@ UNITS = {
     "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
     **{axis: {"m": 1.0, "cm": 1e-2, "mm": 1e-3} for axis in "xy"},
 }
-"""What a column's unit multiplies; without one it is in s or m."""
+"""What a column's unit multiplies."""
+SI = {"t": "s", "x": "m", "y": "m"}
+"""The unit of a column that has none."""
 NAMES = {"t": "t", "time": "t", "x": "x", "y": "y"}
 """Names of the columns that are read, in lower case; any other column is left alone."""
 DELIMITERS = ";\t,"
@@ -59,7 +62,7 @@ def read_samples(path: Path) -> Samples:
         raise DataError(f"{path} is empty: columns t, x, y are needed")
     columns = _columns(path, first[1])
     values, lines = [], []
-    for number, cells in rows if _is_header(first[1]) else _rows(path):
+    for number, cells in rows if _is_header(first[1]) else chain([first], rows):
         values.append([_number(f"{path}, line {number}", column, cells) for column in columns])
         lines.append(number)
     if len(values) < 2:
@@ -112,29 +115,35 @@ def _columns(path: Path, first: list[str]) -> list[Column]:
             raise DataError(f"{path} has no header and {len(first)} columns: three (t, x, y) are needed, or a header")
         return [Column(name, index, 1.0) for index, name in enumerate("txy")]
     found: dict[str, Column] = {}
-    for index, title in enumerate(first):
-        name, unit = _split(path, title.strip())
-        if name in found:
-            raise DataError(f"{path}: the header names {name} twice ({found[name].name!r} and {title.strip()!r})")
-        if name:
-            found[name] = Column(title.strip(), index, unit)
+    strange: dict[str, str] = {}
+    for index, title in enumerate(map(str.strip, first)):
+        name, unit = _split(title)
+        if name and unit not in UNITS[name]:
+            strange.setdefault(name, title)
+        elif name in found:
+            raise DataError(f"{path}: the header names {name} twice ({found[name].name!r} and {title!r})")
+        elif name:
+            found[name] = Column(title, index, UNITS[name][unit])
     for name in "txy":
         if name not in found:
-            raise DataError(f"{path}: column {name} is missing (the header has {', '.join(map(str.strip, first))})")
+            raise DataError(f"{path}: {_missing(name, strange, first)}")
     return [found[name] for name in "txy"]
 
 
-def _split(path: Path, title: str) -> tuple[str, float]:
+def _split(title: str) -> tuple[str, str]:
     """Which of t, x, y a title like "x", "X_mm", "x [mm]" or "time (s)" means, and its unit; "" for any other."""
     match = re.fullmatch(r"([a-z]+)(?:[\s_]*[\[(/ _]\s*([a-z]+)\s*[\])]?)?", title.lower())
     if match is None or match[1] not in NAMES:
-        return "", 1.0
-    name, unit = NAMES[match[1]], match[2]
-    if unit is None:
-        return name, 1.0
-    if unit not in UNITS[name]:
-        raise DataError(f"{path}: column {title!r} has an unknown unit (known for {name}: {', '.join(UNITS[name])})")
-    return name, UNITS[name][unit]
+        return "", ""
+    name = NAMES[match[1]]
+    return name, match[2] or SI[name]
+
+
+def _missing(name: str, strange: dict[str, str], header: list[str]) -> str:
+    """Why there is no column `name`: perhaps one of `strange` was meant, by name."""
+    if name in strange:
+        return f"column {strange[name]!r} has an unknown unit (known for {name}: {', '.join(UNITS[name])})"
+    return f"column {name} is missing (the header has {', '.join(map(str.strip, header))})"
 
 
 def _number(where: str, column: Column, cells: list[str]) -> float:

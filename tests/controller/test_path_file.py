@@ -1,5 +1,6 @@
 """What people have in their files, and what is wrong in some of them."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,8 @@ def written(folder: Path, text: str) -> Path:
         "t\tx\ty\n5\t0.1\t0.2\n5.5\t0.11\t0.21\n",
         '# t x y\n5 0.1 0.2\n5.5  0.11 "0.21"\n'.replace('"', ""),
         '"t","x","y","note"\n5,0.1,0.2,"a, b"\n5.5,0.11,0.21,\n',
+        "t,x,y,x_dot,y_dot,time_stamp\n5,0.1,0.2,0,0,7\n5.5,0.11,0.21,0,0,7\n",
+        "x_inch,t,x,y\n4,5,0.1,0.2\n4,5.5,0.11,0.21\n",
         "t/s,x/m,y/m\n5.0e0,1e-1,.2\n5.5,0.11,+0.21\n",
     ],
 )
@@ -61,6 +64,16 @@ def test_what_is_wrong_is_said_with_file_line_column_and_value(tmp_path: Path, t
     with pytest.raises(DataError, match=complaint) as caught:
         read_samples(file)
     assert str(file) in str(caught.value)
+
+
+@pytest.mark.parametrize("header", ["t,x,y\n", ""])
+def test_a_pipe_is_read_as_a_file_is(header: str) -> None:
+    end, other = os.pipe()
+    os.write(other, f"{header}5,0.1,0.2\n5.5,0.11,0.21\n".encode())
+    os.close(other)
+    samples = read_samples(Path(f"/dev/fd/{end}"))
+    os.close(end)
+    assert samples.t.tolist() == [5.0, 5.5]
 
 
 def test_a_file_that_is_not_text_or_not_there_is_said(tmp_path: Path) -> None:
