@@ -109,14 +109,14 @@ def bench(
     quick: Annotated[bool, typer.Option(help="A live loop of 5 s instead of 60 s, and fewer rounds.")] = False,
 ) -> None:
     """Measure rod step, controller tick and the live loop on this machine."""
-    from controller.errors import TendrilError
     from server.bench import run_bench
+    from server.files import require_file, write
 
-    if json_file and not json_file.absolute().parent.is_dir():
-        raise TendrilError(f"{json_file} cannot be written: its folder does not exist")
+    if json_file is not None:
+        require_file(json_file)
     figures = run_bench(quick, out)
-    if json_file:
-        json_file.write_text(json.dumps(figures, indent=2) + "\n")
+    if json_file is not None:
+        write(json_file, json.dumps(figures, indent=2) + "\n")
 
 
 @app.command()
@@ -165,11 +165,11 @@ def calibrate(
     out_file: Annotated[Path | None, typer.Option("--out", help="TOML file to write; only shown without it.")] = None,
     starts: Annotated[
         int | None,
-        typer.Option(min=1, max=100, help="Points that are polished, the best first.", show_default="8; --quick: 1"),
+        typer.Option(min=1, max=100, help="Points that are polished, the best first.", show_default="2; --quick: 1"),
     ] = None,
     screen: Annotated[
         int | None,
-        typer.Option(min=1, max=100_000, help="Points that are tried first.", show_default="200; --quick: 8"),
+        typer.Option(min=1, max=100_000, help="Points that are tried first.", show_default="100; --quick: 8"),
     ] = None,
     minutes: Annotated[
         float | None,
@@ -208,9 +208,12 @@ def track(
         str, typer.Option(help="Another plant: factors k, b, torque, friction, noise; added seconds delay, latency.")
     ] = "",
     velocity_feedforward: Annotated[
-        bool | None, typer.Option(help="K_FF; on if the path is periodic without it, as in the paper.")
+        bool | None, typer.Option(help="K_FF; without it on if the path repeats and does not jump.")
     ] = None,
     frequency: Annotated[float | None, typer.Option(help="Of the path [Hz]; found without it if it repeats.")] = None,
+    start: Annotated[
+        float | None, typer.Option(help="When the shape begins [s after the first row]; found without it.")
+    ] = None,
     project: Annotated[bool, typer.Option(help="Follow the nearest points where the path is out of reach.")] = False,
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="Of the twin's noise.")] = 0,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
@@ -225,7 +228,7 @@ def track(
     from server.track import run_track
 
     require_controller(controller)
-    wish = Wish(project, frequency, velocity_feedforward)
+    wish = Wish(project, frequency, velocity_feedforward, start)
     setup = Setup(twin=scaled(TwinParameters(), plant_scale))
     run_track(Task(reference, read_actuator(actuator), law, seed, wish, setup), json_file, out)
 

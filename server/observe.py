@@ -6,19 +6,19 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from controller.errors import ParameterError, TendrilError
+from controller.errors import ParameterError
 from controller.identification.observe import Request, Scores, observe
+from server.files import require_file, write
 
 
 def run_observe(request: Request, json_file: Path | None, rrd: Path | None, console: Console) -> None:
     """Observe, show, and write what is asked for; TendrilError says what is wrong."""
+    for path in filter(None, (json_file, rrd)):
+        require_file(path)
     observed = observe(request)
     show(observed.scores, console)
     if json_file is not None:
-        try:
-            json_file.write_text(json.dumps(observed.scores, indent=2) + "\n")
-        except OSError as error:
-            raise TendrilError(f"{json_file} cannot be written: {error.strerror}") from error
+        write(json_file, json.dumps(observed.scores, indent=2) + "\n")
     if rrd is not None:
         from recordings.observed import write_observed
 

@@ -19,6 +19,7 @@ from controller.experiments.result_json import result_json
 from controller.experiments.results import Results
 from controller.experiments.run import for_reference
 from recordings.run_file import write_run
+from server.files import made, require_file, write
 from server.reproduce_table import show
 
 RECORDINGS = "recordings"
@@ -64,7 +65,7 @@ class Recorder:
 def run_reproduce(order: Order, report: Path | None, json_file: Path | None, console: Console) -> None:
     """Run, show, and write what is asked for; TendrilError before the first run if something cannot be written."""
     if json_file is not None:
-        require_folder(json_file)
+        require_file(json_file)
     recorder = recorder_in(report, order) if report is not None else None
     with progress(order, console) as told:
         results = reproduce(order, told, recorder)
@@ -111,28 +112,3 @@ def progress(order: Order, console: Console) -> Iterator[Told]:
             bars.update(task, advance=1, last=f"{case.reference} {case.actuator} {case.law}")
 
         yield told
-
-
-def made(folder: Path) -> Path:
-    """`folder`, there and writable."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise TendrilError(f"{folder} cannot be made: {error.strerror}") from error
-    return folder
-
-
-def require_folder(path: Path) -> None:
-    """Raise TendrilError unless a file could be written at `path`."""
-    if path.is_dir():
-        raise TendrilError(f"{path} cannot be written: it is a folder")
-    if not path.absolute().parent.is_dir():
-        raise TendrilError(f"{path} cannot be written: its folder does not exist")
-
-
-def write(path: Path, text: str) -> None:
-    """Write `text`, or raise TendrilError."""
-    try:
-        path.write_text(text)
-    except OSError as error:
-        raise TendrilError(f"{path} cannot be written: {error.strerror}") from error

@@ -9,23 +9,23 @@ from rich.table import Table
 from controller.errors import TendrilError
 from controller.experiments.metrics import UNITS
 from controller.experiments.track import Facts, Task, Tracked, figures, track
+from server.files import require_file, write
 
+BIG = 1000.0
+"""Numbers from here on are shown without decimals."""
 MENTIONED = 5
 """More times than so many are only counted."""
 
 
 def run_track(task: Task, json_file: Path | None, console: Console) -> None:
     """Run, show, and write what is asked for; TendrilError says what is wrong, or why the rig broke the run off."""
-    if json_file is not None and not json_file.absolute().parent.is_dir():
-        raise TendrilError(f"{json_file} cannot be written: its folder does not exist")
+    if json_file is not None:
+        require_file(json_file)
     with console.status("Tracking ..."):
         tracked = track(task)
     show(tracked, console)
     if json_file is not None:
-        try:
-            json_file.write_text(json.dumps(figures(tracked), indent=2, allow_nan=False) + "\n")
-        except OSError as error:
-            raise TendrilError(f"{json_file} cannot be written: {error.strerror}") from error
+        write(json_file, json.dumps(figures(tracked), indent=2, allow_nan=False) + "\n")
         console.print(f"Written: {json_file}", markup=False, soft_wrap=True, highlight=False)
     if tracked.failed:
         raise TendrilError(tracked.failed)
@@ -42,20 +42,49 @@ def show(tracked: Tracked, console: Console) -> None:
     for head in ("metric", *map(str, tracked.windows), "unit"):
         table.add_column(head, justify="left" if head in ("metric", "unit") else "right")
     for metric in UNITS:
-        values = [metrics[metric] for metrics in tracked.windows.values() if metric in metrics]
-        if values:
-            table.add_row(metric, *(f"{value:.3g}" for value in values), UNITS[metric][0])
+        values = [metrics.get(metric) for metrics in tracked.windows.values()]
+        if any(value is not None for value in values):
+            table.add_row(metric, *map(number, values), UNITS[metric][0])
     console.print(table, highlight=False)
+
+
+def number(value: float | None) -> str:
+    """Three digits at least, and never a power of ten."""
+    if value is None:
+        return "-"
+    return f"{value:.0f}" if abs(value) >= BIG else f"{value:#.3g}".rstrip(".")
+
+
+def course(facts: Facts) -> str:
+    """Whether it steps or repeats."""
+    if facts.steps:
+        return f"{facts.steps} step{'s' * (facts.steps > 1)}" + (f", {facts.frequency:g} Hz" if facts.frequency else "")
+    if facts.frequency is None:
+        return "no period found"
+    if facts.axis_frequencies is None:
+        return f"{facts.frequency:g} Hz"
+    x, y = facts.axis_frequencies
+    return f"{facts.frequency:g} Hz (x swings at {x:g} Hz, y at {y:g} Hz)"
+
+
+def lead(facts: Facts) -> str:
+    """What comes before the shape."""
+    if not facts.approach:
+        return "from rest, no approach"
+    if not facts.own_approach:
+        return f"{facts.approach:.4g} s of approach before"
+    own = f"its first {facts.own_approach:.4g} s (--start says otherwise)"
+    if facts.own_approach == facts.approach:
+        return f"{own} are the approach"
+    return f"{facts.approach:.4g} s of approach, with {own}"
 
 
 def described(facts: Facts) -> list[str]:
     """Sentences about a reference."""
-    rhythm = "no period found" if facts.frequency is None else f"{facts.frequency:g} Hz"
-    before = f"{facts.approach:g} s of approach before" if facts.approach else "from rest, no approach"
     feedforward = "on" if facts.velocity_feedforward else "off"
     lines = [
         f"{facts.name}: {facts.duration:.4g} s, {1e3 * facts.length:.4g} mm, up to {facts.peak_speed:.3g} m/s; "
-        f"{rhythm}; {before}; velocity feedforward {feedforward}"
+        f"{course(facts)}; {lead(facts)}; velocity feedforward {feedforward}"
     ]
     if facts.projected_share > 0.0:
         lines.append(

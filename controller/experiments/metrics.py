@@ -141,8 +141,12 @@ def errors(e: Array, reference: Reference, window: Window) -> dict[str, float]:
 
 
 def lags(reference: Reference, actual: Array) -> dict[str, float]:
-    """Phase lag of both axes [deg] of the tip `actual` (n,2) [m] after the approach to a periodic reference."""
+    """Phase lag of both axes [deg] of the tip `actual` (n,2) [m] after the approach to a periodic reference.
+
+    Each axis has its phase at its own frequency.
+    """
     if reference.frequency is None:
         return {}
     p_ref, p = reference.p[reference.start :], actual[reference.start :]
-    return {f"lag_deg_{axis}": lag_deg(p_ref[:, j], p[:, j], reference.frequency) for j, axis in enumerate(("x", "y"))}
+    both = reference.axis_frequencies or (reference.frequency,) * 2
+    return {f"lag_deg_{axis}": lag_deg(p_ref[:, j], p[:, j], both[j]) for j, axis in enumerate(("x", "y"))}

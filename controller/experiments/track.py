@@ -12,7 +12,9 @@ from controller.errors import DataError, ParameterError, TendrilError
 from controller.experiments.case import Case, Setup, settings_of
 from controller.experiments.metrics import DT, UNITS, Window, measure
 from controller.experiments.paper_rows import NONE, PaperRow
+from controller.experiments.result_json import row_json
 from controller.experiments.result_rows import ALWAYS
+from controller.experiments.results import ResultRow
 from controller.experiments.run import run
 from controller.experiments.simulate import Rows
 from controller.fit import GAIN_NAMES
@@ -51,20 +53,26 @@ class Facts:
     duration: float
     """Without the approach [s]."""
     approach: float
-    """In front of the file's first point [s]; 0 where it begins at rest."""
+    """In front of the shape [s]: what is not in the window after the approach."""
+    own_approach: float
+    """How much of it the file brings [s]."""
+    steps: int
+    """Of a path that holds still between jumps; 0 for any other."""
     length: float
     """Without the approach [m]."""
     peak_speed: float
     """Without the approach [m/s]; a jump counts as one tick's motion."""
     frequency: float | None
     """[Hz], of a periodic path."""
+    axis_frequencies: tuple[float, float] | None
+    """[Hz] at which x and y swing, where that is another one."""
     velocity_feedforward: bool
     projected_share: float
     """Share of the path that was out of reach and is the nearest reachable one instead."""
     projected_most: float
     """How far it was out of reach at most [m]."""
     branch_changes: tuple[float, ...]
-    """When after the first point the static inverse has to go on in another pose [s]."""
+    """When after the file's first point the static inverse has to go on in another pose [s]."""
     off_path_seconds: float | None = None
     """How long the loop's own reference was off the path because it changed the branch [s]; None for a broken run."""
 
@@ -122,16 +130,19 @@ def track(task: Task) -> Tracked:
 
 def facts(file: Path, reference: Reference, path: Carried, rows: Rows | None) -> Facts:
     """Facts of `reference`; `rows` (n,) is the telemetry of its run, None where that was broken off."""
-    steps = np.linalg.norm(np.diff(path.p, axis=0), axis=1)
+    shape = np.linalg.norm(np.diff(reference.p[reference.start :], axis=0), axis=1)
     off = None if rows is None else np.linalg.norm(rows["p_ref"] - reference.p, axis=1) > OFF_PATH
     return Facts(
         name=reference.name,
         file=str(file),
-        duration=(len(path.p) - 1) * DT,
+        duration=len(shape) * DT,
         approach=reference.start * DT,
-        length=float(steps.sum()),
-        peak_speed=float(steps.max()) / DT,
+        own_approach=(reference.start - (len(reference.p) - len(path.p))) * DT,
+        steps=len(reference.steps),
+        length=float(shape.sum()),
+        peak_speed=float(shape.max()) / DT,
         frequency=reference.frequency,
+        axis_frequencies=reference.axis_frequencies,
         velocity_feedforward=reference.velocity_feedforward,
         projected_share=float(np.mean(path.distance > 0.0)),
         projected_most=float(path.distance.max()),
@@ -140,29 +151,36 @@ def facts(file: Path, reference: Reference, path: Carried, rows: Rows | None) ->
     )
 
 
-def result_rows(tracked: Tracked) -> list[dict[str, Any]]:
-    """Rows as `tendril reproduce` writes them, with the other window beside; the paper gives none of these."""
+def result_rows(tracked: Tracked) -> list[ResultRow]:
+    """Rows as those of a reproduction, of one run; the paper gives none of these."""
     task, reference = tracked.task, tracked.reference
     (other,) = set(Window) - {tracked.window}
-    missing = ALWAYS + PERIODIC if reference.frequency else ALWAYS
-    rows = []
-    for metric in (metric for metric in UNITS if metric in tracked.windows.get(tracked.window, missing)):
-        about = PaperRow(reference.name, task.actuator.name, task.law, metric, UNITS[metric][0], role=NONE)
-        found = {
-            "ours": tracked.windows.get(tracked.window, {}).get(metric),
-            "ours_std": None,
-            "window": str(tracked.window),
-            "ours_other_window": tracked.windows.get(other, {}).get(metric),
-        }
-        rows.append(asdict(about) | found)
-    return rows
+    here, there = (tracked.windows.get(window, {}) for window in (tracked.window, other))
+    return [
+        ResultRow(
+            about=PaperRow(reference.name, task.actuator.name, task.law, metric, UNITS[metric][0], role=NONE),
+            ours=here.get(metric),
+            ours_std=None,
+            window=tracked.window,
+            ours_other_window=there.get(metric),
+            seeds=1,
+            failed=tracked.failed,
+        )
+        for metric in UNITS
+        if metric in (here or expected(reference))
+    ]
+
+
+def expected(reference: Facts) -> tuple[str, ...]:
+    """Metrics that a run of `reference` would have had."""
+    return (*ALWAYS, *(PERIODIC if reference.frequency else ()), *(("sse",) if reference.steps else ()))
 
 
 def figures(tracked: Tracked) -> dict[str, Any]:
     """All of it as JSON."""
     twin = tracked.task.setup.twin.model_copy(update={"seed": tracked.task.seed})
     found: dict[str, Any] = {
-        "rows": result_rows(tracked),
+        "rows": [row_json(row) for row in result_rows(tracked)],
         "seconds": tracked.seconds,
         "twin": twin.model_dump(mode="json"),
         "reference": asdict(tracked.reference),

@@ -1,5 +1,6 @@
 """A reference from sampled points that anyone may have drawn: sampled for the loop, within reach, led to from rest."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,9 +11,9 @@ from controller.errors import DataError, ParameterError
 from controller.kernels.rod import Array
 from controller.parameters import ControllerParameters
 from controller.reference.approach import approach
+from controller.reference.course import course, torn
 from controller.reference.library import APPROACH, static_map
 from controller.reference.path_file import Samples
-from controller.reference.period import frequency_of
 from controller.reference.reference import Reference
 from controller.reference.within_reach import Carried, at_rest, projected, require_near, require_reach
 
@@ -32,9 +33,13 @@ class Wish:
     frequency: float | None = None
     """[Hz]; found if the path repeats at least once where None."""
     velocity_feedforward: bool | None = None
-    """Whether K_FF is on; where None it is on if the path is periodic (the paper: on in Task 2, off else)."""
+    """Whether K_FF is on; where None it is on if the path is periodic and does not jump (the paper: on in Task 2)."""
+    start: float | None = None
+    """When the shape begins after an approach of the file's own [s after its first row]; found where None."""
 
     def __post_init__(self) -> None:
+        if self.start is not None and not 0.0 <= self.start < math.inf:
+            raise ParameterError(f"start = {self.start:g} s is outside [0, inf)")
         low, high = FREQUENCIES
         if self.frequency is not None and not low <= self.frequency <= high:
             raise ParameterError(f"frequency = {self.frequency:g} Hz is outside [{low:g}, {high:g}]")
@@ -43,26 +48,41 @@ class Wish:
 def drawn(samples: Samples, actuator: Actuator, wish: Wish) -> tuple[Reference, Carried]:
     """The reference through `samples` with the library's approach from rest in front, and what was projected.
 
-    Points between the samples lie on straight lines. A path that begins at rest has no approach. Raises DataError for a
-    path that is too long, and ParameterError for one that leaves the reach unless it may be projected.
+    Points between the samples lie on straight lines. A path that begins at rest approaches by itself, and its shape
+    begins later. Raises DataError for a path that is too long, and ParameterError for one that leaves the reach unless
+    it may be projected, or that has no row at the wished start.
     """
     controller = ControllerParameters()
     require_near(samples, actuator)
     p = resampled(samples, controller.dt)
+    first = start_row(samples, wish, len(p), controller.dt)
     smap = static_map(actuator, controller)
     path = projected(smap, p)
     if not wish.project:
         require_reach(samples, path, p, actuator)
-    lead = np.empty((0, 2)) if at_rest(smap, p[0]) else approach(smap, path.u, round(APPROACH / controller.dt))
-    frequency = wish.frequency or frequency_of(path.p, controller.dt)
-    feedforward = wish.velocity_feedforward
+    from_rest = at_rest(smap, p[0])
+    lead = np.empty((0, 2)) if from_rest else approach(smap, path.u, round(APPROACH / controller.dt))
+    found = course(path.p, controller.dt, from_rest, first, wish.frequency)
+    on = found.frequency is not None and not found.steps and not torn(path.p[found.start :], controller.dt)
     return Reference(
         name=samples.path.stem,
         p=np.vstack([lead, path.p]),
-        start=len(lead),
-        frequency=frequency,
-        velocity_feedforward=frequency is not None if feedforward is None else feedforward,
+        start=len(lead) + found.start,
+        steps=tuple(len(lead) + row for row in found.steps),
+        frequency=found.frequency,
+        velocity_feedforward=on if wish.velocity_feedforward is None else wish.velocity_feedforward,
+        axis_frequencies=found.axis_frequencies,
     ), path
+
+
+def start_row(samples: Samples, wish: Wish, rows: int, dt: float) -> int | None:
+    """Row at the wished start, of so many `rows` every dt [s]; None where it is to be found."""
+    if wish.start is None:
+        return None
+    row = round(wish.start / dt) if wish.start < rows * dt else rows
+    if row > rows - 2:
+        raise ParameterError(f"start = {wish.start:g} s, but {samples.path} ends after {(rows - 1) * dt:g} s")
+    return row
 
 
 def resampled(samples: Samples, dt: float) -> Array:

@@ -21,3 +21,5 @@ class Reference:
     """[Hz], of a periodic shape."""
     velocity_feedforward: bool = False
     """Whether K_FF is on: in all of Task 2 and for the circles of Task 3."""
+    axis_frequencies: tuple[float, float] | None = None
+    """[Hz] at which x and y swing, where that is not `frequency` for both, as in a Lissajous figure."""

@@ -66,6 +66,15 @@ def test_a_path_that_begins_at_rest_has_no_approach() -> None:
     assert len(found.p) == 1001
 
 
+def test_the_shape_may_be_said_to_begin_later() -> None:
+    t = np.arange(0.0, 3.0, 0.01)
+    assert taken(t, circle(t), Wish(start=0.5))[0].start == 2500
+    with pytest.raises(ParameterError, match=r"start = 2.99 s, but path.csv ends after 2.99 s"):
+        taken(t, circle(t), Wish(start=2.99))
+    with pytest.raises(ParameterError, match=r"start = nan s is outside \[0, inf\)"):
+        Wish(start=math.nan)
+
+
 def test_k_ff_follows_the_period_unless_it_is_said() -> None:
     t = np.arange(0.0, 3.0, 0.01)
     assert taken(t, circle(t))[0].velocity_feedforward

@@ -18,6 +18,7 @@ from controller.reference.drawn import Wish
 from controller.reference.library import reference
 
 P1 = PRESETS["P1"]
+TIME = np.arange(0.0, 6.0, 1e-3)
 ROW = {
     "experiment",
     "actuator",
@@ -58,6 +59,42 @@ def test_the_library_s_circle_from_a_file_gives_the_library_s_metrics_to_the_las
     assert found.reference.frequency == 1.0 and found.reference.velocity_feedforward
 
 
+@pytest.mark.parametrize(
+    ("name", "actuator", "law"), [("circle_1hz", "P1", "ff+pi"), ("step", "P2", "ff"), ("digit_8", "P3", "rod6")]
+)
+@pytest.mark.parametrize("begin", [0, 2000])
+def test_the_library_s_metrics_come_out_to_the_last_bit_with_the_file_s_own_approach_or_ours(
+    tmp_path: Path, name: str, actuator: str, law: str, begin: int
+) -> None:
+    known = run_case(Case(name, actuator, law, seed=3), Setup())
+    found = track(Task(written(tmp_path, known.reference.p[begin:]), PRESETS[actuator], law, seed=3))
+    assert found.windows == known.metrics
+    assert found.reference.approach == known.reference.start * 1e-3
+    assert found.reference.own_approach == pytest.approx(known.reference.start * 1e-3 - begin * 1e-3)
+    assert found.reference.steps == len(known.reference.steps)
+
+
+def test_each_axis_of_an_eight_lags_at_its_own_frequency(tmp_path: Path) -> None:
+    eight = 0.03 * np.column_stack([np.sin(2 * np.pi * 0.5 * TIME), np.sin(2 * np.pi * TIME)]) + [0.03, 0.14]
+    slow = track(Task(written(tmp_path, eight), P1, setup=Setup(twin=scaled(TwinParameters(), "delay=0.02"))))
+    plain = track(Task(written(tmp_path, eight), P1))
+    assert plain.reference.axis_frequencies == (0.5, 1.0)
+    assert plain.reference.velocity_feedforward
+    for axis, frequency in (("x", 0.5), ("y", 1.0)):
+        later = slow.windows[Window.WHOLE][f"lag_deg_{axis}"] - plain.windows[Window.WHOLE][f"lag_deg_{axis}"]
+        assert 0.3 * 360 * frequency * 0.02 < later < 3.0 * 360 * frequency * 0.02
+
+
+def test_steps_that_repeat_have_no_velocity_feedforward_unless_it_is_asked_for(tmp_path: Path) -> None:
+    corners = 0.03 + 0.02 * np.sign(circle(0.5, 8.0) - [0.03, 0.14] + 1e-9) + [0.0, 0.11]
+    file = written(tmp_path, corners)
+    found = track(Task(file, P1))
+    assert found.reference.steps > 5 and not found.reference.velocity_feedforward
+    assert found.window is Window.AFTER_APPROACH and "sse" in found.windows[found.window]
+    asked = track(Task(file, P1, wish=Wish(velocity_feedforward=True, frequency=0.5)))
+    assert asked.reference.velocity_feedforward and "lag_deg_x" in asked.windows[Window.WHOLE]
+
+
 def test_the_figures_have_the_reproduction_s_rows_and_facts_of_path_and_twin(library_circle: Path) -> None:
     twin = scaled(TwinParameters(), "k=1.1,delay=0.01")
     found = track(Task(library_circle, P1, "ff", 2, setup=Setup(twin=twin)))
@@ -72,7 +109,7 @@ def test_the_figures_have_the_reproduction_s_rows_and_facts_of_path_and_twin(lib
     assert told["twin"]["dead_time"] == pytest.approx(TwinParameters().dead_time + 0.01)
     assert told["twin"]["seed"] == 2
     about = told["reference"]
-    assert about["duration"] == pytest.approx(7.0) and about["approach"] == 2.0
+    assert about["duration"] == pytest.approx(7.0) and about["approach"] == 2.0 and about["own_approach"] == 0.0
     assert about["length"] == pytest.approx(7 * np.pi * 0.06, rel=1e-3)
     assert about["peak_speed"] == pytest.approx(np.pi * 0.06, rel=1e-3)
     assert about["off_path_seconds"] == 0.0 and about["branch_changes"] == []

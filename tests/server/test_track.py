@@ -8,6 +8,7 @@ import pytest
 
 from controller.errors import TendrilError
 from server.cli import app
+from server.track import number
 
 
 def run(*arguments: object) -> None:
@@ -52,6 +53,8 @@ def test_a_run_that_breaks_off_is_an_error_and_still_written(tmp_path: Path) -> 
         (["--controller", "mpc"], "controller = 'mpc' is not one of paper"),
         (["--plant-scale", "mass=2"], "'mass' is not one of k, b"),
         (["--frequency", "0"], "frequency = 0 Hz is outside"),
+        (["--start", "-1"], "start = -1 s is outside \\[0, inf\\)"),
+        (["--json", "/tmp"], "/tmp cannot be written: it is a folder"),
         (["--json", "/nowhere/figures.json"], "/nowhere/figures.json cannot be written: its folder does not exist"),
     ],
 )
@@ -59,6 +62,17 @@ def test_a_wrong_request_is_said_in_one_line(tmp_path: Path, options: list[str],
     with pytest.raises(TendrilError, match=complaint) as caught:
         run("--reference", circle(tmp_path), *options)
     assert "\n" not in str(caught.value)
+
+
+def test_both_windows_are_shown_and_large_numbers_stay_readable() -> None:
+    assert [number(value) for value in (None, 3309.2, 12.345, 0.25)] == ["-", "3309", "12.3", "0.250"]
+
+
+def test_a_shape_may_be_said_to_begin_later(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run("--reference", circle(tmp_path), "--start", 1.5, "--json", tmp_path / "one.json")
+    told = json.loads((tmp_path / "one.json").read_text())["reference"]
+    assert (told["approach"], told["own_approach"]) == (3.5, 1.5)
+    assert "3.5 s of approach, with its first 1.5 s" in capsys.readouterr().out
 
 
 def test_a_path_in_mm_is_refused_before_anything_runs(tmp_path: Path) -> None:

@@ -1,0 +1,34 @@
+"""Files that a command writes: refused before the work if that is impossible, and one clear error if it fails."""
+
+import os
+from pathlib import Path
+
+from controller.errors import TendrilError
+
+
+def require_file(path: Path) -> None:
+    """Raise TendrilError unless a file could be written at `path`."""
+    folder = path.absolute().parent
+    if path.is_dir():
+        raise TendrilError(f"{path} cannot be written: it is a folder")
+    if not folder.is_dir():
+        raise TendrilError(f"{path} cannot be written: its folder does not exist")
+    if not os.access(path if path.exists() else folder, os.W_OK):
+        raise TendrilError(f"{path} cannot be written: permission denied")
+
+
+def made(folder: Path) -> Path:
+    """`folder`, there."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise TendrilError(f"{folder} cannot be made: {error.strerror}") from error
+    return folder
+
+
+def write(path: Path, text: str) -> None:
+    """Write `text` as UTF-8, or raise TendrilError."""
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise TendrilError(f"{path} cannot be written: {error.strerror}") from error
