@@ -10,9 +10,10 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 from rich.table import Table
 
 from controller.calibration.calibrate import Task, calibrate
-from controller.calibration.fit_file import Result, check_target, ratio, write_fit
+from controller.calibration.fit_file import Result, fit_text, ratio, require_toml
 from controller.calibration.search import Report, Stage
 from controller.calibration.spread import FITS_MIN
+from server.files import require_file, write
 from server.tables import empty
 
 AT_BOUND = 0.01
@@ -22,12 +23,13 @@ AT_BOUND = 0.01
 def run_calibrate(task: Task, out: Path | None, console: Console) -> None:
     """Search, write and show. Raises TendrilError for a file that cannot be written, before the search if possible."""
     if out is not None:
-        check_target(out)
+        require_toml(out)
+        require_file(out)
     with progress(console) as report:
         result = calibrate(task, report)
     try:
         if out is not None:
-            write_fit(result, out)
+            write(out, fit_text(result))
     finally:
         show(result, console)  # all that is left of a long search if the disk is full
     if out is not None:

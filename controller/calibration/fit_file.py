@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -46,33 +45,17 @@ class Result:
     origin: Origin
 
 
-def check_target(out: Path) -> None:
-    """Raise an error now if `out` cannot be written at the end of a long search."""
+def require_toml(out: Path) -> None:
+    """Raise ParameterError unless `out` is named as what it becomes."""
     if out.suffix != ".toml":
         raise ParameterError(f"out = {str(out)!r} does not end in .toml")
-    folder = out.absolute().parent
-    if out.is_dir():
-        raise TendrilError(f"{out} cannot be written: it is a folder")
-    if not folder.is_dir():
-        raise TendrilError(f"{out} cannot be written: its folder does not exist")
-    if not os.access(out if out.exists() else folder, os.W_OK):
-        raise TendrilError(f"{out} cannot be written: no permission")
-
-
-def write_fit(result: Result, out: Path) -> None:
-    """Write `result` as TOML that has been read back. Raises TendrilError where that is impossible."""
-    text = fit_text(result)
-    try:
-        tomllib.loads(text)
-        out.write_text(text, encoding="utf-8")
-    except tomllib.TOMLDecodeError as error:
-        raise TendrilError(f"{out} is not written, for nobody could read it: {error}") from error
-    except OSError as error:
-        raise TendrilError(f"{out} cannot be written: {error.strerror}") from error
 
 
 def fit_text(result: Result) -> str:
-    """The file. The twin's numbers are all that the default file has, so that one can take its place."""
+    """The file, read back once. The twin's numbers are all that the default file has, so that one can take its place.
+
+    Raises TendrilError for a text that nobody could read.
+    """
     setup = result.problem.space.decode(result.best.z)
     names = dict.fromkeys([*TWIN, *twin_fields(result.problem.space)])
     lines = [
@@ -87,7 +70,12 @@ def fit_text(result: Result) -> str:
         lines += table("[[rows]]", row_entry(row) | {"ours": shortened(ours), "ratio": shortened(ratio(row, ours))})
     for one in result.spread:
         lines += table("[[spread]]", spread_entry(one))
-    return "\n".join(lines) + "\n"
+    text = "\n".join(lines) + "\n"
+    try:
+        tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise TendrilError(f"the fit is no TOML: {error}") from error
+    return text
 
 
 def twin_fields(space: Space) -> Iterable[str]:

@@ -71,10 +71,10 @@ def test_an_interrupt_after_the_search_still_gives_the_fit(
 
 def test_a_file_that_fails_after_the_search_costs_no_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(calibrate, "walk", interrupted)
-    monkeypatch.setattr("server.calibrate.check_target", lambda out: None)
+    monkeypatch.setattr("server.calibrate.require_file", lambda out: (tmp_path / "fit.toml").mkdir())
     printed = StringIO()
     with pytest.raises(TendrilError, match="cannot be written: Is a directory"):
-        run_calibrate(TASK, tmp_path, Console(file=printed, width=200))
+        run_calibrate(TASK, tmp_path / "fit.toml", Console(file=printed, width=200))
     assert "Fitted rows" in printed.getvalue() and "Written" not in printed.getvalue()
 
 
