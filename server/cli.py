@@ -235,7 +235,7 @@ def track(
 
 @app.command()
 def reproduce(
-    report: Annotated[Path | None, typer.Option(help="Folder for the HTML report and a recording of each run.")] = None,
+    report: Annotated[Path | None, typer.Option(help="Folder for the report and a recording of each case.")] = None,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write all rows to this file.")] = None,
     quick: Annotated[bool, typer.Option(help="Run every case once instead of 3 times (Task 4: 5).")] = False,
     controller: Annotated[str, typer.Option(help="Only paper so far.")] = "paper",

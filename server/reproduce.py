@@ -106,7 +106,9 @@ def progress(order: Order, console: Console) -> Iterator[Told]:
         TextColumn("{task.fields[last]}"),
     )
     with Progress(*columns, console=console) as bars:
-        task = bars.add_task("", total=order.runs, last=f"{order.workers} processes start ...")
+        task = bars.add_task(
+            "", total=order.runs, last=f"{order.workers} processes start; the first time they compile ..."
+        )
 
         def told(case: Case) -> None:
             bars.update(task, advance=1, last=f"{case.reference} {case.actuator} {case.law}")
