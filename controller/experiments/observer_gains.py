@@ -53,8 +53,8 @@ def observer_gains(
     for job, run in zip(jobs, runs, strict=True):
         found.setdefault(observer_of(job.setup), {})[run.case.reference] = observer_rmse(run)
     if found:
-        tried = {job.case for job in jobs}
-        found[observer_of(setup)] = {run.case.reference: observer_rmse(run) for run in own if run.case in tried}
+        by_case = {run.case: run for run in own}
+        found[observer_of(setup)] = {job.case.reference: observer_rmse(by_case[job.case]) for job in jobs}
     return tuple(ObserverGain(one.K_o, one.B_o, one.carry_on, found[one]) for one in sorted(found))
 
 
