@@ -12,6 +12,7 @@ from controller.kernels.rod import Array
 from controller.parameters import ControllerParameters
 from controller.reference.approach import approach
 from controller.reference.course import course, torn
+from controller.reference.from_rest import leaving_rest
 from controller.reference.library import APPROACH, static_map
 from controller.reference.path_file import Samples
 from controller.reference.reference import Reference
@@ -57,10 +58,11 @@ def drawn(samples: Samples, actuator: Actuator, wish: Wish) -> tuple[Reference, 
     p = resampled(samples, controller.dt)
     first = start_row(samples, wish, len(p), controller.dt)
     smap = static_map(actuator, controller)
+    from_rest = at_rest(smap, p[0])
+    p = leaving_rest(smap, p) if from_rest else p
     path = projected(smap, p)
     if not wish.project:
         require_reach(samples, path, p, actuator)
-    from_rest = at_rest(smap, p[0])
     lead = np.empty((0, 2)) if from_rest else approach(smap, path.u, round(APPROACH / controller.dt))
     found = course(path.p, controller.dt, from_rest, first, wish.frequency)
     on = found.frequency is not None and not found.steps and not torn(path.p[found.start :], controller.dt)

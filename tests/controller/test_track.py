@@ -74,6 +74,13 @@ def test_the_library_s_metrics_come_out_to_the_last_bit_with_the_file_s_own_appr
     assert found.reference.steps == len(known.reference.steps)
 
 
+def test_a_file_with_six_decimals_is_measured_like_the_library(tmp_path: Path) -> None:
+    known = run_case(Case("step", law="ff"), Setup())
+    found = track(Task(written(tmp_path, known.reference.p.round(6)), P1, "ff"))
+    for window, metrics in known.metrics.items():
+        assert found.windows[window] == pytest.approx(metrics, rel=0.05)
+
+
 def test_each_axis_of_an_eight_lags_at_its_own_frequency(tmp_path: Path) -> None:
     eight = 0.03 * np.column_stack([np.sin(2 * np.pi * 0.5 * TIME), np.sin(2 * np.pi * TIME)]) + [0.03, 0.14]
     slow = track(Task(written(tmp_path, eight), P1, setup=Setup(twin=scaled(TwinParameters(), "delay=0.02"))))
