@@ -4,12 +4,12 @@ import json
 from pathlib import Path
 
 from rich.console import Console
-from rich.table import Table
 
 from controller.errors import TendrilError
 from controller.experiments.metrics import UNITS
 from controller.experiments.track import Facts, Task, Tracked, figures, track
 from server.files import require_file, write
+from server.tables import empty
 
 BIG = 1000.0
 """Numbers from here on are shown without decimals."""
@@ -38,9 +38,8 @@ def show(tracked: Tracked, console: Console) -> None:
         console.print(line, markup=False, soft_wrap=True, highlight=False)
     if tracked.failed:
         return
-    table = Table(title=f"{task.actuator.name}, {task.law}", title_justify="left", box=None, pad_edge=False)
-    for head in ("metric", *map(str, tracked.windows), "unit"):
-        table.add_column(head, justify="left" if head in ("metric", "unit") else "right")
+    windows = tuple(map(str, tracked.windows))
+    table = empty(f"{task.actuator.name}, {task.law}", ("metric", *windows, "unit"), windows)
     for metric in UNITS:
         values = [metrics.get(metric) for metrics in tracked.windows.values()]
         if any(value is not None for value in values):
@@ -49,7 +48,7 @@ def show(tracked: Tracked, console: Console) -> None:
 
 
 def number(value: float | None) -> str:
-    """Three digits at least, and never a power of ten."""
+    """Three digits, or all before the point; "-" for none."""
     if value is None:
         return "-"
     return f"{value:.0f}" if abs(value) >= BIG else f"{value:#.3g}".rstrip(".")

@@ -140,7 +140,7 @@ def facts(file: Path, reference: Reference, path: Carried, rows: Rows | None) ->
         own_approach=(reference.start - (len(reference.p) - len(path.p))) * DT,
         steps=len(reference.steps),
         length=float(shape.sum()),
-        peak_speed=float(shape.max()) / DT,
+        peak_speed=float(shape.max(initial=0.0)) / DT,
         frequency=reference.frequency,
         axis_frequencies=reference.axis_frequencies,
         velocity_feedforward=reference.velocity_feedforward,

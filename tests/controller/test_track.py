@@ -139,6 +139,8 @@ def test_a_path_without_a_period_is_judged_after_the_approach_and_has_no_phase(t
 
 def test_a_path_that_jumps_is_run_to_its_end(tmp_path: Path) -> None:
     corners = 0.03 + 0.02 * np.sign(circle(0.5, 4.0) - [0.03, 0.14] + 1e-9) + [0.0, 0.11]
+    last = np.vstack([np.tile([0.03, 0.14], (2000, 1)), [0.03, 0.17]])
+    assert track(Task(written(tmp_path, last), P1)).reference.duration == 0.0
     found = track(Task(written(tmp_path, corners), P1))
     assert not found.failed
     assert found.windows[Window.WHOLE]["max_x"] > 20.0
