@@ -48,29 +48,32 @@ def course(p: Array, dt: float, from_rest: bool, start: int | None = None, frequ
     steps = tuple(row for row in steps_of(p, dt, from_rest) if row >= (start or 0))
     if steps:
         return Course(steps[0] if start is None else start, steps, frequency)
-    found, axes = rhythms(p[start or 0 :], dt, frequency)
+    found = rhythms(p[start or 0 :], dt, frequency)
     if start is None:
-        start = found.start if found else lead_rows(p, dt) if from_rest else 0
-    frequency = frequency or (found.frequency if found else None)
-    if frequency is not None and axes is None:
-        axes = strongest(p[start:, 0], frequency, dt), strongest(p[start:, 1], frequency, dt)
-    return Course(start, (), frequency, None if axes == (frequency, frequency) else axes)
+        start = max(one.start for one in found) if found else lead_rows(p, dt) if from_rest else 0
+    if found is not None:
+        x, y = (one.frequency for one in found)
+    elif frequency is not None:
+        x = y = frequency
+    else:
+        return Course(start)
+    axes = strongest(p[start:, 0], x, dt), strongest(p[start:, 1], y, dt)
+    slow = x if x == y else min(axes)
+    return Course(start, (), slow, None if axes == (slow, slow) else axes)
 
 
-def rhythms(p: Array, dt: float, frequency: float | None) -> tuple[Rhythm | None, tuple[float, float] | None]:
-    """How p (n, 2) [m] repeats at its end, at `frequency` [Hz] if that is known, and each axis on its own if it has to.
+def rhythms(p: Array, dt: float, frequency: float | None) -> tuple[Rhythm, Rhythm] | None:
+    """How x and y of p (n, 2) [m] repeat at its end, at `frequency` [Hz] if that is known.
 
-    A Lissajous figure may need longer to come back than the file is, though both axes swing regularly.
+    Together, or else each by itself: a Lissajous figure may need longer to come back than the file is, though both axes swing regularly.
     """
     if frequency is not None:
         start = repeats_from(p, 1.0 / (frequency * dt))
-        return (None if start is None else Rhythm(frequency, start)), None
+        return None if start is None else (Rhythm(frequency, start),) * 2
     if whole := rhythm(p, dt):
-        return whole, None
+        return whole, whole
     x, y = rhythm(p * [1.0, 0.0], dt), rhythm(p * [0.0, 1.0], dt)
-    if x is None or y is None:
-        return None, None
-    return Rhythm(min(x.frequency, y.frequency), max(x.start, y.start)), (x.frequency, y.frequency)
+    return None if x is None or y is None else (x, y)
 
 
 def speeds(p: Array, dt: float) -> Array:

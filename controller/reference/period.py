@@ -20,7 +20,7 @@ LEAD = 2.5
 DRIFT = 3e-3
 """What moves by more than this share of the size from period to period, and by twice that in two, is a spiral."""
 ALIKE = 3.0
-"""The part begins where the path is further off than so many times what its last two periods are apart."""
+"""The part begins where the path is further off than so many times what its later periods are apart."""
 EXACT = 1e-6
 """What interpolation between the rows of an exact path leaves [m]."""
 ODD = 1.0
@@ -35,7 +35,8 @@ PROBES = 32
 """Points of a period at which a lag is tried first."""
 DIGITS = 5
 """Significant digits of a frequency: as many as the period is good for."""
-HARMONICS = 12
+HARMONICS = 40
+"""Multiples of a path's frequency at which an axis may swing."""
 
 
 class Rhythm(NamedTuple):
@@ -157,9 +158,10 @@ def repeats_from(p: Array, period: float) -> int | None:
     """Row from which on p (n, 2) [m] repeats every `period` [rows] to its end; None for too short a part."""
     off = deviation(p, period)
     bound = REPEATS * size(p[-math.ceil(period) :])
-    if len(p) - first_row(off, bound) < (1.0 + OVERLAP) * period - 1.0:
+    about = first_row(off, bound)
+    if about >= len(off) or len(p) - about < (1.0 + OVERLAP) * period - 1.0:
         return None
-    level = float(np.percentile(off[-math.floor(OVERLAP * period) + JUMP_ROWS :], 100.0 - ODD))
+    level = float(np.percentile(off[about + (len(off) - about) // 4 :], 100.0 - ODD))
     return first_row(off, min(bound, ALIKE * level + EXACT))
 
 
@@ -171,13 +173,13 @@ def first_row(off: Array, bound: float) -> int:
 
 
 def drifts(p: Array, period: float) -> bool:
-    """Whether p (n, 2) [m] is not back after a `period` [rows], and some twice as far away after two."""
+    """Whether p (n, 2) [m] is away after a `period` [rows], some twice as far after two, and further after three."""
     off, rows, back = deviation(p, period), math.floor(OVERLAP * period), math.floor(period)
-    once, twice = off[-rows:], off[-rows - back : -back]
-    if not twice.size:
+    ends = [len(off) - k * back for k in range(3)]
+    away = [float(np.median(off[max(0, end - rows) : end])) for end in ends if end > 0]
+    if len(away) < 2 or away[0] <= DRIFT * size(p[-back:]):
         return False
-    first, second = float(np.median(once)), float(np.median(twice))
-    return first > DRIFT * size(p[-back:]) and 1.5 * first < second < 3.0 * first
+    return 1.5 * away[0] < away[1] < 3.0 * away[0] and (len(away) < 3 or away[2] > 1.2 * away[1])
 
 
 def strongest(p: Array, frequency: float, dt: float) -> float:
