@@ -65,7 +65,8 @@ def course(p: Array, dt: float, from_rest: bool, start: int | None = None, frequ
 def rhythms(p: Array, dt: float, frequency: float | None) -> tuple[Rhythm, Rhythm] | None:
     """How x and y of p (n, 2) [m] repeat at its end, at `frequency` [Hz] if that is known.
 
-    Together, or else each by itself: a Lissajous figure may need longer to come back than the file is, though both axes swing regularly.
+    Together, or else each by itself: a Lissajous figure may need longer to come back than the file is, though both axes
+    swing regularly.
     """
     if frequency is not None:
         start = repeats_from(p, 1.0 / (frequency * dt))
