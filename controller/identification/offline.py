@@ -123,4 +123,4 @@ def _samples(t: Array, p: Array, steps: int) -> Samples:
     v = np.zeros_like(p)
     v[1:] = np.diff(p, axis=0) / np.diff(t)[:, None, None]
     grid = np.round(np.append(t, 2 * t[-1] - t[-2]) / TICK).astype(np.int64)
-    return Samples(p, v, steps * np.diff(grid))
+    return Samples(p, v, steps * np.diff(grid), np.zeros(1))

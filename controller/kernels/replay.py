@@ -38,6 +38,8 @@ class Samples(NamedTuple):
     """Velocities by difference from the sample before (n,m,2) [m/s]."""
     ticks: np.ndarray
     """For how many steps each sample is held (n,)."""
+    age: Array
+    """(1,) by how long it is carried on: 0, it is held [s]."""
 
 
 class Held(NamedTuple):
@@ -45,6 +47,7 @@ class Held(NamedTuple):
 
     p: Array
     v: Array
+    age: Array
 
 
 class Springs(NamedTuple):
@@ -66,7 +69,7 @@ def replay(run, samples, springs, used, out):
     tick = 0
     for k in range(samples.ticks.size):
         points_on(run.state.q, run.sensors, out[k])  # stays where samples come faster than ticks
-        held = Held(samples.p[k], samples.v[k])
+        held = Held(samples.p[k], samples.v[k], samples.age)
         for step in range(samples.ticks[k]):
             let_go(run, tick * run.dt)
             pull(run, held, springs, used, run.dt)

@@ -59,5 +59,5 @@ def _swing(actuator: Actuator, u: Array, samples: int) -> Array:
     nothing = np.zeros((samples, u.size, 2))
     ticks = np.full(samples, 10 * SUBSTEPS, np.int64)
     out = np.empty_like(nothing)
-    replay(run, Samples(nothing, nothing, ticks), fine.springs, 0, out)
+    replay(run, Samples(nothing, nothing, ticks, np.zeros(1)), fine.springs, 0, out)
     return np.concatenate([out[:1], out[:-1]])

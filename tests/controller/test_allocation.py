@@ -72,7 +72,7 @@ def outermost() -> dict[str, tuple[Any, ...]]:
     run = Replay(
         model, state, make_load(10), work, places(model, np.array([0.1])), points, np.zeros(10), np.zeros(2), 1e-3
     )
-    samples = Samples(points[None], points[None], np.ones(1, np.int64))
+    samples = Samples(points[None], points[None], np.ones(1, np.int64), np.zeros(1))
     return {
         "tick": (rig, 1, command[0], measurement[0], status[0], telemetry[0]),
         "twin_step": (twin, 1, telemetry[0], measurement[0]),
