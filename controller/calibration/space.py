@@ -52,13 +52,17 @@ class Space:
         """The priors themselves (n,)."""
         return np.array([one.share(one.prior) for one in self.unknowns])
 
+    def base_point(self) -> Array:
+        """The numbers in force (n,), those of `base`; what is beyond a bound is put on it."""
+        return np.array([one.share(value_in(self.base, one.name)) for one in self.unknowns])
+
     def draw(self, count: int, seed: int) -> Array:
-        """`count` points (count, n): the priors, then a Sobol sequence spread as the priors are, within the bounds."""
-        shares = qmc.Sobol(len(self.unknowns), rng=seed).random_base2(max(1, count).bit_length())[: count - 1]
+        """Points (count, n): the priors, the numbers in force, then a Sobol sequence spread as the priors are."""
+        shares = qmc.Sobol(len(self.unknowns), rng=seed).random_base2(max(1, count).bit_length())[: max(0, count - 2)]
         ends = [[one.surprise(one.low), one.surprise(one.high)] for one in self.unknowns]
         below, above = np.asarray(norm.cdf(ends)).T
         off = norm.ppf(below + shares * (above - below))
-        return np.vstack([self.prior_point(), *([self._off_priors(row)] for row in off)])
+        return np.vstack([self.prior_point(), self.base_point(), *([self._off_priors(row)] for row in off)])[:count]
 
     def _off_priors(self, off: Array) -> Array:
         """The point (n,) that is `off` standard deviations (n,) off the priors."""
@@ -77,3 +81,12 @@ def place(fields: dict[str, Any], name: str, value: float) -> None:
     if index:
         entries[int(index)] = value
     fields[key] = tuple(entries) if index else value
+
+
+def value_in(setup: Setup, name: str) -> float:
+    """The number called `name` in `setup`."""
+    if name in GAIN_NAMES:
+        return float(getattr(setup.gains, name)[0])
+    key, _, index = name.partition(".")
+    found = getattr(setup.twin, key)
+    return float(found[int(index)] if index else found)

@@ -58,9 +58,10 @@ UNKNOWNS = (
     # Hysteresis of printed TPU: 5 to 20 % of the torque between loading and unloading.
     Unknown("hysteresis", 0.0, 0.4, 0.1, 0.08),
     Unknown("hysteresis_bend", 0.1, 3.0, 0.5, 0.6, log=True),
-    # The paper's observer has one lag of 50 ms; inflating and exhausting are on either side of it.
-    Unknown("inflate_time", 0.02, 0.12, 0.05, 0.3, log=True),
-    Unknown("exhaust_time", 0.02, 0.12, 0.055, 0.3, log=True),
+    # The paper's observer has one lag of 50 ms, which its pressure characterisation supports; inflating and exhausting are
+    # on either side of it.
+    Unknown("inflate_time", 0.02, 0.12, 0.05, 0.15, log=True),
+    Unknown("exhaust_time", 0.02, 0.12, 0.055, 0.15, log=True),
     # FF+P leaves 11.3 of 15.7 mm in the step table: 1 / (1 + K_P) is 0.72.
     Unknown("K_P", 0.05, 1.5, 0.4, 0.5, log=True),
     # FF+I is at 1 mm after 2.7 s of each step, so faster than 1 / s; the first fits found 2.5 and 0.97.
