@@ -58,7 +58,7 @@ UNKNOWNS = (
     # Hysteresis of printed TPU: 5 to 20 % of the torque between loading and unloading.
     Unknown("hysteresis", 0.0, 0.4, 0.1, 0.08),
     Unknown("hysteresis_bend", 0.1, 3.0, 0.5, 0.6, log=True),
-    # The paper's observer has one lag of 50 ms, which its pressure characterisation supports; inflating and exhausting are
+    # The paper's observer has one lag of 50 ms, which its pressure steps support; inflating and exhausting are
     # on either side of it.
     Unknown("inflate_time", 0.02, 0.12, 0.05, 0.15, log=True),
     Unknown("exhaust_time", 0.02, 0.12, 0.055, 0.15, log=True),
