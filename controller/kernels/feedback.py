@@ -7,7 +7,7 @@ from controller.kernels.feedforward import OPEN_LOOP
 from controller.kernels.inverse import way_down
 from controller.kernels.observer import TIP
 from controller.kernels.polygon import nearest_admissible
-from controller.kernels.safety import E_STOP, NOT_FINITE, is_live, move
+from controller.kernels.safety import E_STOP, NOT_FINITE, TRACK, is_live, move
 from controller.kernels.statics import sensitivity
 from controller.modes import Law
 
@@ -28,7 +28,8 @@ def feed_back(control, settings, telemetry):
     for j in range(2):
         tip = telemetry.p_meas[j] if measured else telemetry.p_hat[j]
         telemetry.error[j] = state.p_ref[j] - tip
-    switched = scheme_changed(state, settings, live + 2 * closed + 4 * (measured != 0))
+    how = live + 2 * closed + 4 * (measured != 0) + 8 * (state.mode == TRACK)
+    switched = scheme_changed(state, settings, how)
     look_at_sensitivity(control)
     f_1, f_2 = effort(state, settings, telemetry.error)
     g_1, g_2 = through_sensitivity(control, f_1, f_2)
@@ -71,7 +72,8 @@ def look_at_sensitivity(control):
     The share is (sigma_2 / (weak_ratio sigma_1))^2, at most 1: the torque per error then goes to zero with sigma_2,
     where the paper's law alone would ask for 1 / sigma_2.
     """
-    state, ratio = control.state[0], control.controller[0].weak_ratio
+    state, bounds = control.state[0], control.controller[0]
+    ratio = bounds.weak_ratio if state.mode == TRACK else bounds.weak_ratio_live
     S11, S12, S21, S22 = sensitivity(control.smap, control.q[2])
     state.S[0], state.S[1], state.S[2], state.S[3] = S11, S12, S21, S22
     A11, A12, A22 = S11 * S11 + S12 * S12, S11 * S21 + S12 * S22, S21 * S21 + S22 * S22
@@ -102,8 +104,8 @@ def through_sensitivity(control, f_1, f_2):
 
 @kernel
 def scheme_changed(state, settings, how):
-    """Whether law, gains or the source of the error (`how`) differ from the last tick's; remembers them."""
-    scheme = 8 * settings.law + how
+    """Whether law, gains, source of the error or fading (`how`) differ from the last tick's; remembers them."""
+    scheme = 16 * settings.law + how
     changed = scheme != state.scheme
     state.scheme = scheme
     for j in range(2):

@@ -29,7 +29,8 @@ def paper_torque(trial: Trial, law: Law, error: np.ndarray, integral: np.ndarray
 
 @pytest.mark.parametrize("law", [Law.FF_P, Law.FF_I, Law.FF_PI])
 def test_the_feedback_is_the_paper_s_law(law: Law) -> None:
-    trial = Trial(law=law, K_P=(0.3, 0.2), K_I=(0.5, 0.6), K_FF=(0.05, 0.04))
+    gains = {"K_P": (0.3, 0.2), "K_I": (0.5, 0.6), "K_FF": (0.05, 0.04)}
+    trial = Trial(parameters=controller_with(weak_ratio_live=0.0), law=law, **gains)
     trial.arm()
     trial.follow(0.10, 0.14, 3.0)
     trial.command["target"] = (0.08, 0.13)
@@ -68,7 +69,7 @@ def test_holding_the_straight_pose_is_quiet() -> None:
     rows = trial.run(10_000)
     assert (rows["mode"] == Mode.HOLD).all()
     assert np.abs(rows["u"]).max() < 1e-3
-    paper = Trial(parameters=controller_with(weak_ratio=0.0))
+    paper = Trial(parameters=controller_with(weak_ratio_live=0.0))
     paper.arm()
     assert paper.run(3000)["saturated"].any()
 
@@ -138,3 +139,23 @@ def test_an_open_loop_moves_at_its_rate_and_only_while_following() -> None:
     trial.ask(Request.HOLD)
     trial.switch(u_open=(0.0, 0.0))
     assert trial.run(500)["u"][-1] == pytest.approx((0.02, -0.01))
+
+
+OUT_OF_REACH = [
+    ("P1", (0.0, 0.30)),
+    ("P1", (-0.1, 0.25)),
+    ("P2", (0.0, 0.30)),
+    ("P2", (0.1, 0.30)),
+    ("P3", (0.0, 0.25)),
+]
+
+
+@pytest.mark.parametrize(("name", "target"), BEYOND)
+def test_a_target_thrown_out_of_reach_leaves_the_tip_quiet_at_the_edge(name: str, target: tuple[float, float]) -> None:
+    """The edge is a fold, where feedback that fades too late swings over the whole stroke."""
+    trial = Trial(name, speed_max=1.0, acceleration_max=10.0)
+    trial.arm()
+    trial.follow(0.1, 0.1, 3.0)
+    rows = trial.follow(*target, 8.0)
+    assert (rows["mode"] == Mode.FOLLOW).all() and not rows["reachable"][-1]
+    assert np.ptp(true_tip(rows)[-2000:], axis=0).max() < 2e-3

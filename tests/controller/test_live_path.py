@@ -52,6 +52,7 @@ def test_a_marker_out_of_reach_is_projected_and_the_error_is_taken_from_there() 
     off = np.linalg.norm(far.reference.p - marker.at(np.arange(2000) * 1e-3), axis=1)
     assert off.min() > 30e-3
     assert np.linalg.norm(far.reference.p - far.rows["p_ref"], axis=1).max() < 5e-3
+    assert far.metrics[Window.WHOLE]["rmse"] * 1e-3 < off.min()
 
 
 def test_the_same_path_gives_the_same_bits(followed: Outcome) -> None:

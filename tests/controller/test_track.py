@@ -155,7 +155,8 @@ def test_a_projected_path_is_judged_by_the_nearest_points_within_reach(tmp_path:
 
 
 def test_a_run_that_the_rig_breaks_off_says_when_and_why_and_has_no_numbers(tmp_path: Path) -> None:
-    found = track(Task(written(tmp_path, circle(3.0, 8.0, 0.05)), P1))
+    weak = Setup(twin=TwinParameters(stiffness_scale=2.0, torque_gain=(0.5, 0.5)))
+    found = track(Task(written(tmp_path, circle(1.0, 8.0, 0.05)), P1, law="ff+p", setup=weak))
     assert found.windows == {}
     told = figures(found)
     assert "spiral: FAULT (TRACKING_ERROR) after" in told["failed"] and "approach of 2 s included" in told["failed"]

@@ -39,7 +39,8 @@ def test_a_path_is_followed_shown_and_written(tmp_path: Path, capsys: pytest.Cap
 
 def test_a_run_that_breaks_off_is_an_error_and_still_written(tmp_path: Path) -> None:
     with pytest.raises(TendrilError, match="TRACKING_ERROR"):
-        run("--reference", circle(tmp_path, 3.0, 0.05), "--json", tmp_path / "broken.json")
+        weak = ("--plant-scale", "k=2,torque=0.5", "--law", "ff+p")
+        run("--reference", circle(tmp_path, 1.0, 0.05), *weak, "--json", tmp_path / "broken.json")
     told = json.loads((tmp_path / "broken.json").read_text())
     assert "TRACKING_ERROR" in told["failed"]
     assert all(row["ours"] is None for row in told["rows"])
