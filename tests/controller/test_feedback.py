@@ -141,13 +141,7 @@ def test_an_open_loop_moves_at_its_rate_and_only_while_following() -> None:
     assert trial.run(500)["u"][-1] == pytest.approx((0.02, -0.01))
 
 
-OUT_OF_REACH = [
-    ("P1", (0.0, 0.30)),
-    ("P1", (-0.1, 0.25)),
-    ("P2", (0.0, 0.30)),
-    ("P2", (0.1, 0.30)),
-    ("P3", (0.0, 0.25)),
-]
+BEYOND = [("P1", (0.0, 0.30)), ("P1", (-0.1, 0.25)), ("P2", (0.0, 0.30)), ("P2", (0.1, 0.30)), ("P3", (0.0, 0.25))]
 
 
 @pytest.mark.parametrize(("name", "target"), BEYOND)

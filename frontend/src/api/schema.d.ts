@@ -492,13 +492,20 @@ export interface components {
        * Weak Ratio
        * @description Feedback fades in a direction in which S moves the tip less than this share of its strongest (ours; paper: 0).
        *     At the straight pose nothing can move the tip along x, and the paper's law alone saturates there on noise.
-       * @default 0.1
+       * @default 0.2
        */
       weak_ratio: number;
       /**
+       * Weak Ratio Live
+       * @description The same but for a planned reference, which is known to be in reach: where an operator may lead the tip to the
+       *     edge of the reach, a fold of S, feedback that fades later swings over the whole stroke (ours).
+       * @default 0.35
+       */
+      weak_ratio_live: number;
+      /**
        * Carry On
-       * @description The observer carries a marker on with its last velocity for as long as the sample is old (ours): held instead, it
-       *     would lag by some 9 ms, 2 mm on the 1 Hz circle. The feedback's error is that of the held marker, as in the paper.
+       * @description The observer carries a marker on with its last velocity for as long as the sample is old (ours): held, it would
+       *     lag by some 9 ms, 2 mm on the 1 Hz circle. The feedback's error is that of the held marker, as in the paper.
        * @default true
        */
       carry_on: boolean;
@@ -970,7 +977,8 @@ export interface components {
        *       "zeta_B": 1,
        *       "epsilon": 1e-8,
        *       "rcond_min": 1e-10,
-       *       "weak_ratio": 0.1,
+       *       "weak_ratio": 0.2,
+       *       "weak_ratio_live": 0.35,
        *       "carry_on": true,
        *       "dead_time": 0.05,
        *       "pneumatic_lag": 0.05,
@@ -999,27 +1007,27 @@ export interface components {
        * @default {
        *       "rods": 14,
        *       "substeps": 4,
-       *       "kappa": 17.4,
-       *       "zeta": 0.26,
+       *       "kappa": 46.08,
+       *       "zeta": 0.286,
        *       "stiffness_scale": 1,
        *       "torque_gain": [
-       *         1.1,
-       *         1.1
+       *         1.102,
+       *         1.112
        *       ],
        *       "creep": [
-       *         0.05,
-       *         0.05
+       *         0.1496,
+       *         0.06857
        *       ],
        *       "creep_time": [
-       *         0.15,
-       *         3.5
+       *         0.08737,
+       *         3.032
        *       ],
-       *       "friction": 0.16,
+       *       "friction": 0.06062,
        *       "slip": 0.0005,
-       *       "hysteresis": 0.1,
-       *       "hysteresis_bend": 0.5,
-       *       "inflate_time": 0.044,
-       *       "exhaust_time": 0.05,
+       *       "hysteresis": 0.05184,
+       *       "hysteresis_bend": 0.6388,
+       *       "inflate_time": 0.04645,
+       *       "exhaust_time": 0.07919,
        *       "supply_pressure": 600000,
        *       "conductance": 3.9e-9,
        *       "critical_ratio": 0.3,
@@ -1123,16 +1131,16 @@ export interface components {
       /**
        * K P
        * @default [
-       *       0.3,
-       *       0.3
+       *       0.3288,
+       *       0.3288
        *     ]
        */
       K_P: [number, number];
       /**
        * K I
        * @default [
-       *       0.8,
-       *       0.8
+       *       1.754,
+       *       1.754
        *     ]
        */
       K_I: [number, number];
@@ -1321,12 +1329,12 @@ export interface components {
       /**
        * Kappa
        * @description Stiffness and torque gain are scaled together: the static map stays, the first mode rises to about 2.3 Hz.
-       * @default 17.4
+       * @default 46.08
        */
       kappa: number;
       /**
        * Zeta
-       * @default 0.26
+       * @default 0.286
        */
       zeta: number;
       /**
@@ -1338,8 +1346,8 @@ export interface components {
        * Torque Gain
        * @description Deliberate mismatch: each pair bends the plant this much more than the model believes.
        * @default [
-       *       1.1,
-       *       1.1
+       *       1.102,
+       *       1.112
        *     ]
        */
       torque_gain: [number, number];
@@ -1347,23 +1355,23 @@ export interface components {
        * Creep
        * @description Share of the stiffness in each of two Maxwell branches (TPU creep).
        * @default [
-       *       0.05,
-       *       0.05
+       *       0.1496,
+       *       0.06857
        *     ]
        */
       creep: [number, number];
       /**
        * Creep Time
        * @default [
-       *       0.15,
-       *       3.5
+       *       0.08737,
+       *       3.032
        *     ]
        */
       creep_time: [number, number];
       /**
        * Friction
        * @description Coulomb friction on the PTFE sheet; it sticks.
-       * @default 0.16
+       * @default 0.06062
        */
       friction: number;
       /**
@@ -1375,25 +1383,25 @@ export interface components {
       /**
        * Hysteresis
        * @description Stiffness that the hysteresis of TPU adds to small motions, as a share of the stiffness.
-       * @default 0.1
+       * @default 0.05184
        */
       hysteresis: number;
       /**
        * Hysteresis Bend
        * @description Change of the whole backbone's bend over which the hysteresis builds up and turns round.
-       * @default 0.5
+       * @default 0.6388
        */
       hysteresis_bend: number;
       /**
        * Inflate Time
        * @description What the gain of the pressure loops is chosen for while they fill: the lag of a small step.
-       * @default 0.044
+       * @default 0.04645
        */
       inflate_time: number;
       /**
        * Exhaust Time
        * @description The same while they exhaust, at 60 kPa; below and for large steps air leaves more slowly.
-       * @default 0.05
+       * @default 0.07919
        */
       exhaust_time: number;
       /**
