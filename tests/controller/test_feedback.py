@@ -7,7 +7,7 @@ from controller.actuator import PRESETS
 from controller.kernels.statics import sensitivity
 from controller.modes import Law, Mode, Request
 from controller.parameters import Settings
-from tests.controller.trial import Trial, controller_with, distance, true_tip, twin_with
+from tests.controller.trial import SOFT, Trial, controller_with, distance, true_tip, twin_with
 
 POSES = {
     "P1": [(0.10, 0.14), (0.02, -0.16), (0.12, 0.10), (0.0, 0.10), (0.19, -0.09)],
@@ -75,7 +75,7 @@ def test_holding_the_straight_pose_is_quiet() -> None:
 
 
 def test_the_integral_is_held_while_saturated_and_the_loop_recovers() -> None:
-    trial = Trial(parameters=twin_with(torque_gain=(0.6, 0.6)))
+    trial = Trial(parameters=twin_with(**SOFT | {"torque_gain": (0.7, 0.7)}), K_P=(0.3, 0.3), K_I=(0.8, 0.8))
     trial.arm()
     rows = trial.follow(-0.02, 0.08, 8.0)
     clamped = np.flatnonzero(rows["saturated"])
@@ -85,7 +85,7 @@ def test_the_integral_is_held_while_saturated_and_the_loop_recovers() -> None:
     assert (np.abs(rows["u"] @ polygon.normals.T) <= polygon.bounds * (1 + 1e-9)).all()
     late = clamped[clamped > 4000]
     assert np.abs(rows["integral"][late] - rows["integral"][late - 1]).max() == 0.0
-    back = trial.follow(0.12, 0.12, 6.0)
+    back = trial.follow(0.12, 0.12, 10.0)
     assert not back["saturated"][1000:].any()
     assert distance(true_tip(back)[-500:], back["p_ref"][-500:]).mean() < 3e-3
 

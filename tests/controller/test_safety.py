@@ -5,7 +5,7 @@ import pytest
 
 from controller.modes import Cause, Mode, Request
 from tests.controller.desk import Desk
-from tests.controller.trial import Trial, twin_with
+from tests.controller.trial import SOFT, Trial, twin_with
 
 V, H, F, T, R, X, E = Mode
 REFUSED = None
@@ -197,7 +197,7 @@ def test_a_persistent_tracking_error_in_reach_is_a_fault() -> None:
 
 def test_a_loop_that_swings_about_its_target_is_a_fault() -> None:
     """Gains within their bounds can make the tip whip through its reference: it is near it five times a second."""
-    trial = Trial(parameters=twin_with(dead_time=0.1), K_P=(1.5, 1.5), K_I=(3.0, 3.0))
+    trial = Trial(parameters=twin_with(**SOFT), K_P=(1.5, 1.5), K_I=(3.0, 3.0))
     trial.arm()
     rows = trial.follow(0.1, 0.12, 12.0)
     faults = np.flatnonzero(rows["mode"] == X)

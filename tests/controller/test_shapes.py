@@ -72,6 +72,6 @@ def test_the_diamond_starts_at_the_top_and_turns_clockwise_in_equal_steps() -> N
     assert corners[0, 0] == 0.0
     assert corners[0, 1] == corners[:, 1].max()
     steps = np.diff(np.vstack([corners[-1], corners]), axis=0)
-    assert np.linalg.norm(steps, axis=1) == pytest.approx(np.full(4, np.sqrt(2) * 42e-3))
+    assert np.linalg.norm(steps, axis=1) == pytest.approx(np.full(4, np.sqrt(2) * shapes.DIAMOND))
     (a, b), (c, d) = steps[:2]
     assert a * d - b * c < 0.0

@@ -148,7 +148,7 @@ def test_an_open_port_empties_a_choked_chamber_exponentially() -> None:
 )
 @pytest.mark.parametrize("offset", [-0.01, 0.0, 0.01])
 def test_pressure_settles_on_the_setpoint_with_little_overshoot(start: float, end: float, offset: float) -> None:
-    twin = TwinParameters(dead_time=0.0, valve_offset=offset)
+    twin = TwinParameters(dead_time=0.0, valve_offset=offset, inflate_time=0.044, exhaust_time=0.05)
     p = run(twin, np.repeat([start, end], [8000, 8000]))[0][:, 0]
     assert p[[7999, 15999]] == pytest.approx([start, end], abs=5.0)
     beyond = (p[8000:] - end) * math.copysign(1, end - start)

@@ -55,6 +55,19 @@ class Trial(Simulation):
         write_record(self.settings, self.command["settings"][0])
 
 
+SOFT: dict[str, Any] = {
+    "kappa": 17.4,
+    "zeta": 0.26,
+    "torque_gain": (1.1, 1.1),
+    "creep": (0.05, 0.05),
+    "friction": 0.16,
+    "hysteresis": 0.1,
+    "inflate_time": 0.044,
+    "exhaust_time": 0.05,
+}
+"""A plant that no calibration changes, softer and less damped than the fitted one."""
+
+
 def twin_with(name: str = "P1", **changes: Any) -> RigParameters:
     return RigParameters(actuator=PRESETS[name], twin=TwinParameters(**changes))
 
