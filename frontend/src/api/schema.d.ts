@@ -1007,27 +1007,27 @@ export interface components {
        * @default {
        *       "rods": 14,
        *       "substeps": 4,
-       *       "kappa": 46.08,
-       *       "zeta": 0.286,
+       *       "kappa": 42.15,
+       *       "zeta": 0.3855,
        *       "stiffness_scale": 1,
        *       "torque_gain": [
-       *         1.102,
-       *         1.112
+       *         1.144,
+       *         1.092
        *       ],
        *       "creep": [
-       *         0.1496,
-       *         0.06857
+       *         0.184,
+       *         0.06572
        *       ],
        *       "creep_time": [
-       *         0.08737,
-       *         3.032
+       *         0.08751,
+       *         4.099
        *       ],
-       *       "friction": 0.06062,
+       *       "friction": 0.09709,
        *       "slip": 0.0005,
-       *       "hysteresis": 0.05184,
-       *       "hysteresis_bend": 0.6388,
-       *       "inflate_time": 0.04645,
-       *       "exhaust_time": 0.07919,
+       *       "hysteresis": 0.1026,
+       *       "hysteresis_bend": 0.6209,
+       *       "inflate_time": 0.04612,
+       *       "exhaust_time": 0.06745,
        *       "supply_pressure": 600000,
        *       "conductance": 3.9e-9,
        *       "critical_ratio": 0.3,
@@ -1131,16 +1131,16 @@ export interface components {
       /**
        * K P
        * @default [
-       *       0.3288,
-       *       0.3288
+       *       0.3949,
+       *       0.3949
        *     ]
        */
       K_P: [number, number];
       /**
        * K I
        * @default [
-       *       1.754,
-       *       1.754
+       *       1.778,
+       *       1.778
        *     ]
        */
       K_I: [number, number];
@@ -1329,12 +1329,12 @@ export interface components {
       /**
        * Kappa
        * @description Stiffness and torque gain are scaled together: the static map stays, the first mode rises to about 2.3 Hz.
-       * @default 46.08
+       * @default 42.15
        */
       kappa: number;
       /**
        * Zeta
-       * @default 0.286
+       * @default 0.3855
        */
       zeta: number;
       /**
@@ -1346,8 +1346,8 @@ export interface components {
        * Torque Gain
        * @description Deliberate mismatch: each pair bends the plant this much more than the model believes.
        * @default [
-       *       1.102,
-       *       1.112
+       *       1.144,
+       *       1.092
        *     ]
        */
       torque_gain: [number, number];
@@ -1355,23 +1355,23 @@ export interface components {
        * Creep
        * @description Share of the stiffness in each of two Maxwell branches (TPU creep).
        * @default [
-       *       0.1496,
-       *       0.06857
+       *       0.184,
+       *       0.06572
        *     ]
        */
       creep: [number, number];
       /**
        * Creep Time
        * @default [
-       *       0.08737,
-       *       3.032
+       *       0.08751,
+       *       4.099
        *     ]
        */
       creep_time: [number, number];
       /**
        * Friction
        * @description Coulomb friction on the PTFE sheet; it sticks.
-       * @default 0.06062
+       * @default 0.09709
        */
       friction: number;
       /**
@@ -1383,25 +1383,25 @@ export interface components {
       /**
        * Hysteresis
        * @description Stiffness that the hysteresis of TPU adds to small motions, as a share of the stiffness.
-       * @default 0.05184
+       * @default 0.1026
        */
       hysteresis: number;
       /**
        * Hysteresis Bend
        * @description Change of the whole backbone's bend over which the hysteresis builds up and turns round.
-       * @default 0.6388
+       * @default 0.6209
        */
       hysteresis_bend: number;
       /**
        * Inflate Time
        * @description What the gain of the pressure loops is chosen for while they fill: the lag of a small step.
-       * @default 0.04645
+       * @default 0.04612
        */
       inflate_time: number;
       /**
        * Exhaust Time
        * @description The same while they exhaust, at 60 kPa; below and for large steps air leaves more slowly.
-       * @default 0.07919
+       * @default 0.06745
        */
       exhaust_time: number;
       /**
