@@ -14,13 +14,11 @@ from controller.experiments.report.bars import bars
 from controller.experiments.report.remarks import known_remarks, outdated
 from controller.experiments.report.verdict import verdict
 from controller.experiments.results import ResultRow, Results, SensedLaw, SensedTrajectory
-from server.tables import empty
+from server.tables import empty, number
 
 COLOURS = {True: "green", False: "red", None: "default"}
 NUMBERS = ("paper", "ours", "ratio", "other")
 HEADS = ("experiment", "", "law", "metric", *NUMBERS, "")
-BIG = 1000.0
-"""From here on a number is shown without decimals."""
 
 
 def show(results: Results, console: Console) -> None:
@@ -61,13 +59,6 @@ def cells(row: ResultRow) -> tuple[str, ...]:
         number(row.ours_other_window),
         f"[{COLOURS[judgement.met]}]{judgement.word}[/]",
     )
-
-
-def number(value: float | None) -> str:
-    """Three digits, or all before the point; "-" for none."""
-    if value is None:
-        return "-"
-    return f"{value:.0f}" if abs(value) >= BIG else f"{value:#.3g}".rstrip(".")
 
 
 def sensing_table(trajectories: tuple[SensedTrajectory, ...]) -> Table:

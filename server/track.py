@@ -9,10 +9,8 @@ from controller.errors import TendrilError
 from controller.experiments.metrics import UNITS
 from controller.experiments.track import Facts, Task, Tracked, figures, track
 from server.files import require_file, write
-from server.tables import empty
+from server.tables import empty, number
 
-BIG = 1000.0
-"""Numbers from here on are shown without decimals."""
 MENTIONED = 5
 """More times than so many are only counted."""
 
@@ -45,13 +43,6 @@ def show(tracked: Tracked, console: Console) -> None:
         if any(value is not None for value in values):
             table.add_row(metric, *map(number, values), UNITS[metric][0])
     console.print(table, highlight=False)
-
-
-def number(value: float | None) -> str:
-    """Three digits, or all before the point; "-" for none."""
-    if value is None:
-        return "-"
-    return f"{value:.0f}" if abs(value) >= BIG else f"{value:#.3g}".rstrip(".")
 
 
 def course(facts: Facts) -> str:

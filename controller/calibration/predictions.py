@@ -2,21 +2,18 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from controller.actuator import PRESETS
 from controller.experiments import run
-from controller.experiments.case import Case, Setup, parameters_of, settings_of
+from controller.experiments.case import Case, Setup, parameters_of, planned, settings_of
 from controller.experiments.metrics import measure
 from controller.experiments.paper_rows import DIGITS, PaperRow, window_of
 from controller.experiments.simulate import Rows
 from controller.kernels.rod import Array
 from controller.modes import Mode
-from controller.parameters import ControllerParameters, RigParameters, Settings
-from controller.reference.library import reference
+from controller.parameters import RigParameters, Settings
 from controller.reference.reference import Reference
 
 RATIO_SCALE = 0.1
@@ -45,12 +42,6 @@ def attempt(parameters: RigParameters, planned: Reference, settings: Settings, s
     rows = run.attempt(parameters, planned, settings, seed)
     broken = np.flatnonzero(rows["mode"] != Mode.TRACK)
     return Attempt(rows, float(broken[0]) / len(rows) if broken.size else 1.0)
-
-
-@lru_cache(maxsize=64)
-def planned(name: str, actuator: str, controller: ControllerParameters) -> Reference:
-    """`reference`, planned once a process: it does not depend on what is searched."""
-    return reference(name, PRESETS[actuator], controller)
 
 
 def predict(paper_rows: Iterable[PaperRow], setup: Setup, seed: int = 0) -> list[Predicted]:

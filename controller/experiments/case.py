@@ -1,6 +1,7 @@
 """One run of an experiment as data, and what comes of it."""
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 from controller.actuator import PRESETS
 from controller.errors import DataError
@@ -53,10 +54,15 @@ def run_case(case: Case, setup: Setup) -> Outcome:
 
     Raises DataError for an unknown law and TendrilError if the rig does not follow to the end.
     """
-    parameters = parameters_of(case, setup)
-    planned = reference(case.reference, parameters.actuator, setup.controller)
-    rows = run(parameters, planned, settings_of(case, setup.gains), case.seed)
-    return outcome(case, planned, rows)
+    path = planned(case.reference, case.actuator, setup.controller)
+    rows = run(parameters_of(case, setup), path, settings_of(case, setup.gains), case.seed)
+    return outcome(case, path, rows)
+
+
+@lru_cache(maxsize=64)
+def planned(name: str, actuator: str, controller: ControllerParameters) -> Reference:
+    """`reference`, planned once a process: neither plant, gains nor seed change it."""
+    return reference(name, PRESETS[actuator], controller)
 
 
 def outcome(case: Case, planned: Reference, rows: Rows) -> Outcome:

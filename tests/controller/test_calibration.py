@@ -13,7 +13,7 @@ from controller.calibration.fit_file import Origin, Result, fit_text, toml
 from controller.calibration.margins import GAIN_FACTOR, Margin, Trial
 from controller.calibration.predictions import BROKEN, row_residual
 from controller.calibration.problem import Evaluation, Problem
-from controller.calibration.space import Space, place
+from controller.calibration.space import Space, place, value_in
 from controller.calibration.spread import row_spread
 from controller.calibration.unknowns import UNKNOWNS, Unknown
 from controller.errors import ParameterError, TendrilError
@@ -27,15 +27,6 @@ SPACE = Space()
 RMSE, SSE = FITTED[0], FITTED[4]
 
 
-def number_in(setup: Setup, name: str) -> float:
-    """The number called `name` in `setup`."""
-    if name in GAIN_NAMES:
-        return float(getattr(setup.gains, name)[0])
-    key, _, index = name.partition(".")
-    found = getattr(setup.twin, key)
-    return float(found[int(index)] if index else found)
-
-
 def test_a_share_of_the_box_comes_back_from_its_value() -> None:
     for share in (0.0, 0.3, 1.0):
         assert [one.share(one.value(share)) for one in UNKNOWNS] == pytest.approx([share] * len(UNKNOWNS))
@@ -45,7 +36,7 @@ def test_what_is_decoded_has_four_digits_and_the_rest_is_the_base() -> None:
     base = Setup(TwinParameters(marker_noise=3e-4))
     setup = Space(base=base).decode(np.full(len(UNKNOWNS), 1 / 3))
     assert setup.twin.marker_noise == 3e-4
-    numbers = [number_in(setup, one.name) for one in UNKNOWNS]
+    numbers = [value_in(setup, one.name) for one in UNKNOWNS]
     assert numbers == [float(f"{number:.4g}") for number in numbers]
     assert numbers == pytest.approx([one.value(1 / 3) for one in UNKNOWNS], rel=1e-3)
     assert setup.gains.K_P[0] == setup.gains.K_P[1]
@@ -55,7 +46,7 @@ def test_both_ends_of_every_unknown_are_allowed_by_the_parameters_even_with_more
     for end in (0.0, 1.0):
         setup = SPACE.decode(np.full(len(UNKNOWNS), end))
         for one in UNKNOWNS:
-            assert number_in(setup, one.name) == pytest.approx(one.value(end), rel=1e-3)
+            assert value_in(setup, one.name) == pytest.approx(one.value(end), rel=1e-3)
         Settings(**{name: tuple(GAIN_FACTOR * gain for gain in getattr(setup.gains, name)) for name in GAIN_NAMES})
 
 

@@ -1,11 +1,11 @@
 import re
-from html.parser import HTMLParser
 
 import numpy as np
 
 from controller.actuator import PRESETS
 from controller.identification.fit import Estimate, Fit, Misfit, Plot, Series
 from controller.identification.report import number_text, report_page
+from tests.controller.balance import Balance
 
 t = np.linspace(0.0, 3.0, 4000)
 PLOT = Plot(
@@ -20,21 +20,6 @@ FIT = Fit(
     plots=(PLOT,),
     notes=("One value lies far out.",),
 )
-
-
-class Balance(HTMLParser):
-    """Counts open tags."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.open: list[str] = []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if tag not in ("meta", "br", "img"):
-            self.open.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
 
 
 def test_the_page_shows_every_number_with_unit_and_confidence_and_needs_nothing_else() -> None:

@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import replace
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +24,7 @@ from controller.experiments.reproduce import Order, reproduce
 from controller.experiments.result_json import row_json
 from controller.experiments.results import Failure, ResultRow, Results
 from controller.fit import FIT
+from tests.controller.balance import Balance
 
 CASES = (
     Case("step", law="ff"),
@@ -36,6 +36,7 @@ CASES = (
     *(Case("sensing_sweep", law=law, seed=seed) for law in ("ff", "rod10", "rod6+10") for seed in (0, 1)),
     Case("frequency_sweep_1hz"),
 )
+
 BROKEN = Failure(Case("vu"), "vu: FAULT (TRACKING_ERROR) after 3.210 s, instead of to the end")
 KEY = {"experiment": "circle_1hz", "actuator": "P1", "law": "ff+pi", "metric": "rmse"}
 
@@ -60,21 +61,6 @@ def result_row(what: str, ours: float | None, failed: str = "") -> ResultRow:
 def failed_row(failure: Failure) -> ResultRow:
     case = failure.case
     return result_row(f"{case.reference} {case.actuator} {case.law} rmse", None, failure.sentence)
-
-
-class Balance(HTMLParser):
-    """Counts open tags."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.open: list[str] = []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if tag not in ("meta", "br", "img"):
-            self.open.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
 
 
 def test_the_page_is_whole_and_needs_nothing_outside_itself(page: str) -> None:
