@@ -1,8 +1,8 @@
 """The planned references: timing, place and, for every actuator, reach with margin.
 
 Margins hold for every row after the approach: 5 % of each bound on the torques (4 % for P3's steps, which the paper
-does not run), and S at least 0.15 away from a fold, as its smallest singular value over its largest, with det S of one sign.
-At rest, where the approach begins, S is singular and no such margin exists.
+does not run), and S at least 0.15 away from a fold, as its smallest singular value over its largest, with det S of one
+sign. At rest, where the approach begins, S is singular and no such margin exists.
 """
 
 from functools import cache
