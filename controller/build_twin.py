@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from controller.actuator import Actuator
-from controller.build import build_rod
+from controller.build import build_rod, profile
 from controller.equilibrium import Body, equilibrium
 from controller.kernels.friction import Hysteresis, Sheet
 from controller.kernels.rod import RodModel, make_load, make_work
@@ -98,9 +98,17 @@ def twin_model(actuator: Actuator, twin: TwinParameters) -> RodModel:
 
     Its `compliance` maps torques in the model's units, before kappa and the torque gain.
     """
-    model = build_rod(actuator, twin.rods)
+    model = build_rod(bent(actuator, twin), twin.rods)
     k, g = model.k * twin.kappa * twin.stiffness_scale, model.g * twin.kappa
     rest, _ = equilibrium(Body(model.L, model.arm, model.m, k, model.bend, g), model.T_theta)
     loose = model._replace(k=k, b=np.zeros(twin.rods), alpha=0.0, g=g, rest=rest)
     omega = float(np.abs(natural_modes(loose, rest)).min())
     return loose._replace(b=TWIN_BETA * k, alpha=max(0.0, 2.0 * twin.zeta * omega - TWIN_BETA * omega**2))
+
+
+def bent(actuator: Actuator, twin: TwinParameters) -> Actuator:
+    """`actuator` with the set of the plant added to its curvature at rest: one number for each half."""
+    table = actuator.table_rods
+    known = profile(actuator.rest_curvature, table)
+    halves = np.array(twin.set_curvature)[2 * np.arange(table) // table]
+    return actuator.model_copy(update={"rest_curvature": tuple(known + halves)})

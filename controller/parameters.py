@@ -29,6 +29,7 @@ OBSERVER_GAIN_MAX = 500.0
 ObserverGain = Annotated[float, Bounds(ge=0.0, le=OBSERVER_GAIN_MAX)]
 ObserverDamping = Annotated[float, Bounds(ge=0.0, le=5.0)]
 Mismatch = Annotated[float, Bounds(ge=0.5, le=2.0)]
+Set = Annotated[float, Bounds(ge=-10.0, le=10.0)]
 Torque = Annotated[float, Bounds(ge=-0.2, le=0.2)]
 
 
@@ -95,7 +96,7 @@ class SafetyLimits(Model):
     loop_gap: Annotated[float, Bounds(gt=0.0, le=1.0), Q("s")] = 0.05
     error_max: Annotated[float, Bounds(gt=0.0, le=1.0), Q("m")] = 0.08
     error_time: Annotated[float, Bounds(gt=0.0, le=60.0), Q("s")] = 2.0
-    pressure_max: Annotated[float, Bounds(gt=0.0, le=1e6), Q("Pa")] = 320e3
+    pressure_max: Annotated[float, Bounds(gt=0.0, le=1e6), Q("Pa")] = 340e3
     """A measured chamber pressure above this is an E-STOP."""
 
 
@@ -110,6 +111,8 @@ class TwinParameters(Model):
     stiffness_scale: Annotated[float, Bounds(ge=0.5, le=2.0), Q("1")] = 1.0
     torque_gain: Annotated[tuple[Mismatch, Mismatch], Q("1", shape=(2,))] = TWIN["torque_gain"]
     """Deliberate mismatch: each pair bends the plant this much more than the model believes."""
+    set_curvature: Annotated[tuple[Set, Set], Q("1/m", shape=(2,))] = TWIN["set_curvature"]
+    """What the base half and the tip half are bent at rest, unknown to the model: TPU keeps some of past bends."""
     creep: Annotated[tuple[float, float], Q("1", "g", (2,))] = TWIN["creep"]
     """Share of the stiffness in each of two Maxwell branches (TPU creep)."""
     creep_time: Annotated[tuple[float, float], Q("s", "tau_m", (2,))] = TWIN["creep_time"]

@@ -1,65 +1,56 @@
-"""Differential evolution from the best points of a search.
+"""CMA-ES from the best point of a search.
 
-Friction makes the cost rough and a margin is a wall: least squares alone ends there, a population finds its way on.
+Friction makes the cost rough and a margin is a wall: least squares alone ends there, an evolution whose steps learn
+the shape of the valley finds its way on.
 """
 
-from collections.abc import Iterable
-
+import cma
 import numpy as np
-from scipy.optimize import Bounds, differential_evolution
 
-from controller.calibration.problem import HOPELESS, Evaluation, Problem
-from controller.calibration.search import Search, Stage, apart, ranked
+from controller.calibration.problem import Evaluation, Problem
+from controller.calibration.search import Search, Stage, ranked
 from controller.kernels.rod import Array
 
-MEMBERS = 24
+MEMBERS = 16
 """Points of a generation."""
-APART, SCATTER = 0.02, 0.08
-"""Half of the first generation are points found, so far apart; the rest is strewn around them so widely. Both are rms
-over the coordinates of the cube."""
-MUTATION, RECOMBINATION = (0.4, 0.9), 0.7
+SIGMA = 0.08
+"""Standard deviation of the first generation along every coordinate of the cube."""
 BROKEN_MARGIN = 5.0
 """What each margin that is not kept adds to the cost: only a point that keeps them all can be chosen."""
+FAR = 25.0
+"""A point whose rows and priors alone cost so much more than the best is not asked for its margins: half the work."""
 
 
 def evolve(search: Search, seed: int) -> None:
     """Evaluate the generations of the search's effort; it keeps every point. Raises OutOfTime as it does."""
-    generations = search.effort.generations
-    if generations < 1:
+    if search.effort.generations < 1:
         return
     random = np.random.default_rng(seed)
-    stage = Stage("evolution", MEMBERS * (generations + 1))
+    stage = Stage("evolution", MEMBERS * search.effort.generations)
+    start = search.best() or ranked(search.found)[0]
+    strategy = cma.CMAEvolutionStrategy(start.z, SIGMA, options(random))
+    for _ in range(search.effort.generations):
+        points = [np.clip(z, 0.0, 1.0) for z in strategy.ask()]
+        found = search.evaluate(points, stage, search.best_cost + FAR)
+        strategy.tell(points, [guarded(search.problem, one) for one in found])
 
-    def costs(one: object, points: Iterable[Array]) -> list[float]:
-        return [guarded(search.problem, found) for found in search.evaluate(list(points), stage)]
 
-    def cost(z: Array, /) -> float:
-        return costs(None, [z])[0]
+def options(random: np.random.Generator) -> dict[str, object]:
+    """The strategy's options: its only source of chance is `random`, and it prints and writes nothing."""
 
-    differential_evolution(
-        cost,
-        Bounds(*np.outer((0.0, 1.0), np.ones(search.found[0].z.size))),
-        init=population(search.found, random),
-        maxiter=generations,
-        mutation=MUTATION,
-        recombination=RECOMBINATION,
-        polish=False,
-        updating="deferred",
-        workers=costs,
-        rng=random,
-    )
+    def normal(count: int, size: int) -> Array:
+        return random.standard_normal((count, size))
+
+    return {
+        "bounds": [0.0, 1.0],
+        "popsize": MEMBERS,
+        "randn": normal,
+        "seed": np.nan,
+        "verbose": -9,
+    }
 
 
 def guarded(problem: Problem, one: Evaluation) -> float:
-    """Cost of a point for the evolution."""
-    if len(one.margins) < len(problem.trials):
-        return HOPELESS
-    return one.cost + BROKEN_MARGIN * sum(not margin.kept for margin in one.margins)
-
-
-def population(found: list[Evaluation], random: np.random.Generator) -> Array:
-    """The best points (MEMBERS, n), filled up with points around them."""
-    best = [one.z for one in apart(ranked(found), MEMBERS // 2, APART)]
-    around = [best[random.integers(len(best))] for _ in range(MEMBERS - len(best))]
-    strewn = [np.clip(z + SCATTER * random.standard_normal(z.size), 0.0, 1.0) for z in around]
-    return np.array(best + strewn)
+    """Cost of a point for the evolution; margins that were not asked for count as broken."""
+    unkept = len(problem.trials) - sum(margin.kept for margin in one.margins)
+    return one.cost + BROKEN_MARGIN * unkept

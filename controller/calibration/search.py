@@ -45,7 +45,7 @@ class Effort:
     starts: int = 2
     steps: int = 5
     """Points of each polish at most, with a Jacobian at every one that is better."""
-    generations: int = 16
+    generations: int = 60
     """Of the evolution that follows."""
     minutes: float = 30.0
     """Budget of screening, polish and evolution; the near-equal fits get a third of it on top. A search that it cuts

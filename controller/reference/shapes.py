@@ -15,7 +15,7 @@ ELLIPSE = (30e-3, 60e-3)
 """The 0, upright (which way it stands is ours)."""
 SIZE = 60e-3
 """Diameter of the circle, length of the lines."""
-DIAMOND = 50e-3
+DIAMOND = 56e-3
 """Half-diagonal of the four steps (ours)."""
 VU_WIDTH, VU_HEIGHT, VU_LENGTH = 55e-3, 25e-3, 125e-3
 SWEEP_PIVOT, SWEEP_ANGLE = (-30e-3, -140e-3), math.radians(25.0)

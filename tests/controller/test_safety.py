@@ -218,7 +218,7 @@ def test_a_number_that_is_not_finite_or_too_high_vents_at_once(mode: Mode, where
     elif where == "pose":
         desk.rig.control.q[2, 3] = np.nan
     else:
-        desk.measurement["pressures"] = (0.0, 330e3, 0.0, 0.0)
+        desk.measurement["pressures"] = (0.0, 350e3, 0.0, 0.0)
     row = desk.step()
     assert (desk.mode, desk.cause) == (E, Cause.PRESSURE if where == "pressure" else Cause.NOT_FINITE)
     assert not row["u"].any()

@@ -17,7 +17,14 @@ from controller.messages import Measurement, Telemetry
 from controller.parameters import RigParameters, TwinParameters
 from tests.controller.chains import advance, compiled, posed
 
-IDEAL = {"torque_gain": (1.0, 1.0), "creep": (0.0, 0.0), "friction": 0.0, "hysteresis": 0.0, "marker_noise": 0.0}
+IDEAL = {
+    "torque_gain": (1.0, 1.0),
+    "set_curvature": (0.0, 0.0),
+    "creep": (0.0, 0.0),
+    "friction": 0.0,
+    "hysteresis": 0.0,
+    "marker_noise": 0.0,
+}
 STEP_NS = 1_000_000
 Rows = np.ndarray[Any, Any]
 
@@ -77,6 +84,18 @@ def test_torque_gain_is_the_mismatch_of_the_bend() -> None:
     assert telemetry["twin_backbone"][-1, -1] == pytest.approx(expected, abs=1e-6)
 
 
+@pytest.mark.parametrize("actuator", ["P1", "P3"])
+def test_the_set_bends_each_half_at_rest_by_its_curvature_times_its_length(actuator: str) -> None:
+    base, tip = 0.6, -0.2
+    ideal = IDEAL | {"set_curvature": (base, tip)}
+    twin = build_twin(RigParameters(actuator=PRESETS[actuator], twin=TwinParameters(rods=20, **ideal)))
+    length = PRESETS[actuator].length
+    assert twin.model.rest[9] == pytest.approx(base * length * 9.5 / 20, rel=1e-9)
+    assert twin.model.rest[-1] == pytest.approx(base * length / 2 + tip * length * 9.5 / 20, rel=1e-9)
+    telemetry, _ = run(twin, held((0.0, 0.0, 0.0, 0.0), 1.0))
+    assert telemetry["twin_backbone"][-1, -1] == pytest.approx(telemetry["twin_backbone"][0, -1], abs=1e-9)
+
+
 def test_one_seed_gives_the_same_bits_and_another_does_not() -> None:
     pressures = held((50e3, 0.0, 0.0, 80e3), 1.0)
     first, again, other = (run(twin_of(seed=seed), pressures)[1].tobytes() for seed in (5, 5, 6))
@@ -97,7 +116,7 @@ def test_markers_come_at_100_hz_late_and_stamped_with_their_capture() -> None:
 
 
 def test_marker_noise_is_white_normal_and_of_the_size_asked_for() -> None:
-    _, measurement = run(twin_of(marker_noise=2e-4), held((0.0, 0.0, 0.0, 0.0), 20.0))
+    _, measurement = run(twin_of(marker_noise=2e-4, set_curvature=(0.0, 0.0)), held((0.0, 0.0, 0.0, 0.0), 20.0))
     at_rest = np.column_stack([0.253 * np.arange(1, 11) / 10, np.zeros(10)])
     noise = (measurement["markers"][10::10] - at_rest) / 2e-4
     count = noise.size

@@ -59,6 +59,7 @@ SOFT: dict[str, Any] = {
     "kappa": 17.4,
     "zeta": 0.26,
     "torque_gain": (1.1, 1.1),
+    "set_curvature": (0.0, 0.0),
     "creep": (0.05, 0.05),
     "friction": 0.16,
     "hysteresis": 0.1,

@@ -2,8 +2,8 @@
 export const SETTING_BOUNDS = {
   law: { default: 4 },
   sensed: { minimum: 0, default: 512 },
-  K_P: { minimum: 0, maximum: 5, default: [0.3949, 0.3949] },
-  K_I: { minimum: 0, maximum: 20, default: [1.778, 1.778] },
+  K_P: { minimum: 0, maximum: 5, default: [0.3004, 0.3004] },
+  K_I: { minimum: 0, maximum: 20, default: [2.005, 2.005] },
   K_FF: { minimum: 0, maximum: 1, default: [0, 0] },
   K_o: { minimum: 0, maximum: 500, default: [100, 100] },
   B_o: { minimum: 0, maximum: 5, default: [0, 0] },

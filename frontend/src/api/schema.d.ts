@@ -999,7 +999,7 @@ export interface components {
        *       "loop_gap": 0.05,
        *       "error_max": 0.08,
        *       "error_time": 2,
-       *       "pressure_max": 320000
+       *       "pressure_max": 340000
        *     }
        */
       limits: components["schemas"]["SafetyLimits"];
@@ -1007,27 +1007,31 @@ export interface components {
        * @default {
        *       "rods": 14,
        *       "substeps": 4,
-       *       "kappa": 42.15,
-       *       "zeta": 0.3855,
+       *       "kappa": 39.93,
+       *       "zeta": 0.352,
        *       "stiffness_scale": 1,
        *       "torque_gain": [
-       *         1.144,
-       *         1.092
+       *         1.096,
+       *         1.056
+       *       ],
+       *       "set_curvature": [
+       *         0.3551,
+       *         0.1266
        *       ],
        *       "creep": [
-       *         0.184,
-       *         0.06572
+       *         0.04888,
+       *         0.07093
        *       ],
        *       "creep_time": [
-       *         0.08751,
-       *         4.099
+       *         0.2303,
+       *         3.544
        *       ],
-       *       "friction": 0.09709,
+       *       "friction": 0.06052,
        *       "slip": 0.0005,
-       *       "hysteresis": 0.1026,
-       *       "hysteresis_bend": 0.6209,
-       *       "inflate_time": 0.04612,
-       *       "exhaust_time": 0.06745,
+       *       "hysteresis": 0.113,
+       *       "hysteresis_bend": 0.4495,
+       *       "inflate_time": 0.04763,
+       *       "exhaust_time": 0.05151,
        *       "supply_pressure": 600000,
        *       "conductance": 3.9e-9,
        *       "critical_ratio": 0.3,
@@ -1102,7 +1106,7 @@ export interface components {
       /**
        * Pressure Max
        * @description A measured chamber pressure above this is an E-STOP.
-       * @default 320000
+       * @default 340000
        */
       pressure_max: number;
     };
@@ -1131,16 +1135,16 @@ export interface components {
       /**
        * K P
        * @default [
-       *       0.3949,
-       *       0.3949
+       *       0.3004,
+       *       0.3004
        *     ]
        */
       K_P: [number, number];
       /**
        * K I
        * @default [
-       *       1.778,
-       *       1.778
+       *       2.005,
+       *       2.005
        *     ]
        */
       K_I: [number, number];
@@ -1329,12 +1333,12 @@ export interface components {
       /**
        * Kappa
        * @description Stiffness and torque gain are scaled together: the static map stays, the first mode rises to about 2.3 Hz.
-       * @default 42.15
+       * @default 39.93
        */
       kappa: number;
       /**
        * Zeta
-       * @default 0.3855
+       * @default 0.352
        */
       zeta: number;
       /**
@@ -1346,32 +1350,41 @@ export interface components {
        * Torque Gain
        * @description Deliberate mismatch: each pair bends the plant this much more than the model believes.
        * @default [
-       *       1.144,
-       *       1.092
+       *       1.096,
+       *       1.056
        *     ]
        */
       torque_gain: [number, number];
       /**
+       * Set Curvature
+       * @description What the base half and the tip half are bent at rest, unknown to the model: TPU keeps some of past bends.
+       * @default [
+       *       0.3551,
+       *       0.1266
+       *     ]
+       */
+      set_curvature: [number, number];
+      /**
        * Creep
        * @description Share of the stiffness in each of two Maxwell branches (TPU creep).
        * @default [
-       *       0.184,
-       *       0.06572
+       *       0.04888,
+       *       0.07093
        *     ]
        */
       creep: [number, number];
       /**
        * Creep Time
        * @default [
-       *       0.08751,
-       *       4.099
+       *       0.2303,
+       *       3.544
        *     ]
        */
       creep_time: [number, number];
       /**
        * Friction
        * @description Coulomb friction on the PTFE sheet; it sticks.
-       * @default 0.09709
+       * @default 0.06052
        */
       friction: number;
       /**
@@ -1383,25 +1396,25 @@ export interface components {
       /**
        * Hysteresis
        * @description Stiffness that the hysteresis of TPU adds to small motions, as a share of the stiffness.
-       * @default 0.1026
+       * @default 0.113
        */
       hysteresis: number;
       /**
        * Hysteresis Bend
        * @description Change of the whole backbone's bend over which the hysteresis builds up and turns round.
-       * @default 0.6209
+       * @default 0.4495
        */
       hysteresis_bend: number;
       /**
        * Inflate Time
        * @description What the gain of the pressure loops is chosen for while they fill: the lag of a small step.
-       * @default 0.04612
+       * @default 0.04763
        */
       inflate_time: number;
       /**
        * Exhaust Time
        * @description The same while they exhaust, at 60 kPa; below and for large steps air leaves more slowly.
-       * @default 0.06745
+       * @default 0.05151
        */
       exhaust_time: number;
       /**
