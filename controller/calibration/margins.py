@@ -29,7 +29,7 @@ GAIN_FACTOR = 1.5
 MORE_DELAY = 0.015
 """Added to the twin's dead time [s]."""
 SWING_MAX = 3e-3
-"""The oscillation that may be left, rms [m]: 4 % of a step's 71 mm, 5 % of the circle's diameter."""
+"""The oscillation that may be left, rms [m]: 4 % of a step's 79 mm, 5 % of the circle's diameter."""
 GROWTH_MAX = 1.1
 """What is left in the last second over what was left in the second before. A steady swing's rms differs by up to a
 tenth from one second to the next; a loop that gains as little is at worst neutral, and SWING_MAX still holds."""

@@ -51,7 +51,7 @@ def speeds(plan: Reference) -> Array:
 def test_from_rest_on_the_tick_s_own_inverse_follows_every_shape_with_margin(actuator: str, name: str) -> None:
     smap, planned = observer_map(actuator), plan(name, actuator)
     twice = follow(smap, np.repeat(planned.p[::STRIDE], 2, axis=0), np.zeros(2), REFINE_STEPS)
-    u, distance = (found[1::2] for found in twice)  # a step of 71 mm takes two ticks
+    u, distance = (found[1::2] for found in twice)  # a step of 79 mm takes two ticks
     assert distance.max() < 1e-6
     assert np.abs(static_tips(smap, u) - planned.p[::STRIDE]).max() < 1e-6
     u = u[2000 // STRIDE :]
