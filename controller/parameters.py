@@ -30,6 +30,8 @@ ObserverGain = Annotated[float, Bounds(ge=0.0, le=OBSERVER_GAIN_MAX)]
 ObserverDamping = Annotated[float, Bounds(ge=0.0, le=5.0)]
 Mismatch = Annotated[float, Bounds(ge=0.5, le=2.0)]
 Set = Annotated[float, Bounds(ge=-10.0, le=10.0)]
+Share = Annotated[float, Bounds(ge=0.0, le=10.0)]
+Relaxation = Annotated[float, Bounds(ge=1e-3, le=1e4)]
 Torque = Annotated[float, Bounds(ge=-0.2, le=0.2)]
 
 
@@ -113,9 +115,9 @@ class TwinParameters(Model):
     """Deliberate mismatch: each pair bends the plant this much more than the model believes."""
     set_curvature: Annotated[tuple[Set, Set], Q("1/m", shape=(2,))] = TWIN["set_curvature"]
     """What the base half and the tip half are bent at rest, unknown to the model: TPU keeps some of past bends."""
-    creep: Annotated[tuple[float, float], Q("1", "g", (2,))] = TWIN["creep"]
+    creep: Annotated[tuple[Share, Share], Q("1", "g", (2,))] = TWIN["creep"]
     """Share of the stiffness in each of two Maxwell branches (TPU creep)."""
-    creep_time: Annotated[tuple[float, float], Q("s", "tau_m", (2,))] = TWIN["creep_time"]
+    creep_time: Annotated[tuple[Relaxation, Relaxation], Q("s", "tau_m", (2,))] = TWIN["creep_time"]
     friction: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1", "mu")] = TWIN["friction"]
     """Coulomb friction on the PTFE sheet; it sticks."""
     slip: Annotated[float, Bounds(ge=1e-5, le=1e-2), Q("m")] = 5e-4
