@@ -46,8 +46,11 @@ types: .venv/installed frontend/node_modules/installed
 test-page: frontend/node_modules/installed
 	cd frontend && $(NODE) npm test --silent
 
+# What keeps time or starts processes runs alone, the rest of the controller's tests on all cores.
+ALONE := $(patsubst %,tests/controller/test_%.py,clock link loop pool rig ring supervisor)
 test-python: setup
-	$(BIN)/python -m pytest tests --ignore tests/e2e
+	$(BIN)/python -m pytest tests/controller $(ALONE:%=--ignore %) -n auto --dist loadfile
+	$(BIN)/python -m pytest $(ALONE) tests/server tests/recordings tests/test_readme.py
 
 test-browser: setup chromium
 	$(BIN)/python -m pytest tests/e2e -rP
