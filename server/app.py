@@ -13,9 +13,37 @@ from controller.modes import Cause, Integrator, Law, Mode
 from server import problems, proxy
 from server.gate import Gate
 from server.messages import FromBrowser, FromServer
-from server.routes import command, lease, live, page, recordings, references, rerun, rig, session, settings, workspace
+from server.routes import (
+    command,
+    drawings,
+    lease,
+    live,
+    page,
+    recordings,
+    references,
+    rerun,
+    rig,
+    session,
+    settings,
+    workspace,
+)
 from server.services import Services
 
+_PARTS = (
+    session,
+    lease,
+    command,
+    settings,
+    rig,
+    workspace,
+    references,
+    drawings,
+    recordings,
+    live,
+    page,
+    rerun,
+    proxy,
+)
 _ENUMERATIONS: tuple[type[IntEnum], ...] = (Cause, Integrator, Law, Mode)
 
 
@@ -56,7 +84,7 @@ def _api() -> FastAPI:
         generate_unique_id_function=lambda route: route.name,
     )
     problems.install(app)
-    for part in (session, lease, command, settings, rig, workspace, references, recordings, live, page, rerun, proxy):
+    for part in _PARTS:
         app.include_router(part.router)
     page.mount_assets(app)
     app.webhooks.post("live")(live_messages)

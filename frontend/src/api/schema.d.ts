@@ -192,6 +192,134 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/drawings/plan": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Plan Drawing
+     * @description What would be followed; 422 with field, value and bound for what cannot be planned.
+     */
+    post: operations["plan_drawing"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/drawings/text": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Text Path
+     * @description Text in single-stroke letters; 422 for a character that has none.
+     */
+    post: operations["text_path"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/preview": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Preview
+     * @description Run it on the twin of the connected rig, far faster than real time.
+     */
+    post: operations["preview"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/drawings": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Drawings
+     * @description Every saved drawing, the last saved first.
+     */
+    get: operations["read_drawings"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/drawings/{name}.csv": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Drawing File
+     * @description What would be followed as CSV: t, x, y in s and m, every tick; 404 when there is none of this name.
+     */
+    get: operations["drawing_file"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/drawings/{name}": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Drawing
+     * @description A saved drawing; 404 when there is none of this name.
+     */
+    get: operations["read_drawing"];
+    /**
+     * Save Drawing
+     * @description Save it under this name, in place of one that is there; operator only.
+     */
+    put: operations["save_drawing"];
+    post?: never;
+    /**
+     * Delete Drawing
+     * @description Delete it; operator only, 404 when there is none of this name.
+     */
+    delete: operations["delete_drawing"];
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/recordings": {
     parameters: {
       query?: never;
@@ -533,6 +661,215 @@ export interface components {
       rest_rate: number;
     };
     /**
+     * DrawingBody
+     * @description A drawing, as it is saved and planned.
+     */
+    "DrawingBody-Input": {
+      /** Name */
+      name: string;
+      /**
+       * Points
+       * @description Positions in the plane frame [m]; straight lines lie between them.
+       */
+      points: [number, number][];
+      /**
+       * Times
+       * @description Of the points [s], rising; only an imported file has them.
+       */
+      times?: number[] | null;
+      /**
+       * Closed
+       * @description Whether a line leads from the last point back to the first. Not for `given`.
+       * @default false
+       */
+      closed: boolean;
+      /**
+       * Smoothing
+       * @description How far the path that is followed may be from the drawn one [m].
+       * @default 0
+       */
+      smoothing: number;
+      /** Timing */
+      timing:
+        | components["schemas"]["Speed-Input"]
+        | components["schemas"]["Duration-Input"]
+        | components["schemas"]["Fastest-Input"]
+        | components["schemas"]["Given-Input"];
+      /**
+       * Outside
+       * @description Where the drawing leaves the reach: follow the nearest points within it, or refuse to run.
+       * @default project
+       * @enum {string}
+       */
+      outside: "project" | "refuse";
+    };
+    /**
+     * DrawingBody
+     * @description A drawing, as it is saved and planned.
+     */
+    "DrawingBody-Output": {
+      /** Name */
+      name: string;
+      /**
+       * Points
+       * @description Positions in the plane frame [m]; straight lines lie between them.
+       */
+      points: [number, number][];
+      /**
+       * Times
+       * @description Of the points [s], rising; only an imported file has them.
+       */
+      times: number[] | null;
+      /**
+       * Closed
+       * @description Whether a line leads from the last point back to the first. Not for `given`.
+       * @default false
+       */
+      closed: boolean;
+      /**
+       * Smoothing
+       * @description How far the path that is followed may be from the drawn one [m].
+       * @default 0
+       */
+      smoothing: number;
+      /** Timing */
+      timing:
+        | components["schemas"]["Speed-Output"]
+        | components["schemas"]["Duration-Output"]
+        | components["schemas"]["Fastest-Output"]
+        | components["schemas"]["Given-Output"];
+      /**
+       * Outside
+       * @description Where the drawing leaves the reach: follow the nearest points within it, or refuse to run.
+       * @default project
+       * @enum {string}
+       */
+      outside: "project" | "refuse";
+    };
+    /**
+     * DrawingInfo
+     * @description One saved drawing.
+     */
+    DrawingInfo: {
+      /** Name */
+      name: string;
+      /**
+       * Saved
+       * Format: date-time
+       */
+      saved: string;
+      /**
+       * Length
+       * @description Of what was drawn [m].
+       */
+      length: number;
+      /**
+       * Duration
+       * @description [s]; null for `fastest`, which depends on the settings.
+       */
+      duration: number | null;
+      /** Points */
+      points: number;
+    };
+    /**
+     * DrawingPlan
+     * @description What would be followed, approach left out; at most 2000 rows.
+     */
+    DrawingPlan: {
+      /**
+       * Length
+       * @description [m].
+       */
+      length: number;
+      /**
+       * Duration
+       * @description Without the approach [s].
+       */
+      duration: number;
+      /**
+       * Approach
+       * @description From rest to the first point [s].
+       */
+      approach: number;
+      /**
+       * Peak Speed
+       * @description [m/s].
+       */
+      peak_speed: number;
+      /**
+       * Peak Acceleration
+       * @description [m/s^2], over 20 ms: a corner at constant speed has a finite one.
+       */
+      peak_acceleration: number;
+      /**
+       * T
+       * @description Times of the rows after the approach [s].
+       */
+      t: number[];
+      /**
+       * Points
+       * @description After smoothing and projection [m].
+       */
+      points: [number, number][];
+      /**
+       * Wished
+       * @description The same rows before the projection [m].
+       */
+      wished: [number, number][];
+      /**
+       * Inside
+       * @description Whether the row is within reach.
+       */
+      inside: boolean[];
+      /**
+       * Outside Share
+       * @description Share of the time out of reach, 0..1.
+       */
+      outside_share: number;
+      /**
+       * Reachable
+       * @description Whether it may run: within reach, or projected.
+       */
+      reachable: boolean;
+      /**
+       * Reason
+       * @description Why it may not run, or what is projected; "" where all of it is within reach.
+       */
+      reason: string;
+    };
+    /**
+     * Duration
+     * @description Constant speed, so that it takes this long.
+     */
+    "Duration-Input": {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      kind: "duration";
+      /**
+       * Duration
+       * @description [s].
+       */
+      duration: number;
+    };
+    /**
+     * Duration
+     * @description Constant speed, so that it takes this long.
+     */
+    "Duration-Output": {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      kind: "duration";
+      /**
+       * Duration
+       * @description [s].
+       */
+      duration: number;
+    };
+    /**
      * Event
      * @description One line of the log: who did what, and what was refused.
      */
@@ -556,6 +893,28 @@ export interface components {
       text: string;
     };
     /**
+     * Fastest
+     * @description As fast as `speed_max` and `acceleration_max` of the settings in force allow; it slows at corners.
+     */
+    "Fastest-Input": {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      kind: "fastest";
+    };
+    /**
+     * Fastest
+     * @description As fast as `speed_max` and `acceleration_max` of the settings in force allow; it slows at corners.
+     */
+    "Fastest-Output": {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      kind: "fastest";
+    };
+    /**
      * Field
      * @description One field of a record as a reader in another language needs it: offset and size in bytes, little endian.
      */
@@ -575,6 +934,28 @@ export interface components {
       unit: string;
       /** Symbol */
       symbol: string;
+    };
+    /**
+     * Given
+     * @description At the times that came with the points.
+     */
+    "Given-Input": {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      kind: "given";
+    };
+    /**
+     * Given
+     * @description At the times that came with the points.
+     */
+    "Given-Output": {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      kind: "given";
     };
     /** HTTPValidationError */
     HTTPValidationError: {
@@ -713,6 +1094,78 @@ export interface components {
       type: "presence";
       /** N */
       n: number;
+    };
+    /**
+     * Preview
+     * @description What the twin of the connected rig makes of a reference, from rest, with the settings in force.
+     */
+    Preview: {
+      /**
+       * T
+       * @description Times of the rows [s], approach included; at most 2000.
+       */
+      t: number[];
+      /**
+       * Points
+       * @description Predicted tip [m].
+       */
+      points: [number, number][];
+      /**
+       * Start
+       * @description Index of the first row after the approach.
+       */
+      start: number;
+      /**
+       * Rmse
+       * @description After the approach [m]; null where the run is broken off.
+       */
+      rmse: number | null;
+      /**
+       * Max Error
+       * @description [m].
+       */
+      max_error: number | null;
+      /**
+       * Saturated
+       * @description Whether the command saturates at or since the row before.
+       */
+      saturated: boolean[];
+      /**
+       * Saturated Share
+       * @description Share of the time, 0..1.
+       */
+      saturated_share: number;
+      /**
+       * Lag Deg X
+       * @description Phase lag of a periodic reference [deg].
+       */
+      lag_deg_x: number | null;
+      /** Lag Deg Y */
+      lag_deg_y: number | null;
+      /**
+       * Broken Off
+       * @description Why and when the rig would not follow to the end, "" if it would; the rows then end there.
+       */
+      broken_off: string;
+      /**
+       * Seconds
+       * @description Of computing [s].
+       */
+      seconds: number;
+    };
+    /**
+     * PreviewBody
+     * @description Body of POST /api/preview: a drawing, or a reference of the library.
+     */
+    PreviewBody: {
+      drawing?: components["schemas"]["DrawingBody-Input"] | null;
+      /** Reference */
+      reference?: string | null;
+      /**
+       * Laps
+       * @default 1
+       */
+      laps: number;
     };
     /**
      * Recording
@@ -1207,6 +1660,38 @@ export interface components {
       };
     };
     /**
+     * Speed
+     * @description Constant speed, corners included.
+     */
+    "Speed-Input": {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      kind: "speed";
+      /**
+       * Speed
+       * @description [m/s].
+       */
+      speed: number;
+    };
+    /**
+     * Speed
+     * @description Constant speed, corners included.
+     */
+    "Speed-Output": {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      kind: "speed";
+      /**
+       * Speed
+       * @description [m/s].
+       */
+      speed: number;
+    };
+    /**
      * Status
      * @description Sent at every change and once a second.
      */
@@ -1243,6 +1728,35 @@ export interface components {
        * @default false
        */
       start: boolean;
+    };
+    /**
+     * TextBody
+     * @description Body of POST /api/drawings/text.
+     */
+    TextBody: {
+      /** Text */
+      text: string;
+      /**
+       * Height
+       * @description Of a capital [m].
+       */
+      height: number;
+    };
+    /**
+     * TextPath
+     * @description Single-stroke letters; lower left corner of the text at the origin.
+     */
+    TextPath: {
+      /**
+       * Strokes
+       * @description What is meant to be seen [m].
+       */
+      strokes: [number, number][][];
+      /**
+       * Points
+       * @description One path through all strokes in turn: the pen never lifts [m].
+       */
+      points: [number, number][];
     };
     /**
      * Tracking
@@ -1803,6 +2317,249 @@ export interface operations {
         content: {
           "application/json": components["schemas"]["ReferencePath"];
         };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  plan_drawing: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["DrawingBody-Input"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["DrawingPlan"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  text_path: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["TextBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["TextPath"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  preview: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["PreviewBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Preview"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  read_drawings: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["DrawingInfo"][];
+        };
+      };
+    };
+  };
+  drawing_file: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  read_drawing: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["DrawingBody-Output"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  save_drawing: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["DrawingBody-Input"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["DrawingInfo"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  delete_drawing: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      204: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
       };
       /** @description Validation Error */
       422: {
