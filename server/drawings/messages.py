@@ -4,7 +4,7 @@ from datetime import datetime
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, model_validator
+from pydantic import AfterValidator, ConfigDict, model_validator
 from pydantic import Field as Bounds
 
 from controller.layout import Model
@@ -30,7 +30,13 @@ DrawingName = Annotated[
 """Letters, digits, blank, _ - . and neither a blank at an end nor a point or - in front."""
 
 
-class Speed(Model):
+class Both(Model):
+    """Base of what goes both ways: one type on the page, and whole, though a request may leave defaults out."""
+
+    model_config = ConfigDict(json_schema_mode_override="serialization")
+
+
+class Speed(Both):
     """Constant speed, corners included."""
 
     kind: Literal["speed"] = "speed"
@@ -38,7 +44,7 @@ class Speed(Model):
     """[m/s]."""
 
 
-class Duration(Model):
+class Duration(Both):
     """Constant speed, so that it takes this long."""
 
     kind: Literal["duration"] = "duration"
@@ -46,13 +52,13 @@ class Duration(Model):
     """[s]."""
 
 
-class Fastest(Model):
+class Fastest(Both):
     """As fast as `speed_max` and `acceleration_max` of the settings in force allow; it slows at corners."""
 
     kind: Literal["fastest"] = "fastest"
 
 
-class Given(Model):
+class Given(Both):
     """At the times that came with the points."""
 
     kind: Literal["given"] = "given"
@@ -61,7 +67,7 @@ class Given(Model):
 Timing = Annotated[Speed | Duration | Fastest | Given, Bounds(discriminator="kind")]
 
 
-class DrawingBody(Model):
+class DrawingBody(Both):
     """A drawing, as it is saved and planned."""
 
     name: DrawingName

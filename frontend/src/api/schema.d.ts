@@ -664,50 +664,7 @@ export interface components {
      * DrawingBody
      * @description A drawing, as it is saved and planned.
      */
-    "DrawingBody-Input": {
-      /** Name */
-      name: string;
-      /**
-       * Points
-       * @description Positions in the plane frame [m]; straight lines lie between them.
-       */
-      points: [number, number][];
-      /**
-       * Times
-       * @description Of the points [s], rising; only an imported file has them.
-       */
-      times?: number[] | null;
-      /**
-       * Closed
-       * @description Whether a line leads from the last point back to the first. Not for `given`.
-       * @default false
-       */
-      closed: boolean;
-      /**
-       * Smoothing
-       * @description How far the path that is followed may be from the drawn one [m].
-       * @default 0
-       */
-      smoothing: number;
-      /** Timing */
-      timing:
-        | components["schemas"]["Speed-Input"]
-        | components["schemas"]["Duration-Input"]
-        | components["schemas"]["Fastest-Input"]
-        | components["schemas"]["Given-Input"];
-      /**
-       * Outside
-       * @description Where the drawing leaves the reach: follow the nearest points within it, or refuse to run.
-       * @default project
-       * @enum {string}
-       */
-      outside: "project" | "refuse";
-    };
-    /**
-     * DrawingBody
-     * @description A drawing, as it is saved and planned.
-     */
-    "DrawingBody-Output": {
+    DrawingBody: {
       /** Name */
       name: string;
       /**
@@ -734,10 +691,10 @@ export interface components {
       smoothing: number;
       /** Timing */
       timing:
-        | components["schemas"]["Speed-Output"]
-        | components["schemas"]["Duration-Output"]
-        | components["schemas"]["Fastest-Output"]
-        | components["schemas"]["Given-Output"];
+        | components["schemas"]["Speed"]
+        | components["schemas"]["Duration"]
+        | components["schemas"]["Fastest"]
+        | components["schemas"]["Given"];
       /**
        * Outside
        * @description Where the drawing leaves the reach: follow the nearest points within it, or refuse to run.
@@ -841,23 +798,7 @@ export interface components {
      * Duration
      * @description Constant speed, so that it takes this long.
      */
-    "Duration-Input": {
-      /**
-       * @description discriminator enum property added by openapi-typescript
-       * @enum {string}
-       */
-      kind: "duration";
-      /**
-       * Duration
-       * @description [s].
-       */
-      duration: number;
-    };
-    /**
-     * Duration
-     * @description Constant speed, so that it takes this long.
-     */
-    "Duration-Output": {
+    Duration: {
       /**
        * @description discriminator enum property added by openapi-typescript
        * @enum {string}
@@ -896,18 +837,7 @@ export interface components {
      * Fastest
      * @description As fast as `speed_max` and `acceleration_max` of the settings in force allow; it slows at corners.
      */
-    "Fastest-Input": {
-      /**
-       * @description discriminator enum property added by openapi-typescript
-       * @enum {string}
-       */
-      kind: "fastest";
-    };
-    /**
-     * Fastest
-     * @description As fast as `speed_max` and `acceleration_max` of the settings in force allow; it slows at corners.
-     */
-    "Fastest-Output": {
+    Fastest: {
       /**
        * @description discriminator enum property added by openapi-typescript
        * @enum {string}
@@ -939,18 +869,7 @@ export interface components {
      * Given
      * @description At the times that came with the points.
      */
-    "Given-Input": {
-      /**
-       * @description discriminator enum property added by openapi-typescript
-       * @enum {string}
-       */
-      kind: "given";
-    };
-    /**
-     * Given
-     * @description At the times that came with the points.
-     */
-    "Given-Output": {
+    Given: {
       /**
        * @description discriminator enum property added by openapi-typescript
        * @enum {string}
@@ -998,6 +917,11 @@ export interface components {
       /** Channels */
       channels: components["schemas"]["PlotChannel"][];
       rig: components["schemas"]["RigInfo"] | null;
+      /**
+       * Log
+       * @description What happened so far, oldest first.
+       */
+      log: components["schemas"]["Event"][];
     };
     /**
      * Integrator
@@ -1025,6 +949,11 @@ export interface components {
        * @description Short name of the holder's session, "" when free.
        */
       holder: string;
+      /**
+       * Clutch
+       * @description Held clutch: a target moves only while it is held, and letting go holds the rig.
+       */
+      clutch: boolean;
     };
     /**
      * Login
@@ -1158,7 +1087,7 @@ export interface components {
      * @description Body of POST /api/preview: a drawing, or a reference of the library.
      */
     PreviewBody: {
-      drawing?: components["schemas"]["DrawingBody-Input"] | null;
+      drawing?: components["schemas"]["DrawingBody"] | null;
       /** Reference */
       reference?: string | null;
       /**
@@ -1498,6 +1427,127 @@ export interface components {
       twin: components["schemas"]["TwinParameters"];
     };
     /**
+     * RunResult
+     * @description What came of a run. The tip is the measured one (`p_meas`), on the twin too: it is what an operator's rig sees.
+     *
+     *     Taken over every tick after the approach, without pauses and what it takes to come back from them.
+     */
+    RunResult: {
+      /** Id */
+      id: number;
+      /** Name */
+      name: string;
+      /**
+       * Time
+       * Format: date-time
+       * @description When it began.
+       */
+      time: string;
+      /**
+       * Laps
+       * @description How many were done; a part counts.
+       */
+      laps: number;
+      /**
+       * State
+       * @enum {string}
+       */
+      state: "approach" | "running" | "paused" | "done" | "stopped" | "broken off";
+      /** Reason */
+      reason: string;
+      /**
+       * Rmse
+       * @description [m]; null where the shape was not reached.
+       */
+      rmse: number | null;
+      /**
+       * Max Error
+       * @description [m]
+       */
+      max_error: number | null;
+      /**
+       * Lag Deg X
+       * @description Phase lag of the tip; null where the path is not periodic, or the run was shorter than a period.
+       */
+      lag_deg_x: number | null;
+      /** Lag Deg Y */
+      lag_deg_y: number | null;
+      /**
+       * Saturated Share
+       * @description Share of ticks in which the command was clamped.
+       */
+      saturated_share: number | null;
+      /**
+       * On Time Share
+       * @description Share of the time grid's slots that had their tick.
+       */
+      on_time_share: number | null;
+      /**
+       * Duration
+       * @description In motion, approach included [s].
+       */
+      duration: number;
+      /** Recording */
+      recording: string | null;
+    };
+    /**
+     * RunState
+     * @description How the last run goes, or how it ended.
+     */
+    RunState: {
+      /** Id */
+      id: number;
+      /** Name */
+      name: string;
+      /**
+       * State
+       * @enum {string}
+       */
+      state: "approach" | "running" | "paused" | "done" | "stopped" | "broken off";
+      /**
+       * Reason
+       * @description Why it was paused or ended, "" while nothing is to be said.
+       */
+      reason: string;
+      /**
+       * Lap
+       * @description From 1 on; of a paused run the lap in which it was paused.
+       */
+      lap: number;
+      /** Laps */
+      laps: number | null;
+      /**
+       * Elapsed
+       * @description In motion since the run began, approach included [s].
+       */
+      elapsed: number;
+      /**
+       * Duration
+       * @description Of one lap, the way back to its start included [s].
+       */
+      duration: number;
+      /**
+       * Progress
+       * @description 0..1 of all laps; of this lap where `laps` is null.
+       */
+      progress: number;
+      /**
+       * Error
+       * @description Distance of the measured tip from the reference now [m]; null before the first tick and where it is not seen.
+       */
+      error: number | null;
+      /**
+       * Error Rms
+       * @description Over the ticks after the approach so far [m]; null before the first.
+       */
+      error_rms: number | null;
+      /**
+       * Recording
+       * @description The recording that was going on when the run began.
+       */
+      recording: string | null;
+    };
+    /**
      * SafetyLimits
      * @description Watchdog times and limits of DESIGN section 5; every age is measured on the loop's own clock.
      */
@@ -1663,23 +1713,7 @@ export interface components {
      * Speed
      * @description Constant speed, corners included.
      */
-    "Speed-Input": {
-      /**
-       * @description discriminator enum property added by openapi-typescript
-       * @enum {string}
-       */
-      kind: "speed";
-      /**
-       * Speed
-       * @description [m/s].
-       */
-      speed: number;
-    };
-    /**
-     * Speed
-     * @description Constant speed, corners included.
-     */
-    "Speed-Output": {
+    Speed: {
       /**
        * @description discriminator enum property added by openapi-typescript
        * @enum {string}
@@ -1706,6 +1740,10 @@ export interface components {
       recording: components["schemas"]["RecordingState"];
       health: components["schemas"]["Health"];
       rig: components["schemas"]["RigInfo"] | null;
+      /** @description The run under way, or how the last one ended; null before this server's first. */
+      run: components["schemas"]["RunState"] | null;
+      /** @description Of the last run that ended, this server's or an earlier one's. */
+      result: components["schemas"]["RunResult"] | null;
     };
     /**
      * Target
@@ -2338,7 +2376,7 @@ export interface operations {
     };
     requestBody: {
       content: {
-        "application/json": components["schemas"]["DrawingBody-Input"];
+        "application/json": components["schemas"]["DrawingBody"];
       };
     };
     responses: {
@@ -2494,7 +2532,7 @@ export interface operations {
           [name: string]: unknown;
         };
         content: {
-          "application/json": components["schemas"]["DrawingBody-Output"];
+          "application/json": components["schemas"]["DrawingBody"];
         };
       };
       /** @description Validation Error */
@@ -2519,7 +2557,7 @@ export interface operations {
     };
     requestBody: {
       content: {
-        "application/json": components["schemas"]["DrawingBody-Input"];
+        "application/json": components["schemas"]["DrawingBody"];
       };
     };
     responses: {
