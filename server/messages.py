@@ -19,6 +19,7 @@ from controller.messages import CommandReply, Coordinate, RigInfo
 from controller.parameters import Settings
 from recordings.messages import Recording as Recording
 from recordings.messages import RecordingState as RecordingState
+from server.runs.messages import RunResult, RunState
 
 
 class Kind(IntEnum):
@@ -161,6 +162,10 @@ class Status(Model):
     recording: RecordingState
     health: Health
     rig: RigInfo | None
+    run: RunState | None
+    """The run under way, or how the last one ended; null before this server's first."""
+    result: RunResult | None
+    """Of the last run that ended, this server's or an earlier one's."""
 
 
 class Reply(Model):

@@ -18,6 +18,7 @@ from server.messages import Health, Status
 from server.operator import Operator
 from server.review import Review
 from server.rig import Rig
+from server.runs.runs import Runs
 from server.scene import Scene
 from server.settings import Secrets, ServerSettings, load_secrets, write_private
 from server.watch import Watch
@@ -39,6 +40,7 @@ class Services:
     review: Review
     scene: Scene
     events: EventLog
+    runs: Runs
     hub: Hub = field(init=False)
     watch: Watch = field(init=False)
     settings_lock: asyncio.Lock = field(default_factory=asyncio.Lock)
@@ -80,6 +82,8 @@ class Services:
             recording=self.recorder.state(),
             health=self.health(),
             rig=self.rig.info,
+            run=self.runs.state(),
+            result=next(iter(self.runs.results()), None),
         )
 
     def status_key(self) -> object:
@@ -123,6 +127,7 @@ def open_services(settings: ServerSettings) -> Services:
         review=Review(store),
         scene=Scene(lambda: history.newest, rig.actuator, settings.light_scene),
         events=EventLog(),
+        runs=Runs(),
     )
 
 
