@@ -320,6 +320,106 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/run": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Start Run
+     * @description Follow a reference from where the rig's own is now; 409 when the rig cannot, or another run is under way.
+     */
+    post: operations["start_run"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/run/pause": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Pause Run
+     * @description Hold, and remember where; 409 when no run is in motion.
+     */
+    post: operations["pause_run"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/run/resume": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Resume Run
+     * @description Go on where the run was paused; 409 when none is.
+     */
+    post: operations["resume_run"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/run/stop": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Stop Run
+     * @description Hold, and end the run; 409 when there is none.
+     */
+    post: operations["stop_run"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/runs": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Runs
+     * @description What came of the last 100 runs, newest first; kept over a restart of the server.
+     */
+    get: operations["read_runs"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/recordings": {
     parameters: {
       query?: never;
@@ -917,11 +1017,6 @@ export interface components {
       /** Channels */
       channels: components["schemas"]["PlotChannel"][];
       rig: components["schemas"]["RigInfo"] | null;
-      /**
-       * Log
-       * @description What happened so far, oldest first.
-       */
-      log: components["schemas"]["Event"][];
     };
     /**
      * Integrator
@@ -949,11 +1044,6 @@ export interface components {
        * @description Short name of the holder's session, "" when free.
        */
       holder: string;
-      /**
-       * Clutch
-       * @description Held clutch: a target moves only while it is held, and letting go holds the rig.
-       */
-      clutch: boolean;
     };
     /**
      * Login
@@ -1425,6 +1515,24 @@ export interface components {
        *     }
        */
       twin: components["schemas"]["TwinParameters"];
+    };
+    /**
+     * RunBody
+     * @description Body of POST /api/run: a drawing or a reference of the library, and how often.
+     */
+    RunBody: {
+      drawing?: components["schemas"]["DrawingBody"] | null;
+      /**
+       * Reference
+       * @description A name of the library.
+       */
+      reference?: string | null;
+      /**
+       * Laps
+       * @description Null: until stopped.
+       * @default 1
+       */
+      laps: number | null;
     };
     /**
      * RunResult
@@ -2606,6 +2714,119 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  start_run: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["RunBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["RunState"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  pause_run: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["RunState"];
+        };
+      };
+    };
+  };
+  resume_run: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["RunState"];
+        };
+      };
+    };
+  };
+  stop_run: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["RunState"];
+        };
+      };
+    };
+  };
+  read_runs: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["RunResult"][];
         };
       };
     };
