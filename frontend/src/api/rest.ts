@@ -1,13 +1,21 @@
 import type {
   CommandBody,
   CommandReply,
+  DrawingBody,
+  DrawingInfo,
+  DrawingPlan,
   Lease,
+  Preview,
+  PreviewBody,
   Recording,
   RecordingState,
   ReferenceInfo,
   ReferencePath,
+  RunBody,
+  RunState,
   Session,
   Settings,
+  TextPath,
   Workspace,
 } from "./types";
 
@@ -24,7 +32,7 @@ export class Refusal extends Error {
 /** The server did not answer at all. */
 export class Unreachable extends Error {}
 
-type Method = "GET" | "POST" | "PATCH" | "DELETE";
+type Method = "GET" | "POST" | "PUT" | "PATCH" | "DELETE";
 
 async function call<T>(method: Method, path: string, body?: unknown): Promise<T> {
   const init: RequestInit = { method, credentials: "same-origin" };
@@ -67,10 +75,24 @@ export const rest = {
   workspace: () => call<Workspace>("GET", "/api/workspace"),
   references: () => call<ReferenceInfo[]>("GET", "/api/references"),
   reference: (name: string) => call<ReferencePath>("GET", `/api/references/${encodeURIComponent(name)}`),
+  planDrawing: (body: DrawingBody) => call<DrawingPlan>("POST", "/api/drawings/plan", body),
+  textPath: (text: string, height: number) => call<TextPath>("POST", "/api/drawings/text", { text, height }),
+  drawings: () => call<DrawingInfo[]>("GET", "/api/drawings"),
+  drawing: (name: string) => call<DrawingBody>("GET", drawingUrl(name)),
+  saveDrawing: (body: DrawingBody) => call<DrawingInfo>("PUT", drawingUrl(body.name), body),
+  deleteDrawing: (name: string) => call<unknown>("DELETE", drawingUrl(name)),
+  preview: (body: PreviewBody) => call<Preview>("POST", "/api/preview", body),
+  run: (body: RunBody) => call<RunState>("POST", "/api/run", body),
+  steerRun: (step: "pause" | "resume" | "stop") => call<RunState>("POST", `/api/run/${step}`),
   recordings: () => call<Recording[]>("GET", "/api/recordings"),
   startRecording: (name: string) => call<RecordingState>("POST", "/api/recordings", { name }),
   stopRecording: () => call<Recording>("DELETE", "/api/recordings/current"),
 };
+
+/** Address of the saved drawing `name`; with ".csv" behind it, of its download. */
+export function drawingUrl(name: string): string {
+  return `/api/drawings/${encodeURIComponent(name)}`;
+}
 
 /** Address of rerun's own viewer, showing the recording `id` of the server at `origin`. */
 export function viewerUrl(

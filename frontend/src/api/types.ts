@@ -22,6 +22,16 @@ export type PlotChannel = Schemas["PlotChannel"];
 export type Health = Schemas["Health"];
 export type Event = Schemas["Event"];
 
+export type DrawingBody = Schemas["DrawingBody"];
+export type DrawingInfo = Schemas["DrawingInfo"];
+export type DrawingPlan = Schemas["DrawingPlan"];
+export type TextPath = Schemas["TextPath"];
+export type PreviewBody = Schemas["PreviewBody"];
+export type Preview = Schemas["Preview"];
+export type RunBody = Schemas["RunBody"];
+export type RunState = Schemas["RunState"];
+export type RunResult = Schemas["RunResult"];
+
 export type FromServer =
   | Schemas["Hello"]
   | Schemas["Status"]

@@ -119,6 +119,8 @@ export class Connection {
           settings: keep(page.settings, message.settings),
           recording: keep(page.recording, message.recording),
           health: keep(page.health, message.health),
+          run: keep(page.run, message.run),
+          result: keep(page.result, message.result),
         });
         this.noteProblem(page.recording.problem, message.recording.problem);
         this.meet(message.rig);

@@ -8,6 +8,8 @@ import type {
   ReferenceInfo,
   ReferencePath,
   RigInfo,
+  RunResult,
+  RunState,
   Settings,
   Workspace,
 } from "../api/types";
@@ -34,6 +36,10 @@ export interface Page {
   readonly chosen: string | null;
   /** Its points, drawn on the plan. */
   readonly reference: ReferencePath | null;
+  /** The run under way, or how the last one ended. */
+  readonly run: RunState | null;
+  /** Of the last run that ended. */
+  readonly result: RunResult | null;
   readonly mode: Mode | null;
   readonly cause: Cause;
   readonly saturated: boolean;
@@ -58,6 +64,8 @@ export const EMPTY_PAGE: Page = {
   references: [],
   chosen: null,
   reference: null,
+  run: null,
+  result: null,
   mode: null,
   cause: 0,
   saturated: false,

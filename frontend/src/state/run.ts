@@ -1,0 +1,121 @@
+import type { Preview, PreviewBody, RunBody, RunState } from "../api/types";
+import { bodyOf, type DrawingState } from "./drawing";
+import { isSame, planInputs } from "./drawingPlan";
+import type { Operations } from "./operations";
+import type { Page } from "./page";
+import { Store } from "./store";
+
+export type Source = "library" | "drawing";
+export type Often = "once" | "times" | "endless";
+
+/** What would be run, how often, and what the twin says about it. */
+export interface RunChoice {
+  readonly source: Source;
+  readonly often: Often;
+  readonly times: number;
+  readonly preview: Preview | null;
+  readonly previewing: boolean;
+}
+
+export const FIRST_CHOICE: RunChoice = {
+  source: "library",
+  often: "once",
+  times: 3,
+  preview: null,
+  previewing: false,
+};
+
+/** What previews and runs, so that tests can answer. */
+export interface RunPort {
+  preview(body: PreviewBody): Promise<Preview>;
+  run(body: RunBody): Promise<RunState>;
+  steerRun(step: "pause" | "resume" | "stop"): Promise<RunState>;
+}
+
+/** Previews and runs of what is chosen: the drawing, or a reference of the library. */
+export class Runs {
+  readonly store = new Store<RunChoice>(FIRST_CHOICE);
+  private subject: readonly unknown[] = [];
+
+  constructor(
+    private readonly drawing: Store<DrawingState>,
+    private readonly page: Store<Page>,
+    private readonly port: RunPort,
+    private readonly operations: Pick<Operations, "attempt">,
+  ) {
+    for (const { subscribe } of [drawing, page, this.store])
+      subscribe(() => {
+        this.forgetOldPreview();
+      });
+  }
+
+  choose(source: Source): void {
+    this.store.patch({ source });
+  }
+
+  repeat(often: Often, times = this.store.get().times): void {
+    this.store.patch({ often, times });
+  }
+
+  /** What would be followed, null without any. */
+  body(): Pick<RunBody, "drawing" | "reference"> | null {
+    return subjectOf(this.store.get(), this.drawing.get(), this.page.get());
+  }
+
+  async preview(): Promise<void> {
+    const body = this.body();
+    if (!body) return;
+    const subject = this.subject;
+    this.store.patch({ previewing: true });
+    await this.operations.attempt("No preview", async () => {
+      const preview = await this.port.preview({ ...body, laps: 1 });
+      if (this.subject === subject) this.store.patch({ preview });
+    });
+    this.store.patch({ previewing: false });
+  }
+
+  async run(): Promise<void> {
+    const body = this.body();
+    const { often, times } = this.store.get();
+    const laps = often === "once" ? 1 : often === "times" ? times : null;
+    if (body) await this.take("Not run", () => this.port.run({ ...body, laps }));
+  }
+
+  async steer(step: "pause" | "resume" | "stop"): Promise<void> {
+    await this.take(`Run not ${STEERED[step]}`, () => this.port.steerRun(step));
+  }
+
+  /** The server's answer counts before its next status comes. */
+  private async take(title: string, ask: () => Promise<RunState>): Promise<void> {
+    await this.operations.attempt(title, async () => {
+      this.page.patch({ run: await ask() });
+    });
+  }
+
+  /** A prediction of something else is worth nothing. */
+  private forgetOldPreview(): void {
+    const choice = this.store.get();
+    const page = this.page.get();
+    const subject = [choice.source, page.chosen, page.settings, ...planInputs(this.drawing.get(), page)];
+    if (isSame(subject, this.subject)) return;
+    this.subject = subject;
+    this.store.patch({ preview: null });
+  }
+}
+
+const STEERED = { pause: "paused", resume: "resumed", stop: "stopped" } as const;
+
+function subjectOf(
+  { source }: RunChoice,
+  drawing: DrawingState,
+  page: Page,
+): Pick<RunBody, "drawing" | "reference"> | null {
+  if (source === "library") return page.chosen === null ? null : { drawing: null, reference: page.chosen };
+  const body = bodyOf(drawing);
+  return body && { drawing: body, reference: null };
+}
+
+/** A run that has not ended. */
+export function isUnderWay(run: RunState | null): run is RunState {
+  return run !== null && (run.state === "approach" || run.state === "running" || run.state === "paused");
+}
