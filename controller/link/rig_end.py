@@ -29,8 +29,8 @@ class RigService(Protocol):
     def replay(self, first: int, count: int) -> np.ndarray:
         """Telemetry rows of ticks [first, first + count) that are still there."""
 
-    def plan(self, points: np.ndarray) -> int:
-        """Take (n, 2) points [m] as the planned reference; the number of points."""
+    def plan(self, points: np.ndarray, again: int, ticks: int) -> int:
+        """Take (n, 2) points [m] as the planned reference, to follow as `RigClient.plan` says; their number."""
 
 
 class RigEnd:
@@ -74,9 +74,11 @@ class RigEnd:
         return self._service.replay(first, count).tobytes()
 
     def _reference(self, payload: bytes) -> bytes:
-        if len(payload) % 16:
-            raise ParameterError(f"reference of {len(payload)} bytes is not rows of two float64")
-        return self._service.plan(np.frombuffer(payload).reshape(-1, 2)).to_bytes(8, "little")
+        if len(payload) < 16 or len(payload) % 16:
+            raise ParameterError(f"reference of {len(payload)} bytes is not two int64 words and rows of two float64")
+        again, ticks = np.frombuffer(payload[:16], np.int64).tolist()
+        points = np.frombuffer(payload, offset=16).reshape(-1, 2)
+        return self._service.plan(points, again, ticks).to_bytes(8, "little")
 
 
 def read_command(payload: bytes) -> Command:
