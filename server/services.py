@@ -10,12 +10,15 @@ from controller.parameters import Settings
 from recordings.store import Store, default_folder
 from recordings.writer import Recorder
 from server.auth import Identity, Sessions
+from server.channels import Rows
 from server.events import EventLog
 from server.history import History
 from server.lease import OperatorLease
 from server.live import Hub
+from server.loop_health import LoopWatch
 from server.messages import Health, Status
 from server.operator import Operator
+from server.plots.layouts import Layouts
 from server.review import Review
 from server.rig import Rig
 from server.runs.runs import Runs
@@ -33,6 +36,7 @@ class Services:
     sessions: Sessions
     lease: OperatorLease
     history: History
+    loop: LoopWatch
     rig: Rig
     operator: Operator
     recorder: Recorder
@@ -41,6 +45,7 @@ class Services:
     scene: Scene
     events: EventLog
     runs: Runs
+    layouts: Layouts
     hub: Hub = field(init=False)
     watch: Watch = field(init=False)
     settings_lock: asyncio.Lock = field(default_factory=asyncio.Lock)
@@ -91,7 +96,8 @@ class Services:
         recording, holder = self.recorder.state(), self.lease.holder
         who = holder.id if holder else ""
         rig = (self.rig.boot(), self.rig.info.boot if self.rig.info else None)
-        return who, self.operator.settings, recording.recording, recording.id, rig, len(self.hub.viewers)
+        lease, viewers = (who, self.lease.clutch), len(self.hub.viewers)
+        return lease, self.operator.settings, recording.recording, recording.id, rig, viewers
 
     def keep_settings(self) -> None:
         """Remember the rig's settings over a restart of this server; they are in force even where that fails."""
@@ -113,13 +119,20 @@ def open_services(settings: ServerSettings) -> Services:
     secrets, history = load_secrets(settings), History()
     folder = settings.recordings or default_folder()
     recorder, store = Recorder(folder), Store(folder)
-    rig = Rig(settings.endpoint, settings.rig, history, recorder.rows)
+    loop = LoopWatch()
+
+    def keep(rows: Rows) -> None:
+        loop.add(rows)
+        recorder.rows(rows)
+
+    rig = Rig(settings.endpoint, settings.rig, history, keep)
     return Services(
         settings=settings,
         secrets=secrets,
         sessions=Sessions(secrets, settings.rig),
         lease=OperatorLease(),
         history=history,
+        loop=loop,
         rig=rig,
         operator=Operator(rig.send, rig.boot, lambda: history.newest, kept_settings(settings)),
         recorder=recorder,
@@ -128,6 +141,7 @@ def open_services(settings: ServerSettings) -> Services:
         scene=Scene(lambda: history.newest, rig.actuator, settings.light_scene),
         events=EventLog(),
         runs=Runs(),
+        layouts=Layouts(settings.state / "layouts"),
     )
 
 

@@ -23,6 +23,7 @@ OPERATORS = [
     ("POST", "/api/command", {"request": "rest"}),
     ("POST", "/api/command", {"request": "clear"}),
     ("PATCH", "/api/settings", {"changes": {"K_P": [0.1, 0.1]}}),
+    ("PATCH", "/api/lease", {"clutch": True}),
     ("POST", "/api/recordings", {"name": "x"}),
     ("DELETE", "/api/recordings/current", None),
 ]
