@@ -45,7 +45,11 @@ export interface paths {
     delete: operations["release_lease"];
     options?: never;
     head?: never;
-    patch?: never;
+    /**
+     * Change Lease
+     * @description Switch the held clutch on or off.
+     */
+    patch: operations["change_lease"];
     trace?: never;
   };
   "/api/command": {
@@ -124,6 +128,26 @@ export interface paths {
      * @description Whether the rig is heard, and how fast it answers.
      */
     get: operations["read_health"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/health/loop": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Loop Health
+     * @description How punctual the loop was in the last 10 s, how fast the pressure loops were in the last 30 s.
+     */
+    get: operations["read_loop_health"];
     put?: never;
     post?: never;
     delete?: never;
@@ -479,6 +503,138 @@ export interface paths {
     put?: never;
     post?: never;
     delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/history.csv": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * History Csv
+     * @description The channels from `from` to `to` [s, rig clock], SI: every tick of the last minute, else 16 ms extremes.
+     */
+    get: operations["history_csv"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/layouts": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Layouts
+     * @description Names of my layouts.
+     */
+    get: operations["read_layouts"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/layouts/{name}": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Layout
+     * @description One of my layouts; 404 when I have none of this name.
+     */
+    get: operations["read_layout"];
+    /**
+     * Keep Layout
+     * @description Keep a layout for me; 409 when I have too many.
+     */
+    put: operations["keep_layout"];
+    post?: never;
+    /**
+     * Delete Layout
+     * @description Forget one of my layouts.
+     */
+    delete: operations["delete_layout"];
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/scene/{seat}/look": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    /**
+     * Change Look
+     * @description Ground and camera of this view alone.
+     */
+    put: operations["change_look"];
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/scene/{seat}/path/{role}": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    /**
+     * Change Path
+     * @description Show a path in this view alone.
+     */
+    put: operations["change_path"];
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/scene/{seat}/playback": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    /**
+     * Play
+     * @description Play a recording in this view alone, from a time on, or stand there; 404 without such a recording.
+     */
+    put: operations["play"];
+    post?: never;
+    /**
+     * End Playback
+     * @description Show the rig as it is now again.
+     */
+    delete: operations["end_playback"];
     options?: never;
     head?: never;
     patch?: never;
@@ -1017,6 +1173,11 @@ export interface components {
       /** Channels */
       channels: components["schemas"]["PlotChannel"][];
       rig: components["schemas"]["RigInfo"] | null;
+      /**
+       * Log
+       * @description What happened so far, oldest first.
+       */
+      log: components["schemas"]["Event"][];
     };
     /**
      * Integrator
@@ -1024,6 +1185,18 @@ export interface components {
      * @enum {integer}
      */
     Integrator: 0 | 1;
+    /**
+     * Lag
+     * @description A pressure loop as dead time and first-order lag [s]; `explained` is the share of its motion that this gives.
+     */
+    Lag: {
+      /** Dead Time */
+      dead_time: number;
+      /** Time Constant */
+      time_constant: number;
+      /** Explained */
+      explained: number;
+    };
     /**
      * Law
      * @description Which terms make the command u (paper, table "Step response average error characterization").
@@ -1044,6 +1217,19 @@ export interface components {
        * @description Short name of the holder's session, "" when free.
        */
       holder: string;
+      /**
+       * Clutch
+       * @description Held clutch: a target moves only while it is held, and letting go holds the rig.
+       */
+      clutch: boolean;
+    };
+    /**
+     * LeaseBody
+     * @description Body of PATCH /api/lease: how the holder operates.
+     */
+    LeaseBody: {
+      /** Clutch */
+      clutch: boolean;
     };
     /**
      * Login
@@ -1052,6 +1238,32 @@ export interface components {
     Login: {
       /** Token */
       token: string;
+    };
+    /**
+     * LoopHealth
+     * @description Timing of the last ticks, and the pressure loops' lag.
+     */
+    LoopHealth: {
+      /** Ticks */
+      ticks: number;
+      /**
+       * Lost
+       * @description Slots without a tick within the same time.
+       */
+      lost: number;
+      /**
+       * Edges
+       * @description Edges of the lateness histogram [s], one more than counts; the last bin holds everything beyond, too.
+       */
+      edges: number[];
+      /** Counts */
+      counts: number[];
+      /** @description Wake-up after the deadline; null before the first tick. */
+      lateness: components["schemas"]["Spread"] | null;
+      /** @description Duration of a tick, plant excluded. */
+      step: components["schemas"]["Spread"] | null;
+      /** @description Null where the pressures moved too little, or not as a lag would have it. */
+      pressure: components["schemas"]["Lag"] | null;
     };
     /**
      * Mode
@@ -1073,20 +1285,141 @@ export interface components {
       t: number;
     };
     /**
+     * Playback
+     * @description A recording in one 3D view, on the server's clock.
+     */
+    Playback: {
+      /** Recording */
+      recording: string;
+      /**
+       * At
+       * @description Now [s].
+       */
+      at: number;
+      /** Duration */
+      duration: number;
+      /** Playing */
+      playing: boolean;
+      /** Rate */
+      rate: number;
+    };
+    /**
+     * PlaybackBody
+     * @description Body of PUT /api/scene/{seat}/playback.
+     */
+    PlaybackBody: {
+      /** Recording */
+      recording: string;
+      /**
+       * At
+       * @description Time in the recording [s]; clipped at its end.
+       * @default 0
+       */
+      at: number;
+      /**
+       * Playing
+       * @default true
+       */
+      playing: boolean;
+      /**
+       * Rate
+       * @description Seconds of the recording a second.
+       * @default 1
+       */
+      rate: number;
+    };
+    /**
+     * Plot
+     * @description One plot of a layout.
+     */
+    "Plot-Input": {
+      /**
+       * Title
+       * @description Shown above it; "" names it by its signals.
+       * @default
+       */
+      title: string;
+      /** Channels */
+      channels: string[];
+    };
+    /**
+     * Plot
+     * @description One plot of a layout.
+     */
+    "Plot-Output": {
+      /**
+       * Title
+       * @description Shown above it; "" names it by its signals.
+       * @default
+       */
+      title: string;
+      /** Channels */
+      channels: string[];
+    };
+    /**
      * PlotChannel
-     * @description One plotted signal: an element of a telemetry field, or its norm over the last axis (index null).
+     * @description One signal that can be plotted: an element of a telemetry field, or the field's norm (index null).
      */
     PlotChannel: {
       /** Key */
       key: string;
-      /** Label */
-      label: string;
-      /** Unit */
+      /**
+       * Group
+       * @description The field in words.
+       */
+      group: string;
+      /**
+       * Name
+       * @description The element within the group, "" where the field is one number.
+       */
+      name: string;
+      /**
+       * Unit
+       * @description SI; `1` where there is none.
+       */
       unit: string;
       /** Field */
       field: string;
       /** Index */
       index: number | null;
+    };
+    /**
+     * PlotChoice
+     * @description The page shows these channels now: it gets their past once, then every new bin; it gets no other channel.
+     */
+    PlotChoice: {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      type: "plots";
+      /** Channels */
+      channels: string[];
+      /**
+       * Since
+       * @description Time of the newest bin that the page still has of all of them [s, rig clock]; null: it has none.
+       */
+      since?: number | null;
+    };
+    /**
+     * PlotLayout
+     * @description What a page plots, from left to right, and the length of its time window [s].
+     */
+    "PlotLayout-Input": {
+      /** Seconds */
+      seconds: number;
+      /** Plots */
+      plots: components["schemas"]["Plot-Input"][];
+    };
+    /**
+     * PlotLayout
+     * @description What a page plots, from left to right, and the length of its time window [s].
+     */
+    "PlotLayout-Output": {
+      /** Seconds */
+      seconds: number;
+      /** Plots */
+      plots: components["schemas"]["Plot-Output"][];
     };
     /**
      * Pong
@@ -1718,6 +2051,33 @@ export interface components {
       pressure_max: number;
     };
     /**
+     * SeatLook
+     * @description Body of PUT /api/scene/{seat}/look.
+     */
+    SeatLook: {
+      /**
+       * Scheme
+       * @enum {string}
+       */
+      scheme: "dark" | "light";
+      /**
+       * View
+       * @description Put the camera there; null leaves it where it is.
+       */
+      view?: ("top" | "oblique") | null;
+    };
+    /**
+     * SeatPath
+     * @description Body of PUT /api/scene/{seat}/path/{role}: what the plan view beside it shows.
+     */
+    SeatPath: {
+      /**
+       * Points
+       * @description [m]; empty: nothing.
+       */
+      points: [number, number][];
+    };
+    /**
      * Session
      * @description Who I am.
      */
@@ -1832,6 +2192,18 @@ export interface components {
        * @description [m/s].
        */
       speed: number;
+    };
+    /**
+     * Spread
+     * @description A duration over many ticks [s].
+     */
+    Spread: {
+      /** Median */
+      median: number;
+      /** P99 */
+      p99: number;
+      /** Largest */
+      largest: number;
     };
     /**
      * Status
@@ -2269,6 +2641,39 @@ export interface operations {
       };
     };
   };
+  change_lease: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["LeaseBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Lease"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
   command: {
     parameters: {
       query?: never;
@@ -2400,6 +2805,26 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["Health"];
+        };
+      };
+    };
+  };
+  read_loop_health: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["LoopHealth"];
         };
       };
     };
@@ -2933,6 +3358,283 @@ export interface operations {
       };
     };
   };
+  history_csv: {
+    parameters: {
+      query: {
+        from: number;
+        to: number;
+        channels: string[];
+      };
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  read_layouts: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": string[];
+        };
+      };
+    };
+  };
+  read_layout: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["PlotLayout-Output"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  keep_layout: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["PlotLayout-Input"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["PlotLayout-Output"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  delete_layout: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      204: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  change_look: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        seat: string;
+      };
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["SeatLook"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      204: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  change_path: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        seat: string;
+        role: "reference" | "ghost" | "outside";
+      };
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["SeatPath"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      204: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  play: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        seat: string;
+      };
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["PlaybackBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Playback"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  end_playback: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        seat: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      204: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
   live_messageslive_post: {
     parameters: {
       query?: never;
@@ -2943,7 +3645,10 @@ export interface operations {
     requestBody: {
       content: {
         "application/json":
-          components["schemas"]["Target"] | components["schemas"]["Presence"] | components["schemas"]["Ping"];
+          | components["schemas"]["Target"]
+          | components["schemas"]["Presence"]
+          | components["schemas"]["Ping"]
+          | components["schemas"]["PlotChoice"];
       };
     };
     responses: {
