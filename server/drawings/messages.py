@@ -11,8 +11,8 @@ from controller.layout import Model
 from controller.messages import Coordinate
 
 Point = tuple[Coordinate, Coordinate]
-DURATION_MAX = 280.0
-"""The rig's memory holds five minutes, the approach and some laps' way back included [s]."""
+DURATION_MIN, DURATION_MAX = 0.1, 280.0
+"""Of a drawing: the rig's memory holds five minutes, the approach and some laps' way back included [s]."""
 
 
 def _no_download(name: str) -> str:
@@ -48,7 +48,7 @@ class Duration(Both):
     """Constant speed, so that it takes this long."""
 
     kind: Literal["duration"] = "duration"
-    duration: Annotated[float, Bounds(ge=0.1, le=DURATION_MAX)]
+    duration: Annotated[float, Bounds(ge=DURATION_MIN, le=DURATION_MAX)]
     """[s]."""
 
 
