@@ -1,17 +1,17 @@
 import { Loader, Tabs } from "@mantine/core";
-import { lazy, Suspense, useState } from "react";
+import { lazy, Suspense } from "react";
 import { Banner } from "./panels/Banner";
 import { ControlPanel } from "./panels/ControlPanel";
 import { GainsPanel } from "./panels/GainsPanel";
-import { Header, type View } from "./panels/Header";
+import { Header } from "./panels/Header";
 import { HealthStrip } from "./panels/HealthStrip";
 import { KeyHelp } from "./panels/KeyHelp";
 import { LogPanel } from "./panels/LogPanel";
 import { Login } from "./panels/Login";
-import { ReferencePanel } from "./panels/ReferencePanel";
+import { RunPanel } from "./panels/RunPanel";
 import { Scene3D } from "./panels/Scene3D";
 import { SensingPanel } from "./panels/SensingPanel";
-import { usePage } from "./panels/context";
+import { useDashboard, usePage } from "./panels/context";
 import { useKeys } from "./panels/useKeys";
 import { PlanView } from "./plan/PlanView";
 import { PlotStrip } from "./plots/PlotStrip";
@@ -26,13 +26,16 @@ export function App() {
 
 /** Live and Review. The live half stays mounted (hidden) while reviewing: nothing reloads on return. */
 function Bench() {
-  const [view, setView] = useState<View>("live");
+  const { page } = useDashboard();
+  const view = usePage((state) => state.view);
   const [help, setHelp] = useKeys();
   return (
     <div className="bench">
       <Header
         view={view}
-        onView={setView}
+        onView={(wanted) => {
+          page.patch({ view: wanted });
+        }}
         onHelp={() => {
           setHelp(true);
         }}
@@ -76,7 +79,7 @@ function Panels() {
     <Tabs defaultValue="control" className="tabs" keepMounted={false}>
       <Tabs.List>
         <Tabs.Tab value="control">Control</Tabs.Tab>
-        <Tabs.Tab value="reference">Reference</Tabs.Tab>
+        <Tabs.Tab value="run">Run</Tabs.Tab>
         <Tabs.Tab value="sensing">Sensing</Tabs.Tab>
         <Tabs.Tab value="gains">Gains</Tabs.Tab>
         <Tabs.Tab value="log">Log</Tabs.Tab>
@@ -84,8 +87,8 @@ function Panels() {
       <Tabs.Panel value="control">
         <ControlPanel />
       </Tabs.Panel>
-      <Tabs.Panel value="reference">
-        <ReferencePanel />
+      <Tabs.Panel value="run">
+        <RunPanel />
       </Tabs.Panel>
       <Tabs.Panel value="sensing">
         <SensingPanel />

@@ -2,6 +2,7 @@ import { Button, Select } from "@mantine/core";
 import { useMemo } from "react";
 import { chosenInfo } from "../state/references";
 import { factsOf, menuOf } from "./reference";
+import { RunFacts } from "./RunFacts";
 import { useDashboard, usePage } from "./context";
 
 /** Choose a reference by task or by typing; it is drawn on the plan, and nothing moves. */
@@ -11,7 +12,7 @@ export function ReferencePanel() {
   const chosen = usePage((page) => page.chosen);
   const menu = useMemo(() => menuOf(known), [known]);
   return (
-    <div className="panel">
+    <>
       <div className="row row-fields">
         <Select
           size="xs"
@@ -37,7 +38,7 @@ export function ReferencePanel() {
         </Button>
       </div>
       <Facts />
-    </div>
+    </>
   );
 }
 
@@ -47,14 +48,7 @@ function Facts() {
     return <p className="note">The paper's shapes, placed for this actuator, and a recorded live path.</p>;
   return (
     <>
-      <dl className="facts" data-testid="reference-facts">
-        {factsOf(info).map(([name, value]) => (
-          <div key={name}>
-            <dt>{name}</dt>
-            <dd className="number">{value}</dd>
-          </div>
-        ))}
-      </dl>
+      <RunFacts facts={factsOf(info)} testId="reference-facts" />
       {info.reachable ? null : (
         <p className="out-of-reach" role="status" data-testid="reference-reason">
           ⚠ This actuator cannot follow it: {info.reason}

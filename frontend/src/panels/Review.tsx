@@ -11,7 +11,8 @@ export default function Review() {
   const dashboard = useDashboard();
   const active = usePage((page) => (page.recording.recording ? page.recording.id : ""));
   const [rows, setRows] = useState<readonly Recording[] | null>(null);
-  const [opened, setOpened] = useState<Recording | null>(null);
+  const reviewed = usePage((page) => page.reviewed);
+  const opened = rows?.find(({ id }) => id === reviewed);
   const load = useCallback(async () => {
     await dashboard.operations.attempt("Recordings not listed", async () => {
       const found = await rest.recordings();
@@ -23,10 +24,10 @@ export default function Review() {
 
     void load();
   }, [load, active]);
-  const close = () => {
-    setOpened(null);
+  const open = (id: string | null) => {
+    dashboard.page.patch({ reviewed: id });
   };
-  if (opened) return <Viewer recording={opened} onClose={close} />;
+  if (opened) return <Viewer recording={opened} onClose={() => { open(null); }} />; // prettier-ignore
   return (
     <main className="review">
       <div className="bar">
@@ -38,7 +39,13 @@ export default function Review() {
           </ActionIcon>
         </Tooltip>
       </div>
-      <List rows={rows} active={active} onOpen={setOpened} />
+      <List
+        rows={rows}
+        active={active}
+        onOpen={({ id }) => {
+          open(id);
+        }}
+      />
     </main>
   );
 }

@@ -44,6 +44,8 @@ export interface DrawingState {
   readonly name: string;
   /** What the server says about the drawing; the last one while it reads the next. */
   readonly plan: DrawingPlan | null;
+  /** The pieces that `plan` is about. */
+  readonly planOf: readonly Piece[] | null;
   /** Why the server has no plan for it. */
   readonly problem: string;
 }
@@ -64,12 +66,18 @@ export const EMPTY_DRAWING: DrawingState = {
   manner: { timing: { kind: "speed", speed: SPEED }, smoothing: 0, outside: "project" },
   name: "",
   plan: null,
+  planOf: null,
   problem: "",
 };
 
 /** What is drawn now. */
 export function sketchOf({ draft, history }: DrawingState): Sketch {
   return draft ?? history.present;
+}
+
+/** The server's plan is about what is drawn now. */
+export function isPlanned(state: DrawingState): boolean {
+  return state.plan !== null && state.planOf === sketchOf(state).pieces;
 }
 
 /** The drawing as the server takes it, null while there is no path. */

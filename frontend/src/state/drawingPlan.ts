@@ -43,9 +43,10 @@ export class Planner {
 
   private async ask(number: number): Promise<void> {
     const body = bodyOf(this.drawing.get());
+    const planOf = sketchOf(this.drawing.get()).pieces;
     try {
       const plan = body && this.page.get().rig && (await this.port.plan(body));
-      if (number === this.asked) this.drawing.patch({ plan, problem: "" });
+      if (number === this.asked) this.drawing.patch({ plan, planOf, problem: "" });
     } catch (error) {
       const problem = error instanceof Error ? error.message : String(error);
       if (number === this.asked) this.drawing.patch({ plan: null, problem });

@@ -21,6 +21,9 @@ export interface LogLine extends Event {
 
 /** Everything that React controls show. It changes at human speed; the 60 Hz stream is in `Live`. */
 export interface Page {
+  readonly view: "live" | "review";
+  /** The recording that is open in Review. */
+  readonly reviewed: string | null;
   readonly session: "unknown" | "absent" | "present";
   readonly online: boolean;
   readonly rigLive: boolean;
@@ -52,6 +55,8 @@ export interface Page {
 }
 
 export const EMPTY_PAGE: Page = {
+  view: "live",
+  reviewed: null,
   session: "unknown",
   online: false,
   rigLive: false,

@@ -1,4 +1,4 @@
-import type { Preview, PreviewBody, RunBody, RunState } from "../api/types";
+import type { Preview, PreviewBody, RecordingState, RunBody, RunState } from "../api/types";
 import { bodyOf, type DrawingState } from "./drawing";
 import { isSame, planInputs } from "./drawingPlan";
 import type { Operations } from "./operations";
@@ -6,23 +6,29 @@ import type { Page } from "./page";
 import { Store } from "./store";
 
 export type Source = "library" | "drawing";
-export type Often = "once" | "times" | "endless";
 
 /** What would be run, how often, and what the twin says about it. */
 export interface RunChoice {
   readonly source: Source;
-  readonly often: Often;
-  readonly times: number;
+  readonly laps: number;
+  /** Until stopped, whatever `laps` says. */
+  readonly endless: boolean;
+  /** Each run gets a recording of its own, unless one is going on. */
+  readonly record: boolean;
   readonly preview: Preview | null;
   readonly previewing: boolean;
+  /** The result whose card was closed. */
+  readonly dismissed: number | null;
 }
 
 export const FIRST_CHOICE: RunChoice = {
   source: "library",
-  often: "once",
-  times: 3,
+  laps: 1,
+  endless: false,
+  record: true,
   preview: null,
   previewing: false,
+  dismissed: null,
 };
 
 /** What previews and runs, so that tests can answer. */
@@ -30,11 +36,16 @@ export interface RunPort {
   preview(body: PreviewBody): Promise<Preview>;
   run(body: RunBody): Promise<RunState>;
   steerRun(step: "pause" | "resume" | "stop"): Promise<RunState>;
+  startRecording(name: string): Promise<RecordingState>;
+  stopRecording(): Promise<unknown>;
 }
 
 /** Previews and runs of what is chosen: the drawing, or a reference of the library. */
 export class Runs {
   readonly store = new Store<RunChoice>(FIRST_CHOICE);
+  /** The recording begun for the run under way. */
+  private recording: string | null = null;
+  private underWay = false;
   private subject: readonly unknown[] = [];
 
   constructor(
@@ -43,6 +54,9 @@ export class Runs {
     private readonly port: RunPort,
     private readonly operations: Pick<Operations, "attempt">,
   ) {
+    page.subscribe(() => {
+      this.watchRun();
+    });
     for (const { subscribe } of [drawing, page, this.store])
       subscribe(() => {
         this.forgetOldPreview();
@@ -53,8 +67,8 @@ export class Runs {
     this.store.patch({ source });
   }
 
-  repeat(often: Often, times = this.store.get().times): void {
-    this.store.patch({ often, times });
+  repeat(laps: number): void {
+    this.store.patch({ laps });
   }
 
   /** What would be followed, null without any. */
@@ -76,9 +90,11 @@ export class Runs {
 
   async run(): Promise<void> {
     const body = this.body();
-    const { often, times } = this.store.get();
-    const laps = often === "once" ? 1 : often === "times" ? times : null;
-    if (body) await this.take("Not run", () => this.port.run({ ...body, laps }));
+    if (!body) return;
+    const { endless, laps } = this.store.get();
+    await this.startRecording(body.drawing?.name ?? body.reference ?? "");
+    await this.take("Not run", () => this.port.run({ ...body, laps: endless ? null : laps }));
+    if (!isUnderWay(this.page.get().run)) await this.stopRecording();
   }
 
   async steer(step: "pause" | "resume" | "stop"): Promise<void> {
@@ -90,6 +106,31 @@ export class Runs {
     await this.operations.attempt(title, async () => {
       this.page.patch({ run: await ask() });
     });
+  }
+
+  private async startRecording(name: string): Promise<void> {
+    if (!this.store.get().record || this.page.get().recording.recording) return;
+    await this.operations.attempt("Run not recorded", async () => {
+      const recording = await this.port.startRecording(name);
+      this.page.patch({ recording });
+      this.recording = recording.id;
+    });
+  }
+
+  /** End the recording that was begun for the run. */
+  private async stopRecording(): Promise<void> {
+    const { recording } = this.page.get();
+    const ours = recording.recording && recording.id === this.recording;
+    this.recording = null;
+    if (ours) await this.operations.attempt("Recording not stopped", () => this.port.stopRecording());
+  }
+
+  /** When the run that was recorded has ended, so has its recording. */
+  private watchRun(): void {
+    const { run } = this.page.get();
+    const underWay = isUnderWay(run);
+    if (this.underWay && !underWay && this.recording !== null) void this.stopRecording();
+    this.underWay = underWay;
   }
 
   /** A prediction of something else is worth nothing. */
