@@ -11,6 +11,7 @@ from recordings.store import Store, default_folder
 from recordings.writer import Recorder
 from server.auth import Identity, Sessions
 from server.channels import Rows
+from server.drawings.store import Drawings
 from server.events import EventLog
 from server.history import History
 from server.lease import OperatorLease
@@ -48,10 +49,14 @@ class Services:
     layouts: Layouts
     hub: Hub = field(init=False)
     watch: Watch = field(init=False)
+    drawings: Drawings = field(init=False)
     settings_lock: asyncio.Lock = field(default_factory=asyncio.Lock)
     """Changes to the settings are merged one after another."""
+    preview_lock: asyncio.Lock = field(default_factory=asyncio.Lock)
+    """One preview at a time: each keeps a core busy."""
 
     def __post_init__(self) -> None:
+        self.drawings = Drawings(self.settings.state / "drawings")
         self.hub = Hub(self.history, self.status, self.status_key)
         self.watch = Watch(self.rig, self.history, self.lease, self.operator, self.events)
         self.events.listeners += [self.hub.tell, lambda event: self.recorder.events(event.text, event.level)]

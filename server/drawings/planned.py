@@ -140,6 +140,6 @@ def _require_time(duration: float, what: str) -> None:
 
 def _course(drawing: DrawingBody, p: Array, dt: float) -> Course:
     """Whether rows p (n, 2) [m] repeat or step: a closed drawing does repeat; given times are looked at."""
-    if isinstance(drawing.timing, Given):
-        return course(p, dt, from_rest=False, start=0)
-    return Course(0, (), 1.0 / ((len(p) - 1) * dt) if drawing.closed else None)
+    if drawing.closed:
+        return course(p, dt, from_rest=False, start=0, frequency=1.0 / ((len(p) - 1) * dt))
+    return course(p, dt, from_rest=False, start=0) if isinstance(drawing.timing, Given) else Course(0)
