@@ -15,7 +15,7 @@ from controller.kernels.rod import Array
 from controller.modes import Mode
 from controller.parameters import RigParameters, Settings
 from controller.reference.reference import Reference
-from server.drawings.messages import Preview, PreviewBody
+from server.drawings.messages import DURATION_MIN, DrawingBody, Duration, Preview, PreviewBody
 from server.drawings.plan import Indices, points, spread, times
 from server.drawings.planned import named, planned
 from server.runs.laps import lap_of
@@ -43,6 +43,12 @@ def predicted(body: PreviewBody, rig: RigParameters, settings: Settings) -> Prev
         seconds=time.perf_counter() - begin,
         **(dict.fromkeys(MEASURES) if broken else measures(reference, rows["p_meas"])),
     )
+
+
+def warm_up(rig: RigParameters) -> None:
+    """Compile, or load from the cache, all that a preview calls."""
+    far = DrawingBody(name="far", points=[(-1.0, 1.0), (-1.0, 0.99)], timing=Duration(duration=DURATION_MIN))
+    predicted(PreviewBody(drawing=far), rig, Settings())
 
 
 def wanted(body: PreviewBody, rig: RigParameters, settings: Settings) -> Reference:
