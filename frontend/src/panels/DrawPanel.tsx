@@ -15,8 +15,8 @@ export function DrawPanel() {
     <>
       <DrawSaved />
       <RunFacts facts={drawingFacts(plan)} testId="drawing-facts" />
-      <Trouble />
       <Manners />
+      <Trouble />
       <DrawPlace />
     </>
   );
@@ -61,7 +61,7 @@ function Manners() {
       <DrawNumber
         label="Smooth [mm]"
         testId="smoothing"
-        width={82}
+        width={80}
         value={millimetresOf(smoothing)}
         min={0}
         max={20}
@@ -72,7 +72,7 @@ function Manners() {
       />
       <NativeSelect
         size="xs"
-        label="Out of reach"
+        label="Outside"
         data-testid="outside"
         value={outside}
         data={[
@@ -108,7 +108,7 @@ function Pace() {
         <DrawNumber
           label="Speed [mm/s]"
           testId="speed"
-          width={88}
+          width={84}
           value={millimetresOf(timing.speed)}
           min={1}
           max={1000}
@@ -123,7 +123,7 @@ function Pace() {
         <DrawNumber
           label="Duration [s]"
           testId="duration"
-          width={88}
+          width={84}
           value={timing.duration}
           min={0.1}
           max={280}

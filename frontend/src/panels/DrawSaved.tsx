@@ -6,6 +6,7 @@ import { sketchOf } from "../state/drawing";
 import { millimetres } from "../state/format";
 import { useStore } from "../state/store";
 import { ControlButton } from "./ControlButton";
+import { RunSource } from "./RunSource";
 import { useDashboard, useWhyNot } from "./context";
 import { useDrawing } from "./useDrawing";
 
@@ -22,10 +23,11 @@ export function DrawSaved() {
   );
   const list = useStore(saved.store, (store) => store.list);
   return (
-    <div className="row">
+    <div className="row run-row">
+      <RunSource />
       <TextInput
         size="xs"
-        w={170}
+        w={150}
         aria-label="Name of the drawing"
         placeholder="Name of the drawing"
         maxLength={80}

@@ -3,6 +3,7 @@ import { useMemo } from "react";
 import { chosenInfo } from "../state/references";
 import { factsOf, menuOf } from "./reference";
 import { RunFacts } from "./RunFacts";
+import { RunSource } from "./RunSource";
 import { useDashboard, usePage } from "./context";
 
 /** Choose a reference by task or by typing; it is drawn on the plan, and nothing moves. */
@@ -13,11 +14,12 @@ export function ReferencePanel() {
   const menu = useMemo(() => menuOf(known), [known]);
   return (
     <>
-      <div className="row row-fields">
+      <div className="row run-row">
+        <RunSource />
         <Select
           size="xs"
-          w={290}
-          label="Reference shown on the plan"
+          w={260}
+          aria-label="Reference shown on the plan"
           placeholder={known.length === 0 ? "Waiting for the rig" : "None: choose or type"}
           data-testid="reference"
           data={menu}

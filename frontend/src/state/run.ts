@@ -61,6 +61,7 @@ export class Runs {
       subscribe(() => {
         this.forgetOldPreview();
       });
+    this.forgetOldPreview();
   }
 
   choose(source: Source): void {
