@@ -5,14 +5,15 @@ import time
 from dataclasses import replace
 
 import numpy as np
+from numpy.lib.recfunctions import repack_fields
 
 from controller.build_rig import REFERENCE_ROWS
 from controller.errors import DataError, ParameterError, TendrilError
 from controller.experiments.metrics import lags, rmse, true_tip
-from controller.experiments.run import attempt, require_mode
+from controller.experiments.run import armed, plan, request, require_mode
 from controller.experiments.simulate import Rows
 from controller.kernels.rod import Array
-from controller.modes import Mode
+from controller.modes import Mode, Request
 from controller.parameters import RigParameters, Settings
 from controller.reference.reference import Reference
 from server.drawings.messages import DURATION_MIN, DrawingBody, Duration, Preview, PreviewBody
@@ -22,6 +23,10 @@ from server.runs.laps import lap_of
 
 MEASURES = ("rmse", "max_error", "lag_deg_x", "lag_deg_y")
 """What there is only of a run to the end."""
+FIELDS = ["mode", "cause", "request_cause", "saturated", "p_meas", "twin_backbone"]
+"""What is kept of a row: minutes of whole ones are hundreds of megabytes."""
+PIECE = 10_000
+"""Ticks from one look at the mode to the next."""
 
 
 def predicted(body: PreviewBody, rig: RigParameters, settings: Settings) -> Preview:
@@ -67,11 +72,20 @@ def wanted(body: PreviewBody, rig: RigParameters, settings: Settings) -> Referen
 
 
 def foreseen(rig: RigParameters, reference: Reference, settings: Settings) -> Rows:
-    """Telemetry (n,) of the reference's ticks on the twin, from rest."""
+    """FIELDS of the telemetry (n,) on the twin, from rest; where it breaks off, to the end of that piece."""
+    simulation = armed(rig, settings, rig.twin.seed)
     try:
-        return attempt(rig, reference, settings, rig.twin.seed)
+        plan(simulation.rig.control, reference)
     except DataError as error:
         raise ParameterError(str(error)) from error
+    request(simulation, Request.TRACK)
+    pieces: list[Rows] = []
+    for begin in range(0, len(reference.p), PIECE):
+        rows = simulation.run(min(PIECE, len(reference.p) - begin))
+        pieces.append(repack_fields(rows[FIELDS]))
+        if rows["mode"][-1] != Mode.TRACK:
+            break
+    return np.concatenate(pieces)
 
 
 def broken_off(rows: Rows, name: str) -> str:
