@@ -39,7 +39,7 @@ class PlotChoice(Model):
 class Plot(Model):
     """One plot of a layout."""
 
-    title: Annotated[str, Bounds(max_length=40)] = ""
+    title: Annotated[str, Bounds(max_length=40)]
     """Shown above it; "" names it by its signals."""
     channels: Annotated[list[ChannelKey], Bounds(max_length=12)]
 

@@ -1332,25 +1332,10 @@ export interface components {
      * Plot
      * @description One plot of a layout.
      */
-    "Plot-Input": {
+    Plot: {
       /**
        * Title
        * @description Shown above it; "" names it by its signals.
-       * @default
-       */
-      title: string;
-      /** Channels */
-      channels: string[];
-    };
-    /**
-     * Plot
-     * @description One plot of a layout.
-     */
-    "Plot-Output": {
-      /**
-       * Title
-       * @description Shown above it; "" names it by its signals.
-       * @default
        */
       title: string;
       /** Channels */
@@ -1405,21 +1390,11 @@ export interface components {
      * PlotLayout
      * @description What a page plots, from left to right, and the length of its time window [s].
      */
-    "PlotLayout-Input": {
+    PlotLayout: {
       /** Seconds */
       seconds: number;
       /** Plots */
-      plots: components["schemas"]["Plot-Input"][];
-    };
-    /**
-     * PlotLayout
-     * @description What a page plots, from left to right, and the length of its time window [s].
-     */
-    "PlotLayout-Output": {
-      /** Seconds */
-      seconds: number;
-      /** Plots */
-      plots: components["schemas"]["Plot-Output"][];
+      plots: components["schemas"]["Plot"][];
     };
     /**
      * Pong
@@ -1677,6 +1652,17 @@ export interface components {
       id: number;
       /** Detail */
       detail: string;
+    };
+    /**
+     * Release
+     * @description The operator let go of the target: with the held clutch on, the rig then holds.
+     */
+    Release: {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      type: "release";
     };
     /**
      * Reply
@@ -2072,10 +2058,10 @@ export interface components {
      */
     SeatPath: {
       /**
-       * Points
-       * @description [m]; empty: nothing.
+       * Lines
+       * @description Points of each line [m]; empty: nothing is shown.
        */
-      points: [number, number][];
+      lines: [number, number][][];
     };
     /**
      * Session
@@ -3426,7 +3412,7 @@ export interface operations {
           [name: string]: unknown;
         };
         content: {
-          "application/json": components["schemas"]["PlotLayout-Output"];
+          "application/json": components["schemas"]["PlotLayout"];
         };
       };
       /** @description Validation Error */
@@ -3451,7 +3437,7 @@ export interface operations {
     };
     requestBody: {
       content: {
-        "application/json": components["schemas"]["PlotLayout-Input"];
+        "application/json": components["schemas"]["PlotLayout"];
       };
     };
     responses: {
@@ -3461,7 +3447,7 @@ export interface operations {
           [name: string]: unknown;
         };
         content: {
-          "application/json": components["schemas"]["PlotLayout-Output"];
+          "application/json": components["schemas"]["PlotLayout"];
         };
       };
       /** @description Validation Error */
@@ -3646,6 +3632,7 @@ export interface operations {
       content: {
         "application/json":
           | components["schemas"]["Target"]
+          | components["schemas"]["Release"]
           | components["schemas"]["Presence"]
           | components["schemas"]["Ping"]
           | components["schemas"]["PlotChoice"];

@@ -19,7 +19,11 @@ export type ReferencePath = Schemas["ReferencePath"];
 export type Recording = Schemas["Recording"];
 export type RecordingState = Schemas["RecordingState"];
 export type PlotChannel = Schemas["PlotChannel"];
+export type PlotChoice = Schemas["PlotChoice"];
+export type PlotLayout = Schemas["PlotLayout"];
+export type Plot = PlotLayout["plots"][number];
 export type Health = Schemas["Health"];
+export type LoopHealth = Schemas["LoopHealth"];
 export type Event = Schemas["Event"];
 
 export type DrawingBody = Schemas["DrawingBody"];
@@ -40,7 +44,8 @@ export type FromServer =
   | Schemas["Pong"]
   | Schemas["Event"];
 
-export type FromBrowser = Schemas["Target"] | Schemas["Presence"] | Schemas["Ping"];
+export type FromBrowser =
+  Schemas["Target"] | Schemas["Release"] | Schemas["Presence"] | Schemas["Ping"] | PlotChoice;
 
 /** A point of the plane frame [m]. */
 export type Point = readonly [number, number];
