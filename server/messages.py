@@ -212,6 +212,12 @@ class Target(Model):
     start: bool = False
 
 
+class Release(Model):
+    """The operator let go of the target: with the held clutch on, the rig then holds."""
+
+    type: Literal["release"]
+
+
 class Presence(Model):
     """The operator's page is alive: a counter that only it advances, sent at 20 Hz while it holds the lease."""
 
@@ -227,4 +233,4 @@ class Ping(Model):
 
 
 FromServer = Annotated[Hello | Status | Reply | Refused | Pong | Event, Bounds(discriminator="type")]
-FromBrowser = Annotated[Target | Presence | Ping | PlotChoice, Bounds(discriminator="type")]
+FromBrowser = Annotated[Target | Release | Presence | Ping | PlotChoice, Bounds(discriminator="type")]

@@ -1,15 +1,21 @@
 """What was asked for in vain goes into the log: who asked, for what, and why not. Reading is not asking."""
 
-from typing import Any
-
 from fastapi import Request
 from fastapi.exceptions import RequestValidationError
+from pydantic import BaseModel
 
 from server.services import Services
 
 _READING = ("GET", "HEAD", "OPTIONS")
 _LONGEST = 200
 """Characters of a reason that are kept: it may quote what a stranger sent."""
+_NAME = 40
+
+
+class _Asked(BaseModel):
+    """The part of a command's body that names it, right or wrong."""
+
+    request: str
 
 
 async def note(request: Request, reason: str) -> None:
@@ -38,7 +44,10 @@ def _who(request: Request) -> str:
 
 async def _what(request: Request) -> str:
     """The rig's request by its own name, everything else by the name of its route."""
-    name = request.scope["route"].name.replace("_", " ")
-    body: Any = await request.json() if name == "command" and await request.body() else None
-    asked = body.get("request") if isinstance(body, dict) else None
-    return asked.replace("_", "-") if isinstance(asked, str) else name
+    name: str = request.scope["route"].name
+    if name == "command":
+        try:
+            name = _Asked.model_validate_json(await request.body()).request
+        except ValueError:
+            pass  # no JSON, or none that names a request
+    return name[:_NAME].replace("_", "-" if name == "e_stop" else " ")

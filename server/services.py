@@ -22,7 +22,9 @@ from server.operator import Operator
 from server.plots.layouts import Layouts
 from server.review import Review
 from server.rig import Rig
+from server.runs.results import Results
 from server.runs.runs import Runs
+from server.runs.tracker import Tracker
 from server.scene import Scene
 from server.settings import Secrets, ServerSettings, load_secrets, write_private
 from server.watch import Watch
@@ -45,10 +47,10 @@ class Services:
     review: Review
     scene: Scene
     events: EventLog
-    runs: Runs
     layouts: Layouts
     hub: Hub = field(init=False)
     watch: Watch = field(init=False)
+    runs: Runs = field(init=False)
     drawings: Drawings = field(init=False)
     settings_lock: asyncio.Lock = field(default_factory=asyncio.Lock)
     """Changes to the settings are merged one after another."""
@@ -59,6 +61,9 @@ class Services:
         self.drawings = Drawings(self.settings.state / "drawings")
         self.hub = Hub(self.history, self.status, self.status_key)
         self.watch = Watch(self.rig, self.history, self.lease, self.operator, self.events)
+        results = Results(self.settings.state / f"runs-{self.settings.rig}.json")
+        self.runs = Runs(Tracker(self.rig, self.operator), self.lease, self.recorder, self.events, results)
+        self.rig.listen(self.runs.inbox.put)
         self.events.listeners += [self.hub.tell, lambda event: self.recorder.events(event.text, event.level)]
 
     def require_lease(self, who: Identity) -> None:
@@ -93,7 +98,7 @@ class Services:
             health=self.health(),
             rig=self.rig.info,
             run=self.runs.state(),
-            result=next(iter(self.runs.results()), None),
+            result=self.runs.last(),
         )
 
     def status_key(self) -> object:
@@ -102,7 +107,12 @@ class Services:
         who = holder.id if holder else ""
         rig = (self.rig.boot(), self.rig.info.boot if self.rig.info else None)
         lease, viewers = (who, self.lease.clutch), len(self.hub.viewers)
-        return lease, self.operator.settings, recording.recording, recording.id, rig, viewers
+        return lease, self.operator.settings, recording.recording, recording.id, rig, viewers, self.runs.key()
+
+    def beat(self) -> None:
+        """What is looked at 60 times a second, with or without viewers."""
+        self.watch()
+        self.runs.look()
 
     def keep_settings(self) -> None:
         """Remember the rig's settings over a restart of this server; they are in force even where that fails."""
@@ -145,7 +155,6 @@ def open_services(settings: ServerSettings) -> Services:
         review=Review(store),
         scene=Scene(lambda: history.newest, rig.actuator, settings.light_scene),
         events=EventLog(),
-        runs=Runs(),
         layouts=Layouts(settings.state / "layouts"),
     )
 

@@ -3,7 +3,9 @@ import { lazy, Suspense } from "react";
 import { Banner } from "./panels/Banner";
 import { ControlPanel } from "./panels/ControlPanel";
 import { GainsPanel } from "./panels/GainsPanel";
+import { Guide } from "./panels/Guide";
 import { Header } from "./panels/Header";
+import { HealthPanel } from "./panels/HealthPanel";
 import { HealthStrip } from "./panels/HealthStrip";
 import { KeyHelp } from "./panels/KeyHelp";
 import { LogPanel } from "./panels/LogPanel";
@@ -11,6 +13,7 @@ import { Login } from "./panels/Login";
 import { RunPanel } from "./panels/RunPanel";
 import { Scene3D } from "./panels/Scene3D";
 import { SensingPanel } from "./panels/SensingPanel";
+import { Starting } from "./panels/Starting";
 import { useDashboard, usePage } from "./panels/context";
 import { useKeys } from "./panels/useKeys";
 import { PlanView } from "./plan/PlanView";
@@ -20,7 +23,7 @@ const Review = lazy(() => import("./panels/Review"));
 
 export function App() {
   const session = usePage((page) => page.session);
-  if (session === "unknown") return <Loader className="starting" />;
+  if (session === "unknown") return <Starting />;
   return session === "absent" ? <Login /> : <Bench />;
 }
 
@@ -40,6 +43,7 @@ function Bench() {
           setHelp(true);
         }}
       />
+      {view === "live" ? <Guide /> : null}
       <HealthStrip />
       <Live hidden={view !== "live"} />
       {view === "review" ? (
@@ -82,6 +86,7 @@ function Panels() {
         <Tabs.Tab value="run">Run</Tabs.Tab>
         <Tabs.Tab value="sensing">Sensing</Tabs.Tab>
         <Tabs.Tab value="gains">Gains</Tabs.Tab>
+        <Tabs.Tab value="health">Health</Tabs.Tab>
         <Tabs.Tab value="log">Log</Tabs.Tab>
       </Tabs.List>
       <Tabs.Panel value="control">
@@ -95,6 +100,9 @@ function Panels() {
       </Tabs.Panel>
       <Tabs.Panel value="gains">
         <GainsPanel />
+      </Tabs.Panel>
+      <Tabs.Panel value="health">
+        <HealthPanel />
       </Tabs.Panel>
       <Tabs.Panel value="log">
         <LogPanel />

@@ -14,7 +14,7 @@ from controller.modes import Request
 from server.channels import CHANNELS, columns_of
 from server.deps import Me, Parts
 from server.live import Viewer
-from server.messages import FromBrowser, Hello, Ping, Pong, Presence, Refused, Reply, Session, Target
+from server.messages import FromBrowser, Hello, Ping, Pong, Presence, Refused, Release, Reply, Session, Target
 from server.plots.feed import Feed
 from server.plots.messages import PlotChoice
 from server.services import Services
@@ -60,6 +60,8 @@ class Conversation:
                 self._present(message)
             case Target():
                 self._aim(message)
+            case Release():
+                self._let_go()
             case PlotChoice():
                 self._plot(message)
 
@@ -87,6 +89,11 @@ class Conversation:
         operator.present()
         asked = operator.request(Request.FOLLOW, at) if message.start else operator.move(at)
         asked.add_done_callback(lambda done: self._loop.call_soon_threadsafe(self._answer, message, done))
+
+    def _let_go(self) -> None:
+        lease = self._parts.lease
+        if lease.clutch and lease.holds(self._viewer.who):
+            self._parts.operator.request(Request.HOLD)
 
     def _answer(self, message: Target, done: "Future[CommandReply]") -> None:
         error = done.exception()

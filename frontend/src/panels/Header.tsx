@@ -135,7 +135,7 @@ function RecordButton() {
 
 function SchemeButton() {
   const { setColorScheme } = useMantineColorScheme();
-  const dark = useComputedColorScheme("dark") === "dark";
+  const dark = useComputedColorScheme("dark", { getInitialValueInEffect: false }) === "dark";
   return (
     <Tooltip label={dark ? "Light colours" : "Dark colours"}>
       <ActionIcon

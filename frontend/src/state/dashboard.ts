@@ -3,6 +3,7 @@ import { Connection } from "./connection";
 import { Drawing } from "./drawing";
 import { Planner } from "./drawingPlan";
 import { SavedDrawings } from "./drawingSaved";
+import { Gamepads } from "./gamepads";
 import { Live } from "./live";
 import { Operations, type Notify } from "./operations";
 import { rest } from "../api/rest";
@@ -24,11 +25,13 @@ export class Dashboard {
   readonly planner: Planner;
   readonly saved: SavedDrawings;
   readonly runs: Runs;
+  readonly gamepads: Gamepads;
   readonly connection: Connection;
 
   constructor(notify: Notify) {
     this.operations = new Operations(this.page, notify);
     this.aim = new Aim(this.live, this.page, this.operations, (message) => this.connection.send(message));
+    this.gamepads = new Gamepads(this);
     this.references = new References(this.page, rest, (title, error) => {
       this.operations.report(title, error);
     });

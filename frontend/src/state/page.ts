@@ -50,6 +50,8 @@ export interface Page {
   readonly log: readonly LogLine[];
   /** Why the last touch of the target did nothing; shown on the plan. */
   readonly hint: string;
+  /** Name of the gamepad that is heard, "" without one. */
+  readonly gamepad: string;
   /** Name that the next recording gets. */
   readonly recordingName: string;
 }
@@ -60,7 +62,7 @@ export const EMPTY_PAGE: Page = {
   session: "unknown",
   online: false,
   rigLive: false,
-  lease: { held: false, mine: false, holder: "" },
+  lease: { held: false, mine: false, holder: "", clutch: false },
   settings: null,
   recording: { recording: false, id: "", seconds: 0, rows: 0, gaps: 0, problem: "" },
   health: null,
@@ -77,16 +79,26 @@ export const EMPTY_PAGE: Page = {
   reachable: true,
   log: [],
   hint: "",
+  gamepad: "",
   recordingName: "",
 };
 
-const LOG_KEPT = 500;
+const LOG_KEPT = 1000;
 let lines = 0;
 
-/** The log with one line more, newest first. */
-export function withLine(log: readonly LogLine[], event: Event): readonly LogLine[] {
-  lines += 1;
-  return [{ ...event, key: lines }, ...log].slice(0, LOG_KEPT);
+/** The log with these lines too, newest first. A server that tells its log anew adds only what was missed. */
+export function withLines(log: readonly LogLine[], events: readonly Event[]): readonly LogLine[] {
+  const known = new Set(log.map(identity));
+  const fresh = events.filter((event) => !known.has(identity(event)));
+  if (fresh.length === 0) return log;
+  const keyed = fresh.map((event) => ({ ...event, key: (lines += 1) }));
+  return [...keyed.reverse(), ...log]
+    .toSorted((a, b) => Date.parse(b.time) - Date.parse(a.time))
+    .slice(0, LOG_KEPT);
+}
+
+function identity({ time, text }: Event): string {
+  return `${time} ${text}`;
 }
 
 /** `next`, or `old` itself when nothing in it changed: controls that follow it then stay as they are. */
