@@ -25,8 +25,8 @@ async def change_look(seat: SeatId, body: SeatLook, parts: Parts, who: Me) -> No
 @router.put("/api/scene/{seat}/path/{role}", status_code=204)
 async def change_path(seat: SeatId, role: Role, body: SeatPath, parts: Parts, who: Me) -> None:
     """Show a path in this view alone."""
-    points = np.array(body.points) if body.points else None
-    await asyncio.to_thread(parts.scene.seat(seat, who).show_path, role, points)
+    lines = [np.array(line) for line in body.lines]
+    await asyncio.to_thread(parts.scene.seat(seat, who).show_path, role, lines)
 
 
 @router.put("/api/scene/{seat}/playback")

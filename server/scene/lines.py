@@ -1,5 +1,6 @@
 """Lines in the scene: paths in dashes, and the trail of the tip. Colour and kind of line go with the role."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,18 +34,18 @@ LOOKS: dict[Role, Look] = {
 
 
 class Paths:
-    """At most one path for each role, `z` above the plane [m]."""
+    """One path, of any number of lines, for each role, `z` above the plane [m]."""
 
     def __init__(self, scene: viser.SceneApi, z: float) -> None:
         self._scene, self._z = scene, z
         self._shown: dict[Role, Any] = {}
 
-    def show(self, role: Role, points: Array | None) -> None:
-        """Show `points` (n,2) [m] in this role, joined by straight lines; None or fewer than two: nothing."""
+    def show(self, role: Role, lines: Sequence[Array]) -> None:
+        """Show in this role the lines through points (n,2) [m], and nothing else."""
         if (old := self._shown.pop(role, None)) is not None:
             old.remove()
         look = LOOKS[role]
-        ends = dashes(points, look) if points is not None else np.empty((0, 2, 2))
+        ends = np.concatenate([np.empty((0, 2, 2)), *(dashes(points, look) for points in lines)])
         if len(ends):
             self._shown[role] = _segments(self._scene, f"/path/{role}", raised(ends, self._z), look)
 

@@ -1,4 +1,4 @@
-"""The measured markers: full where the observer uses them, with an arrow of the residual; hollow where it does not."""
+"""The measured markers: large where the observer uses them, with an arrow of the residual; small and pale elsewhere."""
 
 from typing import Any
 
@@ -13,6 +13,8 @@ RESIDUAL_GAIN = 5.0
 """Residual arrows are drawn this many times as long as they are, as in the plan view."""
 SHORTEST = 1e-3
 """Shorter arrows are not drawn, nor smaller changes of one sent [m]."""
+USED, UNUSED = (MEASURED, 0.005), ((175, 222, 204), 0.0028)
+"""Colour and radius [m] of the balls."""
 STEP = (BACKBONE_POINTS - 1) // SENSORS
 
 
@@ -22,7 +24,7 @@ class Markers:
     def __init__(self, scene: viser.SceneApi, name: str, z: float) -> None:
         self._z = z
         self._balls = [
-            scene.add_icosphere(f"{name}{i + 1}", 0.005, MEASURED, subdivisions=1, wireframe=True, visible=False)
+            scene.add_icosphere(f"{name}{i + 1}", UNUSED[1], UNUSED[0], subdivisions=2, visible=False)
             for i in range(SENSORS)
         ]
         self._arrows = [_arrow(scene, f"{name}{i + 1}_residual") for i in range(SENSORS)]
@@ -39,8 +41,9 @@ class Markers:
         ball.visible = bool(np.isfinite(at).all())
         if ball.visible:
             ball.position = (at[0], at[1], self._z)
-        if ball.wireframe == used:
-            ball.wireframe, ball.subdivisions = not used, 3 if used else 1
+        color, radius = USED if used else UNUSED
+        if ball.radius != radius:
+            ball.color, ball.radius = color, radius
 
     def _place_arrow(self, arrow: Any, observed: Rows, measured: Rows, used: bool) -> None:
         """Its foot is a pose and in step with the body; its end may come an update later."""
@@ -54,8 +57,10 @@ class Markers:
 
 
 def _arrow(scene: viser.SceneApi, name: str) -> Any:
-    shape = {"shaft_radius": 0.0008, "head_radius": 0.0025, "head_length": 0.005}
-    return scene.add_arrows(name, _from_foot(0.01, 0.0), MEASURED, visible=False, **shape)
+    foot, radius = _from_foot(0.01, 0.0), 0.0008
+    return scene.add_arrows(
+        name, foot, MEASURED, shaft_radius=radius, head_radius=3 * radius, head_length=6 * radius, visible=False
+    )
 
 
 def _from_foot(x: float, y: float) -> np.ndarray[Any, np.dtype[np.float32]]:

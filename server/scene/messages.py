@@ -22,11 +22,14 @@ class SeatLook(Model):
     """Put the camera there; null leaves it where it is."""
 
 
+Line = Annotated[list[tuple[Coordinate, Coordinate]], Bounds(min_length=1, max_length=5000)]
+
+
 class SeatPath(Model):
     """Body of PUT /api/scene/{seat}/path/{role}: what the plan view beside it shows."""
 
-    points: Annotated[list[tuple[Coordinate, Coordinate]], Bounds(max_length=5000)]
-    """[m]; empty: nothing."""
+    lines: Annotated[list[Line], Bounds(max_length=100)]
+    """Points of each line [m]; empty: nothing is shown."""
 
 
 class PlaybackBody(Model):

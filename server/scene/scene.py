@@ -23,7 +23,7 @@ from server.channels import Rows
 from server.scene.body import Body
 from server.scene.camera import Camera, camera_of
 from server.scene.gizmo import Gizmo, Point, gizmo_point
-from server.scene.messages import Role, View
+from server.scene.messages import View
 from server.scene.playback import TRAIL
 from server.scene.seat import GROUND, Seat, Seats
 
@@ -77,11 +77,6 @@ class Scene:
     def gone(self, port: int) -> None:
         """The connection from this local port is closed."""
         self._entering.pop(port, None)
-
-    def show_path(self, role: Role, points: Array | None) -> None:
-        """Show everyone who looks now a path (n,2) [m] in this role; None: none."""
-        for seat in self._seats:
-            seat.show_path(role, points)
 
     def hold_gizmo(self, dragged: bool) -> None:
         """While the operator drags, the gizmo is theirs; else it follows the rig."""

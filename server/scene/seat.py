@@ -1,6 +1,7 @@
 """A seat: what one frame that shows the 3D view has for itself. Nobody else sees it, so it needs no lease."""
 
 import threading
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,7 @@ class Seat:
         self.scheme: Scheme = "dark"
         self.player: Player | None = None
         self._actuator = actuator
-        self._wished: dict[Role, Array] = {}
+        self._wished: dict[Role, Sequence[Array]] = {}
         self._client: Any = None
         self._paths: Paths | None = None
         self._screen: Screen | None = None
@@ -65,14 +66,12 @@ class Seat:
                 with self._client.atomic():
                     camera_of(view, self._actuator.length).aim(self._client.camera)
 
-    def show_path(self, role: Role, points: Array | None) -> None:
-        """Show a path in this role; None: none."""
+    def show_path(self, role: Role, lines: Sequence[Array]) -> None:
+        """Show lines through points (n,2) [m] in this role; none of them: nothing."""
         with self._lock:
-            self._wished.pop(role, None)
-            if points is not None:
-                self._wished[role] = points
+            self._wished[role] = lines
             if self._paths is not None:
-                self._paths.show(role, points)
+                self._paths.show(role, lines)
 
     def meet(self, actuator: Actuator) -> None:
         """The rig has another actuator."""
@@ -108,10 +107,10 @@ class Seat:
     def _lay_paths(self) -> None:
         if self._paths is not None:
             for role in self._wished:
-                self._paths.show(role, None)
+                self._paths.show(role, [])
         self._paths = Paths(self._client.scene, above(self._actuator))
-        for role, points in self._wished.items():
-            self._paths.show(role, points)
+        for role, lines in self._wished.items():
+            self._paths.show(role, lines)
 
 
 class Seats:
@@ -124,7 +123,7 @@ class Seats:
         self._seats: dict[str, Seat] = {}
         self._lock = threading.Lock()
 
-    def __iter__(self) -> Any:
+    def __iter__(self) -> Iterator[Seat]:
         with self._lock:
             return iter(list(self._seats.values()))
 

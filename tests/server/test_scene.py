@@ -41,7 +41,7 @@ def test_a_seat_shows_its_own_path_and_camera_and_belongs_to_one_session(server:
     mine, theirs = server.page().sign_in(), server.page().sign_in()
     eye = Eye(mine, SEAT)
     wait_for(lambda: clients(server) == 1, "the page in viser")
-    path = {"points": [[0.1, 0.0], [0.2, 0.0], [0.2, 0.1]]}
+    path = {"lines": [[[0.1, 0.0], [0.2, 0.0], [0.2, 0.1]], [[0.0, 0.1], [0.0, 0.2]]]}
     assert mine.put(f"/api/scene/{SEAT}/path/reference", json=path).status_code == 204
     eye.hear("LineSegmentsMessage", "/path/reference")
     assert mine.put(f"/api/scene/{SEAT}/look", json={"scheme": "light", "view": "oblique"}).status_code == 204

@@ -1,9 +1,18 @@
-import { ActionIcon, Button, Loader, Table, Tooltip, useComputedColorScheme } from "@mantine/core";
+import {
+  ActionIcon,
+  Button,
+  Loader,
+  SegmentedControl,
+  Table,
+  Tooltip,
+  useComputedColorScheme,
+} from "@mantine/core";
 import { IconArrowLeft, IconDownload, IconRefresh } from "@tabler/icons-react";
 import { useCallback, useEffect, useState } from "react";
 import { rest, viewerUrl } from "../api/rest";
 import type { Recording } from "../api/types";
 import { bytes, clock, DASH, localTime, wholeNumber } from "../state/format";
+import { Replay3D } from "./Replay3D";
 import { useDashboard, usePage } from "./context";
 
 /** The recordings, newest first; one opens in rerun's own viewer, inside the page. */
@@ -135,24 +144,16 @@ function Row({ row, running, onOpen }: RowProps) {
   );
 }
 
+type Sight = "plots" | "3d";
+
 interface ViewerProps {
   readonly recording: Recording;
   readonly onClose: () => void;
 }
 
+/** A recording: its signals in rerun, or its motion in 3D. */
 function Viewer({ recording, onClose }: ViewerProps) {
-  const scheme = useComputedColorScheme("dark");
-  const [ready, setReady] = useState(false);
-  useEffect(() => {
-    const hear = (event: MessageEvent<unknown>) => {
-      if (event.origin === window.location.origin && event.data === "READY") setReady(true);
-    };
-    window.addEventListener("message", hear);
-    return () => {
-      window.removeEventListener("message", hear);
-    };
-  }, []);
-  const renderer = new URLSearchParams(window.location.search).get("rerun_renderer");
+  const [sight, setSight] = useState<Sight>("plots");
   return (
     <main className="review">
       <div className="bar">
@@ -168,8 +169,40 @@ function Viewer({ recording, onClose }: ViewerProps) {
         <span className="bar-title">
           {recording.name || "unnamed"} · {localTime(recording.started)} · {clock(recording.seconds)}
         </span>
-        {ready ? null : <Loader size="xs" data-testid="viewer-loading" />}
+        <span className="spacer" />
+        <SegmentedControl
+          size="xs"
+          aria-label="Show the recording as"
+          data-testid="sight"
+          value={sight}
+          onChange={setSight}
+          data={[
+            { value: "plots", label: "Signals" },
+            { value: "3d", label: "3D" },
+          ]}
+        />
       </div>
+      {sight === "plots" ? <Signals recording={recording} /> : <Replay3D recording={recording} />}
+    </main>
+  );
+}
+
+function Signals({ recording }: { readonly recording: Recording }) {
+  const scheme = useComputedColorScheme("dark");
+  const [ready, setReady] = useState(false);
+  useEffect(() => {
+    const hear = (event: MessageEvent<unknown>) => {
+      if (event.origin === window.location.origin && event.data === "READY") setReady(true);
+    };
+    window.addEventListener("message", hear);
+    return () => {
+      window.removeEventListener("message", hear);
+    };
+  }, []);
+  const renderer = new URLSearchParams(window.location.search).get("rerun_renderer");
+  return (
+    <>
+      {ready ? null : <Loader size="xs" m="xs" data-testid="viewer-loading" />}
       <iframe
         className="viewer-frame"
         title="Recording in rerun"
@@ -177,6 +210,6 @@ function Viewer({ recording, onClose }: ViewerProps) {
         data-ready={ready}
         src={viewerUrl(window.location.origin, recording.id, scheme, renderer)}
       />
-    </main>
+    </>
   );
 }
