@@ -106,7 +106,7 @@ async def live_messages(body: FromBrowser) -> FromServer:  # type: ignore[empty-
 @contextlib.asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     services: Services = app.state.services
-    beat = asyncio.create_task(services.hub.run(services.watch))
+    beat = asyncio.create_task(services.hub.run(services.beat))
     try:
         yield
     finally:
