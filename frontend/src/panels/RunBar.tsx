@@ -3,7 +3,7 @@ import {
   IconInfinity,
   IconPlayerPause,
   IconPlayerPlay,
-  IconPlayerRecord,
+  IconPlayerRecordFilled,
   IconPlayerStop,
 } from "@tabler/icons-react";
 import { isUnderWay } from "../state/run";
@@ -105,7 +105,7 @@ function Start() {
           runs.store.patch({ record: !record });
         }}
       >
-        <IconPlayerRecord size={18} />
+        <IconPlayerRecordFilled size={16} color={record ? "#d3222a" : "currentColor"} />
       </Tool>
       <ControlButton
         control="run"

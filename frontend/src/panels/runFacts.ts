@@ -16,8 +16,8 @@ export const STATE_WORD: Record<RunState["state"], string> = {
 export function previewText({ rmse, max_error, saturated_share, broken_off }: Preview): string[] {
   if (broken_off !== "") return ["Would be broken off:", broken_off];
   return [
-    `Predicted RMSE ${millimetres(rmse, 2)}`,
-    `max ${millimetres(max_error, 2)}, saturated ${percent(saturated_share, 1)}`,
+    `RMSE ${millimetres(rmse, 2)}, max ${millimetres(max_error, 2)}`,
+    `predicted; saturated ${percent(saturated_share, 1)}`,
   ];
 }
 

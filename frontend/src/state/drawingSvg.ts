@@ -32,7 +32,7 @@ export function planePoint({ a, b, c, d, e, f }: Matrix, unit: number, x: number
   return [(a * x + c * y + e) * unit * 1e-3, -(b * x + d * y + f) * unit * 1e-3];
 }
 
-/** The outlines of an SVG file as strokes [m]. Nothing of the file enters the page. Throws ImportError. */
+/** The outlines of an SVG file as strokes [m]. Only bare geometry enters the page. Throws ImportError. */
 export function parseSvg(text: string): Point[][] {
   const file = new DOMParser().parseFromString(text, "image/svg+xml");
   const root = file.documentElement;
@@ -44,16 +44,27 @@ export function parseSvg(text: string): Point[][] {
   return strokes;
 }
 
-/** One stroke per subpath, sampled by the browser itself on a copy of the geometry. */
+/** One stroke per subpath, sampled by the browser itself on copies, which it must have in its page for that. */
 function strokesOf(shape: Element, unit: number): Point[][] {
   const matrix = transformOf(shape);
-  return copies(shape).map((copy) => {
-    const length = copy.getTotalLength();
-    const count = Math.min(POINTS_MAX, Math.max(1, Math.ceil((length * unit) / SPACING)));
-    return Array.from({ length: count + 1 }, (_, i) => {
-      const { x, y } = copy.getPointAtLength((i / count) * length);
-      return planePoint(matrix, unit, x, y);
-    });
+  const stage = document.createElementNS(SVG, "svg");
+  stage.style.position = "fixed";
+  stage.style.visibility = "hidden";
+  stage.append(...copies(shape));
+  document.body.append(stage);
+  const strokes = [...stage.children].map((copy) => sampled(copy as SVGGeometryElement, matrix, unit));
+  stage.remove();
+  return strokes;
+}
+
+function sampled(copy: SVGGeometryElement, matrix: Matrix, unit: number): Point[] {
+  const length = copy.getTotalLength();
+  if (length === 0) return [];
+  const scale = unit * Math.sqrt(Math.abs(matrix.a * matrix.d - matrix.b * matrix.c));
+  const count = Math.min(POINTS_MAX, Math.max(1, Math.ceil((length * scale) / SPACING)));
+  return Array.from({ length: count + 1 }, (_, i) => {
+    const { x, y } = copy.getPointAtLength((i / count) * length);
+    return planePoint(matrix, unit, x, y);
   });
 }
 

@@ -92,7 +92,7 @@ test("what cannot be run says why", () => {
 });
 
 test("a prediction and a result read in millimetres, without a lag where nothing is periodic", () => {
-  expect(previewText(preview)).toEqual(["Predicted RMSE 1.23 mm", "max 4.00 mm, saturated 5.0 %"]);
+  expect(previewText(preview)).toEqual(["RMSE 1.23 mm, max 4.00 mm", "predicted; saturated 5.0 %"]);
   expect(previewText({ ...preview, broken_off: "too fast" })[1]).toBe("too fast");
   const result = { id: 1, name: "vu", time: "", laps: 1, state: "done", reason: "", duration: 9, recording: null } as const; // prettier-ignore
   const numbers = { rmse: 1e-3, max_error: 2e-3, saturated_share: 0, on_time_share: 0.9999 };
