@@ -27,6 +27,8 @@ class Carried(NamedTuple):
 
     u: Array
     """(2,) torques of the first point [N m]."""
+    u_end: Array
+    """(2,) torques of the last point [N m]."""
     p: Array
     """(n, 2) [m], the path's own points where they are within reach, else the nearest."""
     distance: Array
@@ -106,7 +108,7 @@ def carried(smap: StaticMap, p: Array, begin: Array) -> Carried:
     out = distances >= TOLERANCE
     found = p.copy()
     found[out] = static_tips(smap, torques[out])
-    return Carried(begin, found, np.where(out, distances, 0.0), tuple(changes))
+    return Carried(begin, torques[-1], found, np.where(out, distances, 0.0), tuple(changes))
 
 
 def nearest(smap: StaticMap, p: Array) -> tuple[tuple[float, float], float]:

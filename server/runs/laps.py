@@ -8,8 +8,7 @@ import numpy as np
 from controller.actuator import Actuator
 from controller.build_rig import REFERENCE_ROWS
 from controller.errors import ParameterError
-from controller.kernels.follow import SEARCH_EVERY
-from controller.kernels.inverse import TOLERANCE, StaticMap, invert
+from controller.kernels.inverse import TOLERANCE, StaticMap
 from controller.kernels.rod import Array
 from controller.link import ENDLESS
 from controller.parameters import ControllerParameters, RigParameters
@@ -17,7 +16,7 @@ from controller.reference import library
 from controller.reference.approach import blended
 from controller.reference.reach import static_tips
 from controller.reference.reference import Reference
-from controller.reference.within_reach import projected
+from controller.reference.within_reach import Carried, projected
 
 APPROACH = 2000
 """Ticks from where the rig's reference is to the shape, and of the way back from its end to its start."""
@@ -93,16 +92,16 @@ def lap_of(reference: Reference, rig: RigParameters, laps: int | None) -> Lap:
     smap = static_map(rig.actuator, rig.controller)
     begin = min(reference.start, round(library.APPROACH / rig.controller.dt))
     lead, shape = reference.p[begin : reference.start], reference.p[reference.start :]
-    u = projected(smap, reference.p[begin:]).u
+    path = projected(smap, reference.p[begin:])
     period = period_rows(reference, len(shape), rig.controller.dt)
     way_back = np.empty((0, 2))
     if laps != 1 and period:
         shape = shape[:period]
     elif laps != 1 and not reference.steps:
-        shape, way_back = closed(smap, shape, last_torques(smap, lead, u))
+        shape, way_back = closed(smap, shape, path)
     _require_room(APPROACH + len(lead) + len(shape) + len(way_back), rig.controller.dt)
     frequencies = None if len(way_back) else frequencies_of(reference)
-    return Lap(reference.name, lead, np.vstack([shape, way_back]), len(way_back), u, frequencies)
+    return Lap(reference.name, lead, np.vstack([shape, way_back]), len(way_back), path.u, frequencies)
 
 
 def frequencies_of(reference: Reference) -> tuple[float, float] | None:
@@ -124,19 +123,11 @@ def period_rows(reference: Reference, rows: int, dt: float) -> int:
     return round(one * int(counts[off <= off.min() + ON_GRID][-1]))
 
 
-def closed(smap: StaticMap, p: Array, u: Array) -> tuple[Array, Array]:
-    """The path p (n, 2) [m] that begins at torques u (2,) [N m], and the way back from its end to its start."""
+def closed(smap: StaticMap, p: Array, path: Carried) -> tuple[Array, Array]:
+    """The path p (n, 2) [m], and the way back from its end to its start, which are those of `path`."""
     if np.linalg.norm(p[-1] - p[0]) < TOLERANCE:
         return p[:-1], np.empty((0, 2))
-    return p, blended(smap, last_torques(smap, p, u), u, APPROACH)[1:]
-
-
-def last_torques(smap: StaticMap, p: Array, u: Array) -> Array:
-    """Torques (2,) [N m] to which the tick's inverse comes at the end of p (n, 2) [m], from u on."""
-    u1, u2 = u
-    for i, (x, y) in enumerate(p):
-        u1, u2, _ = invert(smap, (x, y), (u1, u2), i % SEARCH_EVERY == 0)
-    return np.array([u1, u2])
+    return p, blended(smap, path.u_end, path.u, APPROACH)[1:]
 
 
 def first_leg(smap: StaticMap, lap: Lap, laps: int | None, u: Array) -> Leg:
