@@ -22,14 +22,17 @@ export function DrawPanel() {
   );
 }
 
-/** One line, always there: what keeps the drawing from being run, or what is made of it. */
+/** What keeps the drawing from being run, or what is made of it. */
 function Trouble() {
   const problem = useDrawing((state) => state.problem || (state.plan?.reason ?? ""));
   const empty = useDrawing((state) => sketchOf(state).pieces.length === 0);
-  const text = empty ? "Draw on the plan with the tools above it, write text, or import a file." : problem;
+  const idle = empty || problem === "";
+  const text = empty
+    ? "Draw on the plan with the tools above it, write text, or import a file."
+    : problem && `⚠ ${problem}`;
   return (
     <p
-      className={empty || !problem ? "note draw-trouble" : "out-of-reach draw-trouble"}
+      className={idle ? "note draw-trouble" : "out-of-reach draw-trouble"}
       role="status"
       data-testid="drawing-reason"
     >
@@ -48,6 +51,7 @@ function Manners() {
     <div className="row row-fields draw-manner">
       <NativeSelect
         size="xs"
+        w={146}
         label="Timing"
         data-testid="timing"
         value={timing.kind}
@@ -72,6 +76,7 @@ function Manners() {
       />
       <NativeSelect
         size="xs"
+        w={84}
         label="Outside"
         data-testid="outside"
         value={outside}

@@ -8,9 +8,11 @@ import { SketchLayer } from "./layer";
 import { gestureOf, type Gesture } from "./pens";
 import { PlanPointer, type PointerTarget } from "./pointer";
 import { reachQuads } from "./reach";
-import { boundingBox, fit, toPixel, toPlane, type Box, type Size, type View } from "./transform";
+import { boundingBox, fit, pan, toPixel, toPlane, type Box, type Size, type View } from "./transform";
 
 const FIT_MARGIN_PX = 26;
+/** Height of what stands over the top of the plan. */
+const TOOLS_PX = 30;
 const FIRST_BOX: Box = { left: -0.15, right: 0.27, bottom: -0.25, top: 0.25 };
 const BODY_WIDTH_M = 0.03;
 const HANDLE_EXTRA_PX = 7;
@@ -85,7 +87,8 @@ export class Plan implements PointerTarget {
   }
 
   fit(): void {
-    this.shown = fit(this.box, this.size, FIT_MARGIN_PX);
+    const { width, height } = this.size;
+    this.shown = pan(fit(this.box, { width, height: height - TOOLS_PX }, FIT_MARGIN_PX), 0, TOOLS_PX / 2);
     this.fitted = true;
     this.paperDirty = true;
   }

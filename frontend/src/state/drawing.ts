@@ -2,6 +2,7 @@ import type { DrawingBody, DrawingPlan, Point } from "../api/types";
 import { begun, recorded, redone, undone, type History } from "./drawingHistory";
 import {
   distance,
+  isSamePlace,
   pathOf,
   pieceOf,
   placed,
@@ -133,8 +134,9 @@ export class Drawing {
   }
 
   settle(): void {
-    const { draft } = this.store.get();
-    if (draft) this.record(draft);
+    const { draft, history } = this.store.get();
+    if (draft && isMoved(draft, history.present)) this.record(draft);
+    else this.abandon();
   }
 
   /** Forget a gesture that was broken off. */
@@ -214,6 +216,10 @@ export function returns(stroke: readonly Point[]): boolean {
   const [first, last] = [stroke.at(0), stroke.at(-1)];
   if (!first || !last) return false;
   return distance(first, last) < CLOSING && lengthOf(stroke) > 5 * CLOSING;
+}
+
+function isMoved(draft: Sketch, present: Sketch): boolean {
+  return draft.pieces.some((piece, i) => !isSamePlace(piece.placement, present.pieces[i].placement));
 }
 
 function lengthOf(stroke: readonly Point[]): number {

@@ -108,6 +108,10 @@ export function thinned<T>(values: readonly T[], most: number): T[] {
   return Array.from({ length: most }, (_, i) => values[Math.round(i * step)]);
 }
 
+export function isSamePlace(a: Placement, b: Placement): boolean {
+  return distance(a.centre, b.centre) < 1e-9 && a.angle === b.angle && a.scale === b.scale;
+}
+
 export function distance(a: Point, b: Point): number {
   return Math.hypot(a[0] - b[0], a[1] - b[1]);
 }
