@@ -52,7 +52,7 @@ export function ChartBox({ chart, onPainter, onGesture, children }: Props) {
           {listed.map(({ line, i }) => (
             <span key={line.key} className="chart-value" title={line.name}>
               {line.named ? (
-                <b style={{ color: line.colour }}>{line.name}</b>
+                <b style={{ borderColor: line.colour }}>{line.tag}</b>
               ) : (
                 <i className={`swatch swatch-${line.look}`} style={{ color: line.colour }} />
               )}

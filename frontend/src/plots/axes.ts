@@ -1,5 +1,8 @@
 import { plain } from "../state/format";
 
+/** Distances between marks of the time axis [s]: whole minutes where it is long. */
+export const TIME_STEPS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300];
+
 /** Decimals that tell apart a hundredth of the axis, so that a readout neither flickers nor hides a change. */
 export function digitsFor([low, high]: readonly [number, number]): number {
   return Math.max(0, Math.min(9, Math.ceil(-Math.log10((high - low) / 100) - 1e-9)));

@@ -8,6 +8,8 @@ export interface Line {
   readonly channel: number;
   /** As short as the other lines of the chart allow. */
   readonly name: string;
+  /** Shorter still: as the other named lines allow. */
+  readonly tag: string;
   readonly colour: string;
   readonly look: Look;
   /** Its name is written at its end: no role's colour and dash tells what it is. */
@@ -56,9 +58,13 @@ export function chartOf(plot: Plot, channels: readonly PlotChannel[]): Chart {
     key: channel.key,
     channel: channels.indexOf(channel),
     name: shortName(channel, found),
+    tag: shortName(
+      channel,
+      found.filter((_, j) => styles[j].named),
+    ),
   }));
   const title = plot.title === "" ? titleOf(found) : plot.title;
-  return { ...displayOf(found.at(0)?.unit ?? ""), title, fromZero: found.every(isMagnitude), lines };
+  return { ...displayOf(found.at(0)?.unit ?? "1"), title, fromZero: found.every(isMagnitude), lines };
 }
 
 function stylesOf(found: readonly PlotChannel[]): (Style & { named: boolean })[] {
@@ -78,6 +84,7 @@ function stylesOf(found: readonly PlotChannel[]): (Style & { named: boolean })[]
 }
 
 function shortName(channel: PlotChannel, all: readonly PlotChannel[]): string {
+  if (all.length === 1) return labelOf(channel);
   if (channel.name !== "" && all.every(({ group }) => group === channel.group)) return channel.name;
   if (all.every(({ name }) => name === channel.name)) return channel.group;
   return labelOf(channel);

@@ -1,7 +1,7 @@
 import uPlot from "uplot";
 import { DASH, plain } from "../state/format";
 import type { Ink } from "../roles";
-import { digitsFor, numberLabels, secondsLabels, timeLabel } from "./axes";
+import { digitsFor, numberLabels, secondsLabels, TIME_STEPS, timeLabel } from "./axes";
 import type { Chart, Line } from "./charts";
 import { Gestures, type Gesture } from "./gestures";
 import { Readout, write } from "./readout";
@@ -122,7 +122,7 @@ export class ChartPainter {
         x: { time: false, range: () => [this.shown.from, this.shown.to] },
         y: { range: () => this.range },
       },
-      axes: [this.axis(18, secondsLabels), this.axis(40, numberLabels)],
+      axes: [{ ...this.axis(18, secondsLabels), incrs: TIME_STEPS }, this.axis(40, numberLabels)],
       series: [{}, ...this.chart.lines.map(seriesOf)],
       hooks: {
         setCursor: [
@@ -171,22 +171,22 @@ export class ChartPainter {
     ctx.font = `${10 * devicePixelRatio}px system-ui, sans-serif`;
     ctx.textAlign = "right";
     let taken = Infinity;
-    for (const { name, colour, y } of this.lineEnds()) {
+    for (const { tag, colour, y } of this.lineEnds()) {
       const at = Math.min(y, taken - 10 * devicePixelRatio);
       taken = at;
       ctx.fillStyle = colour;
-      ctx.fillText(name, bbox.left + bbox.width - 3, at - 2);
+      ctx.fillText(tag, bbox.left + bbox.width - 3, at - 2);
     }
     ctx.restore();
   }
 
   /** Named lines from the lowest on the screen to the highest. */
-  private lineEnds(): { name: string; colour: string; y: number }[] {
+  private lineEnds(): { tag: string; colour: string; y: number }[] {
     return this.chart.lines
       .flatMap((line, i) => {
         const value = this.data.series[i].at(-1);
         if (!line.named || typeof value !== "number") return [];
-        return [{ name: line.name, colour: line.colour, y: this.plot.valToPos(value, "y", true) }];
+        return [{ tag: line.tag, colour: line.colour, y: this.plot.valToPos(value, "y", true) }];
       })
       .sort((a, b) => b.y - a.y);
   }

@@ -17,6 +17,17 @@ export interface Layouts {
   readonly forget: (name: string) => Promise<void>;
 }
 
+/** Names of the saved layouts, and the one that was used last; the default one where the server does not say. */
+async function remembered(): Promise<[string[], PlotLayout]> {
+  try {
+    const names = await rest.layouts();
+    const last = names.includes(LAST) ? await rest.layout(LAST) : DEFAULT_LAYOUT;
+    return [names.filter((name) => name !== LAST), last];
+  } catch {
+    return [[], DEFAULT_LAYOUT];
+  }
+}
+
 /** The layout in use and those kept on the server for this browser. What is in use is kept by itself. */
 export function useLayout(): Layouts {
   const { operations } = useDashboard();
@@ -24,13 +35,11 @@ export function useLayout(): Layouts {
   const [kept, setKept] = useState<PlotLayout | null>(null);
   const [names, setNames] = useState<readonly string[]>([]);
   useEffect(() => {
-    void Promise.all([rest.layouts().catch(() => []), rest.layout(LAST).catch(() => DEFAULT_LAYOUT)]).then(
-      ([known, last]) => {
-        setNames(known.filter((name) => name !== LAST));
-        setLayout(last);
-        setKept(last);
-      },
-    );
+    void remembered().then(([known, last]) => {
+      setNames(known);
+      setLayout(last);
+      setKept(last);
+    });
   }, []);
   useEffect(() => {
     if (layout === null || layout === kept) return;
