@@ -62,7 +62,7 @@ class Runs:
         async with self._lock:
             run = self._require_run()
             if not run.moving:
-                raise CommandRefused(f"refused: run {run.about.id} is {run.phase}")
+                raise CommandRefused(f"run {run.about.id} is {run.phase}")
             run.ask("paused", f"by {who.name}")
             await self._halt(run)
             if run.phase == "paused":
@@ -74,7 +74,7 @@ class Runs:
         async with self._lock:
             run = self._require_run()
             if run.phase != "paused":
-                raise CommandRefused(f"refused: run {run.about.id} is not paused")
+                raise CommandRefused(f"run {run.about.id} is not paused")
             smap, about = _map(self._tracker.require_ready().parameters), run.about
             leg = next_leg(smap, about.lap, about.laps, await self._tracker.hold(), run.left)
             await self._track(leg)
@@ -173,12 +173,12 @@ class Runs:
     def _require_free(self) -> None:
         run = self._run
         if run is not None and not run.ended:
-            raise CommandRefused(f"refused: run {run.about.id} ({run.about.lap.name}) is {run.phase}; stop it first")
+            raise CommandRefused(f"run {run.about.id} ({run.about.lap.name}) is {run.phase}; stop it first")
 
     def _require_run(self) -> Run:
         self._look()
         if self._run is None or self._run.ended:
-            raise CommandRefused("refused: no run is under way")
+            raise CommandRefused("no run is under way")
         return self._run
 
     def _recording(self) -> str | None:

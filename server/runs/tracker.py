@@ -36,7 +36,7 @@ class Tracker:
         if (mode := Mode(int(newest["mode"]))) not in LIVE:
             raise CommandRefused(refused_text(Request.TRACK, mode, Cause.WRONG_MODE))
         if self._operator.settings.law == Law.OPEN_LOOP:
-            raise CommandRefused("refused: in open loop no reference is followed; choose a law with feedforward")
+            raise CommandRefused("in open loop no reference is followed; choose a law with feedforward")
         return info
 
     @property
