@@ -112,10 +112,7 @@ def test_without_its_operator_a_run_is_broken_off_and_nothing_goes_on_by_itself(
 def test_what_cannot_be_run_is_refused_with_its_reason(server: TestServer) -> None:
     page = server.operator()
     vented = page.post("/api/run", json=ring(1.0))
-    assert (vented.status_code, vented.json()["detail"]) == (
-        409,
-        "refused: TRACK is not possible in VENTED; arm first",
-    )
+    assert vented.status_code == 409 and vented.json()["detail"].endswith("is not possible in VENTED; arm first")
     viewer = server.page().sign_in()
     assert viewer.post("/api/run", json=ring(1.0)).status_code == 403
     assert viewer.post("/api/run/stop").status_code == 403
