@@ -16,6 +16,7 @@ from server.messages import FromBrowser, FromServer
 from server.routes import (
     command,
     drawings,
+    faults,
     layouts,
     lease,
     live,
@@ -49,6 +50,7 @@ _PARTS = (
     live,
     page,
     rerun,
+    faults,
     scene,
     proxy,
 )

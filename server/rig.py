@@ -5,7 +5,7 @@ from collections.abc import Callable
 from controller.actuator import Actuator
 from controller.kernels.rod import Array
 from controller.link import RigClient
-from controller.messages import Command, CommandReply, RigInfo
+from controller.messages import Command, CommandReply, RigInfo, TwinFaults
 from controller.parameters import RigParameters
 from server.channels import Rows
 from server.history import History
@@ -58,6 +58,10 @@ class Rig:
     def plan(self, points: Array, again: int, ticks: int) -> None:
         """Give the rig the reference of its next TRACK run; see `RigClient.plan`."""
         self._link.plan(points, again, ticks)
+
+    def faults(self, wanted: TwinFaults | None = None) -> TwinFaults:
+        """Inject faults into the twin's sensing; None only asks. Those in force; see `RigClient.faults`."""
+        return self._link.faults(wanted)
 
     def listen(self, on_rows: Callable[[Rows], None]) -> None:
         """Give every row from now on to `on_rows` too, in the link's thread."""

@@ -17,7 +17,7 @@ from controller.errors import LayoutMismatch, ParameterError, RigUnreachable
 from controller.layout import layout_hash, record_dtype, require_same_layout, to_record
 from controller.link.keys import Keys, open_session
 from controller.link.stream import RowStream
-from controller.messages import Command, CommandReply, RigInfo, Telemetry
+from controller.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults
 
 log = logging.getLogger(__name__)
 
@@ -123,6 +123,11 @@ class RigClient:
         payload = words.tobytes() + np.ascontiguousarray(points, np.float64).tobytes()
         answer = self._ask(self._keys.reference, payload, PLAN_TIMEOUT)
         return int.from_bytes(answer, "little")
+
+    def faults(self, wanted: TwinFaults | None = None) -> TwinFaults:
+        """Inject faults into the twin's sensing; None only asks. Those in force; ParameterError on hardware."""
+        payload = wanted.model_dump_json().encode() if wanted else b""
+        return TwinFaults.model_validate_json(self._ask(self._keys.faults, payload))
 
     def close(self) -> None:
         """End the connection; no callback comes after this."""

@@ -46,6 +46,11 @@ class Keys:
         """
         return f"tendril/{self.rig}/reference"
 
+    @property
+    def faults(self) -> str:
+        """Queryable: TwinFaults as JSON to inject, or nothing -> TwinFaults as JSON, those in force."""
+        return f"tendril/{self.rig}/faults"
+
     def alive(self, boot: str) -> str:
         """Liveliness token of one life of the rig process; "*" for any."""
         return f"tendril/{self.rig}/alive/{boot}"

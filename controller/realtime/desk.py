@@ -6,9 +6,10 @@ import time
 import numpy as np
 
 from controller.errors import CommandRefused, ParameterError
+from controller.kernels.faults import Faults
 from controller.kernels.memory import Control
 from controller.layout import to_record
-from controller.messages import Command, CommandReply, RigInfo
+from controller.messages import Command, CommandReply, RigInfo, TwinFaults
 from controller.modes import Cause, Mode, Request
 from controller.realtime.compiled import Words
 from controller.realtime.mailbox import post, words
@@ -36,11 +37,13 @@ NEXT_STEPS = {
 class Desk:
     """Serves the link (RigService) with the loop's mailbox and ring."""
 
-    def __init__(self, info: RigInfo, ring: Ring, commands: Words, control: Control) -> None:
+    def __init__(self, info: RigInfo, ring: Ring, commands: Words, control: Control, faults: Faults | None) -> None:
+        """`faults` of the twin in the loop's memory; None on hardware."""
         self._info = info
         self._ring = ring
         self._commands = commands
         self._control = control
+        self._faults, self._injected = faults, TwinFaults()
         self._one_at_a_time = threading.Lock()
 
     def info(self) -> RigInfo:
@@ -90,6 +93,17 @@ class Desk:
             self._control.reference[: len(points)] = points
             self._control.plan[0] = len(points), again, ticks
         return len(points)
+
+    def faults(self, wanted: TwinFaults | None) -> TwinFaults:
+        """Inject faults into the twin's sensing, None changes nothing; those in force. Refused on hardware."""
+        if self._faults is None:
+            raise CommandRefused("refused: faults can be injected into the twin only, and this rig is hardware")
+        with self._one_at_a_time:
+            if wanted is not None:
+                self._faults.values[:] = wanted.noise, wanted.sample_loss, wanted.marker_loss
+                self._faults.rods[0] = wanted.rods
+                self._injected = wanted
+            return self._injected
 
     def _row_after(self, t_ns: int) -> np.void | None:
         """The newest row of a tick that began after t_ns, or None in time."""

@@ -144,7 +144,8 @@ class RigProcess:
             twin=self._driver.simulated,
             parameters=self.settings.parameters,
         )
-        return Desk(info, self.ring, self.memory.commands, self._rig.control)
+        faults = self._driver.twin.faults if self._driver.simulated else None
+        return Desk(info, self.ring, self.memory.commands, self._rig.control, faults)
 
     def _say_ready(self, endpoint: str) -> None:
         log.info("rig %s ready on %s, %s", self.settings.rig, endpoint, self.policy)

@@ -12,7 +12,7 @@ from controller.errors import LayoutMismatch, ParameterError, RigUnreachable
 from controller.layout import layout_hash, record_dtype, to_record
 from controller.link import ENDLESS, RigClient, RigEnd
 from controller.link.keys import Keys, open_session
-from controller.messages import Command, CommandReply, RigInfo, Telemetry
+from controller.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults
 from controller.modes import Cause, Mode
 from controller.parameters import RigParameters
 from controller.realtime.settings import free_port
@@ -28,6 +28,7 @@ class FakeRig:
         self.kept = self.replays = 0
         self.layout = layout or layout_hash(Command, Telemetry)
         self.boot = boot
+        self.injected = TwinFaults()
         self.session = open_session(listen=endpoint)
         self.end = RigEnd(self.session, "fake", boot, self)
 
@@ -53,6 +54,10 @@ class FakeRig:
     def plan(self, points: np.ndarray, again: int, ticks: int) -> int:
         self.planned = (points.shape, again, ticks)
         return len(points)
+
+    def faults(self, wanted: TwinFaults | None) -> TwinFaults:
+        self.injected = wanted or self.injected
+        return self.injected
 
     def publish(self, first: int, end: int) -> None:
         self.end.publish(self.rows[first:end])

@@ -576,6 +576,30 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/twin/faults": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Faults
+     * @description What is injected now; 409 on hardware.
+     */
+    get: operations["read_faults"];
+    /**
+     * Inject Faults
+     * @description Inject from the next sample on; 409 on hardware.
+     */
+    put: operations["inject_faults"];
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/scene/{seat}/look": {
     parameters: {
       query?: never;
@@ -1187,14 +1211,25 @@ export interface components {
     Integrator: 0 | 1;
     /**
      * Lag
-     * @description A pressure loop as dead time and first-order lag [s]; `explained` is the share of its motion that this gives.
+     * @description The pressure loops as dead time and first-order lag [s].
      */
     Lag: {
       /** Dead Time */
       dead_time: number;
-      /** Time Constant */
-      time_constant: number;
-      /** Explained */
+      /**
+       * Filling
+       * @description Time constant while the pressure is below the command; null where that was not seen.
+       */
+      filling: number | null;
+      /**
+       * Exhausting
+       * @description The same above it.
+       */
+      exhausting: number | null;
+      /**
+       * Explained
+       * @description Share of the pressures' motion that these numbers give.
+       */
       explained: number;
     };
     /**
@@ -2328,6 +2363,66 @@ export interface components {
        * @default []
        */
       products: number[][];
+    };
+    /**
+     * TwinFaults
+     * @description What is injected into the twin's markers beside its own noise; off with every life of the rig.
+     */
+    "TwinFaults-Input": {
+      /**
+       * Noise
+       * @description Added standard deviation of each coordinate.
+       * @default 0
+       */
+      noise: number;
+      /**
+       * Sample Loss
+       * @description Probability that a sample of all markers is lost.
+       * @default 0
+       */
+      sample_loss: number;
+      /**
+       * Marker Loss
+       * @description Probability that a marker is not seen in a sample.
+       * @default 0
+       */
+      marker_loss: number;
+      /**
+       * Rods
+       * @description Bit i-1 set: noise and loss of markers meet rod i.
+       * @default 1023
+       */
+      rods: number;
+    };
+    /**
+     * TwinFaults
+     * @description What is injected into the twin's markers beside its own noise; off with every life of the rig.
+     */
+    "TwinFaults-Output": {
+      /**
+       * Noise
+       * @description Added standard deviation of each coordinate.
+       * @default 0
+       */
+      noise: number;
+      /**
+       * Sample Loss
+       * @description Probability that a sample of all markers is lost.
+       * @default 0
+       */
+      sample_loss: number;
+      /**
+       * Marker Loss
+       * @description Probability that a marker is not seen in a sample.
+       * @default 0
+       */
+      marker_loss: number;
+      /**
+       * Rods
+       * @description Bit i-1 set: noise and loss of markers meet rod i.
+       * @default 1023
+       */
+      rods: number;
     };
     /**
      * TwinParameters
@@ -3478,6 +3573,59 @@ export interface operations {
           [name: string]: unknown;
         };
         content?: never;
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  read_faults: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["TwinFaults-Output"];
+        };
+      };
+    };
+  };
+  inject_faults: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["TwinFaults-Input"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["TwinFaults-Output"];
+        };
       };
       /** @description Validation Error */
       422: {
