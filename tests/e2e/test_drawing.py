@@ -8,13 +8,13 @@ from controller.modes import Mode
 from tests.e2e.product import frame, pixels_of, shot, wait_until
 
 AMBER, PINK, VERMILION = (0xE6, 0x9F, 0x00), (0xCC, 0x79, 0xA7), (0xD5, 0x5E, 0x00)
-ARCH_MM = [(40.0 + 60.0 * math.cos(s / 12), 150.0 + 60.0 * math.sin(s / 12)) for s in range(38)]
-"""From the right over the top, where it leaves the reach, to the left."""
+LOOP_MM = [(200.0 - 45.0 * math.cos(s / 6), 110.0 + 25.0 * math.sin(s / 6)) for s in range(38)]
+"""Once round; its right end is out of reach."""
 
 
 def drawn(page: Page, colour: tuple[int, int, int]) -> int:
-    """Pixels of this colour below the legend and right of the labels."""
-    (x0, y0), (x1, y1) = (page.evaluate(f"window.__tendril.toPixel({x}, {y})") for x, y in [(-60, 220), (130, 110)])
+    """Pixels of this colour about the loop."""
+    (x0, y0), (x1, y1) = (page.evaluate(f"window.__tendril.toPixel({x}, {y})") for x, y in [(140, 140), (260, 80)])
     return len(pixels_of(page, colour, {"x": x0, "y": y0, "width": x1 - x0, "height": y1 - y0}))
 
 
@@ -38,11 +38,11 @@ def test_a_drawing_is_judged_previewed_saved_loaded_and_run(page: Page) -> None:
     page.get_by_test_id("lease-take").click()
     page.get_by_test_id("arm").click()
     page.get_by_test_id("tool-freehand").click()
-    draw(page, ARCH_MM)
+    draw(page, LOOP_MM)
     page.get_by_role("tab", name="Run").click()
     page.get_by_test_id("timing").select_option("duration")
-    page.get_by_test_id("duration").fill("2")
-    wait_until(lambda: fact(page, "Duration") == "2.0 s", 5.0)
+    page.get_by_test_id("duration").fill("3")
+    wait_until(lambda: fact(page, "Duration") == "3.0 s", 5.0)
     assert float(fact(page, "Out of reach").split()[0]) > 5.0
     expect(page.get_by_test_id("drawing-reason")).to_contain_text("out of reach")
     assert drawn(page, VERMILION) > 20, "what is out of reach is red"
@@ -53,7 +53,7 @@ def test_a_drawing_is_judged_previewed_saved_loaded_and_run(page: Page) -> None:
     wait_until(lambda: drawn(page, PINK) > 50, 5.0)
     shot(page, "drawing-previewed")
 
-    page.get_by_test_id("drawing-name").fill("Arch")
+    page.get_by_test_id("drawing-name").fill("Loop")
     page.get_by_test_id("save-drawing").click()
     expect(page.get_by_test_id("saved-drawings")).to_contain_text("1")
     page.reload()
@@ -61,7 +61,7 @@ def test_a_drawing_is_judged_previewed_saved_loaded_and_run(page: Page) -> None:
     page.get_by_text("Drawing", exact=True).click()
     page.get_by_test_id("saved-drawings").click()
     page.get_by_test_id("saved-drawing").click()
-    wait_until(lambda: fact(page, "Duration") == "2.0 s", 5.0)
+    wait_until(lambda: fact(page, "Duration") == "3.0 s", 5.0)
     assert drawn(page, AMBER) > 50
 
     page.get_by_test_id("run").click()
