@@ -13,6 +13,8 @@ from server.channels import Rows
 
 PHASE_ROWS = 100_000
 """So many of the last ticks give the phase lag."""
+SEEN_MIN = 0.9
+"""There is none where the marker was seen in a smaller share of them."""
 
 
 @dataclass(frozen=True)
@@ -86,10 +88,18 @@ class Tally:
             self._actual.popleft()
 
     def _lags(self) -> dict[str, float]:
-        """Phase lags [deg] where there are any; a marker that was lost leaves none."""
+        """Phase lags [deg] where there are any."""
         if not self._wanted:
             return {}
         wanted = Reference("", np.vstack(self._wanted), 0, frequency=1.0, axis_frequencies=self._frequency)
-        actual = np.vstack(self._actual)
-        found = lags(wanted, actual) if np.isfinite(actual).all() else {}
+        actual = mended(np.vstack(self._actual))
+        found = {} if actual is None else lags(wanted, actual)
         return {name: lag for name, lag in found.items() if math.isfinite(lag)}
+
+
+def mended(p: Array) -> Array | None:
+    """The path p (n, 2) [m] with straight lines where it is nan; None where too much of it is."""
+    rows, seen = np.arange(len(p)), np.isfinite(p).all(axis=1)
+    if np.mean(seen) < SEEN_MIN:
+        return None
+    return np.column_stack([np.interp(rows, rows[seen], p[seen, j]) for j in range(2)])

@@ -164,5 +164,12 @@ def test_a_tick_without_its_marker_has_no_error_but_a_run_without_any_has_none_a
     tally.add(p_ref + 2.0 / 3.0 * OFF, rows)
     assert tally.rmse == pytest.approx(2e-3)
     assert tally.figures().lag_deg_x is None
+    half, most = Tally((1.0, 1.0)), Tally((1.0, 1.0))
+    half.add(p_ref, rows)
+    assert half.figures().lag_deg_x is None
+    p_ref, rows = circle(1.0, 0.1, 1000)
+    rows["p_meas"][400:450] = np.nan
+    most.add(p_ref, rows)
+    assert most.figures().lag_deg_x == pytest.approx(math.degrees(0.1), abs=0.1)
     blind = Tally(None)
     assert blind.figures().rmse is blind.figures().saturated_share is blind.figures().on_time_share is None

@@ -68,7 +68,8 @@ def test_a_run_is_paused_resumed_and_finished_and_its_result_is_that_of_its_rows
         assert [word.strip(",") for word in told] == ["started", "paused", "resumed", "done"]
     judged = shape(np.concatenate(batches))
     error = np.linalg.norm(judged["p_ref"] - judged["p_meas"], axis=1)
-    assert len(judged) == 3000
+    assert len(error) == 3000
+    error = error[np.isfinite(error)]  # on a machine that is busy the camera may be late
     assert result["rmse"] == pytest.approx(np.sqrt(np.mean(error**2)), rel=1e-6)
     assert result["max_error"] == pytest.approx(error.max(), rel=1e-6)
     assert result["saturated_share"] == np.mean(judged["saturated"])
