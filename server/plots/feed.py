@@ -9,7 +9,7 @@ from server.history import Bins, History
 from server.messages import Kind
 
 CHUNK = 2048
-"""Bins in one message at most: the past comes in pieces, and what is urgent passes between them."""
+"""Bins in one message at most, 33 s: the past comes in pieces, and what is urgent passes between them."""
 
 
 class Feed:
@@ -19,36 +19,44 @@ class Feed:
         self._history = history
         self._columns: list[int] = []
         self._cursor = 0
-        self._past: deque[tuple[list[int], int, int]] = deque()
+        self._past: deque[tuple[list[int], int]] = deque()
 
     def choose(self, columns: list[int], since: float | None) -> None:
-        """Follow these channels from now on; of those that are new the past is sent too, bins after `since` first."""
+        """Follow these channels from now on; of those that are new the past comes too, the newest of it first.
+
+        Of a viewer's first choice only the bins after `since` are its past.
+        """
         fresh = [column for column in columns if column not in self._columns]
         if not self._columns:
-            self._cursor = 0 if since is None else self._history.bin_at(since)
+            recent = max(0, self._history.bin_stop - CHUNK)
+            self._cursor = recent if since is None else self._history.bin_at(since)
             self._past.clear()
-        elif fresh:
-            self._past.append((fresh, 0, self._cursor))
+        if fresh and (since is None or self._columns):
+            self._past.append((fresh, self._cursor))
         self._columns = columns
 
     @property
     def behind(self) -> bool:
         """Whether there is more to send at once."""
-        return bool(self._past) or (bool(self._columns) and self._cursor < self._history.bin_stop)
+        return bool(self._past) or self._lacks_new
 
     def next(self) -> bytes | None:
         """The next PLOT message; None while the viewer has everything."""
-        if self._past:
-            columns, start, stop = self._past.popleft()
-            bins = self._history.bins(start, stop, columns, CHUNK)
-            if len(bins.t) and bins.stop < stop:
-                self._past.appendleft((columns, bins.stop, stop))
-        elif self.behind:
+        if self._lacks_new:
             bins = self._history.bins(self._cursor, self._history.bin_stop, self._columns, CHUNK)
             self._cursor = bins.stop
-        else:
-            return None
-        return encode_plot(bins)
+            return encode_plot(bins)
+        while self._past:
+            columns, stop = self._past.popleft()
+            bins = self._history.bins(stop - CHUNK, stop, columns)
+            if len(bins.t):
+                self._past.appendleft((columns, bins.first))
+                return encode_plot(bins)
+        return None
+
+    @property
+    def _lacks_new(self) -> bool:
+        return bool(self._columns) and self._cursor < self._history.bin_stop
 
 
 def encode_frame(newest: Rows) -> bytes:

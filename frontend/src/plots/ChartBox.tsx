@@ -51,11 +51,8 @@ export function ChartBox({ chart, onPainter, onGesture, children }: Props) {
         <span className="chart-values">
           {listed.map(({ line, i }) => (
             <span key={line.key} className="chart-value" title={line.name}>
-              {line.named ? (
-                <b style={{ borderColor: line.colour }}>{line.tag}</b>
-              ) : (
-                <i className={`swatch swatch-${line.look}`} style={{ color: line.colour }} />
-              )}
+              <i className={`swatch swatch-${line.look}`} style={{ color: line.colour }} />
+              {line.named ? <b>{line.tag}</b> : null}
               <span
                 className="number"
                 ref={(element) => {

@@ -71,6 +71,28 @@ test("the past of a channel that is chosen later comes later, and lands in its p
   expect(ring.since).toBe(10);
 });
 
+test("a page whose channels changed while it was offline begins anew", () => {
+  const ring = ringOf(10);
+  ring.push(bins(range(0, 5), (t) => t));
+  ring.choose([0, 1]);
+  ring.reconnect();
+  ring.push(bins(range(200, 203), (t) => t));
+  expect(timesOf(ring)).toEqual([200, 201, 202]);
+});
+
+test("the past comes after the present, piece by piece backwards, until the ring is full", () => {
+  const ring = ringOf(10);
+  ring.push(bins(range(100, 104), (t) => t));
+  ring.push(bins(range(97, 100), (t) => t));
+  ring.push(bins([104], (t) => t));
+  expect(timesOf(ring)).toEqual(range(97, 105));
+  ring.push(bins(range(90, 97), (t) => t));
+  expect(timesOf(ring)).toEqual(range(95, 105));
+  expect(lowsOf(ring, 0)).toEqual(range(95, 105));
+  ring.push(bins([105], (t) => t));
+  expect(lowsOf(ring, 0)).toEqual(range(96, 106));
+});
+
 test("a channel that is no longer chosen is dropped, and one that nobody chose is not kept", () => {
   const ring = ringOf(8);
   ring.push(bins([1, 2], (t) => t));

@@ -14,15 +14,17 @@ interface Column {
 export class Ring {
   private readonly t: Float64Array;
   private readonly columns = new Map<number, Column>();
-  /** Own numbers of the oldest bin and of the next one; `shift` is own minus server's number, nan when not known. */
-  private begin = 0;
-  private end = 0;
+  /** Own numbers of the oldest bin and of the next one, never so small that the past could make them negative. */
+  private begin: number;
+  private end: number;
+  /** Own minus server's number, nan when not known. */
   private shift = NaN;
   /** Rises when bins change that were there before. */
   version = 0;
 
   constructor(readonly capacity: number) {
     this.t = new Float64Array(capacity);
+    this.begin = this.end = capacity;
   }
 
   get length(): number {
@@ -47,8 +49,9 @@ export class Ring {
     for (const column of this.columns.values()) column.filled = false;
   }
 
-  /** The server's numbers may be others from now on. */
+  /** The server's numbers may be others from now on; where it must send everything, nothing old is in the way. */
   reconnect(): void {
+    if (this.since === null) this.clear();
     this.shift = NaN;
   }
 
@@ -64,6 +67,7 @@ export class Ring {
     const first = this.numberOf(bins);
     if (first < this.end) this.version += 1;
     for (let i = 0; i < bins.t.length; i++) if (first + i >= this.end) this.append(bins.t[i]);
+    for (let i = this.begin - first - 1; i >= 0 && this.length < this.capacity; i--) this.prepend(bins.t[i]);
     bins.channels.forEach((channel, place) => {
       const column = this.columns.get(channel);
       if (column) this.fill(column, bins, place, first);
@@ -121,8 +125,18 @@ export class Ring {
 
   private append(t: number): void {
     if (this.length === this.capacity) this.begin += 1;
-    const slot = this.end % this.capacity;
     this.end += 1;
+    this.empty(this.end - 1, t);
+  }
+
+  private prepend(t: number): void {
+    this.begin -= 1;
+    this.empty(this.begin, t);
+  }
+
+  /** A bin without values. */
+  private empty(bin: number, t: number): void {
+    const slot = bin % this.capacity;
     this.t[slot] = t;
     for (const { low, high } of this.columns.values()) low[slot] = high[slot] = NaN;
   }
