@@ -1,10 +1,10 @@
 import { ActionIcon, Button, Progress, Tooltip } from "@mantine/core";
 import { IconX } from "@tabler/icons-react";
 import type { RunResult, RunState } from "../api/types";
-import { millimetres, timeOfDay } from "../state/format";
+import { timeOfDay } from "../state/format";
 import { isUnderWay } from "../state/run";
 import { RunFacts } from "./RunFacts";
-import { lapsDone, lapText, resultFacts, STATE_WORD } from "./runFacts";
+import { errorText, lapsDone, lapText, resultFacts, STATE_WORD } from "./runFacts";
 import { useDashboard, usePage } from "./context";
 import { useRuns } from "./useDrawing";
 
@@ -35,9 +35,9 @@ function UnderWay({ run }: { readonly run: RunState }) {
         <span className="number">{lapText(run)}</span>
         <span className="spacer" />
         <span className="number" data-testid="run-error">
-          error {millimetres(run.error, 2)}
+          error {errorText(run.error)}
         </span>
-        <span className="number run-rms">RMS {millimetres(run.error_rms, 2)}</span>
+        <span className="number run-rms">RMS {errorText(run.error_rms)}</span>
       </div>
       <Progress
         value={100 * run.progress}

@@ -12,11 +12,16 @@ export const STATE_WORD: Record<RunState["state"], string> = {
   "broken off": "Broken off",
 };
 
+/** A distance with hundredths of a millimetre where they say something. */
+export function errorText(error: number | null): string {
+  return millimetres(error, error !== null && error < 0.01 ? 2 : 1);
+}
+
 /** The prediction in two short lines. */
 export function previewText({ rmse, max_error, saturated_share, broken_off }: Preview): string[] {
   if (broken_off !== "") return ["Would be broken off:", broken_off];
   return [
-    `RMSE ${millimetres(rmse, 2)}, max ${millimetres(max_error, 2)}`,
+    `RMSE ${errorText(rmse)}, max ${errorText(max_error)}`,
     `predicted; saturated ${percent(saturated_share, 1)}`,
   ];
 }
@@ -25,8 +30,8 @@ export function previewText({ rmse, max_error, saturated_share, broken_off }: Pr
 export function resultFacts(result: RunResult): Facts {
   const { rmse, max_error, lag_deg_x, lag_deg_y, saturated_share, on_time_share } = result;
   const facts: (readonly [string, string])[] = [
-    ["RMSE", millimetres(rmse, 2)],
-    ["Max error", millimetres(max_error, 2)],
+    ["RMSE", errorText(rmse)],
+    ["Max error", errorText(max_error)],
   ];
   if (lag_deg_x !== null) facts.push(["Lag x", degrees(lag_deg_x)]);
   if (lag_deg_y !== null) facts.push(["Lag y", degrees(lag_deg_y)]);
