@@ -44,11 +44,15 @@ class Spread(Model):
 
 
 class Lag(Model):
-    """A pressure loop as dead time and first-order lag [s]; `explained` is the share of its motion that this gives."""
+    """The pressure loops as dead time and first-order lag [s]."""
 
     dead_time: float
-    time_constant: float
+    filling: float | None
+    """Time constant while the pressure is below the command; null where that was not seen."""
+    exhausting: float | None
+    """The same above it."""
     explained: float
+    """Share of the pressures' motion that these numbers give."""
 
 
 class LoopHealth(Model):
@@ -110,9 +114,10 @@ def _judge(rows: Rows) -> LoopHealth:
 
 
 def fitted_lag(command: Array, measured: Array, h: float) -> Lag | None:
-    """Dead time d and time constant tau of dp/dt = (p_cmd(t - d) - p) / tau [s], by least squares over all chambers.
+    """Dead time d and time constants of dp/dt = (p_cmd(t - d) - p) / tau [s], by least squares over all chambers.
 
-    `command` and `measured` (n, chambers) [Pa] are samples every `h` [s]; filling and exhausting are taken together.
+    `command` and `measured` (n, chambers) [Pa] are samples every `h` [s]. A valve fills and exhausts at its own rates,
+    so each sign of the error has a tau of its own; d is the one that leaves least unexplained.
     """
     if len(measured) < 2 * LONGEST:
         return None
@@ -121,20 +126,24 @@ def fitted_lag(command: Array, measured: Array, h: float) -> Lag | None:
     if not motion > rate.size * QUIET**2:
         return None
     wanted, here = _means(command), _means(measured)[LONGEST:]
-    fits = [_slope(wanted[LONGEST - d : len(wanted) - d] - here, rate) for d in range(LONGEST + 1)]
-    best = int(np.argmin([rest for _, rest in fits]))
-    slope, rest = fits[best]
+    fits = [_slopes(wanted[LONGEST - d : len(wanted) - d] - here, rate) for d in range(LONGEST + 1)]
+    best = int(np.argmin([rest for _, _, rest in fits]))
+    filling, exhausting, rest = fits[best]
     explained = 1.0 - rest / motion
-    if slope <= 0.0 or explained < FAITH:
+    if explained < FAITH:
         return None
-    return Lag(dead_time=best * h, time_constant=1.0 / slope, explained=explained)
+    return Lag(dead_time=best * h, filling=_inverse(filling), exhausting=_inverse(exhausting), explained=explained)
 
 
-def _slope(error: Array, rate: Array) -> tuple[float, float]:
-    """Least squares of rate = slope error: slope, and the sum of squares that is left."""
-    square = float(np.sum(error * error))
-    slope = float(np.sum(error * rate)) / square if square > 0.0 else 0.0
-    return slope, float(np.sum((rate - slope * error) ** 2))
+def _slopes(error: Array, rate: Array) -> tuple[float, float, float]:
+    """Least squares of rate = slope error, for error > 0 and < 0: both slopes, and the sum of squares that is left."""
+    parts = np.maximum(error, 0.0), np.minimum(error, 0.0)
+    up, down = (float(np.sum(part * rate)) / max(float(np.sum(part * part)), 1e-9) for part in parts)
+    return up, down, float(np.sum((rate - up * parts[0] - down * parts[1]) ** 2))
+
+
+def _inverse(slope: float) -> float | None:
+    return 1.0 / slope if slope > 0.0 else None
 
 
 def _means(x: Array) -> Array:

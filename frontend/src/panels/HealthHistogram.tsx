@@ -35,8 +35,8 @@ export function HealthHistogram({ loop }: { readonly loop: LoopHealth | null }) 
       </figcaption>
       <svg viewBox={`0 0 ${WIDTH} ${HEIGHT}`} role="img" aria-label={`Histogram of lateness: ${words}`}>
         {loop ? <Bars loop={loop} /> : null}
-        {lateness ? <Quantile at={lateness.median} name="p50" /> : null}
-        {lateness ? <Quantile at={lateness.p99} name="p99" /> : null}
+        {lateness ? <Quantile at={lateness.median} name="p50" anchor="end" /> : null}
+        {lateness ? <Quantile at={lateness.p99} name="p99" anchor="start" /> : null}
         <line className="axis" x1={LEFT} x2={WIDTH - LEFT} y1={FLOOR} y2={FLOOR} />
         {MARKS.map(([at, label]) => (
           <text key={label} x={across(at)} y={HEIGHT - 3} textAnchor={at === FIRST ? "start" : "middle"}>
@@ -66,12 +66,19 @@ function Bars({ loop }: { readonly loop: LoopHealth }) {
   });
 }
 
-function Quantile({ at, name }: { readonly at: number; readonly name: string }) {
+interface QuantileProps {
+  readonly at: number;
+  readonly name: string;
+  /** The side on which the name stands: two quantiles may be close. */
+  readonly anchor: "start" | "end";
+}
+
+function Quantile({ at, name, anchor }: QuantileProps) {
   const x = across(at);
   return (
     <>
       <line className="quantile" x1={x} x2={x} y1={11} y2={FLOOR} />
-      <text x={x} y={9} textAnchor="middle">
+      <text x={x} y={9} textAnchor={anchor}>
         {name}
       </text>
     </>

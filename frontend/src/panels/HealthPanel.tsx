@@ -42,11 +42,11 @@ export function HealthPanel() {
     { measure: "presenceAge", value: held ? read("operator_age") : NaN, also: held ? "" : "nobody operates" },
     { measure: "measurementAge", value: read("measurement_age") },
     { measure: "residual", value: read("residual") },
-    { measure: "pressureLag", value: loop?.pressure?.time_constant ?? NaN, also: lag(loop) },
+    { measure: "pressureLag", value: loop?.pressure?.filling ?? NaN, also: lag(loop) },
     { measure: "ledger", value: read("ledger"), also: `H = ${millijoules(read("energy"))}` },
   ];
   return (
-    <div className="panel health-panel" data-testid="health-panel">
+    <div className="panel health-panel" data-testid="health-panel" tabIndex={0}>
       <table className="gauges">
         <caption className="sr-only">Health of loop, observer and pressure loops</caption>
         <tbody>
@@ -104,8 +104,9 @@ function lastSeconds(loop: LoopHealth | null): string {
 
 function lag(loop: LoopHealth | null): string {
   if (!loop?.pressure) return "pressures rest";
-  const { dead_time, explained } = loop.pressure;
-  return `after ${milliseconds(dead_time, 0)}; explains ${percent(explained, 0)}`;
+  const { dead_time, exhausting, explained } = loop.pressure;
+  const dead = `after ${milliseconds(dead_time, 0)} dead time`;
+  return `${dead}; exhausting ${milliseconds(exhausting, 0)}; explains ${percent(explained, 0)}`;
 }
 
 function millijoules(energy: number): string {

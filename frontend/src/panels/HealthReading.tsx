@@ -19,11 +19,11 @@ export function HealthReading({ measure, read, shown, rate = 2, testId }: Readin
   const grade = gradeOf(measure, value);
   return (
     <span className="graded" data-grade={grade}>
-      <span className="number" data-testid={testId}>
-        {GAUGES[measure].show(shown ? other : value)}
-      </span>
       <span className="grade-mark" aria-hidden>
         {GRADE_MARK[grade]}
+      </span>
+      <span className="number" data-testid={testId}>
+        {GAUGES[measure].show(shown ? other : value)}
       </span>
       <VisuallyHidden>{GRADE_WORD[grade]}</VisuallyHidden>
     </span>

@@ -112,8 +112,8 @@ export const GAUGES: Record<Measure, Gauge> = {
   pressureLag: {
     name: "time constant",
     meaning:
-      "τ of dp/dt = (command(t − d) − p) / τ, fitted with the dead time d to command and measured pressure of all " +
-      "chambers over the last 30 s; the model has 50 ms. No value while the pressures rest",
+      "Filling: τ of dp/dt = (command(t − d) − p) / τ, fitted with the dead time d to command and measured pressure " +
+      "of all chambers over the last 30 s; the model has 50 ms. No value while the pressures rest",
     warning: 0.1,
     bad: 0.2,
     show: (value) => milliseconds(value, 0),
