@@ -7,11 +7,11 @@ import pytest
 
 from controller.modes import Request
 from server.auth import Identity
-from server.scene.gizmo import GIZMO
 from server.drag import CAMERA, END, START, UPDATE, Drag
 from server.lease import OperatorLease
 from server.operator import Operator
 from server.scene import Scene
+from server.scene.gizmo import GIZMO
 
 ANN, BOB = Identity("a", "ann"), Identity("b", "bob")
 

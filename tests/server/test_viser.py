@@ -10,8 +10,8 @@ import zstandard
 from websockets.sync.client import ClientConnection
 
 from controller.modes import Mode
-from server.scene.gizmo import GIZMO
 from server.drag import CAMERA, END, START, UPDATE
+from server.scene.gizmo import GIZMO
 from tests.server.live_server import Page, TestServer, wait_for
 
 VERSION = f"viser-v{viser.__version__}"
