@@ -172,7 +172,7 @@ class PreviewBody(Model):
 
 
 class Preview(Model):
-    """What the twin of the connected rig makes of a reference, from rest, with the settings in force."""
+    """What the twin of the connected rig makes of a reference from where that stands, with the settings in force."""
 
     t: list[float]
     """Times of the rows [s], approach included; at most 2000."""

@@ -17,7 +17,7 @@ from server.drawings.messages import (
     TextPath,
 )
 from server.drawings.plan import csv_of, drawing_plan, points
-from server.drawings.preview import predicted
+from server.drawings.preview import predicted, standing
 
 router = APIRouter(tags=["drawings"])
 
@@ -37,10 +37,10 @@ async def text_path(body: TextBody) -> TextPath:
 
 @router.post("/api/preview")
 async def preview(body: PreviewBody, parts: Parts) -> Preview:
-    """Run it on the twin of the connected rig, far faster than real time."""
+    """The run that would follow now, on the twin of the connected rig, far faster than real time."""
     rig, settings = parts.require_info().parameters, parts.operator.settings
     async with parts.preview_lock:
-        return await asyncio.to_thread(predicted, body, rig, settings)
+        return await asyncio.to_thread(predicted, body, rig, settings, standing(parts.rig.newest))
 
 
 @router.get("/api/drawings")

@@ -11,16 +11,22 @@ from pydantic import ValidationError
 from controller.errors import ParameterError
 from controller.experiments.metrics import rmse
 from controller.experiments.run import run
+from controller.layout import record_dtype
+from controller.messages import Telemetry
+from controller.modes import Mode
 from controller.parameters import RigParameters, Settings
+from controller.reference.approach import branch
+from controller.reference.library import static_map
 from controller.reference.path_file import read_samples
+from controller.reference.reach import static_tips
 from server.drawings.messages import DrawingBody, PreviewBody
 from server.drawings.plan import csv_of, drawing_plan
 from server.drawings.planned import planned
-from server.drawings.preview import predicted
+from server.drawings.preview import predicted, standing
 from server.drawings.store import Drawings, UnknownDrawing
 from tests.server.live_server import TestServer, wait_for
 
-RIG, LIVE = RigParameters(), Settings()
+RIG, LIVE, REST = RigParameters(), Settings(), np.zeros(2)
 STAR = [(0.03 + 0.02 * math.sin(turn), 0.14 + 0.02 * math.cos(turn)) for turn in 0.8 * math.pi * np.arange(5)]
 SLOW = {"kind": "speed", "speed": 0.02}
 SQUARE = [(0.02, 0.13), (0.04, 0.13), (0.04, 0.15), (0.02, 0.15)]
@@ -114,18 +120,34 @@ def test_a_drawing_that_is_none_is_refused(change: dict[str, Any], complaint: st
 
 
 def test_the_preview_is_what_the_twin_does() -> None:
-    found = predicted(PreviewBody(drawing=drawing()), RIG, LIVE)
+    found = predicted(PreviewBody(drawing=drawing()), RIG, LIVE, REST)
     assert found.broken_off == ""
     assert found.rmse == pytest.approx(error(RIG), rel=1e-9)
     assert found.t[found.start] == pytest.approx(2.0, abs=0.01)
     assert found.rmse < (found.max_error or 0.0) < 0.03
-    twice = predicted(PreviewBody(drawing=drawing(), laps=2), RIG, LIVE)
+    twice = predicted(PreviewBody(drawing=drawing(), laps=2), RIG, LIVE, REST)
     assert twice.t[-1] - 2.0 == pytest.approx(2.0 * (found.t[-1] - 2.0), rel=1e-3)
+
+
+def test_the_preview_begins_where_the_rig_stands() -> None:
+    smap = static_map(RIG.actuator, RIG.controller)
+    row = np.zeros(1, record_dtype(Telemetry))
+    row["u_ff"] = branch(smap, np.array(STAR[:1]))
+    assert standing(None) == pytest.approx(REST)
+    assert standing(row) == pytest.approx(REST), "vented"
+    row["mode"] = Mode.HOLD
+    assert static_tips(smap, standing(row)) == pytest.approx(STAR[0], abs=1e-4)
+    here, rest = (predicted(PreviewBody(drawing=drawing()), RIG, LIVE, u) for u in (standing(row), REST))
+    assert here.points[0] == pytest.approx(STAR[0], abs=5e-3)
+    assert (here.t, here.start) == (rest.t, rest.start)
+    assert here.rmse is not None and rest.rmse is not None and here.rmse < 0.9 * rest.rmse, (
+        "there is no swing left from the approach"
+    )
 
 
 def test_the_prediction_holds_on_a_plant_that_is_stiffer_and_later() -> None:
     """Bar: within 15 % on the nominal twin, whatever its noise, and 40 % where it is 10 % stiffer and 10 ms later."""
-    foreseen = predicted(PreviewBody(drawing=drawing()), RIG, LIVE).rmse
+    foreseen = predicted(PreviewBody(drawing=drawing()), RIG, LIVE, REST).rmse
     nominal = RIG.twin.model_copy(update={"seed": 7})
     later = {"stiffness_scale": 1.1, "dead_time": RIG.twin.dead_time + 0.01}
     assert error(RIG.model_copy(update={"twin": nominal})) == pytest.approx(foreseen, rel=0.15)
@@ -134,7 +156,7 @@ def test_the_prediction_holds_on_a_plant_that_is_stiffer_and_later() -> None:
 
 def test_a_run_that_would_be_broken_off_says_when_and_why() -> None:
     wild = LIVE.model_copy(update={"K_P": (5.0, 5.0), "K_I": (20.0, 20.0)})
-    found = predicted(PreviewBody(reference="circle_1hz", laps=3), RIG, wild)
+    found = predicted(PreviewBody(reference="circle_1hz", laps=3), RIG, wild, REST)
     assert "FAULT (TRACKING_ERROR) after" in found.broken_off
     assert (found.rmse, found.max_error, found.lag_deg_x) == (None, None, None)
     assert found.t[-1] < 23.0
@@ -184,7 +206,7 @@ def test_a_page_plans_foresees_saves_and_deletes(server: TestServer) -> None:
 
     assert viewer.post("/api/drawings/plan", json=body).json()["reachable"]
     preview = viewer.post("/api/preview", json={"drawing": body}).json()
-    assert preview["rmse"] == pytest.approx(predicted(PreviewBody(drawing=drawing()), RIG, LIVE).rmse)
+    assert preview["rmse"] == pytest.approx(predicted(PreviewBody(drawing=drawing()), RIG, LIVE, REST).rmse)
     assert viewer.post("/api/drawings/text", json={"text": "VU", "height": 0.02}).json()["points"][0] == [0.00095, 0.02]
 
     assert viewer.put("/api/drawings/star", json=body).status_code == 403
