@@ -149,7 +149,8 @@ def _inverse(slope: float) -> float | None:
 def _means(x: Array) -> Array:
     """Means of every WINDOW samples in a row, (n - WINDOW, chambers)."""
     total = np.cumsum(x, axis=0)
-    return (total[WINDOW:] - total[:-WINDOW]) / WINDOW
+    means: Array = (total[WINDOW:] - total[:-WINDOW]) / WINDOW
+    return means
 
 
 def _spread(seconds: Array) -> Spread | None:

@@ -1,4 +1,4 @@
-"""Who cannot see well, or not at all, or uses no mouse: axe-core on every part of the page, and the first visit by keys."""
+"""Who cannot see well, or not at all, or uses no mouse: axe-core on every part of the page, the first visit by keys."""
 
 from pathlib import Path
 from typing import Any
