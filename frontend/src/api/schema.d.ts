@@ -267,7 +267,7 @@ export interface paths {
     put?: never;
     /**
      * Preview
-     * @description Run it on the twin of the connected rig, far faster than real time.
+     * @description The run that would follow now, on the twin of the connected rig, far faster than real time.
      */
     post: operations["preview"];
     delete?: never;
@@ -521,6 +521,74 @@ export interface paths {
      */
     get: operations["history_csv"];
     put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/gains": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Gains
+     * @description The saved presets, by name.
+     */
+    get: operations["read_gains"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/gains/{name}": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    /**
+     * Save Gains
+     * @description Save the settings in force under this name; all presets.
+     */
+    put: operations["save_gains"];
+    post?: never;
+    /**
+     * Delete Gains
+     * @description Delete a preset; the ones that are left.
+     */
+    delete: operations["delete_gains"];
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/rig/actuator": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Actuators
+     * @description Which actuators may be chosen, and why none can be.
+     */
+    get: operations["read_actuators"];
+    /**
+     * Change Actuator
+     * @description Start the rig again with another actuator; 409 unless it is VENTED, ours, and nothing is recorded.
+     */
+    put: operations["change_actuator"];
     post?: never;
     delete?: never;
     options?: never;
@@ -815,6 +883,38 @@ export interface components {
       pressure_max: number;
       /** @description Only to identify and observe recorded marker data. */
       tracking: components["schemas"]["Tracking"] | null;
+    };
+    /**
+     * ActuatorBody
+     * @description Body of PUT /api/rig/actuator: one of the two.
+     */
+    ActuatorBody: {
+      /**
+       * Name
+       * @description P1, P2 or P3.
+       */
+      name?: string | null;
+      /**
+       * Toml
+       * @description Text of an actuator file (docs/actuators.md).
+       */
+      toml?: string | null;
+    };
+    /**
+     * ActuatorChoice
+     * @description What the rig may be started with.
+     */
+    ActuatorChoice: {
+      /**
+       * Names
+       * @description Actuators that come with Tendril.
+       */
+      names: string[];
+      /**
+       * Reason
+       * @description Why another one cannot be chosen here, "" if it can.
+       */
+      reason: string;
     };
     /**
      * Cause
@@ -1146,6 +1246,15 @@ export interface components {
       symbol: string;
     };
     /**
+     * GainPreset
+     * @description Settings that were saved under a name; the page loads law, gains and limits from them.
+     */
+    GainPreset: {
+      /** Name */
+      name: string;
+      settings: components["schemas"]["Settings"];
+    };
+    /**
      * Given
      * @description At the times that came with the points.
      */
@@ -1459,7 +1568,7 @@ export interface components {
     };
     /**
      * Preview
-     * @description What the twin of the connected rig makes of a reference, from rest, with the settings in force.
+     * @description What the twin of the connected rig makes of a reference from where that stands, with the settings in force.
      */
     Preview: {
       /**
@@ -3458,6 +3567,141 @@ export interface operations {
           [name: string]: unknown;
         };
         content?: never;
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  read_gains: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["GainPreset"][];
+        };
+      };
+    };
+  };
+  save_gains: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["GainPreset"][];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  delete_gains: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["GainPreset"][];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  read_actuators: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ActuatorChoice"];
+        };
+      };
+    };
+  };
+  change_actuator: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["ActuatorBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      202: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": unknown;
+        };
       };
       /** @description Validation Error */
       422: {
