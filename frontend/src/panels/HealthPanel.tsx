@@ -105,8 +105,8 @@ function lastSeconds(loop: LoopHealth | null): string {
 function lag(loop: LoopHealth | null): string {
   if (!loop?.pressure) return "pressures rest";
   const { dead_time, exhausting, explained } = loop.pressure;
-  const dead = `after ${milliseconds(dead_time, 0)} dead time`;
-  return `${dead}; exhausting ${milliseconds(exhausting, 0)}; explains ${percent(explained, 0)}`;
+  const numbers = [dead_time, exhausting].map((time) => milliseconds(time, 0));
+  return `d ${numbers[0]}, exhausting ${numbers[1]}, fit ${percent(explained, 0)}`;
 }
 
 function millijoules(energy: number): string {

@@ -113,7 +113,8 @@ export const GAUGES: Record<Measure, Gauge> = {
     name: "time constant",
     meaning:
       "Filling: τ of dp/dt = (command(t − d) − p) / τ, fitted with the dead time d to command and measured pressure " +
-      "of all chambers over the last 30 s; the model has 50 ms. No value while the pressures rest",
+      "of all chambers over the last 30 s; fit is the share of their motion that this explains. The model has 50 ms. " +
+      "No value while the pressures rest",
     warning: 0.1,
     bad: 0.2,
     show: (value) => milliseconds(value, 0),
