@@ -122,9 +122,10 @@ class Services:
             self.events.add(f"the settings will not outlive this server: {error}", "warning")
 
     def close(self) -> None:
-        """End commands and link, then the recording (which has then seen every row), then the 3D view."""
+        """End commands and link, then run and recording (which have then seen every row), then the 3D view."""
         self.operator.close()
         self.rig.close()
+        self.runs.close()
         self.recorder.close()
         self.scene.close()
 

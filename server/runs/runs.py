@@ -1,6 +1,7 @@
 """The run under way: from what an operator asks for, over the rig's TRACK, to the result that is kept."""
 
 import asyncio
+import contextlib
 import time
 from datetime import UTC, datetime
 
@@ -119,6 +120,14 @@ class Runs:
         """Called at every beat: read the rig's rows. What is being asked of the rig reads them itself."""
         if not self._lock.locked():
             self._look()
+
+    def close(self) -> None:
+        """The server ends, and the rig will hold: keep what came of the run so far."""
+        if self._run is not None and not self._run.ended:
+            self._run.end("broken off", "the server ended")
+            self.inbox.close()
+            with contextlib.suppress(OSError):
+                self._results.add(self._run.result())
 
     def _look(self) -> None:
         run = self._run

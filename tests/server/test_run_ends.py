@@ -176,6 +176,12 @@ async def test_the_last_results_outlive_the_server(desk: Desk, tmp_path: Path) -
     assert Results(tmp_path / "runs.json").newest is None
 
 
+async def test_a_run_that_its_server_does_not_outlive_is_kept_too(desk: Desk, tmp_path: Path) -> None:
+    (await desk.running()).close()
+    desk.runs.close()
+    assert [result.reason for result in Results(tmp_path / "runs.json").all()] == ["the server ended"]
+
+
 async def test_a_state_folder_that_cannot_be_written_is_said(desk: Desk, tmp_path: Path) -> None:
     (tmp_path / "blocked").write_text("")
     desk.runs._results = Results(tmp_path / "blocked" / "runs.json")
