@@ -97,5 +97,8 @@ export const KEY_LIST: readonly (readonly [string, string])[] = [
   ["R", "Start or stop a recording"],
   ["Arrows", "Move the target 1 mm (Shift 10 mm, Ctrl 0.1 mm)"],
   ["Gamepad", "Hold A (or the right shoulder) and steer with the left stick; B = HOLD"],
+  ["Ctrl Z", "Undo a change of the drawing (Ctrl Shift Z or Ctrl Y: redo)"],
+  ["Del", "Take the drawing's selected piece away"],
+  ["Enter", "End the line that is being drawn"],
   ["?", "Show or hide this list"],
 ];
