@@ -1,5 +1,6 @@
 import { Loader, Tabs } from "@mantine/core";
 import { lazy, Suspense } from "react";
+import { ActuatorPanel } from "./panels/ActuatorPanel";
 import { Banner } from "./panels/Banner";
 import { ControlPanel } from "./panels/ControlPanel";
 import { GainsPanel } from "./panels/GainsPanel";
@@ -86,6 +87,7 @@ function Panels() {
         <Tabs.Tab value="run">Run</Tabs.Tab>
         <Tabs.Tab value="sensing">Sensing</Tabs.Tab>
         <Tabs.Tab value="gains">Gains</Tabs.Tab>
+        <Tabs.Tab value="actuator">Actuator</Tabs.Tab>
         <Tabs.Tab value="health">Health</Tabs.Tab>
         <Tabs.Tab value="log">Log</Tabs.Tab>
       </Tabs.List>
@@ -100,6 +102,9 @@ function Panels() {
       </Tabs.Panel>
       <Tabs.Panel value="gains">
         <GainsPanel />
+      </Tabs.Panel>
+      <Tabs.Panel value="actuator">
+        <ActuatorPanel />
       </Tabs.Panel>
       <Tabs.Panel value="health">
         <HealthPanel />

@@ -1,4 +1,4 @@
-"""Another actuator for the rig: the server writes an order, and `tendril up`, whose child the rig is, carries it out."""
+"""Another actuator for the rig: the server writes an order, and `tendril up`, the rig's parent, carries it out."""
 
 from pathlib import Path
 

@@ -33,8 +33,7 @@ export function SensingPanel() {
         ))}
       </div>
       <p className="note">
-        In mm. Residual: measured to observer, of each sensed rod.
-        {twin ? " To twin: observer to the twin's truth, which an unsensed rod's estimate must meet." : ""}
+        mm{twin ? "; to twin: from the observer's estimate to the twin's truth" : ", measured to observer"}
       </p>
       {twin ? <TwinFaultsPanel /> : null}
     </div>
@@ -66,7 +65,6 @@ function Presets({ mask, reason, choose }: ChoiceProps) {
           </button>
         </Tooltip>
       ))}
-      <span className="note">The observer uses the filled markers.</span>
     </div>
   );
 }

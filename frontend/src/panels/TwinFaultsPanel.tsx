@@ -90,7 +90,7 @@ function FaultField({ fault, value, inject }: FieldProps) {
     <Tooltip label={reason ?? `0 … ${max} ${unit}`} openDelay={reason === null ? 300 : 0}>
       <NumberInput
         size="xs"
-        w={92}
+        w={98}
         className="number-field"
         label={`${label}, ${unit}`}
         data-testid={`fault-${name}`}
@@ -116,7 +116,7 @@ function FaultyRods({ rods, inject }: { readonly rods: number; readonly inject: 
   return (
     <NativeSelect
       size="xs"
-      w={92}
+      w={98}
       label="Noise, loss on"
       data-testid="fault-rods"
       disabled={reason !== null}
