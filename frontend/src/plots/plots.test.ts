@@ -171,6 +171,17 @@ test("a missing value is a gap, never zero", () => {
   expect(data.series[0].at(-1)).toBe(1);
 });
 
+test("time without bins is a gap, not a line across it", () => {
+  const ring = ringOf(100);
+  ring.push(bins(range(0, 20), (t) => t));
+  ring.push({ ...bins(range(50, 60), (t) => t), first: 20 });
+  const data = emptyData(1);
+  extractWindow(ring, [0], { from: 0, to: 59, origin: 59, columns: 59 }, 1, data);
+  expect(data.series[0].filter((y) => y === null)).toHaveLength(2);
+  expect(data.x.every((x, i) => i === 0 || x > data.x[i - 1])).toBe(true);
+  expect(data.x.length % 2).toBe(0);
+});
+
 test("the y axis has round limits around the data and a least height", () => {
   expect(niceRange({ x: [0], series: [[3.2, null, 9.7]] }, 4, false)).toEqual([2, 10]);
   expect(niceRange({ x: [], series: [[]] }, 4, true)).toEqual([0, 4]);

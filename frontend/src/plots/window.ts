@@ -14,6 +14,9 @@ export interface Span {
   readonly columns: number;
 }
 
+/** Time without bins that is shown as a gap [s]: several times as long as a bin. */
+const GAP_S = 0.1;
+
 /** Empty data with room for `series` series. */
 export function emptyData(series: number): PlotData {
   return { x: [], series: Array.from({ length: series }, () => []) };
@@ -43,6 +46,10 @@ export function extractWindow(
     out.x.push(centre - width / 4, centre + width / 4);
     for (let s = 0; s < channels.length; s++)
       pushExtremes(ring, channels[s], bin, next, scale, out.series[s]);
+    if (next < end && ring.time(next) - ring.time(next - 1) > Math.max(GAP_S, 2 * width)) {
+      out.x.push(centre + 0.5 * width, centre + 0.6 * width);
+      for (const series of out.series) series.push(null, null);
+    }
     bin = next;
   }
 }
