@@ -105,9 +105,6 @@ def test_without_its_operator_a_run_is_broken_off_and_nothing_goes_on_by_itself(
             assert page.post(f"/api/run/{verb}").json()["detail"] == "no run is under way"
         assert server.services.history.newest is not None
         assert server.services.history.newest[0]["mode"] == Mode.HOLD
-        page.post("/api/run", json={"reference": "step"})
-        assert page.post("/api/run/stop").json()["state"] == "stopped"
-        assert page.get("/api/runs").json()[0]["rmse"] is None
 
 
 def test_what_cannot_be_run_is_refused_with_its_reason(server: TestServer) -> None:
