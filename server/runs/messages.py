@@ -48,7 +48,7 @@ class RunState(Model):
     progress: float
     """0..1 of all laps; of this lap where `laps` is null."""
     error: float | None
-    """Distance of the measured tip from the reference now [m]; null before the first tick and where it is not seen."""
+    """Distance of the measured tip from the reference now [m]; null unless the rig tracks and sees its marker."""
     error_rms: float | None
     """Over the ticks after the approach so far [m]; null before the first."""
     recording: str | None

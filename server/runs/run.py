@@ -72,7 +72,7 @@ class Run:
 
     def end(self, phase: Phase, reason: str) -> None:
         """It is over, or paused."""
-        self.phase, self.reason = phase, reason
+        self.phase, self.reason, self._error = phase, reason, None
 
     def take(self, rows: Rows) -> None:
         """Telemetry rows (n,), oldest first."""

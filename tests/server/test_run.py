@@ -61,6 +61,7 @@ def test_a_run_goes_through_approach_and_laps_to_its_end_however_its_rows_are_cu
     run.take(np.concatenate([last, track.rows(Mode.HOLD, 5, Cause.REFERENCE_DONE)]))
     state, result = run.state(), run.result()
     assert (state.state, state.progress, state.lap, state.reason) == ("done", 1.0, 2, "")
+    assert (state.error, state.error_rms) == (None, pytest.approx(3e-3))
     assert (state.elapsed, state.duration) == (pytest.approx(0.45), pytest.approx(0.2))
     assert (result.laps, result.duration, result.on_time_share) == (2.0, pytest.approx(0.45), 1.0)
     assert result.rmse == result.max_error == pytest.approx(3e-3)
