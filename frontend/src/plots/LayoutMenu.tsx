@@ -29,6 +29,7 @@ export function LayoutMenu({ layouts }: { readonly layouts: Layouts }) {
         </Tooltip>
       </Popover.Target>
       <Popover.Dropdown>
+        <p className="note">Kept on the server, for this browser</p>
         <ul className="layouts">
           <li>
             <button
