@@ -2104,7 +2104,7 @@ export interface components {
       progress: number;
       /**
        * Error
-       * @description Distance of the measured tip from the reference now [m]; null before the first tick and where it is not seen.
+       * @description Distance of the measured tip from the reference now [m]; null unless the rig tracks and sees its marker.
        */
       error: number | null;
       /**
