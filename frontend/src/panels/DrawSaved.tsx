@@ -1,4 +1,4 @@
-import { ActionIcon, Button, Menu, ScrollArea, TextInput, Tooltip } from "@mantine/core";
+import { ActionIcon, Button, Popover, TextInput, Tooltip } from "@mantine/core";
 import { IconDownload, IconFolderOpen, IconTrash } from "@tabler/icons-react";
 import { useState } from "react";
 import { drawingUrl } from "../api/rest";
@@ -22,6 +22,7 @@ export function DrawSaved() {
         : null,
   );
   const list = useStore(saved.store, (store) => store.list);
+  const [opened, setOpened] = useState(false);
   return (
     <div className="row run-row">
       <RunSource />
@@ -49,36 +50,54 @@ export function DrawSaved() {
       >
         Save
       </ControlButton>
-      <Menu position="bottom-end" shadow="md" closeOnItemClick={false}>
-        <Menu.Target>
+      <Popover opened={opened} onChange={setOpened} position="bottom-end" shadow="md">
+        <Popover.Target>
           <Button
             size="xs"
             variant="default"
             leftSection={<IconFolderOpen size={15} />}
             data-testid="saved-drawings"
+            onClick={() => {
+              setOpened(!opened);
+            }}
           >
             Saved ({list.length})
           </Button>
-        </Menu.Target>
-        <Menu.Dropdown>
-          <SavedList />
-        </Menu.Dropdown>
-      </Menu>
+        </Popover.Target>
+        <Popover.Dropdown mah={260} className="draw-list" p={6}>
+          <SavedList
+            onLoad={(wanted) => {
+              setOpened(false);
+              void saved.load(wanted);
+            }}
+          />
+        </Popover.Dropdown>
+      </Popover>
     </div>
   );
 }
 
-function SavedList() {
+function SavedList({ onLoad }: { readonly onLoad: (name: string) => void }) {
   const { saved } = useDashboard();
   const list = useStore(saved.store, (store) => store.list);
-  if (list.length === 0) return <Menu.Label>Nothing saved yet</Menu.Label>;
+  if (list.length === 0) return <p className="note">Nothing saved yet</p>;
   return (
-    <ScrollArea.Autosize mah={240}>
+    <ul className="saved" aria-label="Saved drawings">
       {list.map(({ name, length }) => (
-        <div key={name} className="saved-row">
-          <Menu.Item closeMenuOnClick onClick={() => void saved.load(name)} data-testid="saved-drawing">
-            {name} <span className="note number">{millimetres(length, 0)}</span>
-          </Menu.Item>
+        <li key={name}>
+          <Button
+            size="xs"
+            variant="subtle"
+            color="gray"
+            className="saved-name"
+            justify="start"
+            data-testid="saved-drawing"
+            onClick={() => {
+              onLoad(name);
+            }}
+          >
+            {name} <span className="note number saved-length">{millimetres(length, 0)}</span>
+          </Button>
           <Tooltip label="Download what would be followed, as CSV">
             <ActionIcon
               component="a"
@@ -92,9 +111,9 @@ function SavedList() {
             </ActionIcon>
           </Tooltip>
           <Delete name={name} />
-        </div>
+        </li>
       ))}
-    </ScrollArea.Autosize>
+    </ul>
   );
 }
 

@@ -1,4 +1,4 @@
-import { ActionIcon, Menu, ScrollArea, Tooltip } from "@mantine/core";
+import { ActionIcon, Menu, Tooltip } from "@mantine/core";
 import { IconShape } from "@tabler/icons-react";
 import { useMemo } from "react";
 import { rest } from "../api/rest";
@@ -35,15 +35,13 @@ export function DrawShapes() {
           </ActionIcon>
         </Tooltip>
       </Menu.Target>
-      <Menu.Dropdown>
-        <ScrollArea.Autosize mah={280}>
-          {shapes.length === 0 ? <Menu.Label>Waiting for the rig</Menu.Label> : null}
-          {shapes.map((shape) => (
-            <Menu.Item key={shape.name} onClick={() => void add(shape)}>
-              {shape.label}
-            </Menu.Item>
-          ))}
-        </ScrollArea.Autosize>
+      <Menu.Dropdown mah={300} className="draw-list">
+        {shapes.length === 0 ? <Menu.Item disabled>Waiting for the rig</Menu.Item> : null}
+        {shapes.map((shape) => (
+          <Menu.Item key={shape.name} onClick={() => void add(shape)}>
+            {shape.label}
+          </Menu.Item>
+        ))}
       </Menu.Dropdown>
     </Menu>
   );

@@ -33,6 +33,7 @@ function UnderWay({ run }: { readonly run: RunState }) {
         <strong>{STATE_WORD[run.state]}</strong>
         <span className="run-name">{run.name}</span>
         <span className="number">{lapText(run)}</span>
+        <span className="note run-name">{run.reason}</span>
         <span className="spacer" />
         <span className="number" data-testid="run-error">
           error {errorText(run.error)}
@@ -61,8 +62,8 @@ function ResultCard({ result }: { readonly result: RunResult }) {
       <div className="run-way-line">
         <strong>{STATE_WORD[result.state]}</strong>
         <span className="run-name">{result.name}</span>
-        <span className="note number">
-          {lapsDone(result)}, {timeOfDay(result.time)}
+        <span className="note number run-name" title={result.reason}>
+          {[lapsDone(result), timeOfDay(result.time), result.reason].filter(Boolean).join(", ")}
         </span>
         <span className="spacer" />
         <RecordingLink id={result.recording} />
