@@ -41,5 +41,5 @@ def camera_of(view: View, length: float) -> Camera:
     """The camera of `view` for an actuator of `length` [m]."""
     middle = (0.4 * length, 0.0, 0.0)
     if view == "top":
-        return Camera((middle[0], 0.0, 3.6 * length), middle, (0.0, 1.0, 0.0))
+        return Camera((middle[0], 0.0, 4.4 * length), middle, (0.0, 1.0, 0.0))
     return Camera((middle[0] - length, -2.4 * length, 2.2 * length), middle, (0.0, 0.0, 1.0))

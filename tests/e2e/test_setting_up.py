@@ -4,11 +4,14 @@ from playwright.sync_api import Page, expect
 
 from tests.e2e.product import frame, shot, wait_until
 
+DASH = "\u2013"
+"""What stands for a missing value."""
+
 
 def number(page: Page, test_id: str) -> float:
     """The number that a live text shows; nan for a dash."""
     text = page.get_by_test_id(test_id).inner_text().split(" ")[0]
-    return float("nan") if text in ("", "–") else float(text)
+    return float("nan") if text in ("", DASH) else float(text)
 
 
 def operate(page: Page, tab: str) -> None:
@@ -20,11 +23,11 @@ def test_a_marker_is_lost_and_the_unsensed_rods_show_what_the_observer_misses(pa
     operate(page, "Sensing")
     page.get_by_test_id("preset-6+10").click()
     wait_until(lambda: number(page, "residual-6") >= 0 and number(page, "miss-3") >= 0, 5.0)
-    assert page.get_by_test_id("residual-3").inner_text() == "–"
+    assert page.get_by_test_id("residual-3").inner_text() == DASH
     page.get_by_test_id("fault-rods").select_option("rod 6")
     page.get_by_test_id("fault-marker_loss").fill("100")
     page.get_by_test_id("fault-marker_loss").press("Enter")
-    wait_until(lambda: page.get_by_test_id("residual-6").inner_text() == "–", 5.0)
+    wait_until(lambda: page.get_by_test_id("residual-6").inner_text() == DASH, 5.0)
     assert number(page, "residual-10") >= 0
     shot(page, "sensing-faults")
     page.get_by_test_id("faults-off").click()

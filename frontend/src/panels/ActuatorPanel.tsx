@@ -117,7 +117,7 @@ function Choice({ choice, current, waiting, change }: ChoiceProps) {
       <p className="note" role="status" data-testid="actuator-status">
         {waiting
           ? "The rig starts again; it comes back vented."
-          : (because ?? "The rig starts again, vented.")}
+          : (because ?? "Choosing one starts the rig again, vented.")}
       </p>
     </>
   );
