@@ -161,15 +161,22 @@ def read_actuator(source: str | Path) -> Actuator:
     return _read(path)
 
 
+def parse_actuator(text: str, source: str) -> Actuator:
+    """The actuator in the TOML `text`; ParameterError names `source` and what is wrong in it."""
+    try:
+        return Actuator.model_validate(tomllib.loads(text))
+    except ValidationError as error:
+        raise ParameterError(f"{source}: {sentence(error)}") from error
+    except tomllib.TOMLDecodeError as error:
+        raise ParameterError(f"{source} is not TOML: {error}") from error
+
+
 def _read(path: Path) -> Actuator:
     try:
-        return Actuator.model_validate(tomllib.loads(path.read_text(encoding="utf-8-sig")))
-    except ValidationError as error:
-        raise ParameterError(f"{path}: {sentence(error)}") from error
+        text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise ParameterError(f"{path} cannot be read: {error}") from error
-    except tomllib.TOMLDecodeError as error:
-        raise ParameterError(f"{path} is not TOML: {error}") from error
+    return parse_actuator(text, str(path))
 
 
 def write_actuator(actuator: Actuator, path: Path, remark: str = "") -> None:

@@ -10,7 +10,7 @@ from controller.build import build_rod
 from controller.kernels.energy import make_ledger, open_ledger
 from controller.kernels.implicit import make_implicit_work
 from controller.kernels.inverse import StaticMap
-from controller.kernels.memory import STATE, Control, Rig
+from controller.kernels.memory import PLAN, STATE, Control, Rig
 from controller.kernels.observer import Observer, Sensing, Springs, reset_observer, step
 from controller.kernels.polygon import Polygon, admissible
 from controller.kernels.rod import Array, RodModel, make_load, make_work
@@ -46,7 +46,7 @@ def build_rig(parameters: RigParameters, boot: int) -> Rig:
         q=observer.state.q,
         v=observer.state.v,
         reference=np.zeros((REFERENCE_ROWS, 2)),
-        reference_count=np.zeros(1, np.int64),
+        plan=np.zeros(1, PLAN),
         state=state,
     )
     sensing = Sensing(np.zeros(1, np.int64), np.full((SENSORS, 2), math.nan), np.zeros((SENSORS, 2)), np.zeros(1))

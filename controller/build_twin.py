@@ -7,6 +7,7 @@ import numpy as np
 from controller.actuator import Actuator
 from controller.build import build_rod, profile
 from controller.equilibrium import Body, equilibrium
+from controller.kernels.faults import Faults
 from controller.kernels.friction import Hysteresis, Sheet
 from controller.kernels.rod import RodModel, make_load, make_work
 from controller.kernels.statics import at_rest, places
@@ -17,6 +18,8 @@ from controller.stability import natural_modes, stable_substeps
 
 TWIN_BETA = 1.5e-4
 """Stiffness-proportional damping of the twin: small, so that fine rods stay cheap [s]."""
+FAULT_SEED = 0x5EED
+"""Parts the randomness of injected faults from the twin's own."""
 TUNED_PRESSURE = 60e3
 """Gauge pressure at which the pressure loops have their nominal lags: of an ordinary step [Pa]."""
 
@@ -48,6 +51,7 @@ def build_twin(parameters: RigParameters) -> Twin:
             t_ns=np.zeros(waiting, np.int64),
             points=np.zeros((waiting, SENSORS, 2)),
         ),
+        faults=Faults(np.zeros(3), np.zeros(1, np.int64), np.array([twin.seed ^ FAULT_SEED], np.uint64)),
         backbone=places(model, length * np.arange(BACKBONE_POINTS) / (BACKBONE_POINTS - 1)),
         ticks=np.zeros(1, np.int64),
         seed=np.array([twin.seed], np.uint64),

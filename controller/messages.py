@@ -117,6 +117,19 @@ class Telemetry(Model):
     """The twin's true backbone; nan on hardware."""
 
 
+class TwinFaults(Model):
+    """What is injected into the twin's markers beside its own noise; off with every life of the rig."""
+
+    noise: Annotated[float, Bounds(ge=0.0, le=0.02), Q("m", "sigma")] = 0.0
+    """Added standard deviation of each coordinate."""
+    sample_loss: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1")] = 0.0
+    """Probability that a sample of all markers is lost."""
+    marker_loss: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1")] = 0.0
+    """Probability that a marker is not seen in a sample."""
+    rods: Annotated[int, Bounds(ge=0, lt=2**SENSORS), Q("1")] = 2**SENSORS - 1
+    """Bit i-1 set: noise and loss of markers meet rod i."""
+
+
 class CommandReply(Model):
     """The rig's answer to one command, after the loop has looked at it."""
 

@@ -3,7 +3,7 @@ import { defineConfig, globalIgnores } from "eslint/config";
 import tseslint from "typescript-eslint";
 
 export default defineConfig(
-  globalIgnores(["node_modules", "scripts", "eslint.config.js", "src/api/schema.d.ts"]),
+  globalIgnores(["node_modules", "public", "scripts", "eslint.config.js", "src/api/schema.d.ts"]),
   tseslint.configs.strictTypeChecked,
   reactHooks.configs.flat.recommended,
   { languageOptions: { parserOptions: { projectService: true } } },

@@ -13,9 +13,49 @@ from controller.modes import Cause, Integrator, Law, Mode
 from server import problems, proxy
 from server.gate import Gate
 from server.messages import FromBrowser, FromServer
-from server.routes import command, lease, live, page, recordings, references, rerun, rig, session, settings, workspace
+from server.routes import (
+    command,
+    drawings,
+    faults,
+    layouts,
+    lease,
+    live,
+    page,
+    plots,
+    presets,
+    recordings,
+    references,
+    rerun,
+    rig,
+    runs,
+    scene,
+    session,
+    settings,
+    workspace,
+)
 from server.services import Services
 
+_PARTS = (
+    session,
+    lease,
+    command,
+    settings,
+    rig,
+    workspace,
+    references,
+    drawings,
+    runs,
+    recordings,
+    plots,
+    presets,
+    layouts,
+    live,
+    page,
+    rerun,
+    faults,
+    scene,
+    proxy,
+)
 _ENUMERATIONS: tuple[type[IntEnum], ...] = (Cause, Integrator, Law, Mode)
 
 
@@ -56,7 +96,7 @@ def _api() -> FastAPI:
         generate_unique_id_function=lambda route: route.name,
     )
     problems.install(app)
-    for part in (session, lease, command, settings, rig, workspace, references, recordings, live, page, rerun, proxy):
+    for part in _PARTS:
         app.include_router(part.router)
     page.mount_assets(app)
     app.webhooks.post("live")(live_messages)
@@ -70,7 +110,7 @@ async def live_messages(body: FromBrowser) -> FromServer:  # type: ignore[empty-
 @contextlib.asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     services: Services = app.state.services
-    beat = asyncio.create_task(services.hub.run(services.watch))
+    beat = asyncio.create_task(services.hub.run(services.beat))
     try:
         yield
     finally:

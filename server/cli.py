@@ -261,9 +261,11 @@ def compile() -> None:
     from controller.build_twin import build_twin
     from controller.parameters import RigParameters
     from controller.realtime.loop import compile_loop
+    from server.drawings.preview import warm_up
 
     with out.status("Compiling kernels (once per version, about a minute) ..."):
         compile_loop(build_rig(RigParameters(), boot=1), build_twin(RigParameters()))
+        warm_up(RigParameters())
 
 
 @app.command()

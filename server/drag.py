@@ -11,10 +11,10 @@ import msgpack  # type: ignore[import-untyped]
 
 from controller.modes import Request
 from server.auth import Identity
-from server.body import GIZMO, Point
 from server.lease import OperatorLease
 from server.operator import Operator
 from server.scene import Scene
+from server.scene.gizmo import GIZMO, Point
 
 CAMERA = "ViewerCameraMessage"
 START, UPDATE, END = (f"TransformControls{phase}Message" for phase in ("DragStart", "Update", "DragEnd"))
@@ -58,6 +58,8 @@ class Drag:
             self._start()
         elif kind == END:
             self.end()
+            if self._lease.clutch:
+                self._operator.request(Request.HOLD)
         elif (at := _position(message)) is None:
             return False
         elif self._dragging:

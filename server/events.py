@@ -13,7 +13,7 @@ Level = Literal["info", "warning", "error"]
 class EventLog:
     """The last lines and their listeners. Only the event loop uses it."""
 
-    def __init__(self, kept: int = 200) -> None:
+    def __init__(self, kept: int = 500) -> None:
         self.recent: deque[Event] = deque(maxlen=kept)
         self.listeners: list[Callable[[Event], None]] = []
 
@@ -23,3 +23,7 @@ class EventLog:
         self.recent.append(event)
         for listener in self.listeners:
             listener(event)
+
+    def refused(self, who: str, what: str, reason: str) -> None:
+        """Write that `who` asked for `what` in vain."""
+        self.add(f"{who}: {what} refused: {reason}", "warning")

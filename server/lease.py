@@ -17,6 +17,8 @@ class OperatorLease:
         self._now = now
         self._holder: Identity | None = None
         self._heard = 0.0
+        self.clutch = False
+        """Held clutch: letting go of a target holds the rig. It stays as it is from one holder to the next."""
 
     @property
     def holder(self) -> Identity | None:
@@ -51,4 +53,5 @@ class OperatorLease:
     def view(self, who: Identity) -> Lease:
         """The lease as `who` sees it."""
         holder = self.holder
-        return Lease(held=holder is not None, mine=self.holds(who), holder=holder.name if holder else "")
+        name = holder.name if holder else ""
+        return Lease(held=holder is not None, mine=self.holds(who), holder=name, clutch=self.clutch)

@@ -11,35 +11,33 @@ from pydantic import BaseModel
 from starlette.websockets import WebSocket
 
 from server.auth import Identity
-from server.history import BIN_TICKS, History, encode_frame, encode_plot
+from server.history import History
 from server.messages import Event
+from server.plots.feed import Feed, encode_frame
 
 log = logging.getLogger(__name__)
 
 BEAT = 1 / 60
 STATUS_PERIOD = 1.0
-BACKLOG = 30_000
-"""Rows of history that a new (or very slow) viewer gets: 30 s at 1 kHz."""
 WAITING = 256
 """Text messages that may wait for a slow viewer; beyond that the oldest are dropped."""
 
 
 @dataclass(frozen=True)
 class Beat:
-    """What the rows [start, stop) became: the newest as a FRAME, all of them as one PLOT bin."""
+    """The newest of the rows before number `stop`, as a FRAME."""
 
-    start: int = 0
     stop: int = 0
     frame: bytes = b""
-    plot: bytes = b""
 
 
 @dataclass(eq=False)
 class Viewer:
-    """One open page. `cursor` is the number of the first row it has not been sent."""
+    """One open page. `cursor` is the number of the row after its last FRAME; `feed` knows what it plots."""
 
     socket: WebSocket
     who: Identity
+    feed: Feed
     cursor: int = 0
     presence: int = -1
     outbox: deque[str] = field(default_factory=lambda: deque(maxlen=WAITING))
@@ -81,9 +79,6 @@ class Hub:
 
     async def serve(self, viewer: Viewer) -> None:
         """Send to `viewer` until its socket or the task ends; every send is awaited, and what is stale is skipped."""
-        if not self.viewers:  # nothing was encoded meanwhile: the first beat must not be one long bin
-            self._beat = Beat(stop=self._history.count)
-        viewer.cursor = max(0, self._history.count - BACKLOG)
         self.viewers.add(viewer)
         try:
             while True:
@@ -100,11 +95,13 @@ class Hub:
         while viewer.outbox:
             await viewer.socket.send_text(viewer.outbox.popleft())
         beat = self._beat
-        if beat.frame and beat.stop > viewer.cursor:
-            plot = beat.plot if viewer.cursor == beat.start else self._catch_up(viewer.cursor, beat.stop)
+        if beat.stop > viewer.cursor:
             viewer.cursor = beat.stop
             await viewer.socket.send_bytes(beat.frame)
+        if (plot := viewer.feed.next()) is not None:
             await viewer.socket.send_bytes(plot)
+            if viewer.feed.behind:
+                viewer.wake.set()
 
     def _beat_once(self) -> None:
         if self.viewers:
@@ -113,16 +110,10 @@ class Hub:
             for viewer in self.viewers:
                 viewer.wake.set()
 
-    def _catch_up(self, start: int, stop: int) -> bytes:
-        return encode_plot(self._history.bins(max(start, stop - BACKLOG), stop, BIN_TICKS))
-
     def _encode(self) -> None:
         newest, stop = self._history.newest, self._history.count
-        start = self._beat.stop
-        if newest is None or stop == start:
-            return
-        bins = self._history.bins(start, stop, max(1, stop - start))
-        self._beat = Beat(start, stop, encode_frame(newest), encode_plot(bins))
+        if newest is not None and stop != self._beat.stop:
+            self._beat = Beat(stop, encode_frame(newest))
 
     def _announce(self) -> None:
         key, now = self._key(), time.monotonic()

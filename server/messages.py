@@ -3,8 +3,9 @@
 The live socket carries JSON text both ways and binary frames to the browser:
   uint32 kind, uint32 count, then
   FRAME: one Telemetry record, the newest; `Hello.layout` describes it;
-  PLOT: `count` bins as float64 t[count] [s on the rig's clock], float32 low[count][channels], float32
-  high[count][channels]: the extremes of every 1 kHz sample in the bin, so spikes show.
+  PLOT: uint32 columns, uint32 first, then float64 t[count] [s on the rig's clock], uint32 channel[columns] (places in
+  `Hello.channels`), float32 low[count][columns], float32 high[count][columns]: the extremes of every 1 kHz sample in
+  the bins number first, first + 1, ..., so spikes show. Only the channels of the page's PlotChoice are sent.
 Little endian. Newest wins: a slow viewer skips frames.
 """
 
@@ -19,6 +20,8 @@ from controller.messages import CommandReply, Coordinate, RigInfo
 from controller.parameters import Settings
 from recordings.messages import Recording as Recording
 from recordings.messages import RecordingState as RecordingState
+from server.plots.messages import PlotChannel, PlotChoice
+from server.runs.messages import RunResult, RunState
 
 
 class Kind(IntEnum):
@@ -44,6 +47,14 @@ class Lease(Model):
     mine: bool
     holder: str
     """Short name of the holder's session, "" when free."""
+    clutch: bool
+    """Held clutch: a target moves only while it is held, and letting go holds the rig."""
+
+
+class LeaseBody(Model):
+    """Body of PATCH /api/lease: how the holder operates."""
+
+    clutch: bool
 
 
 class Session(Model):
@@ -65,16 +76,6 @@ class SettingsBody(Model):
     """Body of PATCH /api/settings: only the fields to change (same names and bounds as `Settings`)."""
 
     changes: dict[str, float | int | list[float]]
-
-
-class PlotChannel(Model):
-    """One plotted signal: an element of a telemetry field, or its norm over the last axis (index null)."""
-
-    key: str
-    label: str
-    unit: str
-    field: str
-    index: int | None
 
 
 class RecordingBody(Model):
@@ -142,6 +143,15 @@ class Health(Model):
     viewers: int
 
 
+class Event(Model):
+    """One line of the log: who did what, and what was refused."""
+
+    type: Literal["event"] = "event"
+    time: datetime
+    level: Literal["info", "warning", "error"]
+    text: str
+
+
 class Hello(Model):
     """First message on the live socket."""
 
@@ -150,6 +160,8 @@ class Hello(Model):
     layout: list[Field]
     channels: list[PlotChannel]
     rig: RigInfo | None
+    log: list[Event]
+    """What happened so far, oldest first."""
 
 
 class Status(Model):
@@ -161,6 +173,10 @@ class Status(Model):
     recording: RecordingState
     health: Health
     rig: RigInfo | None
+    run: RunState | None
+    """The run under way, or how the last one ended; null before this server's first."""
+    result: RunResult | None
+    """Of the last run that ended, this server's or an earlier one's."""
 
 
 class Reply(Model):
@@ -186,15 +202,6 @@ class Pong(Model):
     t: float
 
 
-class Event(Model):
-    """One line of the log: who did what, and what was refused."""
-
-    type: Literal["event"] = "event"
-    time: datetime
-    level: Literal["info", "warning", "error"]
-    text: str
-
-
 class Target(Model):
     """The operator moved the target. `start` marks a fresh action (press): only it may leave HOLD."""
 
@@ -203,6 +210,12 @@ class Target(Model):
     x: Coordinate
     y: Coordinate
     start: bool = False
+
+
+class Release(Model):
+    """The operator let go of the target: with the held clutch on, the rig then holds."""
+
+    type: Literal["release"]
 
 
 class Presence(Model):
@@ -220,4 +233,4 @@ class Ping(Model):
 
 
 FromServer = Annotated[Hello | Status | Reply | Refused | Pong | Event, Bounds(discriminator="type")]
-FromBrowser = Annotated[Target | Presence | Ping, Bounds(discriminator="type")]
+FromBrowser = Annotated[Target | Release | Presence | Ping | PlotChoice, Bounds(discriminator="type")]

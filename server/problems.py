@@ -17,6 +17,7 @@ from controller.errors import (
     RigUnreachable,
     TendrilError,
 )
+from server import refusals
 from server.auth import TooManyAttempts, WrongToken
 from server.references import UnknownReference
 
@@ -52,11 +53,13 @@ def missing(*where: str) -> RequestValidationError:
 async def _answer(request: Request, error: Exception) -> JSONResponse:
     status = next((code for kind, code in _STATUS.items() if isinstance(error, kind)), 500)
     headers = {"retry-after": "60"} if status == 429 else None
+    await refusals.note(request, str(error))
     return JSONResponse({"detail": str(error)}, status, headers)
 
 
 async def _malformed(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)
+    await refusals.note(request, refusals.first_complaint(error))
     items = [{name: _plain(value) for name, value in item.items() if name != "url"} for item in error.errors()]
     return JSONResponse({"detail": items}, 422)
 

@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import gzip
 import hashlib
+from collections.abc import Iterator
 
 import httpx
 from fastapi import APIRouter, Request, Response, WebSocket
@@ -13,9 +14,14 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import WebSocketException
 from websockets.typing import Subprotocol
 
+from server.auth import Identity
 from server.deps import Me, Parts
 from server.drag import Drag
 from server.frames import TELL_ESCAPE
+from server.scene import Scene
+from server.scene.messages import Scheme, SeatId, View
+from server.scene.seat import Seat
+from server.services import Services
 from server.tasks import until_one_ends
 
 router = APIRouter(include_in_schema=False)
@@ -26,13 +32,23 @@ HIDE = b"""<style>
 """Viser offers no way to hide its panel (another one in a narrow frame) and its notices."""
 
 
+@router.get("/viser/seat/{id}/")
+async def seat_page(
+    request: Request, parts: Parts, who: Me, id: SeatId, view: View | None = None, scheme: Scheme | None = None
+) -> Response:
+    """Viser's page on a seat of its own; `view` and `scheme` choose camera and ground."""
+    seat = parts.scene.seat(id, who)
+    if scheme is not None:
+        seat.look(scheme, view)
+    if view is not None:
+        return RedirectResponse(f"/viser/seat/{id}/?{parts.scene.camera(view).query}", 307)
+    return await page(request, parts)
+
+
 @router.get("/viser")
 @router.get("/viser/{path:path}")
 async def page(request: Request, parts: Parts, path: str = "") -> Response:
-    """Viser's page and files; `?view=top` or `?view=oblique` chooses where the camera starts."""
-    query = parts.scene.view_query(request.query_params.get("view", ""))
-    if query is not None:
-        return RedirectResponse(f"/viser/?{query}", 307)
+    """Viser's page and files."""
     async with httpx.AsyncClient(trust_env=False) as client:
         try:
             upstream = await client.get(
@@ -51,10 +67,21 @@ async def page(request: Request, parts: Parts, path: str = "") -> Response:
     return Response(body, upstream.status_code, headers, upstream.headers.get("content-type"))
 
 
+@router.websocket("/viser/seat/{id}")
+async def seat_socket(browser: WebSocket, parts: Parts, who: Me, id: SeatId) -> None:
+    """Viser's socket of the page on this seat."""
+    await _connect(browser, parts, who, parts.scene.seat(id, who))
+
+
 @router.websocket("/viser")
 @router.websocket("/viser/{path:path}")
 async def socket(browser: WebSocket, parts: Parts, who: Me) -> None:
-    """Viser's socket: downward as it is, upward only what `Drag` lets through."""
+    """Viser's socket of a page without a seat: it sees the live scene as all do."""
+    await _connect(browser, parts, who, None)
+
+
+async def _connect(browser: WebSocket, parts: Services, who: Identity, seat: Seat | None) -> None:
+    """Pass messages on: downward as they are, upward only what `Drag` lets through."""
     drag = Drag(who, parts.lease, parts.operator, parts.scene)
     protocols = [Subprotocol(name) for name in browser.scope["subprotocols"]]
     url = f"ws://127.0.0.1:{parts.scene.port}/"
@@ -63,13 +90,25 @@ async def socket(browser: WebSocket, parts: Parts, who: Me) -> None:
             url, subprotocols=protocols, max_size=None, compression=None, ping_interval=None, proxy=None
         ) as viser:
             await browser.accept(subprotocol=viser.subprotocol)
-            await until_one_ends(_down(viser, browser), _up(browser, viser, drag))
+            with _seated(parts.scene, viser.local_address[1], seat):
+                await until_one_ends(_down(viser, browser), _up(browser, viser, drag))
     except (WebSocketException, OSError):
         pass  # viser is closing, or did not like the subprotocol
     finally:
         drag.end()
         with contextlib.suppress(RuntimeError, WebSocketDisconnect):
             await browser.close()
+
+
+@contextlib.contextmanager
+def _seated(scene: Scene, port: int, seat: Seat | None) -> Iterator[None]:
+    """While this lasts, viser's client that connected from `port` sits on `seat`."""
+    if seat is not None:
+        scene.expect(port, seat)
+    try:
+        yield
+    finally:
+        scene.gone(port)
 
 
 async def _down(viser: ClientConnection, browser: WebSocket) -> None:

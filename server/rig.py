@@ -3,8 +3,9 @@
 from collections.abc import Callable
 
 from controller.actuator import Actuator
+from controller.kernels.rod import Array
 from controller.link import RigClient
-from controller.messages import Command, CommandReply, RigInfo
+from controller.messages import Command, CommandReply, RigInfo, TwinFaults
 from controller.parameters import RigParameters
 from server.channels import Rows
 from server.history import History
@@ -15,10 +16,10 @@ AGE_MAX = 86400.0
 
 
 class Rig:
-    """One rig behind the link. `on_rows` gets every telemetry row, in order, after the history has it."""
+    """One rig behind the link. Whoever listens gets every telemetry row, in order, after the history has it."""
 
     def __init__(self, endpoint: str, rig: str, history: History, on_rows: Callable[[Rows], None]) -> None:
-        self._history, self._on_rows = history, on_rows
+        self._history, self._listeners = history, [on_rows]
         self._life: int | None = None
         self._link = RigClient(endpoint, rig, self._rows, self._born)
 
@@ -30,6 +31,11 @@ class Rig:
     def actuator(self) -> Actuator:
         """The rig's actuator; the default one before the first contact."""
         return self._link.info.parameters.actuator if self._link.info else RigParameters().actuator
+
+    @property
+    def newest(self) -> Rows | None:
+        """The newest telemetry row as an array of length 1; None before the first of this life."""
+        return self._history.newest
 
     @property
     def age(self) -> float:
@@ -49,6 +55,18 @@ class Rig:
         """Send a command and wait for the loop's answer; see `RigClient.command`."""
         return self._link.command(command)
 
+    def plan(self, points: Array, again: int, ticks: int) -> None:
+        """Give the rig the reference of its next TRACK run; see `RigClient.plan`."""
+        self._link.plan(points, again, ticks)
+
+    def faults(self, wanted: TwinFaults | None = None) -> TwinFaults:
+        """Inject faults into the twin's sensing; None only asks. Those in force; see `RigClient.faults`."""
+        return self._link.faults(wanted)
+
+    def listen(self, on_rows: Callable[[Rows], None]) -> None:
+        """Give every row from now on to `on_rows` too, in the link's thread."""
+        self._listeners.append(on_rows)
+
     def close(self) -> None:
         """End the link; no row comes after this."""
         self._link.close()
@@ -59,4 +77,5 @@ class Rig:
 
     def _rows(self, rows: Rows) -> None:
         self._history.add(rows)
-        self._on_rows(rows)
+        for on_rows in self._listeners:
+            on_rows(rows)

@@ -10,14 +10,21 @@ from controller.parameters import Settings
 from recordings.store import Store, default_folder
 from recordings.writer import Recorder
 from server.auth import Identity, Sessions
+from server.channels import Rows
+from server.drawings.store import Drawings
 from server.events import EventLog
 from server.history import History
 from server.lease import OperatorLease
 from server.live import Hub
+from server.loop_health import LoopWatch
 from server.messages import Health, Status
 from server.operator import Operator
+from server.plots.layouts import Layouts
 from server.review import Review
 from server.rig import Rig
+from server.runs.results import Results
+from server.runs.runs import Runs
+from server.runs.tracker import Tracker
 from server.scene import Scene
 from server.settings import Secrets, ServerSettings, load_secrets, write_private
 from server.watch import Watch
@@ -32,6 +39,7 @@ class Services:
     sessions: Sessions
     lease: OperatorLease
     history: History
+    loop: LoopWatch
     rig: Rig
     operator: Operator
     recorder: Recorder
@@ -39,14 +47,23 @@ class Services:
     review: Review
     scene: Scene
     events: EventLog
+    layouts: Layouts
     hub: Hub = field(init=False)
     watch: Watch = field(init=False)
+    runs: Runs = field(init=False)
+    drawings: Drawings = field(init=False)
     settings_lock: asyncio.Lock = field(default_factory=asyncio.Lock)
     """Changes to the settings are merged one after another."""
+    preview_lock: asyncio.Lock = field(default_factory=asyncio.Lock)
+    """One preview at a time: each keeps a core busy."""
 
     def __post_init__(self) -> None:
+        self.drawings = Drawings(self.settings.state / "drawings")
         self.hub = Hub(self.history, self.status, self.status_key)
         self.watch = Watch(self.rig, self.history, self.lease, self.operator, self.events)
+        results = Results(self.settings.state / f"runs-{self.settings.rig}.json")
+        self.runs = Runs(Tracker(self.rig, self.operator), self.lease, self.recorder, self.events, results)
+        self.rig.listen(self.runs.inbox.put)
         self.events.listeners += [self.hub.tell, lambda event: self.recorder.events(event.text, event.level)]
 
     def require_lease(self, who: Identity) -> None:
@@ -80,6 +97,8 @@ class Services:
             recording=self.recorder.state(),
             health=self.health(),
             rig=self.rig.info,
+            run=self.runs.state(),
+            result=self.runs.last(),
         )
 
     def status_key(self) -> object:
@@ -87,7 +106,13 @@ class Services:
         recording, holder = self.recorder.state(), self.lease.holder
         who = holder.id if holder else ""
         rig = (self.rig.boot(), self.rig.info.boot if self.rig.info else None)
-        return who, self.operator.settings, recording.recording, recording.id, rig, len(self.hub.viewers)
+        lease, viewers = (who, self.lease.clutch), len(self.hub.viewers)
+        return lease, self.operator.settings, recording.recording, recording.id, rig, viewers, self.runs.key()
+
+    def beat(self) -> None:
+        """What is looked at 60 times a second, with or without viewers."""
+        self.watch()
+        self.runs.look()
 
     def keep_settings(self) -> None:
         """Remember the rig's settings over a restart of this server; they are in force even where that fails."""
@@ -97,9 +122,10 @@ class Services:
             self.events.add(f"the settings will not outlive this server: {error}", "warning")
 
     def close(self) -> None:
-        """End commands and link, then the recording (which has then seen every row), then the 3D view."""
+        """End commands and link, then run and recording (which have then seen every row), then the 3D view."""
         self.operator.close()
         self.rig.close()
+        self.runs.close()
         self.recorder.close()
         self.scene.close()
 
@@ -109,13 +135,20 @@ def open_services(settings: ServerSettings) -> Services:
     secrets, history = load_secrets(settings), History()
     folder = settings.recordings or default_folder()
     recorder, store = Recorder(folder), Store(folder)
-    rig = Rig(settings.endpoint, settings.rig, history, recorder.rows)
+    loop = LoopWatch()
+
+    def keep(rows: Rows) -> None:
+        loop.add(rows)
+        recorder.rows(rows)
+
+    rig = Rig(settings.endpoint, settings.rig, history, keep)
     return Services(
         settings=settings,
         secrets=secrets,
         sessions=Sessions(secrets, settings.rig),
         lease=OperatorLease(),
         history=history,
+        loop=loop,
         rig=rig,
         operator=Operator(rig.send, rig.boot, lambda: history.newest, kept_settings(settings)),
         recorder=recorder,
@@ -123,6 +156,7 @@ def open_services(settings: ServerSettings) -> Services:
         review=Review(store),
         scene=Scene(lambda: history.newest, rig.actuator, settings.light_scene),
         events=EventLog(),
+        layouts=Layouts(settings.state / "layouts"),
     )
 
 

@@ -36,6 +36,8 @@ class ServerSettings(BaseSettings):
     """Folder of the token, the cookie key and the last settings."""
     token: SecretStr | None = None
     """Access token; made at the first start and kept when not given."""
+    orders: Path | None = None
+    """File in which `tendril up` looks for another actuator to start its rig with; None: the rig is not its own."""
     light_scene: bool = False
     """Leave out what software rendering is slow at (ground grid): for browser tests."""
 

@@ -17,6 +17,7 @@ from rich.panel import Panel
 from controller.errors import TendrilError
 from controller.realtime.settings import RigSettings
 from controller.realtime.supervisor import SHORT_LIFE, Supervisor, end_process, restart_delay
+from server.presets.actuator import take_order
 from server.ready import ServerReady, UpReady, write_ready
 from server.settings import ServerSettings
 
@@ -99,7 +100,8 @@ def environment(settings: ServerSettings) -> dict[str, str]:
 
 def _run_server(supervisor: Supervisor, settings: ServerSettings, browser: bool, ready: Path | None) -> None:
     with tempfile.TemporaryDirectory(prefix="tendril-") as folder:
-        child = ServerChild(settings, Path(folder, "server.json"))
+        orders = Path(folder, "actuator.json")
+        child = ServerChild(settings.model_copy(update={"orders": orders}), Path(folder, "server.json"))
         try:
             page = child.wait_ready()
             _announce(page.url, browser)
@@ -109,6 +111,9 @@ def _run_server(supervisor: Supervisor, settings: ServerSettings, browser: bool,
             while True:
                 time.sleep(POLL)
                 child.keep_alive()
+                if (actuator := take_order(orders)) is not None:
+                    parameters = supervisor.settings.parameters
+                    supervisor.replace(parameters.model_copy(update={"actuator": actuator}))
         finally:
             child.stop()
 

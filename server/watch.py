@@ -60,11 +60,12 @@ class Watch:
             return
         mode, cause = Mode(int(newest[0]["mode"])), Cause(int(newest[0]["cause"]))
         if self._mode not in (None, (mode, cause)):
-            self._events.add(f"rig: {_words(mode)} ({_words(cause)})", _level(mode, cause))
+            self._events.add(f"rig: {words(mode)} ({words(cause)})", _level(mode, cause))
         self._mode = mode, cause
 
 
-def _words(member: Mode | Cause) -> str:
+def words(member: Mode | Cause) -> str:
+    """A mode or a cause as people read it."""
     return member.name.replace("_", " ").lower() if isinstance(member, Cause) else member.name.replace("_", " ")
 
 

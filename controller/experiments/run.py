@@ -70,7 +70,7 @@ def plan(control: Control, reference: Reference) -> None:
     if not np.isfinite(reference.p).all():
         raise DataError(f"{reference.name}: a point is not finite")
     control.reference[:rows] = reference.p
-    control.reference_count[0] = rows
+    control.plan[0] = rows, 0, rows
 
 
 def request(simulation: Simulation, wanted: Request) -> None:

@@ -19,7 +19,7 @@ def refer(control, command, due):
     state = control.state[0]
     if state.entered:
         anchor(state)
-        state.index = 0
+        state.index = state.followed = 0
     if state.mode == FOLLOW:
         if due:
             aim(control, command.target[0], command.target[1])
@@ -100,14 +100,17 @@ def limit_motion(p, v, goal, limits, dt):
 
 @kernel
 def track(control):
-    """Take the next row of the planned reference; after the last one, HOLD."""
-    state = control.state[0]
-    if state.index >= control.reference_count[0]:
+    """Take the next row of the planned reference, which may repeat; after as many as are to be followed, HOLD."""
+    state, plan = control.state[0], control.plan[0]
+    if state.followed >= plan.ticks:
         move(state, HOLD, REFERENCE_DONE)
         anchor(state)
         return
     aim(control, control.reference[state.index, 0], control.reference[state.index, 1])
+    state.followed += 1
     state.index += 1
+    if state.index == plan.rows:
+        state.index = plan.again
     for j in range(2):
         state.wish_dot[j] = (state.p_goal[j] - state.wish[j]) / control.dt
         state.wish[j] = state.p_goal[j]

@@ -29,6 +29,7 @@ STATE = np.dtype(
         ("seen_ns", "<i8"),  # capture time of the last sample with a marker that is wanted
         ("off_time", "<f8"),  # time with the tracking error above its limit, less that below it [s]
         ("index", "<i8"),  # next row of the planned reference
+        ("followed", "<i8"),  # rows of it taken so far
         ("reachable", "<i8"),  # the goal is in reach
         ("reached", "<i8"),  # the static tip of u_ff is at the wish
         ("blending", "<i8"),  # u_ff is on its way to another branch
@@ -53,6 +54,14 @@ STATE = np.dtype(
     ]
 )
 """Memory of the controller, one record."""
+PLAN = np.dtype(
+    [
+        ("rows", "<i8"),  # of the planned reference in force; 0: none is planned
+        ("again", "<i8"),  # row that comes after the last one
+        ("ticks", "<i8"),  # to follow in all
+    ]
+)
+"""How the planned reference is followed, one record."""
 
 
 class Control(NamedTuple):
@@ -73,8 +82,8 @@ class Control(NamedTuple):
     """The observer's velocity (3,N)."""
     reference: Array
     """Planned reference for TRACK (rows,2) [m], one row a tick."""
-    reference_count: np.ndarray
-    """(1,) rows of it in force; written only while the rig is not in TRACK."""
+    plan: np.ndarray
+    """PLAN, one record; like the reference written only while the rig is not in TRACK."""
     state: np.ndarray
     """STATE, one record."""
 

@@ -102,7 +102,7 @@ def consider(control, t_ns, command):
         state.request_cause = WRONG_BOOT
     elif wanted == REFUSED:
         state.request_cause = WRONG_MODE
-    elif wanted == TRACK and state.mode != TRACK and control.reference_count[0] == 0:
+    elif wanted == TRACK and state.mode != TRACK and control.plan[0].rows == 0:
         state.request_cause = NO_REFERENCE
     elif request != 0 and is_moving(wanted) and not present(state, control.limits[0], t_ns):
         state.request_cause = NO_OPERATOR

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.kernels.compiled import kernel
+from controller.kernels.faults import LOST, Faults, sample_lost, spoil
 from controller.kernels.friction import Hysteresis, Sheet, resist_hysteresis, rub
 from controller.kernels.integrate import rk4_step
 from controller.kernels.noise import normal_pair
@@ -40,7 +41,7 @@ class Camera(NamedTuple):
     latency: int
     """Ticks from capture to delivery."""
     t_ns: np.ndarray
-    """(n,) time of capture."""
+    """(n,) time of capture; LOST: this sample is never delivered."""
     points: Array
     """(n,10,2) [m]."""
 
@@ -60,6 +61,7 @@ class Twin(NamedTuple):
     hysteresis: Hysteresis
     chambers: Chambers
     camera: Camera
+    faults: Faults
     backbone: Places
     """The telemetry's backbone points (21)."""
     ticks: np.ndarray
@@ -104,6 +106,9 @@ def capture(twin, t_ns):
         x, y = normal_pair(twin.seed)
         points[i, 0] += camera.noise * x
         points[i, 1] += camera.noise * y
+    if sample_lost(twin.faults):
+        camera.t_ns[slot] = LOST
+    spoil(twin.faults, points)
 
 
 @kernel
@@ -113,6 +118,8 @@ def deliver(camera, tick, measurement):
     if taken < 0 or taken % camera.period != 0:
         return
     slot = taken // camera.period % camera.t_ns.size
+    if camera.t_ns[slot] == LOST:
+        return
     measurement.t_ns = camera.t_ns[slot]
     for i in range(camera.points.shape[1]):
         for j in range(2):

@@ -1,6 +1,7 @@
 """The link between rig process and server: zenoh keys, and the two ends that speak over them."""
 
 from controller.link.client import RigClient
+from controller.link.keys import ENDLESS
 from controller.link.rig_end import RigEnd, RigService
 
-__all__ = ["RigClient", "RigEnd", "RigService"]
+__all__ = ["ENDLESS", "RigClient", "RigEnd", "RigService"]

@@ -17,7 +17,7 @@ from controller.errors import LayoutMismatch, ParameterError, RigUnreachable
 from controller.layout import layout_hash, record_dtype, require_same_layout, to_record
 from controller.link.keys import Keys, open_session
 from controller.link.stream import RowStream
-from controller.messages import Command, CommandReply, RigInfo, Telemetry
+from controller.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults
 
 log = logging.getLogger(__name__)
 
@@ -27,6 +27,8 @@ QUIET = 1.0
 """Seconds without a batch after which the rig counts as not connected [s]."""
 TIMEOUT = 0.5
 """Longest wait for an answer [s]; the rig itself waits 50 ms for its loop."""
+PLAN_TIMEOUT = 5.0
+"""The same for a reference, which may be of 5 MB [s]."""
 
 
 class RigClient:
@@ -111,13 +113,21 @@ class RigClient:
         payload = np.array([first, count], np.int64).tobytes()
         return np.frombuffer(self._ask(self._keys.replay, payload), record_dtype(Telemetry))
 
-    def plan(self, points: np.ndarray) -> int:
+    def plan(self, points: np.ndarray, again: int = 0, ticks: int | None = None) -> int:
         """Send (n, 2) points [m], one a tick, as the reference of the next TRACK run; returns their number.
 
+        Point `again` comes after the last one, and `ticks` points are followed in all: each once where that is None.
         Raises ParameterError with the rig's words if it cannot take them, because of their values or of its mode.
         """
-        answer = self._ask(self._keys.reference, np.ascontiguousarray(points, np.float64).tobytes())
+        words = np.array([again, len(points) if ticks is None else ticks], np.int64)
+        payload = words.tobytes() + np.ascontiguousarray(points, np.float64).tobytes()
+        answer = self._ask(self._keys.reference, payload, PLAN_TIMEOUT)
         return int.from_bytes(answer, "little")
+
+    def faults(self, wanted: TwinFaults | None = None) -> TwinFaults:
+        """Inject faults into the twin's sensing; None only asks. Those in force; ParameterError on hardware."""
+        payload = wanted.model_dump_json().encode() if wanted else b""
+        return TwinFaults.model_validate_json(self._ask(self._keys.faults, payload))
 
     def close(self) -> None:
         """End the connection; no callback comes after this."""
@@ -129,17 +139,17 @@ class RigClient:
                 self._queue.get_nowait()
             self._worker.join(0.1)
 
-    def _ask(self, key: str, payload: bytes = b"") -> bytes:
+    def _ask(self, key: str, payload: bytes = b"", timeout: float = TIMEOUT) -> bytes:
         """Answer of the queryable `key`."""
         try:
-            replies = list(self._session.get(key, payload=payload, timeout=TIMEOUT))
+            replies = list(self._session.get(key, payload=payload, timeout=timeout))
         except zenoh.ZError as error:
             raise RigUnreachable(f"rig {self._keys.rig!r} cannot be asked: {error}") from error
         for reply in replies:
             if reply.ok:
                 return bytes(reply.ok.payload.to_bytes())
             raise ParameterError(reply.err.payload.to_string())
-        raise RigUnreachable(f"rig {self._keys.rig!r} did not answer within {TIMEOUT} s")
+        raise RigUnreachable(f"rig {self._keys.rig!r} did not answer within {timeout:g} s")
 
     def _on_batch(self, sample: Any) -> None:
         """In a thread of zenoh: only note and queue; a full queue drops the batch, a replay brings it back."""

@@ -6,6 +6,8 @@ from typing import Any
 
 import zenoh
 
+ENDLESS = 2**62
+"""So many ticks of a reference that repeats are followed until something else is asked for."""
 LEASE_MS = 1000
 """Silence after which the other end counts as gone (zenoh's own default is 10 s)."""
 
@@ -38,8 +40,16 @@ class Keys:
 
     @property
     def reference(self) -> str:
-        """Queryable: float64 (n, 2) planned reference [m], one point a tick -> the number of points, int64."""
+        """Queryable: a planned reference -> the number of its points, int64.
+
+        int64 (point after the last one, ticks to follow in all), then float64 (n, 2) points [m], one a tick.
+        """
         return f"tendril/{self.rig}/reference"
+
+    @property
+    def faults(self) -> str:
+        """Queryable: TwinFaults as JSON to inject, or nothing -> TwinFaults as JSON, those in force."""
+        return f"tendril/{self.rig}/faults"
 
     def alive(self, boot: str) -> str:
         """Liveliness token of one life of the rig process; "*" for any."""

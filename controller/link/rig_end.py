@@ -9,10 +9,10 @@ import numpy as np
 import zenoh
 from pydantic import ValidationError
 
-from controller.errors import ParameterError, TendrilError
+from controller.errors import ParameterError, TendrilError, sentence
 from controller.layout import from_record, record_dtype
 from controller.link.keys import Keys
-from controller.messages import Command, CommandReply, RigInfo
+from controller.messages import Command, CommandReply, RigInfo, TwinFaults
 
 log = logging.getLogger(__name__)
 
@@ -29,8 +29,11 @@ class RigService(Protocol):
     def replay(self, first: int, count: int) -> np.ndarray:
         """Telemetry rows of ticks [first, first + count) that are still there."""
 
-    def plan(self, points: np.ndarray) -> int:
-        """Take (n, 2) points [m] as the planned reference; the number of points."""
+    def plan(self, points: np.ndarray, again: int, ticks: int) -> int:
+        """Take (n, 2) points [m] as the planned reference, to follow as `RigClient.plan` says; their number."""
+
+    def faults(self, wanted: TwinFaults | None) -> TwinFaults:
+        """Inject faults into the twin's sensing, None changes nothing; those in force."""
 
 
 class RigEnd:
@@ -48,6 +51,7 @@ class RigEnd:
             self._keys.command: self._command,
             self._keys.replay: self._replay,
             self._keys.reference: self._reference,
+            self._keys.faults: self._faults,
             self._keys.info: lambda payload: service.info().model_dump_json().encode(),
         }
         self._declared = [
@@ -74,9 +78,18 @@ class RigEnd:
         return self._service.replay(first, count).tobytes()
 
     def _reference(self, payload: bytes) -> bytes:
-        if len(payload) % 16:
-            raise ParameterError(f"reference of {len(payload)} bytes is not rows of two float64")
-        return self._service.plan(np.frombuffer(payload).reshape(-1, 2)).to_bytes(8, "little")
+        if len(payload) < 16 or len(payload) % 16:
+            raise ParameterError(f"reference of {len(payload)} bytes is not two int64 words and rows of two float64")
+        again, ticks = np.frombuffer(payload[:16], np.int64).tolist()
+        points = np.frombuffer(payload, offset=16).reshape(-1, 2)
+        return self._service.plan(points, again, ticks).to_bytes(8, "little")
+
+    def _faults(self, payload: bytes) -> bytes:
+        try:
+            wanted = TwinFaults.model_validate_json(payload) if payload else None
+        except ValidationError as error:
+            raise ParameterError(sentence(error)) from error
+        return self._service.faults(wanted).model_dump_json().encode()
 
 
 def read_command(payload: bytes) -> Command:

@@ -2,13 +2,14 @@
 
 import threading
 import time
-from typing import NamedTuple
 
 import numpy as np
 
 from controller.errors import CommandRefused, ParameterError
+from controller.kernels.faults import Faults
+from controller.kernels.memory import Control
 from controller.layout import to_record
-from controller.messages import Command, CommandReply, RigInfo
+from controller.messages import Command, CommandReply, RigInfo, TwinFaults
 from controller.modes import Cause, Mode, Request
 from controller.realtime.compiled import Words
 from controller.realtime.mailbox import post, words
@@ -33,21 +34,16 @@ NEXT_STEPS = {
 }
 
 
-class Plan(NamedTuple):
-    """Planned reference in the loop's memory: float64 (rows, 2) [m], one point a tick; rows in force, int64 (1,)."""
-
-    points: np.ndarray
-    rows: np.ndarray
-
-
 class Desk:
     """Serves the link (RigService) with the loop's mailbox and ring."""
 
-    def __init__(self, info: RigInfo, ring: Ring, commands: Words, plan: Plan) -> None:
+    def __init__(self, info: RigInfo, ring: Ring, commands: Words, control: Control, faults: Faults | None) -> None:
+        """`faults` of the twin in the loop's memory; None on hardware."""
         self._info = info
         self._ring = ring
         self._commands = commands
-        self._plan = plan
+        self._control = control
+        self._faults, self._injected = faults, TwinFaults()
         self._one_at_a_time = threading.Lock()
 
     def info(self) -> RigInfo:
@@ -78,20 +74,36 @@ class Desk:
         newest = self._ring.newest()
         return Mode.VENTED if newest is None else Mode(newest["mode"])
 
-    def plan(self, points: np.ndarray) -> int:
-        """Take (n, 2) points [m] as the reference of the next TRACK run; refused while one is under way."""
-        room = len(self._plan.points)
+    def plan(self, points: np.ndarray, again: int, ticks: int) -> int:
+        """Take (n, 2) points [m] as the reference of the next TRACK run; refused while one is under way.
+
+        Point `again` comes after the last one, and `ticks` points are followed in all.
+        """
+        room = len(self._control.reference)
         if not 0 < len(points) <= room:
             raise ParameterError(f"reference of {len(points)} points is outside [1, {room}]")
         if not np.all(np.abs(points) <= COORDINATE_MAX):
             raise ParameterError(f"reference holds a coordinate outside [-{COORDINATE_MAX}, {COORDINATE_MAX}] m")
+        if not 0 <= again < len(points) or ticks < 1:
+            raise ParameterError(f"reference of {len(points)} points cannot go on at {again} for {ticks} ticks")
         with self._one_at_a_time:
             row = self._ring.newest()
             if row is not None and row["mode"] == Mode.TRACK:
                 raise CommandRefused("refused: the reference cannot change while it is tracked; hold first")
-            self._plan.points[: len(points)] = points
-            self._plan.rows[0] = len(points)
+            self._control.reference[: len(points)] = points
+            self._control.plan[0] = len(points), again, ticks
         return len(points)
+
+    def faults(self, wanted: TwinFaults | None) -> TwinFaults:
+        """Inject faults into the twin's sensing, None changes nothing; those in force. Refused on hardware."""
+        if self._faults is None:
+            raise CommandRefused("refused: faults can be injected into the twin only, and this rig is hardware")
+        with self._one_at_a_time:
+            if wanted is not None:
+                self._faults.values[:] = wanted.noise, wanted.sample_loss, wanted.marker_loss
+                self._faults.rods[0] = wanted.rods
+                self._injected = wanted
+            return self._injected
 
     def _row_after(self, t_ns: int) -> np.void | None:
         """The newest row of a tick that began after t_ns, or None in time."""

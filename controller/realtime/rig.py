@@ -23,7 +23,7 @@ from controller.link.keys import open_session
 from controller.link.rig_end import RigEnd
 from controller.messages import Command, RigInfo, Telemetry
 from controller.modes import Cause, Mode
-from controller.realtime.desk import Desk, Plan
+from controller.realtime.desk import Desk
 from controller.realtime.loop import LoopMemory, compile_loop, loop_memory, run_baseline, run_loop
 from controller.realtime.mailbox import post, words
 from controller.realtime.priority import pin_memory, prefer_process, raise_thread_priority
@@ -144,8 +144,8 @@ class RigProcess:
             twin=self._driver.simulated,
             parameters=self.settings.parameters,
         )
-        plan = Plan(self._rig.control.reference, self._rig.control.reference_count)
-        return Desk(info, self.ring, self.memory.commands, plan)
+        faults = self._driver.twin.faults if self._driver.simulated else None
+        return Desk(info, self.ring, self.memory.commands, self._rig.control, faults)
 
     def _say_ready(self, endpoint: str) -> None:
         log.info("rig %s ready on %s, %s", self.settings.rig, endpoint, self.policy)

@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 from controller.errors import RigUnreachable, TendrilError
+from controller.parameters import RigParameters
 from controller.realtime.ring import LOOP_NS, Ring, find_ring
 from controller.realtime.settings import RigReady, RigSettings, free_port
 
@@ -35,7 +36,7 @@ class Supervisor:
         )
         self.restarts = 0
         self._process: subprocess.Popen[bytes] | None = None
-        self._stopping = threading.Event()
+        self._stopping, self._replaced = threading.Event(), threading.Event()
         self._ready = threading.Event()
         self._failed_first = False
         self._thread = threading.Thread(target=self._watch, name="rig-supervisor", daemon=True)
@@ -61,6 +62,11 @@ class Supervisor:
         if self._failed_first:
             raise TendrilError(f"rig {self.settings.rig!r} could not start; its own output says why")
 
+    def replace(self, parameters: RigParameters) -> None:
+        """End the rig, which vents it, and start it with other parameters."""
+        self.settings = self.settings.model_copy(update={"parameters": parameters})
+        self._replaced.set()
+
     def stop(self) -> None:
         """End the rig with SIGTERM, after a while with SIGKILL."""
         self._stopping.set()
@@ -81,6 +87,10 @@ class Supervisor:
                 break
             self._failed_first = not self._ready.is_set()
             self._ready.set()
+            if self._replaced.is_set():
+                self._replaced.clear()
+                quick_deaths = 0
+                continue
             quick_deaths = quick_deaths + 1 if time.monotonic() - born < SHORT_LIFE else 0
             log.error("rig %s ended with code %s: restart", self.settings.rig, self._process.poll())
             self.restarts += 1
@@ -89,7 +99,7 @@ class Supervisor:
         """One life of the process, until it is over; kills it when its loop stands still, ends it on `stop`."""
         ring: Ring | None = None
         while process.poll() is None:
-            if self._stopping.wait(POLL):
+            if self._stopping.wait(POLL) or self._replaced.is_set():
                 end_process(process, STOP_TIMEOUT)
             elif ring is None:
                 ring = self._ring_when_ready()

@@ -15,12 +15,17 @@ EVERY = 20
 
 
 def approach(smap: StaticMap, u: Array, ticks: int) -> Array:
-    """Tips (ticks, 2) [m] from rest towards p(u), which would be the next row; u (2,) [N m].
+    """Tips (ticks, 2) [m] from rest towards p(u), which would be the next row; u (2,) [N m]."""
+    return blended(smap, np.zeros(2), u, ticks)
+
+
+def blended(smap: StaticMap, u_from: Array, u_to: Array, ticks: int) -> Array:
+    """Tips (ticks, 2) [m] from p(u_from) on towards p(u_to), which would be the next row; torques (2,) [N m].
 
     Blended in u by a quintic, at rest at both ends: a blend in p would leave the reach (PHYSICS.md).
     """
     s = np.arange(ticks) / ticks
-    return static_tips(smap, (s**3 * (10.0 - 15.0 * s + 6.0 * s * s))[:, None] * u)
+    return static_tips(smap, u_from + (s**3 * (10.0 - 15.0 * s + 6.0 * s * s))[:, None] * (u_to - u_from))
 
 
 def branch(smap: StaticMap, p: Array) -> Array:

@@ -8,6 +8,7 @@ import numpy as np
 from controller.actuator import Actuator
 from controller.build_rig import REFERENCE_ROWS
 from controller.errors import DataError, ParameterError
+from controller.kernels.inverse import StaticMap
 from controller.kernels.rod import Array
 from controller.parameters import ControllerParameters
 from controller.reference.approach import approach
@@ -58,13 +59,10 @@ def drawn(samples: Samples, actuator: Actuator, wish: Wish) -> tuple[Reference, 
     p = resampled(samples, controller.dt)
     first = start_row(samples, wish, len(p), controller.dt)
     smap = static_map(actuator, controller)
-    from_rest = at_rest(smap, p[0])
-    p = leaving_rest(smap, p) if from_rest else p
-    path = projected(smap, p)
+    lead, path = led(smap, p, controller.dt)
     if not wish.project:
         require_reach(samples, path, p, actuator)
-    lead = np.empty((0, 2)) if from_rest else approach(smap, path.u, round(APPROACH / controller.dt))
-    found = course(path.p, controller.dt, from_rest, first, wish.frequency)
+    found = course(path.p, controller.dt, not len(lead), first, wish.frequency)
     on = found.frequency is not None and not found.steps and not torn(path.p[found.start :], controller.dt)
     return Reference(
         name=samples.path.stem,
@@ -75,6 +73,14 @@ def drawn(samples: Samples, actuator: Actuator, wish: Wish) -> tuple[Reference, 
         velocity_feedforward=on if wish.velocity_feedforward is None else wish.velocity_feedforward,
         axis_frequencies=found.axis_frequencies,
     ), path
+
+
+def led(smap: StaticMap, p: Array, dt: float) -> tuple[Array, Carried]:
+    """The approach (m, 2) [m] from rest, of no rows for a path that begins there, and p (n, 2) [m] within reach."""
+    if at_rest(smap, p[0]):
+        return np.empty((0, 2)), projected(smap, leaving_rest(smap, p))
+    path = projected(smap, p)
+    return approach(smap, path.u, round(APPROACH / dt)), path
 
 
 def start_row(samples: Samples, wish: Wish, rows: int, dt: float) -> int | None:

@@ -6,7 +6,8 @@ import numpy as np
 
 from controller.actuator import Actuator
 from controller.errors import ParameterError
-from controller.kernels.inverse import MARGIN_NEARER, REFINE_STEPS, TOLERANCE, StaticMap, refine
+from controller.kernels.along import nearest_of, walk
+from controller.kernels.inverse import MARGIN_NEARER, REFINE_STEPS, TOLERANCE, StaticMap
 from controller.kernels.rod import Array
 from controller.parameters import ControllerParameters
 from controller.reference.approach import EVERY, NEAR_SEEDS, SETTLE_STEPS, solutions
@@ -26,6 +27,8 @@ class Carried(NamedTuple):
 
     u: Array
     """(2,) torques of the first point [N m]."""
+    u_end: Array
+    """(2,) torques of the last point [N m]."""
     p: Array
     """(n, 2) [m], the path's own points where they are within reach, else the nearest."""
     distance: Array
@@ -88,32 +91,28 @@ def at_rest(smap: StaticMap, p: Array) -> bool:
     return bool(np.linalg.norm(p - static_tips(smap, np.zeros(2))) < TOLERANCE)
 
 
-def carried(smap: StaticMap, p: Array, u: Array) -> Carried:
-    """The path p (n, 2) [m] from torques u (2,) [N m] on: on one branch as long as another is no better.
+def carried(smap: StaticMap, p: Array, begin: Array) -> Carried:
+    """The path p (n, 2) [m] from torques `begin` (2,) [N m] on: on one branch as long as another is no better.
 
     Another is taken as the tick does (`kernels.inverse.invert`), but looked for among all seeds.
     """
-    found, distances, changes = p.copy(), np.zeros(len(p)), []
-    u1, u2 = u
-    for i, (x, y) in enumerate(p):
-        u1, u2, distance, _ = refine(smap, (x, y), (u1, u2), REFINE_STEPS)
-        if distance < TOLERANCE:
-            continue
-        if i % EVERY == 0 or not distances[i - 1]:
-            (v1, v2), other = nearest(smap, p[i])
-            if other < TOLERANCE or other < distance - MARGIN_NEARER:
-                u1, u2, distance = v1, v2, other
-                changes.append(i)
-        if distance >= TOLERANCE:
-            found[i], distances[i] = static_tips(smap, np.array([u1, u2])), distance
-    return Carried(u, found, distances, tuple(changes))
+    p = np.ascontiguousarray(p)  # one kind of array, so that the kernel is compiled once
+    torques, distances, changes = np.empty_like(p), np.zeros(len(p)), []
+    row, u = 0, (begin[0], begin[1])
+    while (row := walk(smap, p, row, u, EVERY, REFINE_STEPS, torques, distances)) < len(p):
+        v, other = nearest(smap, p[row])
+        if other < TOLERANCE or other < distances[row] - MARGIN_NEARER:
+            torques[row], distances[row] = v, other
+            changes.append(row)
+        u, row = tuple(torques[row]), row + 1
+    out = distances >= TOLERANCE
+    found = p.copy()
+    found[out] = static_tips(smap, torques[out])
+    return Carried(begin, torques[-1], found, np.where(out, distances, 0.0), tuple(changes))
 
 
 def nearest(smap: StaticMap, p: Array) -> tuple[tuple[float, float], float]:
     """Torques [N m] of the point of the reach that is nearest to p (2,) [m], and its distance [m]."""
-    best, u = np.inf, (0.0, 0.0)
-    for k in np.argsort(np.linalg.norm(smap.seed_tips - p, axis=1))[:NEAR_SEEDS]:
-        u1, u2, distance, _ = refine(smap, (p[0], p[1]), (smap.seeds[k, 0], smap.seeds[k, 1]), SETTLE_STEPS)
-        if distance < best:
-            best, u = distance, (u1, u2)
-    return u, float(best)
+    starts = np.argsort(np.linalg.norm(smap.seed_tips - p, axis=1))[:NEAR_SEEDS]
+    u1, u2, distance = nearest_of(smap, (p[0], p[1]), starts, SETTLE_STEPS)
+    return (u1, u2), distance

@@ -12,7 +12,8 @@ import numpy as np
 
 from controller.layout import fields, record_dtype
 from controller.messages import Telemetry
-from server.history import Bins, encode_frame, encode_plot
+from server.history import Bins
+from server.plots.feed import encode_frame, encode_plot
 
 TARGET = Path(__file__).parents[1] / "src" / "api" / "__fixtures__" / "golden.json"
 
@@ -35,7 +36,7 @@ def main() -> None:
     """Write the file."""
     row = numbered_row()
     low = np.array([[1, 2, np.nan], [4, 5, 6]], np.float32)
-    bins = Bins(np.array([1.0, 1.016]), low, low + 6)
+    bins = Bins(7, [0, 3, 5], np.array([1.0, 1.016]), low, low + 6)
     values = {name: [None if x != x else x for x in row[name].reshape(-1).tolist()] for name in row.dtype.names or ()}
     golden = {
         "layout": [field.model_dump() for field in fields(Telemetry)],

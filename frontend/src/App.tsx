@@ -1,17 +1,21 @@
 import { Loader, Tabs } from "@mantine/core";
-import { lazy, Suspense, useState } from "react";
+import { lazy, Suspense } from "react";
+import { ActuatorPanel } from "./panels/ActuatorPanel";
 import { Banner } from "./panels/Banner";
 import { ControlPanel } from "./panels/ControlPanel";
 import { GainsPanel } from "./panels/GainsPanel";
-import { Header, type View } from "./panels/Header";
+import { Guide } from "./panels/Guide";
+import { Header } from "./panels/Header";
+import { HealthPanel } from "./panels/HealthPanel";
 import { HealthStrip } from "./panels/HealthStrip";
 import { KeyHelp } from "./panels/KeyHelp";
 import { LogPanel } from "./panels/LogPanel";
 import { Login } from "./panels/Login";
-import { ReferencePanel } from "./panels/ReferencePanel";
+import { RunPanel } from "./panels/RunPanel";
 import { Scene3D } from "./panels/Scene3D";
 import { SensingPanel } from "./panels/SensingPanel";
-import { usePage } from "./panels/context";
+import { Starting } from "./panels/Starting";
+import { useDashboard, usePage } from "./panels/context";
 import { useKeys } from "./panels/useKeys";
 import { PlanView } from "./plan/PlanView";
 import { PlotStrip } from "./plots/PlotStrip";
@@ -20,23 +24,27 @@ const Review = lazy(() => import("./panels/Review"));
 
 export function App() {
   const session = usePage((page) => page.session);
-  if (session === "unknown") return <Loader className="starting" />;
+  if (session === "unknown") return <Starting />;
   return session === "absent" ? <Login /> : <Bench />;
 }
 
 /** Live and Review. The live half stays mounted (hidden) while reviewing: nothing reloads on return. */
 function Bench() {
-  const [view, setView] = useState<View>("live");
+  const { page } = useDashboard();
+  const view = usePage((state) => state.view);
   const [help, setHelp] = useKeys();
   return (
     <div className="bench">
       <Header
         view={view}
-        onView={setView}
+        onView={(wanted) => {
+          page.patch({ view: wanted });
+        }}
         onHelp={() => {
           setHelp(true);
         }}
       />
+      {view === "live" ? <Guide /> : null}
       <HealthStrip />
       <Live hidden={view !== "live"} />
       {view === "review" ? (
@@ -76,22 +84,30 @@ function Panels() {
     <Tabs defaultValue="control" className="tabs" keepMounted={false}>
       <Tabs.List>
         <Tabs.Tab value="control">Control</Tabs.Tab>
-        <Tabs.Tab value="reference">Reference</Tabs.Tab>
+        <Tabs.Tab value="run">Run</Tabs.Tab>
         <Tabs.Tab value="sensing">Sensing</Tabs.Tab>
         <Tabs.Tab value="gains">Gains</Tabs.Tab>
+        <Tabs.Tab value="actuator">Actuator</Tabs.Tab>
+        <Tabs.Tab value="health">Health</Tabs.Tab>
         <Tabs.Tab value="log">Log</Tabs.Tab>
       </Tabs.List>
       <Tabs.Panel value="control">
         <ControlPanel />
       </Tabs.Panel>
-      <Tabs.Panel value="reference">
-        <ReferencePanel />
+      <Tabs.Panel value="run">
+        <RunPanel />
       </Tabs.Panel>
       <Tabs.Panel value="sensing">
         <SensingPanel />
       </Tabs.Panel>
       <Tabs.Panel value="gains">
         <GainsPanel />
+      </Tabs.Panel>
+      <Tabs.Panel value="actuator">
+        <ActuatorPanel />
+      </Tabs.Panel>
+      <Tabs.Panel value="health">
+        <HealthPanel />
       </Tabs.Panel>
       <Tabs.Panel value="log">
         <LogPanel />

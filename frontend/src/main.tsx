@@ -2,6 +2,7 @@ import "@mantine/core/styles.css";
 import "@mantine/notifications/styles.css";
 import "uplot/dist/uPlot.min.css";
 import "./app.css";
+import "./craft.css";
 import { createTheme, MantineProvider } from "@mantine/core";
 import { Notifications, notifications } from "@mantine/notifications";
 import { createRoot } from "react-dom/client";
@@ -26,15 +27,17 @@ const theme = createTheme({
   fontFamily: "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif",
   defaultRadius: "sm",
   cursorType: "pointer",
+  primaryShade: 8,
 });
 
 const dashboard = new Dashboard(notify);
 void dashboard.connection.start();
+dashboard.gamepads.start();
 
 const root = document.getElementById("root");
 if (root)
   createRoot(root).render(
-    <MantineProvider theme={theme} defaultColorScheme="dark">
+    <MantineProvider theme={theme} defaultColorScheme="auto">
       <Notifications position="bottom-right" limit={4} className="notices" />
       <DashboardContext value={dashboard}>
         <App />

@@ -4,6 +4,7 @@ export const ROLE = {
   measured: "#009E73",
   observer: "#56B4E9",
   twin: "#999999",
+  ghost: "#CC79A7",
   danger: "#D55E00",
 } as const;
 

@@ -33,6 +33,9 @@ async def _ask(body: CommandBody, parts: Services, who: Identity) -> CommandRepl
         parts.operator.present()
     target = body.target if body.request == "follow" else None
     reply = await asyncio.wrap_future(parts.operator.request(Request[body.request.upper()], target))
-    outcome = "" if reply.accepted else f" refused: {reply.detail}"
-    parts.events.add(f"{who.name}: {body.request.replace('_', '-')}{outcome}", "info" if reply.accepted else "warning")
+    asked = body.request.replace("_", "-")
+    if reply.accepted:
+        parts.events.add(f"{who.name}: {asked}")
+    else:
+        parts.events.refused(who.name, asked, reply.detail)
     return reply

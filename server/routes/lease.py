@@ -3,8 +3,8 @@
 from fastapi import APIRouter
 
 from controller.errors import CommandRefused
-from server.deps import Me, Parts
-from server.messages import Lease
+from server.deps import Holder, Me, Parts
+from server.messages import Lease, LeaseBody
 
 router = APIRouter(tags=["lease"])
 
@@ -21,4 +21,12 @@ async def take_lease(parts: Parts, who: Me) -> Lease:
 async def release_lease(parts: Parts, who: Me) -> Lease:
     """Stop being the operator; a motion is held."""
     parts.lease.release(who)
+    return parts.lease.view(who)
+
+
+@router.patch("/api/lease")
+async def change_lease(body: LeaseBody, parts: Parts, who: Holder) -> Lease:
+    """Switch the held clutch on or off."""
+    parts.lease.clutch = body.clutch
+    parts.events.add(f"{who.name}: held clutch {'on' if body.clutch else 'off'}")
     return parts.lease.view(who)

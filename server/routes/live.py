@@ -11,10 +11,12 @@ from controller.errors import TendrilError, sentence
 from controller.layout import fields
 from controller.messages import CommandReply, Telemetry
 from controller.modes import Request
-from server.channels import CHANNELS
+from server.channels import CHANNELS, columns_of
 from server.deps import Me, Parts
 from server.live import Viewer
-from server.messages import FromBrowser, Hello, Ping, Pong, Presence, Refused, Reply, Session, Target
+from server.messages import FromBrowser, Hello, Ping, Pong, Presence, Refused, Release, Reply, Session, Target
+from server.plots.feed import Feed
+from server.plots.messages import PlotChoice
 from server.services import Services
 from server.tasks import until_one_ends
 
@@ -27,12 +29,10 @@ _MESSAGE: TypeAdapter[FromBrowser] = TypeAdapter(FromBrowser)
 
 @router.websocket("/ws/live")
 async def live(socket: WebSocket, parts: Parts, who: Me) -> None:
-    """Hello, the log so far, then everything live, until either side closes."""
+    """Hello with the log so far, then everything live, until either side closes."""
     await socket.accept()
-    viewer = Viewer(socket, who)
+    viewer = Viewer(socket, who, Feed(parts.history))
     await socket.send_text(_hello(parts, viewer).model_dump_json())
-    for event in parts.events.recent:
-        viewer.post(event)
     await until_one_ends(parts.hub.serve(viewer), _listen(Conversation(viewer, parts)))
 
 
@@ -41,17 +41,18 @@ class Conversation:
 
     def __init__(self, viewer: Viewer, parts: Services) -> None:
         self._viewer, self._parts = viewer, parts
+        self._written = ""
         self._loop = asyncio.get_running_loop()
 
     def hear(self, text: str | None) -> None:
         """Act on one message; never raises."""
         self._parts.lease.touch(self._viewer.who)
         if text is None or len(text) > LONGEST:
-            return self._refuse(0, f"a message is text of at most {LONGEST} characters")
+            return self._refuse(0, "message", f"a message is text of at most {LONGEST} characters")
         try:
             message = _MESSAGE.validate_json(text)
         except ValidationError as error:
-            return self._refuse(_id(text), sentence(error))
+            return self._refuse(_id(text), "message", sentence(error))
         match message:
             case Ping():
                 self._viewer.post(Pong(t=message.t))
@@ -59,6 +60,10 @@ class Conversation:
                 self._present(message)
             case Target():
                 self._aim(message)
+            case Release():
+                self._let_go()
+            case PlotChoice():
+                self._plot(message)
 
     def _present(self, message: Presence) -> None:
         """Only a number that rises, from the page of the lease's holder, is presence."""
@@ -66,27 +71,50 @@ class Conversation:
         if risen and self._parts.lease.holds(self._viewer.who):
             self._parts.operator.present()
 
+    def _plot(self, message: PlotChoice) -> None:
+        try:
+            self._viewer.feed.choose(columns_of(message.channels), message.since)
+        except TendrilError as error:
+            return self._refuse(0, "plots", str(error))
+        self._viewer.wake.set()
+
     def _aim(self, message: Target) -> None:
+        if message.start:
+            self._written = ""
         try:
             self._parts.require_lease(self._viewer.who)
         except TendrilError as error:
-            return self._refuse(message.id, str(error))
+            return self._refuse(message.id, "target", str(error))
         operator, at = self._parts.operator, (message.x, message.y)
         operator.present()
         asked = operator.request(Request.FOLLOW, at) if message.start else operator.move(at)
         asked.add_done_callback(lambda done: self._loop.call_soon_threadsafe(self._answer, message, done))
 
+    def _let_go(self) -> None:
+        lease = self._parts.lease
+        if lease.clutch and lease.holds(self._viewer.who):
+            self._parts.operator.request(Request.HOLD)
+
     def _answer(self, message: Target, done: "Future[CommandReply]") -> None:
         error = done.exception()
         if error is not None:
-            return self._refuse(message.id, str(error))
+            return self._refuse(message.id, "target", str(error))
         reply = done.result()
-        if message.start and not reply.accepted:
-            self._parts.events.add(f"{self._viewer.who.name}: follow refused: {reply.detail}", "warning")
+        if reply.accepted:
+            self._written = ""
+        else:
+            self._write("follow" if message.start else "target", reply.detail)
         self._viewer.post(Reply(id=message.id, reply=reply))
 
-    def _refuse(self, number: int, detail: str) -> None:
+    def _refuse(self, number: int, what: str, detail: str) -> None:
+        self._write(what, detail)
         self._viewer.post(Refused(id=number, detail=detail))
+
+    def _write(self, what: str, reason: str) -> None:
+        """Into the log: once for all moves of a drag that are refused for the same reason."""
+        if reason != self._written:
+            self._parts.events.refused(self._viewer.who.name, what, reason)
+        self._written = reason
 
 
 async def _listen(conversation: Conversation) -> None:
@@ -97,7 +125,8 @@ async def _listen(conversation: Conversation) -> None:
 
 def _hello(parts: Services, viewer: Viewer) -> Hello:
     session = Session(name=viewer.who.name, lease=parts.lease.view(viewer.who))
-    return Hello(session=session, layout=fields(Telemetry), channels=CHANNELS, rig=parts.rig.info)
+    log = list(parts.events.recent)
+    return Hello(session=session, layout=fields(Telemetry), channels=CHANNELS, rig=parts.rig.info, log=log)
 
 
 def _id(text: str) -> int:

@@ -52,10 +52,10 @@ class Desk:
     def settings(self, **settings: Any) -> None:
         write_record(Settings(**settings), self.command["settings"][0])
 
-    def plan(self, rows: np.ndarray) -> None:
+    def plan(self, rows: np.ndarray, again: int = 0, ticks: int | None = None) -> None:
         """Put a reference for TRACK in place."""
         self.rig.control.reference[: len(rows)] = rows
-        self.rig.control.reference_count[0] = len(rows)
+        self.rig.control.plan[0] = len(rows), again, len(rows) if ticks is None else ticks
 
     def into(self, mode: Mode) -> None:
         """Bring the rig into `mode` by the requests that an operator would make."""

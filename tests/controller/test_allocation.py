@@ -18,6 +18,7 @@ from controller.build import build_rod
 from controller.build_rig import build_rig
 from controller.build_twin import build_twin
 from controller.experiments.tick_bench import Inputs, run_ticks
+from controller.kernels.along import nearest_of, walk
 from controller.kernels.compiled import OPTIONS
 from controller.kernels.implicit import make_implicit_work, meet_hinges
 from controller.kernels.replay import Replay, Samples, Springs, replay
@@ -78,6 +79,8 @@ def outermost() -> dict[str, tuple[Any, ...]]:
         "twin_step": (twin, 1, telemetry[0], measurement[0]),
         "meet_hinges": (model, state.q, state.v, work),
         "replay": (run, samples, Springs(np.zeros(2), np.zeros(2)), 1, points[None]),
+        "walk": (rig.control.smap, points, 0, (0.0, 0.0), 1, 1, points.copy(), np.zeros(1)),
+        "nearest_of": (rig.control.smap, (0.0, 0.0), np.zeros(1, np.int64), 1),
     }
 
 
@@ -96,12 +99,12 @@ def calls_hidden(x: np.ndarray) -> float:
 
 def test_the_examples_reach_every_kernel() -> None:
     found = kernels()
-    assert {tick, twin_step, meet_hinges, replay} == {found[name] for name in outermost()}
+    assert {tick, twin_step, meet_hinges, replay, walk, nearest_of} == {found[name] for name in outermost()}
     called = {inner for kernel in found.values() for inner in called_by(kernel)}
     assert {name for name, kernel in found.items() if kernel not in called} == outermost().keys()
 
 
-@pytest.mark.parametrize("name", ["tick", "twin_step", "meet_hinges", "replay"])
+@pytest.mark.parametrize("name", ["tick", "twin_step", "meet_hinges", "replay", "walk", "nearest_of"])
 def test_the_machine_code_of_no_kernel_calls_an_allocator(name: str) -> None:
     assert allocators(kernels()[name].py_func, outermost()[name], UNCACHED) == set()
 

@@ -10,9 +10,9 @@ import pytest
 
 from controller.errors import LayoutMismatch, ParameterError, RigUnreachable
 from controller.layout import layout_hash, record_dtype, to_record
-from controller.link import RigClient, RigEnd
+from controller.link import ENDLESS, RigClient, RigEnd
 from controller.link.keys import Keys, open_session
-from controller.messages import Command, CommandReply, RigInfo, Telemetry
+from controller.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults
 from controller.modes import Cause, Mode
 from controller.parameters import RigParameters
 from controller.realtime.settings import free_port
@@ -28,6 +28,7 @@ class FakeRig:
         self.kept = self.replays = 0
         self.layout = layout or layout_hash(Command, Telemetry)
         self.boot = boot
+        self.injected = TwinFaults()
         self.session = open_session(listen=endpoint)
         self.end = RigEnd(self.session, "fake", boot, self)
 
@@ -50,8 +51,13 @@ class FakeRig:
         self.replays += 1
         return self.rows[max(first, self.kept) : max(first + count, self.kept)]
 
-    def plan(self, points: np.ndarray) -> int:
+    def plan(self, points: np.ndarray, again: int, ticks: int) -> int:
+        self.planned = (points.shape, again, ticks)
         return len(points)
+
+    def faults(self, wanted: TwinFaults | None) -> TwinFaults:
+        self.injected = wanted or self.injected
+        return self.injected
 
     def publish(self, first: int, end: int) -> None:
         self.end.publish(self.rows[first:end])
@@ -194,7 +200,10 @@ def test_a_malformed_command_is_answered_with_field_value_and_bound(endpoint: st
 
 def test_a_replay_request_or_a_reference_of_wrong_size_is_refused(rig: FakeRig, reader: Reader) -> None:
     assert reader.client.plan(np.zeros((7, 2))) == 7
-    with pytest.raises(ParameterError, match="24 bytes is not rows of two"):
+    assert rig.planned == ((7, 2), 0, 7)
+    assert reader.client.plan(np.zeros((7, 2)), again=3, ticks=ENDLESS) == 7
+    assert rig.planned == ((7, 2), 3, ENDLESS)
+    with pytest.raises(ParameterError, match="40 bytes is not two int64 words and rows of two"):
         reader.client.plan(np.zeros(3))
     with pytest.raises(ParameterError, match="could not answer"):
         rig.rows = None  # type: ignore[assignment]

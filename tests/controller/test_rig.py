@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controller.errors import RigUnreachable
+from controller.errors import ParameterError, RigUnreachable
 from controller.modes import Cause, Mode, Request
 from controller.parameters import Law, RigParameters, SafetyLimits, Settings
 from controller.realtime.ring import STOP, Ring
@@ -78,6 +78,9 @@ def test_a_refusal_names_the_mode_and_the_way_out(shared: LiveRig) -> None:
     assert send(Request.ARM).detail == "refused: ARM is not possible in E_STOP; clear the E-STOP first"
     assert send(Request.CLEAR).mode == Mode.VENTED
     assert send(Request.ARM).accepted
+    assert send(Request.TRACK).cause == Cause.NO_REFERENCE
+    with pytest.raises(ParameterError, match="reference of 3 points cannot go on at 3 for 9 ticks"):
+        shared.operator.client.plan(np.full((3, 2), 0.2), again=3, ticks=9)
     assert send(Request.TRACK).cause == Cause.NO_REFERENCE
     assert send(Request.FOLLOW).accepted
     assert send(Request.TRACK).cause == Cause.WRONG_MODE

@@ -109,6 +109,20 @@ def test_an_unattended_run_finishes_without_an_operator() -> None:
     assert (desk.mode, desk.cause) == (H, Cause.REFERENCE_DONE)
 
 
+def test_a_reference_that_repeats_never_stops_between_its_laps_and_ends_where_it_is_to() -> None:
+    desk, rows = Desk(), np.column_stack([np.full(300, 0.25), np.linspace(0.0, 0.03, 300)])
+    desk.into(H)
+    desk.plan(rows, again=100, ticks=650)
+    desk.ask(Request.TRACK)
+    followed = [desk.telemetry["p_ref"][0].copy()] + [desk.step()["p_ref"].copy() for _ in range(649)]
+    wanted = np.vstack([rows, rows[100:], rows[100:250]])
+    assert desk.mode == T
+    assert np.array_equal(desk.rig.control.state["wish"][0], wanted[-1])
+    assert np.linalg.norm(np.array(followed)[400:500] - wanted[400:500], axis=1).max() < 1e-3
+    desk.step()
+    assert (desk.mode, desk.cause) == (H, Cause.REFERENCE_DONE)
+
+
 @pytest.mark.parametrize("mode", LIVE)
 def test_without_the_server_the_rig_holds_and_later_rests(mode: Mode) -> None:
     desk = Desk()

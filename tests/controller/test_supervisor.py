@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from controller.actuator import PRESETS
 from controller.errors import TendrilError
 from controller.modes import Cause, Mode, Request
 from controller.realtime.ring import find_ring
@@ -45,6 +46,20 @@ def test_a_killed_rig_comes_back_vented_under_a_new_boot_id_and_needs_a_new_arm(
     assert operator.send(Request.ARM).mode == Mode.HOLD
     recorder = find_ring("watched", tmp_path).path.with_suffix(".last")
     assert recorder.exists()
+    operator.client.close()
+
+
+def test_a_rig_is_replaced_by_one_with_other_parameters_and_its_end_counts_as_no_failure(
+    supervisor: Supervisor,
+) -> None:
+    operator = connected_operator(supervisor)
+    parameters = supervisor.settings.parameters
+    supervisor.replace(parameters.model_copy(update={"actuator": PRESETS["P2"]}))
+    wait_for(lambda: len(operator.boots) == 2)
+    info = operator.client.info
+    assert info is not None
+    assert info.parameters.actuator == PRESETS["P2"]
+    assert supervisor.restarts == 0
     operator.client.close()
 
 

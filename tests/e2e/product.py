@@ -89,8 +89,10 @@ def wait_until(condition: Callable[[], Any], seconds: float, each: Callable[[], 
     return time.monotonic() - start
 
 
-def open_page(context: BrowserContext, product: Product) -> Page:
-    """Open the page and wait for live telemetry."""
+def open_page(context: BrowserContext, product: Product, first_visit: bool = False) -> Page:
+    """Open the page and wait for live telemetry; the guide of the first visit only when asked for."""
+    if not first_visit:
+        context.add_init_script("localStorage.setItem('tendril-guide', 'seen')")
     page = context.new_page()
     page.goto(product.url)
     wait_until(lambda: page.evaluate("!!window.__tendril?.frame"), 20.0)  # by evaluate: the page forbids eval

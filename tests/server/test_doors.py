@@ -23,8 +23,10 @@ OPERATORS = [
     ("POST", "/api/command", {"request": "rest"}),
     ("POST", "/api/command", {"request": "clear"}),
     ("PATCH", "/api/settings", {"changes": {"K_P": [0.1, 0.1]}}),
+    ("PATCH", "/api/lease", {"clutch": True}),
     ("POST", "/api/recordings", {"name": "x"}),
     ("DELETE", "/api/recordings/current", None),
+    *[("POST", f"/api/run{verb}", {"reference": "vu"}) for verb in ("", "/pause", "/resume", "/stop")],
 ]
 
 
@@ -188,4 +190,4 @@ def test_the_description_holds_the_socket_messages() -> None:
     assert "type" in kinds["Hello"]["required"], "the page can tell messages apart by it"
     assert kinds["Mode"]["x-enum-varnames"][6] == "E_STOP"
     spoken = schema["webhooks"]["live"]["post"]
-    assert len(spoken["requestBody"]["content"]["application/json"]["schema"]["oneOf"]) == 3
+    assert len(spoken["requestBody"]["content"]["application/json"]["schema"]["oneOf"]) == 5

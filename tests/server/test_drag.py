@@ -7,11 +7,11 @@ import pytest
 
 from controller.modes import Request
 from server.auth import Identity
-from server.body import GIZMO
 from server.drag import CAMERA, END, START, UPDATE, Drag
 from server.lease import OperatorLease
 from server.operator import Operator
 from server.scene import Scene
+from server.scene.gizmo import GIZMO
 
 ANN, BOB = Identity("a", "ann"), Identity("b", "bob")
 
@@ -118,3 +118,11 @@ def test_losing_the_lease_ends_the_drag(lease: OperatorLease) -> None:
     assert drag.judge(gizmo(UPDATE, position=[0.1, 0.1, 0.0], wxyz=[1, 0, 0, 0])) is None
     assert seen.calls[-2:] == [("hold_gizmo", False), ("put_back",)]
     assert "move" not in {call[0] for call in seen.calls}
+
+
+def test_with_the_clutch_on_letting_go_of_the_gizmo_holds(lease: OperatorLease) -> None:
+    drag, seen = drag_of(ANN, lease)
+    lease.clutch = True
+    for kind in (START, END):
+        drag.judge(gizmo(kind))
+    assert [call[1] for call in seen.calls if call[0] == "request"] == [Request.FOLLOW, Request.HOLD]

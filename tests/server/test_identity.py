@@ -88,7 +88,7 @@ def test_one_session_operates_until_it_releases_or_falls_silent() -> None:
     assert lease.acquire(ann)
     assert lease.acquire(ann)
     assert not lease.acquire(bob)
-    assert lease.view(bob).model_dump() == {"held": True, "mine": False, "holder": "ann"}
+    assert lease.view(bob).model_dump() == {"held": True, "mine": False, "holder": "ann", "clutch": False}
     clock.now = LAPSE
     lease.touch(bob)
     lease.touch(ann)

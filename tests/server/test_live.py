@@ -1,5 +1,6 @@
 """The live socket: malformed messages, slow viewers, history and the log."""
 
+import json
 import socket
 import time
 
@@ -8,17 +9,12 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 
 from server.channels import CHANNELS
+from server.plots.messages import CHANNELS_MAX
 from tests.server.live_server import ROW, Live, TestServer, wait_for
+from tests.server.test_history import plot
 
 TICK = ROW.fields["tick"][1] + 8
 """Place of the tick in a FRAME message."""
-
-
-def bins(message: bytes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    count = int(np.frombuffer(message, "<u4", 2)[1])
-    t = np.frombuffer(message, "<f8", count, 8)
-    both = np.frombuffer(message, "<f4", offset=8 + 8 * count).reshape(2, count, len(CHANNELS))
-    return t, both[0], both[1]
 
 
 @pytest.mark.parametrize(
@@ -37,6 +33,11 @@ def bins(message: bytes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         ('{"type": "target", "id": -1, "x": 0, "y": 0}', "target.id = -1"),
         ('{"type": "presence", "n": 1.5}', "presence.n"),
         ('{"type": "ping", "t": NaN}', "ping.t = nan"),
+        ('{"type": "plots", "channels": ["energy", "charm"]}', "charm"),
+        ('{"type": "plots", "channels": ["../energy"]}', "plots.channels.0"),
+        ('{"type": "plots", "channels": "energy"}', "plots.channels"),
+        ('{"type": "plots", "channels": [], "since": NaN}', "plots.since = nan"),
+        (json.dumps({"type": "plots", "channels": ["energy"] * (CHANNELS_MAX + 1)}), "plots.channels"),
         ("[" * 3000, "message"),
         ("x" * 5000, "4096"),
         (b"\x01\x02", "text"),
@@ -72,27 +73,36 @@ def test_history_comes_on_connect_and_every_tick_is_in_a_bin(server: TestServer)
     page = server.operator()
     wait_for(lambda: server.services.history.count > 2000, "two seconds of history")
     with page.live() as live:
+        live.send(type="plots", channels=["energy", "p_ref.0"])
         wait_for(lambda: len(live.plots) > 30, "plots")
-        plots = [bins(message) for message in live.plots]
-        assert len(plots[0][0]) > 100, "the past comes first"
-        t = np.concatenate([plot[0] for plot in plots])
+        plots = [plot(message) for message in live.plots]
+        assert len(plots[0][2]) > 100, "the past comes first"
+        t = np.concatenate([times for _, _, times, _, _ in plots])
         assert np.all(np.diff(t) > 0)
         assert np.median(np.diff(t)) < 0.05
-        for _, low, high in plots:
+        for _, channels, _, low, high in plots:
+            assert [CHANNELS[channel].key for channel in channels] == ["energy", "p_ref.0"]
             assert not np.any(low > high)
+
+
+def test_a_page_that_chose_no_channel_gets_none(server: TestServer) -> None:
+    page = server.operator()
+    with page.live() as live:
+        wait_for(lambda: len(live.frames) > 20, "frames")
+        assert not live.plots
 
 
 def test_a_spike_of_one_tick_reaches_every_viewer(server: TestServer) -> None:
     """A row is put into the history as the link would; its neighbours are ordinary."""
     page = server.operator()
     history = server.services.history
-    error = [channel.key for channel in CHANNELS].index("error")
     with page.live() as live:
+        live.send(type="plots", channels=["error.norm"])
         wait_for(lambda: len(live.plots) > 5, "plots")
         spike = history.newest.copy()
         spike["error"] = (0.0, 7.0)
         history.add(spike)
-        wait_for(lambda: any(bins(m)[2][:, error].max() == 7.0 for m in list(live.plots)), "the spike")
+        wait_for(lambda: any(plot(m)[4].max() == 7.0 for m in list(live.plots)), "the spike")
 
 
 def test_a_slow_viewer_skips_frames_and_then_sees_the_newest(server: TestServer) -> None:
@@ -129,9 +139,47 @@ def test_latecomers_read_the_log(server: TestServer) -> None:
     name = operator.get("/api/session").json()["name"]
     late = server.page().sign_in()
     with late.live() as live:
-        live.wait("event", lambda m: m["text"] == f"{name}: clear")
-        live.wait("event", lambda m: m["text"] == f"{name} operates")
-        assert live.wait("status")["lease"] == {"held": True, "mine": False, "holder": name}
+        log = [line["text"] for line in live.wait("hello")["log"]]
+        assert f"{name}: clear" in log
+        assert f"{name} operates" in log
+        assert live.wait("status")["lease"] == {"held": True, "mine": False, "holder": name, "clutch": False}
+
+
+def test_whatever_is_refused_is_in_the_log_with_who_and_why(server: TestServer) -> None:
+    operator = server.operator()
+    name = operator.get("/api/session").json()["name"]
+    viewer = server.page().sign_in()
+    other = viewer.get("/api/session").json()["name"]
+    with viewer.live() as live:
+        why = f"refused: only the operator may do this; {name} operates now"
+        viewer.command("arm")
+        live.wait("event", lambda m: m["text"] == f"{other}: arm {why}" and m["level"] == "warning")
+        viewer.patch("/api/settings", json={"changes": {"K_P": [0.1, 0.1]}})
+        live.wait("event", lambda m: m["text"] == f"{other}: change settings {why}")
+        operator.patch("/api/settings", json={"changes": {"K_P": [9, 0.1]}})
+        live.wait("event", lambda m: m["text"].startswith(f"{name}: change settings refused: K_P.0 = 9"))
+        operator.post("/api/command", json={"request": "dance"})
+        live.wait("event", lambda m: m["text"].startswith(f"{name}: dance refused: request = dance"))
+        operator.command("follow", target=[0.1, 0.1])
+        live.wait("event", lambda m: m["text"].startswith(f"{name}: follow refused") and m["level"] == "warning")
+        server.page().post("/api/session", json={"token": "guess"})
+        live.wait("event", lambda m: "sign in by token refused: wrong access token" in m["text"])
+        for i in range(5):
+            live.send(type="target", id=i, x=0.1, y=0.1, start=i == 0)
+        live.wait("refused", lambda m: m["id"] == 4)
+        live.send(type="target", id=9, x=0.1, y=0.1, start=True)
+        live.wait("refused", lambda m: m["id"] == 9)
+        lines = [m for m in live.texts if m["type"] == "event" and m["text"] == f"{other}: target {why}"]
+        assert len(lines) == 2, "a drag is one command"
+
+
+def test_the_clutch_is_the_holders_to_switch(server: TestServer) -> None:
+    operator, viewer = server.operator(), server.page().sign_in()
+    assert viewer.patch("/api/lease", json={"clutch": True}).status_code == 403
+    with viewer.live() as live:
+        assert operator.patch("/api/lease", json={"clutch": True}).json()["clutch"] is True
+        live.wait("status", lambda m: m["lease"]["clutch"])
+        operator.patch("/api/lease", json={"clutch": False})
 
 
 def test_a_closed_page_is_forgotten(server: TestServer) -> None:

@@ -10,8 +10,8 @@ import zstandard
 from websockets.sync.client import ClientConnection
 
 from controller.modes import Mode
-from server.body import GIZMO
 from server.drag import CAMERA, END, START, UPDATE
+from server.scene.gizmo import GIZMO
 from tests.server.live_server import Page, TestServer, wait_for
 
 VERSION = f"viser-v{viser.__version__}"
@@ -137,7 +137,7 @@ def test_visers_page_is_served_with_its_panel_hidden(server: TestServer) -> None
     assert "data-floating-window" in shell.text.split("</head>")[0]
     again = page.get("/viser/", headers={"if-none-match": shell.headers["etag"]})
     assert (again.status_code, again.content) == (304, b"")
-    top = page.get("/viser/?view=top")
+    top = page.get("/viser/seat/seat0000top/?view=top&scheme=light")
     assert top.status_code == 307
     assert "initialCameraUp=0.0000,1.0000,0.0000" in top.headers["location"]
     assert page.get("/viser/nothing.js").status_code == 404

@@ -31,6 +31,7 @@ test("every field of a frame written by the server's encoder reads as numpy wrot
 test("plot bins written by the server's encoder come out as times, lows and highs", () => {
   const message = decodeBinary(bytesOf(golden.plot));
   if (message.kind !== "plot") throw new Error("not plot bins");
+  expect([message.bins.first, ...message.bins.channels]).toEqual([7, 0, 3, 5]);
   expect([...message.bins.t]).toEqual([1, 1.016]);
   expect([...message.bins.low]).toEqual([1, 2, NaN, 4, 5, 6]);
   expect([...message.bins.high]).toEqual([7, 8, NaN, 10, 11, 12]);
@@ -53,6 +54,7 @@ test("a record that is cut short, a plot that does not fit and an unknown kind a
     new RecordReader(layout).load(frame.slice(0, -1), 8);
   }).toThrow(LayoutError);
   expect(() => decodeBinary(bytesOf(golden.plot).slice(0, -4))).toThrow(LayoutError);
+  expect(() => decodeBinary(new Uint32Array([2, 0]).buffer)).toThrow(LayoutError);
   expect(() => decodeBinary(new Uint32Array([9, 0]).buffer)).toThrow("unknown kind 9");
   expect(() => decodeBinary(new ArrayBuffer(3))).toThrow(LayoutError);
 });

@@ -1,13 +1,23 @@
 import type {
   CommandBody,
   CommandReply,
+  DrawingBody,
+  DrawingInfo,
+  DrawingPlan,
   Lease,
+  LoopHealth,
+  PlotLayout,
+  Preview,
+  PreviewBody,
   Recording,
   RecordingState,
   ReferenceInfo,
   ReferencePath,
+  RunBody,
+  RunState,
   Session,
   Settings,
+  TextPath,
   Workspace,
 } from "./types";
 
@@ -16,6 +26,8 @@ export class Refusal extends Error {
   constructor(
     readonly status: number,
     message: string,
+    /** The server wrote it into the log. */
+    readonly logged: boolean,
   ) {
     super(message);
   }
@@ -24,9 +36,10 @@ export class Refusal extends Error {
 /** The server did not answer at all. */
 export class Unreachable extends Error {}
 
-type Method = "GET" | "POST" | "PATCH" | "DELETE";
+export type Method = "GET" | "POST" | "PUT" | "PATCH" | "DELETE";
 
-async function call<T>(method: Method, path: string, body?: unknown): Promise<T> {
+/** Ask the server; raises Refusal with its own words, or Unreachable. */
+export async function call<T>(method: Method, path: string, body?: unknown): Promise<T> {
   const init: RequestInit = { method, credentials: "same-origin" };
   if (body !== undefined) {
     init.body = JSON.stringify(body);
@@ -36,7 +49,8 @@ async function call<T>(method: Method, path: string, body?: unknown): Promise<T>
     throw new Unreachable(`The server did not answer (${String(error)})`);
   });
   const answer: unknown = await response.json().catch(() => null);
-  if (!response.ok) throw new Refusal(response.status, refusalText(answer, response.statusText));
+  if (!response.ok)
+    throw new Refusal(response.status, refusalText(answer, response.statusText), method !== "GET");
   return answer as T;
 }
 
@@ -62,15 +76,36 @@ export const rest = {
   session: () => call<Session>("GET", "/api/session"),
   takeLease: () => call<Lease>("POST", "/api/lease"),
   releaseLease: () => call<Lease>("DELETE", "/api/lease"),
+  setClutch: (clutch: boolean) => call<Lease>("PATCH", "/api/lease", { clutch }),
+  loopHealth: () => call<LoopHealth>("GET", "/api/health/loop"),
   command: (body: CommandBody) => call<CommandReply>("POST", "/api/command", body),
   changeSettings: (changes: Partial<Settings>) => call<Settings>("PATCH", "/api/settings", { changes }),
   workspace: () => call<Workspace>("GET", "/api/workspace"),
   references: () => call<ReferenceInfo[]>("GET", "/api/references"),
   reference: (name: string) => call<ReferencePath>("GET", `/api/references/${encodeURIComponent(name)}`),
+  planDrawing: (body: DrawingBody) => call<DrawingPlan>("POST", "/api/drawings/plan", body),
+  textPath: (text: string, height: number) => call<TextPath>("POST", "/api/drawings/text", { text, height }),
+  drawings: () => call<DrawingInfo[]>("GET", "/api/drawings"),
+  drawing: (name: string) => call<DrawingBody>("GET", drawingUrl(name)),
+  saveDrawing: (body: DrawingBody) => call<DrawingInfo>("PUT", drawingUrl(body.name), body),
+  deleteDrawing: (name: string) => call<unknown>("DELETE", drawingUrl(name)),
+  preview: (body: PreviewBody) => call<Preview>("POST", "/api/preview", body),
+  run: (body: RunBody) => call<RunState>("POST", "/api/run", body),
+  steerRun: (step: "pause" | "resume" | "stop") => call<RunState>("POST", `/api/run/${step}`),
+  layouts: () => call<string[]>("GET", "/api/layouts"),
+  layout: (name: string) => call<PlotLayout>("GET", `/api/layouts/${encodeURIComponent(name)}`),
+  keepLayout: (name: string, layout: PlotLayout) =>
+    call<PlotLayout>("PUT", `/api/layouts/${encodeURIComponent(name)}`, layout),
+  forgetLayout: (name: string) => call<null>("DELETE", `/api/layouts/${encodeURIComponent(name)}`),
   recordings: () => call<Recording[]>("GET", "/api/recordings"),
   startRecording: (name: string) => call<RecordingState>("POST", "/api/recordings", { name }),
   stopRecording: () => call<Recording>("DELETE", "/api/recordings/current"),
 };
+
+/** Address of the saved drawing `name`; with ".csv" behind it, of its download. */
+export function drawingUrl(name: string): string {
+  return `/api/drawings/${encodeURIComponent(name)}`;
+}
 
 /** Address of rerun's own viewer, showing the recording `id` of the server at `origin`. */
 export function viewerUrl(

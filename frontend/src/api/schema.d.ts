@@ -45,7 +45,11 @@ export interface paths {
     delete: operations["release_lease"];
     options?: never;
     head?: never;
-    patch?: never;
+    /**
+     * Change Lease
+     * @description Switch the held clutch on or off.
+     */
+    patch: operations["change_lease"];
     trace?: never;
   };
   "/api/command": {
@@ -132,6 +136,26 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/health/loop": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Loop Health
+     * @description How punctual the loop was in the last 10 s, how fast the pressure loops were in the last 30 s.
+     */
+    get: operations["read_loop_health"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/workspace": {
     parameters: {
       query?: never;
@@ -184,6 +208,234 @@ export interface paths {
      * @description The points of one of them; 404 with the known names.
      */
     get: operations["read_reference"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/drawings/plan": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Plan Drawing
+     * @description What would be followed; 422 with field, value and bound for what cannot be planned.
+     */
+    post: operations["plan_drawing"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/drawings/text": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Text Path
+     * @description Text in single-stroke letters; 422 for a character that has none.
+     */
+    post: operations["text_path"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/preview": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Preview
+     * @description The run that would follow now, on the twin of the connected rig, far faster than real time.
+     */
+    post: operations["preview"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/drawings": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Drawings
+     * @description Every saved drawing, the last saved first.
+     */
+    get: operations["read_drawings"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/drawings/{name}.csv": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Drawing File
+     * @description What would be followed as CSV: t, x, y in s and m, every tick; 404 when there is none of this name.
+     */
+    get: operations["drawing_file"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/drawings/{name}": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Drawing
+     * @description A saved drawing; 404 when there is none of this name.
+     */
+    get: operations["read_drawing"];
+    /**
+     * Save Drawing
+     * @description Save it under this name, in place of one that is there; operator only.
+     */
+    put: operations["save_drawing"];
+    post?: never;
+    /**
+     * Delete Drawing
+     * @description Delete it; operator only, 404 when there is none of this name.
+     */
+    delete: operations["delete_drawing"];
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/run": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Start Run
+     * @description Follow a reference from where the rig's own is now; 409 when the rig cannot, or another run is under way.
+     */
+    post: operations["start_run"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/run/pause": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Pause Run
+     * @description Hold, and remember where; 409 when no run is in motion.
+     */
+    post: operations["pause_run"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/run/resume": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Resume Run
+     * @description Go on where the run was paused; 409 when none is.
+     */
+    post: operations["resume_run"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/run/stop": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Stop Run
+     * @description Hold, and end the run; 409 when there is none.
+     */
+    post: operations["stop_run"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/runs": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Runs
+     * @description What came of the last 100 runs, newest first; kept over a restart of the server.
+     */
+    get: operations["read_runs"];
     put?: never;
     post?: never;
     delete?: never;
@@ -251,6 +503,230 @@ export interface paths {
     put?: never;
     post?: never;
     delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/history.csv": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * History Csv
+     * @description The channels from `from` to `to` [s, rig clock], SI: every tick of the last minute, else 16 ms extremes.
+     */
+    get: operations["history_csv"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/gains": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Gains
+     * @description The saved presets, by name.
+     */
+    get: operations["read_gains"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/gains/{name}": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    /**
+     * Save Gains
+     * @description Save the settings in force under this name; all presets.
+     */
+    put: operations["save_gains"];
+    post?: never;
+    /**
+     * Delete Gains
+     * @description Delete a preset; the ones that are left.
+     */
+    delete: operations["delete_gains"];
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/rig/actuator": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Actuators
+     * @description Which actuators may be chosen, and why none can be.
+     */
+    get: operations["read_actuators"];
+    /**
+     * Change Actuator
+     * @description Start the rig again with another actuator; 409 unless it is VENTED, ours, and nothing is recorded.
+     */
+    put: operations["change_actuator"];
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/layouts": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Layouts
+     * @description Names of my layouts.
+     */
+    get: operations["read_layouts"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/layouts/{name}": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Layout
+     * @description One of my layouts; 404 when I have none of this name.
+     */
+    get: operations["read_layout"];
+    /**
+     * Keep Layout
+     * @description Keep a layout for me; 409 when I have too many.
+     */
+    put: operations["keep_layout"];
+    post?: never;
+    /**
+     * Delete Layout
+     * @description Forget one of my layouts.
+     */
+    delete: operations["delete_layout"];
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/twin/faults": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Faults
+     * @description What is injected now; 409 on hardware.
+     */
+    get: operations["read_faults"];
+    /**
+     * Inject Faults
+     * @description Inject from the next sample on; 409 on hardware.
+     */
+    put: operations["inject_faults"];
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/scene/{seat}/look": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    /**
+     * Change Look
+     * @description Ground and camera of this view alone.
+     */
+    put: operations["change_look"];
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/scene/{seat}/path/{role}": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    /**
+     * Change Path
+     * @description Show a path in this view alone.
+     */
+    put: operations["change_path"];
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/scene/{seat}/playback": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    /**
+     * Play
+     * @description Play a recording in this view alone, from a time on, or stand there; 404 without such a recording.
+     */
+    put: operations["play"];
+    post?: never;
+    /**
+     * End Playback
+     * @description Show the rig as it is now again.
+     */
+    delete: operations["end_playback"];
     options?: never;
     head?: never;
     patch?: never;
@@ -409,6 +885,38 @@ export interface components {
       tracking: components["schemas"]["Tracking"] | null;
     };
     /**
+     * ActuatorBody
+     * @description Body of PUT /api/rig/actuator: one of the two.
+     */
+    ActuatorBody: {
+      /**
+       * Name
+       * @description P1, P2 or P3.
+       */
+      name?: string | null;
+      /**
+       * Toml
+       * @description Text of an actuator file (docs/actuators.md).
+       */
+      toml?: string | null;
+    };
+    /**
+     * ActuatorChoice
+     * @description What the rig may be started with.
+     */
+    ActuatorChoice: {
+      /**
+       * Names
+       * @description Actuators that come with Tendril.
+       */
+      names: string[];
+      /**
+       * Reason
+       * @description Why another one cannot be chosen here, "" if it can.
+       */
+      reason: string;
+    };
+    /**
      * Cause
      * @description Why the rig is in its mode, or why it refused.
      * @enum {integer}
@@ -533,6 +1041,156 @@ export interface components {
       rest_rate: number;
     };
     /**
+     * DrawingBody
+     * @description A drawing, as it is saved and planned.
+     */
+    DrawingBody: {
+      /** Name */
+      name: string;
+      /**
+       * Points
+       * @description Positions in the plane frame [m]; straight lines lie between them.
+       */
+      points: [number, number][];
+      /**
+       * Times
+       * @description Of the points [s], rising; only an imported file has them.
+       */
+      times: number[] | null;
+      /**
+       * Closed
+       * @description Whether a line leads from the last point back to the first. Not for `given`.
+       * @default false
+       */
+      closed: boolean;
+      /**
+       * Smoothing
+       * @description How far the path that is followed may be from the drawn one [m].
+       * @default 0
+       */
+      smoothing: number;
+      /** Timing */
+      timing:
+        | components["schemas"]["Speed"]
+        | components["schemas"]["Duration"]
+        | components["schemas"]["Fastest"]
+        | components["schemas"]["Given"];
+      /**
+       * Outside
+       * @description Where the drawing leaves the reach: follow the nearest points within it, or refuse to run.
+       * @default project
+       * @enum {string}
+       */
+      outside: "project" | "refuse";
+    };
+    /**
+     * DrawingInfo
+     * @description One saved drawing.
+     */
+    DrawingInfo: {
+      /** Name */
+      name: string;
+      /**
+       * Saved
+       * Format: date-time
+       */
+      saved: string;
+      /**
+       * Length
+       * @description Of what was drawn [m].
+       */
+      length: number;
+      /**
+       * Duration
+       * @description [s]; null for `fastest`, which depends on the settings.
+       */
+      duration: number | null;
+      /** Points */
+      points: number;
+    };
+    /**
+     * DrawingPlan
+     * @description What would be followed, approach left out; at most 2000 rows.
+     */
+    DrawingPlan: {
+      /**
+       * Length
+       * @description [m].
+       */
+      length: number;
+      /**
+       * Duration
+       * @description Without the approach [s].
+       */
+      duration: number;
+      /**
+       * Approach
+       * @description From rest to the first point [s].
+       */
+      approach: number;
+      /**
+       * Peak Speed
+       * @description [m/s].
+       */
+      peak_speed: number;
+      /**
+       * Peak Acceleration
+       * @description [m/s^2], over 20 ms: a corner at constant speed has a finite one.
+       */
+      peak_acceleration: number;
+      /**
+       * T
+       * @description Times of the rows after the approach [s].
+       */
+      t: number[];
+      /**
+       * Points
+       * @description After smoothing and projection [m].
+       */
+      points: [number, number][];
+      /**
+       * Wished
+       * @description The same rows before the projection [m].
+       */
+      wished: [number, number][];
+      /**
+       * Inside
+       * @description Whether the row is within reach.
+       */
+      inside: boolean[];
+      /**
+       * Outside Share
+       * @description Share of the time out of reach, 0..1.
+       */
+      outside_share: number;
+      /**
+       * Reachable
+       * @description Whether it may run: within reach, or projected.
+       */
+      reachable: boolean;
+      /**
+       * Reason
+       * @description Why it may not run, or what is projected; "" where all of it is within reach.
+       */
+      reason: string;
+    };
+    /**
+     * Duration
+     * @description Constant speed, so that it takes this long.
+     */
+    Duration: {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      kind: "duration";
+      /**
+       * Duration
+       * @description [s].
+       */
+      duration: number;
+    };
+    /**
      * Event
      * @description One line of the log: who did what, and what was refused.
      */
@@ -556,6 +1214,17 @@ export interface components {
       text: string;
     };
     /**
+     * Fastest
+     * @description As fast as `speed_max` and `acceleration_max` of the settings in force allow; it slows at corners.
+     */
+    Fastest: {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      kind: "fastest";
+    };
+    /**
      * Field
      * @description One field of a record as a reader in another language needs it: offset and size in bytes, little endian.
      */
@@ -575,6 +1244,26 @@ export interface components {
       unit: string;
       /** Symbol */
       symbol: string;
+    };
+    /**
+     * GainPreset
+     * @description Settings that were saved under a name; the page loads law, gains and limits from them.
+     */
+    GainPreset: {
+      /** Name */
+      name: string;
+      settings: components["schemas"]["Settings"];
+    };
+    /**
+     * Given
+     * @description At the times that came with the points.
+     */
+    Given: {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      kind: "given";
     };
     /** HTTPValidationError */
     HTTPValidationError: {
@@ -617,6 +1306,11 @@ export interface components {
       /** Channels */
       channels: components["schemas"]["PlotChannel"][];
       rig: components["schemas"]["RigInfo"] | null;
+      /**
+       * Log
+       * @description What happened so far, oldest first.
+       */
+      log: components["schemas"]["Event"][];
     };
     /**
      * Integrator
@@ -624,6 +1318,29 @@ export interface components {
      * @enum {integer}
      */
     Integrator: 0 | 1;
+    /**
+     * Lag
+     * @description The pressure loops as dead time and first-order lag [s].
+     */
+    Lag: {
+      /** Dead Time */
+      dead_time: number;
+      /**
+       * Filling
+       * @description Time constant while the pressure is below the command; null where that was not seen.
+       */
+      filling: number | null;
+      /**
+       * Exhausting
+       * @description The same above it.
+       */
+      exhausting: number | null;
+      /**
+       * Explained
+       * @description Share of the pressures' motion that these numbers give.
+       */
+      explained: number;
+    };
     /**
      * Law
      * @description Which terms make the command u (paper, table "Step response average error characterization").
@@ -644,6 +1361,19 @@ export interface components {
        * @description Short name of the holder's session, "" when free.
        */
       holder: string;
+      /**
+       * Clutch
+       * @description Held clutch: a target moves only while it is held, and letting go holds the rig.
+       */
+      clutch: boolean;
+    };
+    /**
+     * LeaseBody
+     * @description Body of PATCH /api/lease: how the holder operates.
+     */
+    LeaseBody: {
+      /** Clutch */
+      clutch: boolean;
     };
     /**
      * Login
@@ -652,6 +1382,32 @@ export interface components {
     Login: {
       /** Token */
       token: string;
+    };
+    /**
+     * LoopHealth
+     * @description Timing of the last ticks, and the pressure loops' lag.
+     */
+    LoopHealth: {
+      /** Ticks */
+      ticks: number;
+      /**
+       * Lost
+       * @description Slots without a tick within the same time.
+       */
+      lost: number;
+      /**
+       * Edges
+       * @description Edges of the lateness histogram [s], one more than counts; the last bin holds everything beyond, too.
+       */
+      edges: number[];
+      /** Counts */
+      counts: number[];
+      /** @description Wake-up after the deadline; null before the first tick. */
+      lateness: components["schemas"]["Spread"] | null;
+      /** @description Duration of a tick, plant excluded. */
+      step: components["schemas"]["Spread"] | null;
+      /** @description Null where the pressures moved too little, or not as a lag would have it. */
+      pressure: components["schemas"]["Lag"] | null;
     };
     /**
      * Mode
@@ -673,20 +1429,116 @@ export interface components {
       t: number;
     };
     /**
+     * Playback
+     * @description A recording in one 3D view, on the server's clock.
+     */
+    Playback: {
+      /** Recording */
+      recording: string;
+      /**
+       * At
+       * @description Now [s].
+       */
+      at: number;
+      /** Duration */
+      duration: number;
+      /** Playing */
+      playing: boolean;
+      /** Rate */
+      rate: number;
+    };
+    /**
+     * PlaybackBody
+     * @description Body of PUT /api/scene/{seat}/playback.
+     */
+    PlaybackBody: {
+      /** Recording */
+      recording: string;
+      /**
+       * At
+       * @description Time in the recording [s]; clipped at its end.
+       * @default 0
+       */
+      at: number;
+      /**
+       * Playing
+       * @default true
+       */
+      playing: boolean;
+      /**
+       * Rate
+       * @description Seconds of the recording a second.
+       * @default 1
+       */
+      rate: number;
+    };
+    /**
+     * Plot
+     * @description One plot of a layout.
+     */
+    Plot: {
+      /**
+       * Title
+       * @description Shown above it; "" names it by its signals.
+       */
+      title: string;
+      /** Channels */
+      channels: string[];
+    };
+    /**
      * PlotChannel
-     * @description One plotted signal: an element of a telemetry field, or its norm over the last axis (index null).
+     * @description One signal that can be plotted: an element of a telemetry field, or the field's norm (index null).
      */
     PlotChannel: {
       /** Key */
       key: string;
-      /** Label */
-      label: string;
-      /** Unit */
+      /**
+       * Group
+       * @description The field in words.
+       */
+      group: string;
+      /**
+       * Name
+       * @description The element within the group, "" where the field is one number.
+       */
+      name: string;
+      /**
+       * Unit
+       * @description SI; `1` where there is none.
+       */
       unit: string;
       /** Field */
       field: string;
       /** Index */
       index: number | null;
+    };
+    /**
+     * PlotChoice
+     * @description The page shows these channels now: it gets their past once, then every new bin; it gets no other channel.
+     */
+    PlotChoice: {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      type: "plots";
+      /** Channels */
+      channels: string[];
+      /**
+       * Since
+       * @description Time of the newest bin that the page still has of all of them [s, rig clock]; null: it has none.
+       */
+      since?: number | null;
+    };
+    /**
+     * PlotLayout
+     * @description What a page plots, from left to right, and the length of its time window [s].
+     */
+    PlotLayout: {
+      /** Seconds */
+      seconds: number;
+      /** Plots */
+      plots: components["schemas"]["Plot"][];
     };
     /**
      * Pong
@@ -713,6 +1565,78 @@ export interface components {
       type: "presence";
       /** N */
       n: number;
+    };
+    /**
+     * Preview
+     * @description What the twin of the connected rig makes of a reference from where that stands, with the settings in force.
+     */
+    Preview: {
+      /**
+       * T
+       * @description Times of the rows [s], approach included; at most 2000.
+       */
+      t: number[];
+      /**
+       * Points
+       * @description Predicted tip [m].
+       */
+      points: [number, number][];
+      /**
+       * Start
+       * @description Index of the first row after the approach.
+       */
+      start: number;
+      /**
+       * Rmse
+       * @description After the approach [m]; null where the run is broken off.
+       */
+      rmse: number | null;
+      /**
+       * Max Error
+       * @description [m].
+       */
+      max_error: number | null;
+      /**
+       * Saturated
+       * @description Whether the command saturates at or since the row before.
+       */
+      saturated: boolean[];
+      /**
+       * Saturated Share
+       * @description Share of the time, 0..1.
+       */
+      saturated_share: number;
+      /**
+       * Lag Deg X
+       * @description Phase lag of a periodic reference [deg].
+       */
+      lag_deg_x: number | null;
+      /** Lag Deg Y */
+      lag_deg_y: number | null;
+      /**
+       * Broken Off
+       * @description Why and when the rig would not follow to the end, "" if it would; the rows then end there.
+       */
+      broken_off: string;
+      /**
+       * Seconds
+       * @description Of computing [s].
+       */
+      seconds: number;
+    };
+    /**
+     * PreviewBody
+     * @description Body of POST /api/preview: a drawing, or a reference of the library.
+     */
+    PreviewBody: {
+      drawing?: components["schemas"]["DrawingBody"] | null;
+      /** Reference */
+      reference?: string | null;
+      /**
+       * Laps
+       * @default 1
+       */
+      laps: number;
     };
     /**
      * Recording
@@ -872,6 +1796,17 @@ export interface components {
       id: number;
       /** Detail */
       detail: string;
+    };
+    /**
+     * Release
+     * @description The operator let go of the target: with the held clutch on, the rig then holds.
+     */
+    Release: {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      type: "release";
     };
     /**
      * Reply
@@ -1049,6 +1984,145 @@ export interface components {
       twin: components["schemas"]["TwinParameters"];
     };
     /**
+     * RunBody
+     * @description Body of POST /api/run: a drawing or a reference of the library, and how often.
+     */
+    RunBody: {
+      drawing?: components["schemas"]["DrawingBody"] | null;
+      /**
+       * Reference
+       * @description A name of the library.
+       */
+      reference?: string | null;
+      /**
+       * Laps
+       * @description Null: until stopped.
+       * @default 1
+       */
+      laps: number | null;
+    };
+    /**
+     * RunResult
+     * @description What came of a run. The tip is the measured one (`p_meas`), on the twin too: it is what an operator's rig sees.
+     *
+     *     Taken over every tick after the approach, without pauses and what it takes to come back from them.
+     */
+    RunResult: {
+      /** Id */
+      id: number;
+      /** Name */
+      name: string;
+      /**
+       * Time
+       * Format: date-time
+       * @description When it began.
+       */
+      time: string;
+      /**
+       * Laps
+       * @description How many were done; a part counts.
+       */
+      laps: number;
+      /**
+       * State
+       * @enum {string}
+       */
+      state: "approach" | "running" | "paused" | "done" | "stopped" | "broken off";
+      /** Reason */
+      reason: string;
+      /**
+       * Rmse
+       * @description [m]; null where the shape was not reached.
+       */
+      rmse: number | null;
+      /**
+       * Max Error
+       * @description [m]
+       */
+      max_error: number | null;
+      /**
+       * Lag Deg X
+       * @description Phase lag of the tip; null where the path is not periodic, or the run was shorter than a period.
+       */
+      lag_deg_x: number | null;
+      /** Lag Deg Y */
+      lag_deg_y: number | null;
+      /**
+       * Saturated Share
+       * @description Share of ticks in which the command was clamped.
+       */
+      saturated_share: number | null;
+      /**
+       * On Time Share
+       * @description Share of the time grid's slots that had their tick.
+       */
+      on_time_share: number | null;
+      /**
+       * Duration
+       * @description In motion, approach included [s].
+       */
+      duration: number;
+      /** Recording */
+      recording: string | null;
+    };
+    /**
+     * RunState
+     * @description How the last run goes, or how it ended.
+     */
+    RunState: {
+      /** Id */
+      id: number;
+      /** Name */
+      name: string;
+      /**
+       * State
+       * @enum {string}
+       */
+      state: "approach" | "running" | "paused" | "done" | "stopped" | "broken off";
+      /**
+       * Reason
+       * @description Why it was paused or ended, "" while nothing is to be said.
+       */
+      reason: string;
+      /**
+       * Lap
+       * @description From 1 on; of a paused run the lap in which it was paused.
+       */
+      lap: number;
+      /** Laps */
+      laps: number | null;
+      /**
+       * Elapsed
+       * @description In motion since the run began, approach included [s].
+       */
+      elapsed: number;
+      /**
+       * Duration
+       * @description Of one lap, the way back to its start included [s].
+       */
+      duration: number;
+      /**
+       * Progress
+       * @description 0..1 of all laps; of this lap where `laps` is null.
+       */
+      progress: number;
+      /**
+       * Error
+       * @description Distance of the measured tip from the reference now [m]; null unless the rig tracks and sees its marker.
+       */
+      error: number | null;
+      /**
+       * Error Rms
+       * @description Over the ticks after the approach so far [m]; null before the first.
+       */
+      error_rms: number | null;
+      /**
+       * Recording
+       * @description The recording that was going on when the run began.
+       */
+      recording: string | null;
+    };
+    /**
      * SafetyLimits
      * @description Watchdog times and limits of DESIGN section 5; every age is measured on the loop's own clock.
      */
@@ -1109,6 +2183,33 @@ export interface components {
        * @default 340000
        */
       pressure_max: number;
+    };
+    /**
+     * SeatLook
+     * @description Body of PUT /api/scene/{seat}/look.
+     */
+    SeatLook: {
+      /**
+       * Scheme
+       * @enum {string}
+       */
+      scheme: "dark" | "light";
+      /**
+       * View
+       * @description Put the camera there; null leaves it where it is.
+       */
+      view?: ("top" | "oblique") | null;
+    };
+    /**
+     * SeatPath
+     * @description Body of PUT /api/scene/{seat}/path/{role}: what the plan view beside it shows.
+     */
+    SeatPath: {
+      /**
+       * Lines
+       * @description Points of each line [m]; empty: nothing is shown.
+       */
+      lines: [number, number][][];
     };
     /**
      * Session
@@ -1211,6 +2312,34 @@ export interface components {
       };
     };
     /**
+     * Speed
+     * @description Constant speed, corners included.
+     */
+    Speed: {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      kind: "speed";
+      /**
+       * Speed
+       * @description [m/s].
+       */
+      speed: number;
+    };
+    /**
+     * Spread
+     * @description A duration over many ticks [s].
+     */
+    Spread: {
+      /** Median */
+      median: number;
+      /** P99 */
+      p99: number;
+      /** Largest */
+      largest: number;
+    };
+    /**
      * Status
      * @description Sent at every change and once a second.
      */
@@ -1225,6 +2354,10 @@ export interface components {
       recording: components["schemas"]["RecordingState"];
       health: components["schemas"]["Health"];
       rig: components["schemas"]["RigInfo"] | null;
+      /** @description The run under way, or how the last one ended; null before this server's first. */
+      run: components["schemas"]["RunState"] | null;
+      /** @description Of the last run that ended, this server's or an earlier one's. */
+      result: components["schemas"]["RunResult"] | null;
     };
     /**
      * Target
@@ -1247,6 +2380,35 @@ export interface components {
        * @default false
        */
       start: boolean;
+    };
+    /**
+     * TextBody
+     * @description Body of POST /api/drawings/text.
+     */
+    TextBody: {
+      /** Text */
+      text: string;
+      /**
+       * Height
+       * @description Of a capital [m].
+       */
+      height: number;
+    };
+    /**
+     * TextPath
+     * @description Single-stroke letters; lower left corner of the text at the origin.
+     */
+    TextPath: {
+      /**
+       * Strokes
+       * @description What is meant to be seen [m].
+       */
+      strokes: [number, number][][];
+      /**
+       * Points
+       * @description One path through all strokes in turn: the pen never lifts [m].
+       */
+      points: [number, number][];
     };
     /**
      * Tracking
@@ -1314,6 +2476,66 @@ export interface components {
        * @default []
        */
       products: number[][];
+    };
+    /**
+     * TwinFaults
+     * @description What is injected into the twin's markers beside its own noise; off with every life of the rig.
+     */
+    "TwinFaults-Input": {
+      /**
+       * Noise
+       * @description Added standard deviation of each coordinate.
+       * @default 0
+       */
+      noise: number;
+      /**
+       * Sample Loss
+       * @description Probability that a sample of all markers is lost.
+       * @default 0
+       */
+      sample_loss: number;
+      /**
+       * Marker Loss
+       * @description Probability that a marker is not seen in a sample.
+       * @default 0
+       */
+      marker_loss: number;
+      /**
+       * Rods
+       * @description Bit i-1 set: noise and loss of markers meet rod i.
+       * @default 1023
+       */
+      rods: number;
+    };
+    /**
+     * TwinFaults
+     * @description What is injected into the twin's markers beside its own noise; off with every life of the rig.
+     */
+    "TwinFaults-Output": {
+      /**
+       * Noise
+       * @description Added standard deviation of each coordinate.
+       * @default 0
+       */
+      noise: number;
+      /**
+       * Sample Loss
+       * @description Probability that a sample of all markers is lost.
+       * @default 0
+       */
+      sample_loss: number;
+      /**
+       * Marker Loss
+       * @description Probability that a marker is not seen in a sample.
+       * @default 0
+       */
+      marker_loss: number;
+      /**
+       * Rods
+       * @description Bit i-1 set: noise and loss of markers meet rod i.
+       * @default 1023
+       */
+      rods: number;
     };
     /**
      * TwinParameters
@@ -1622,6 +2844,39 @@ export interface operations {
       };
     };
   };
+  change_lease: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["LeaseBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Lease"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
   command: {
     parameters: {
       query?: never;
@@ -1757,6 +3012,26 @@ export interface operations {
       };
     };
   };
+  read_loop_health: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["LoopHealth"];
+        };
+      };
+    };
+  };
   read_workspace: {
     parameters: {
       query?: never;
@@ -1824,6 +3099,362 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  plan_drawing: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["DrawingBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["DrawingPlan"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  text_path: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["TextBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["TextPath"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  preview: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["PreviewBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Preview"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  read_drawings: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["DrawingInfo"][];
+        };
+      };
+    };
+  };
+  drawing_file: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  read_drawing: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["DrawingBody"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  save_drawing: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["DrawingBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["DrawingInfo"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  delete_drawing: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      204: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  start_run: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["RunBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["RunState"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  pause_run: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["RunState"];
+        };
+      };
+    };
+  };
+  resume_run: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["RunState"];
+        };
+      };
+    };
+  };
+  stop_run: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["RunState"];
+        };
+      };
+    };
+  };
+  read_runs: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["RunResult"][];
         };
       };
     };
@@ -1930,6 +3561,471 @@ export interface operations {
       };
     };
   };
+  history_csv: {
+    parameters: {
+      query: {
+        from: number;
+        to: number;
+        channels: string[];
+      };
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  read_gains: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["GainPreset"][];
+        };
+      };
+    };
+  };
+  save_gains: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["GainPreset"][];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  delete_gains: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["GainPreset"][];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  read_actuators: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ActuatorChoice"];
+        };
+      };
+    };
+  };
+  change_actuator: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["ActuatorBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      202: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": unknown;
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  read_layouts: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": string[];
+        };
+      };
+    };
+  };
+  read_layout: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["PlotLayout"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  keep_layout: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["PlotLayout"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["PlotLayout"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  delete_layout: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      204: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  read_faults: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["TwinFaults-Output"];
+        };
+      };
+    };
+  };
+  inject_faults: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["TwinFaults-Input"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["TwinFaults-Output"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  change_look: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        seat: string;
+      };
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["SeatLook"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      204: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  change_path: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        seat: string;
+        role: "reference" | "ghost" | "outside";
+      };
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["SeatPath"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      204: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  play: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        seat: string;
+      };
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["PlaybackBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Playback"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  end_playback: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        seat: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      204: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
   live_messageslive_post: {
     parameters: {
       query?: never;
@@ -1940,7 +4036,11 @@ export interface operations {
     requestBody: {
       content: {
         "application/json":
-          components["schemas"]["Target"] | components["schemas"]["Presence"] | components["schemas"]["Ping"];
+          | components["schemas"]["Target"]
+          | components["schemas"]["Release"]
+          | components["schemas"]["Presence"]
+          | components["schemas"]["Ping"]
+          | components["schemas"]["PlotChoice"];
       };
     };
     responses: {

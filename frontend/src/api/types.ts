@@ -19,8 +19,22 @@ export type ReferencePath = Schemas["ReferencePath"];
 export type Recording = Schemas["Recording"];
 export type RecordingState = Schemas["RecordingState"];
 export type PlotChannel = Schemas["PlotChannel"];
+export type PlotChoice = Schemas["PlotChoice"];
+export type PlotLayout = Schemas["PlotLayout"];
+export type Plot = PlotLayout["plots"][number];
 export type Health = Schemas["Health"];
+export type LoopHealth = Schemas["LoopHealth"];
 export type Event = Schemas["Event"];
+
+export type DrawingBody = Schemas["DrawingBody"];
+export type DrawingInfo = Schemas["DrawingInfo"];
+export type DrawingPlan = Schemas["DrawingPlan"];
+export type TextPath = Schemas["TextPath"];
+export type PreviewBody = Schemas["PreviewBody"];
+export type Preview = Schemas["Preview"];
+export type RunBody = Schemas["RunBody"];
+export type RunState = Schemas["RunState"];
+export type RunResult = Schemas["RunResult"];
 
 export type FromServer =
   | Schemas["Hello"]
@@ -30,7 +44,8 @@ export type FromServer =
   | Schemas["Pong"]
   | Schemas["Event"];
 
-export type FromBrowser = Schemas["Target"] | Schemas["Presence"] | Schemas["Ping"];
+export type FromBrowser =
+  Schemas["Target"] | Schemas["Release"] | Schemas["Presence"] | Schemas["Ping"] | PlotChoice;
 
 /** A point of the plane frame [m]. */
 export type Point = readonly [number, number];

@@ -1,19 +1,50 @@
-import { IconPlugConnectedX } from "@tabler/icons-react";
+import { IconAlertTriangle, IconHandStop, IconLoader2, IconPlugConnectedX } from "@tabler/icons-react";
 import { seconds } from "../state/format";
+import { CAUSE_TEXT, isLatched, MODE } from "../state/modes";
+import type { Page } from "../state/page";
 import { LiveText } from "./LiveText";
 import { useDashboard, usePage } from "./context";
 
-/** Over the last picture, when it is old: what is missing, and since when. */
+/** What the plan lies under: nothing, no link yet, a lost link, a rig that is not there, or a latched state. */
+type Trouble = "none" | "connecting" | "offline" | "noRig" | "rigGone" | "fault" | "stopped";
+
+const TEXT: Record<Trouble, string> = {
+  none: "",
+  connecting: "Connecting to the server",
+  offline: "No connection to the server; trying again",
+  noRig: "The server waits for a rig",
+  rigGone: "The rig does not answer; waiting for it",
+  fault: "FAULT: the rig went to rest by itself",
+  stopped: "E-STOP: the chambers were vented",
+};
+
+function troubleOf({ online, rigLive, rig, mode }: Page): Trouble {
+  if (!online) return rig ? "offline" : "connecting";
+  if (!rigLive) return rig ? "rigGone" : "noRig";
+  if (mode === null || !isLatched(mode)) return "none";
+  return mode === MODE.E_STOP ? "stopped" : "fault";
+}
+
+/** Over the plan: what is wrong, since when, and what comes next. */
 export function Banner() {
+  const trouble = usePage(troubleOf);
+  if (trouble === "none") return null;
+  return trouble === "fault" || trouble === "stopped" ? (
+    <Latched trouble={trouble} />
+  ) : (
+    <Missing trouble={trouble} />
+  );
+}
+
+function Missing({ trouble }: { readonly trouble: Trouble }) {
   const { live } = useDashboard();
-  const online = usePage((page) => page.online);
-  const rigLive = usePage((page) => page.rigLive);
-  if (online && rigLive) return null;
+  const waiting = trouble === "connecting" || trouble === "noRig";
+  const Glyph = waiting ? IconLoader2 : IconPlugConnectedX;
   return (
-    <div className="banner" role="alert" data-testid="banner">
-      <IconPlugConnectedX size={18} aria-hidden />
+    <div className={waiting ? "banner banner-waiting" : "banner"} role="alert" data-testid="banner">
+      <Glyph size={18} aria-hidden />
       <span>
-        {online ? "The rig does not answer" : "No connection to the server; trying again"}
+        {TEXT[trouble]}
         {live.frames > 0 ? (
           <>
             {" · last picture "}
@@ -21,6 +52,22 @@ export function Banner() {
             {" old"}
           </>
         ) : null}
+      </span>
+    </div>
+  );
+}
+
+function Latched({ trouble }: { readonly trouble: "fault" | "stopped" }) {
+  const cause = usePage((page) => CAUSE_TEXT[page.cause]);
+  const mine = usePage((page) => page.lease.mine);
+  const Glyph = trouble === "fault" ? IconAlertTriangle : IconHandStop;
+  return (
+    <div className={`banner banner-${trouble}`} role="alert" data-testid="latched">
+      <Glyph size={18} aria-hidden />
+      <span>
+        {TEXT[trouble]}
+        {cause === "" ? "" : ` (${cause})`}.{" "}
+        {mine ? "Find out why, then clear it." : "The operator can clear it."}
       </span>
     </div>
   );

@@ -5,6 +5,8 @@ import { useWhyNot } from "./context";
 
 interface Props extends Omit<ButtonProps, "disabled"> {
   readonly control: Control;
+  /** Another reason why it does not work now. */
+  readonly because?: string | null;
   readonly onClick: () => void;
   /** What it does, shown when it is allowed. */
   readonly meaning: string;
@@ -13,8 +15,16 @@ interface Props extends Omit<ButtonProps, "disabled"> {
 }
 
 /** A button that says why when it is not allowed: on hover and to a screen reader. */
-export function ControlButton({ control, onClick, meaning, testId, children, ...button }: Props) {
-  const reason = useWhyNot(control);
+export function ControlButton({
+  control,
+  because = null,
+  onClick,
+  meaning,
+  testId,
+  children,
+  ...button
+}: Props) {
+  const reason = useWhyNot(control) ?? because;
   const id = useId();
   const blocked = reason !== null;
   return (

@@ -1,10 +1,13 @@
-import { TextInput } from "@mantine/core";
-import type { CommandBody } from "../api/types";
+import { Switch, TextInput, Tooltip } from "@mantine/core";
+import type { CommandBody, Settings } from "../api/types";
+import { CLUTCHED } from "../state/aim";
 import { isLatched, MODE } from "../state/modes";
 import type { Page } from "../state/page";
 import type { Control } from "../state/permission";
 import { ControlButton } from "./ControlButton";
-import { useDashboard, usePage } from "./context";
+import { NumberField } from "./NumberField";
+import { useDashboard, usePage, useWhyNot } from "./context";
+import { limits, rounded, SCALARS } from "./settings";
 
 interface Step {
   readonly control: Control;
@@ -36,6 +39,7 @@ function advice({ online, rigLive, lease, mode }: Page): string {
   if (isLatched(mode)) return "Latched. Find out why, then clear.";
   if (mode === MODE.VENTED) return "Arm to pressurise the actuator.";
   if (mode === MODE.REST) return "Returning to rest, then vented.";
+  if (lease.clutch) return "Held clutch: hold the target, an arrow key or the gamepad's A; letting go holds.";
   if (mode === MODE.HOLD) return "Armed. Drag the target in the plan, or press Follow.";
   return "Following. Drag the target, or move it with the arrow keys.";
 }
@@ -45,15 +49,16 @@ function nextControl({ lease, mode }: Page): Control | null {
   if (!lease.mine || mode === null) return null;
   if (isLatched(mode)) return "clear";
   if (mode === MODE.VENTED) return "arm";
-  return mode === MODE.HOLD ? "follow" : null;
+  return mode === MODE.HOLD && !lease.clutch ? "follow" : null;
 }
 
-/** Arm, follow, hold, disarm, clear; and the name of the next recording. */
+/** Arm, follow, hold, disarm, clear; how a target is followed; the name of the next recording. */
 export function ControlPanel() {
   const dashboard = useDashboard();
   const text = usePage(advice);
   const next = usePage(nextControl);
   const name = usePage((page) => page.recordingName);
+  const clutch = usePage((page) => page.lease.clutch);
   const run = (request: CommandBody["request"]) => {
     void (request === "follow" ? dashboard.aim.follow() : dashboard.operations.command({ request }));
   };
@@ -71,6 +76,7 @@ export function ControlPanel() {
             variant={next === control ? "filled" : "default"}
             testId={control}
             meaning={meaning}
+            because={control === "follow" && clutch ? CLUTCHED : null}
             onClick={() => {
               run(request);
             }}
@@ -79,6 +85,8 @@ export function ControlPanel() {
           </ControlButton>
         ))}
       </div>
+      <FollowLimits />
+      <FollowHand />
       <TextInput
         size="xs"
         maw={320}
@@ -91,6 +99,72 @@ export function ControlPanel() {
           dashboard.page.patch({ recordingName: event.currentTarget.value });
         }}
       />
+    </div>
+  );
+}
+
+/** How fast a live target may be followed. */
+function FollowLimits() {
+  const settings = usePage((page) => page.settings);
+  if (!settings) return null;
+  return (
+    <div className="row" role="group" aria-label="Limits of a live target">
+      <Limit settings={settings} name="speed_max" title="Speed limit" />
+      <Limit settings={settings} name="acceleration_max" title="Acceleration limit" />
+    </div>
+  );
+}
+
+interface LimitProps {
+  readonly settings: Settings;
+  readonly name: "speed_max" | "acceleration_max";
+  readonly title: string;
+}
+
+function Limit({ settings, name, title }: LimitProps) {
+  const shown = SCALARS.find((scalar) => scalar.name === name);
+  if (!shown) return null;
+  const { meaning, unit, scale, step } = shown;
+  return (
+    <span className="limit">
+      <span className="note">{title}</span>
+      <NumberField
+        label={meaning}
+        testId={`limit-${name}`}
+        value={rounded(settings[name] * scale)}
+        step={step}
+        unit={unit}
+        {...limits(shown)}
+        change={(wanted) => ({ [name]: wanted / scale })}
+      />
+      <span className="unit">{unit}</span>
+    </span>
+  );
+}
+
+/** Held clutch, and the gamepad that is heard. */
+function FollowHand() {
+  const dashboard = useDashboard();
+  const clutch = usePage((page) => page.lease.clutch);
+  const gamepad = usePage((page) => page.gamepad);
+  const reason = useWhyNot("settings");
+  return (
+    <div className="row">
+      <Tooltip label={reason ?? "The target moves only while it is held; letting go holds the rig"}>
+        <Switch
+          size="sm"
+          label="Held clutch"
+          data-testid="clutch"
+          checked={clutch}
+          disabled={reason !== null}
+          onChange={(event) => void dashboard.aim.setClutch(event.currentTarget.checked)}
+        />
+      </Tooltip>
+      <span className="note" data-testid="gamepad">
+        {gamepad === ""
+          ? "No gamepad: press a button on one to connect it"
+          : `${gamepad}: hold A and steer with the left stick; B holds`}
+      </span>
     </div>
   );
 }

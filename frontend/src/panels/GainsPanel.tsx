@@ -1,10 +1,13 @@
+import "../presets.css";
 import { NativeSelect, Slider, Tooltip } from "@mantine/core";
 import type { Law, Settings } from "../api/types";
 import { LAW_TEXT } from "../state/modes";
 import { ControlButton } from "./ControlButton";
 import { NumberField } from "./NumberField";
 import { useDashboard, usePage, useWhyNot } from "./context";
+import { GainPresets } from "./GainPresets";
 import {
+  boundsText,
   defaultGains,
   limits,
   OPEN_LOOP,
@@ -37,6 +40,7 @@ export function GainsPanel() {
         >
           Reset to defaults
         </ControlButton>
+        <GainPresets />
       </div>
       {settings.law === OPEN ? <OpenLoop settings={settings} /> : null}
       <div className="gains">
@@ -115,7 +119,7 @@ function PairRow({ shown, value }: PairRowProps) {
           change={(wanted) => ({ [name]: value.map((old, j) => (j === i ? wanted / scale : old)) })}
         />
       ))}
-      <span className="unit">{unit === "1" ? "" : unit}</span>
+      <span className="bounds">{boundsText(shown)}</span>
     </>
   );
 }
@@ -134,7 +138,7 @@ function ScalarRow({ shown, value }: { readonly shown: (typeof SCALARS)[number];
         {...limits(shown)}
         change={(wanted) => ({ [name]: wanted / scale })}
       />
-      <span className="unit">{unit}</span>
+      <span className="bounds">{boundsText(shown)}</span>
     </>
   );
 }

@@ -31,7 +31,7 @@ interface Props {
 export function Header({ view, onView, onHelp }: Props) {
   return (
     <header className="header">
-      <strong className="brand">Tendril</strong>
+      <h1 className="brand">Tendril</h1>
       <RigName />
       <SegmentedControl
         size="xs"
@@ -119,8 +119,8 @@ function RecordButton() {
   return (
     <ControlButton
       control="record"
-      variant={recording ? "light" : "default"}
-      color={recording ? "red" : "gray"}
+      variant="default"
+      className={recording ? "recording" : ""}
       testId="record"
       meaning={recording ? `Stop recording (R); ${gaps} ticks missing` : "Record every tick (R)"}
       leftSection={
@@ -135,7 +135,7 @@ function RecordButton() {
 
 function SchemeButton() {
   const { setColorScheme } = useMantineColorScheme();
-  const dark = useComputedColorScheme("dark") === "dark";
+  const dark = useComputedColorScheme("dark", { getInitialValueInEffect: false }) === "dark";
   return (
     <Tooltip label={dark ? "Light colours" : "Dark colours"}>
       <ActionIcon

@@ -1,23 +1,44 @@
 import { Tooltip } from "@mantine/core";
-import { useRef, type ReactNode } from "react";
-import { DASH, microseconds, millimetres, milliseconds, percent, wholeNumber } from "../state/format";
+import { useMemo, type ReactNode } from "react";
+import { wholeNumber } from "../state/format";
+import { meaningOf, Peak, type Measure } from "../state/health";
 import type { TelemetryField } from "../state/telemetry";
-import { LiveText } from "./LiveText";
+import { HealthReading } from "./HealthReading";
 import { useDashboard, usePage } from "./context";
 
 interface ItemProps {
   readonly name: string;
   readonly meaning: string;
+  readonly minor?: boolean;
   readonly children: ReactNode;
 }
 
-function Item({ name, meaning, children }: ItemProps) {
+function Item({ name, meaning, minor = false, children }: ItemProps) {
   return (
-    <Tooltip label={meaning} multiline maw={320}>
-      <span className="health-item">
+    <Tooltip label={meaning} multiline maw={340}>
+      <span className={minor ? "health-item health-minor" : "health-item"}>
         <span className="health-name">{name}</span> {children}
       </span>
     </Tooltip>
+  );
+}
+
+interface GaugeProps {
+  readonly name: string;
+  readonly measure: Measure;
+  readonly read: () => number;
+  readonly shown?: () => number;
+  readonly rate?: number;
+  readonly testId: string;
+  readonly minor?: boolean;
+  readonly also?: string;
+}
+
+function Gauge({ name, measure, also = "", minor = false, ...reading }: GaugeProps) {
+  return (
+    <Item name={name} meaning={`${meaningOf(measure)}${also}`} minor={minor}>
+      <HealthReading measure={measure} {...reading} />
+    </Item>
   );
 }
 
@@ -26,55 +47,50 @@ export function HealthStrip() {
   const { live } = useDashboard();
   const alive = usePage((page) => page.online && page.rigLive);
   const policy = usePage((page) => page.rig?.policy ?? "");
-  const link = usePage((page) => page.health?.link_rtt ?? NaN);
   const viewers = usePage((page) => page.health?.viewers ?? NaN);
-  const worst = useRef(NaN);
-  const read = (name: TelemetryField) => (alive ? live.telemetry?.at(name) : NaN);
+  const measured = useMemo(() => new Peak(), []);
+  const commanded = useMemo(() => new Peak(), []);
+  const read = (name: TelemetryField) => (alive ? (live.telemetry?.at(name) ?? NaN) : NaN);
   return (
-    <div className="health" data-testid="health" aria-label="Health">
-      <Item
+    <section className="health" data-testid="health" aria-label="Health">
+      <Gauge
         name="on time"
-        meaning={`Share of 1 kHz slots in which the loop ticked, last minute. Scheduling: ${policy || "unknown"}`}
-      >
-        <LiveText read={() => (alive ? percent(live.onTime.share()) : DASH)} rate={2} testId="on-time" />
-      </Item>
-      <Item name="lost" meaning="Ticks lost since the rig started">
-        <LiveText read={() => wholeNumber(read("lost"))} testId="lost" />
-      </Item>
-      <Item name="step" meaning="Duration of one controller tick, plant excluded">
-        <LiveText read={() => microseconds(read("step_ns"))} rate={4} testId="step" />
-      </Item>
-      <Item
-        name="round trip"
-        meaning={`Page to server and back. Server to the rig's loop and back: ${milliseconds(link)}`}
-      >
-        <LiveText read={() => milliseconds(live.roundTrip)} rate={2} testId="round-trip" />
-      </Item>
-      <Item
+        measure="onTime"
+        read={() => (alive ? live.onTime.share() : NaN)}
+        testId="on-time"
+        also={` Scheduling: ${policy || "unknown"}.`}
+      />
+      <Gauge
+        name="lost"
+        measure="lost"
+        read={() => (alive ? live.onTime.lost() : NaN)}
+        shown={() => read("lost")}
+        testId="lost"
+        also=" The number is counted since the rig started."
+      />
+      <Gauge name="step" measure="step" read={() => 1e-9 * read("step_ns")} testId="step" />
+      <Gauge name="round trip" measure="roundTrip" read={() => live.roundTrip} testId="round-trip" />
+      <Gauge
+        name="command"
+        measure="commandAge"
+        read={() => commanded.take(read("server_age"))}
+        rate={5}
+        testId="command-age"
+      />
+      <Gauge
         name="measurement"
-        meaning="Age of the newest marker measurement; the largest of the last moments"
-      >
-        <LiveText
-          read={() => milliseconds(peak(worst, read("measurement_age") ?? NaN), 0)}
-          testId="measurement-age"
-        />
-      </Item>
-      <Item name="residual" meaning="Measured minus observer, RMS over the sensed rods">
-        <LiveText read={() => millimetres(read("residual"), 2)} rate={4} testId="residual" />
-      </Item>
-      <Item name="viewers" meaning="Pages that are open on this rig">
+        measure="measurementAge"
+        read={() => measured.take(read("measurement_age"))}
+        rate={5}
+        testId="measurement-age"
+      />
+      <Gauge name="residual" measure="residual" read={() => read("residual")} testId="residual" />
+      <Item name="viewers" meaning="Pages that are open on this rig" minor>
         <span className="number">{wholeNumber(viewers)}</span>
       </Item>
       <Flags />
-    </div>
+    </section>
   );
-}
-
-/** The larger of the value and a slowly forgotten maximum: an age that saws between 0 and 10 ms reads as 10. */
-function peak(held: { current: number }, value: number): number {
-  const before = Number.isFinite(held.current) ? held.current : value;
-  held.current = Number.isFinite(value) ? Math.max(value, 0.7 * before) : NaN;
-  return held.current;
 }
 
 function Flags() {

@@ -17,6 +17,7 @@ export function KeyHelp({ opened, onClose }: Props) {
       centered
       withOverlay={false}
       lockScroll={false}
+      closeButtonProps={{ "aria-label": "Close the list of keys" }}
     >
       <dl className="keys" data-testid="keys">
         {KEY_LIST.map(([key, meaning]) => (

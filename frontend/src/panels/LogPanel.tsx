@@ -1,25 +1,61 @@
-import { timeOfDay } from "../state/format";
+import { SegmentedControl } from "@mantine/core";
+import { useState } from "react";
+import type { Event } from "../api/types";
+import { localTime, timeOfDay } from "../state/format";
+import type { LogLine } from "../state/page";
 import { usePage } from "./context";
 
-const MARK = { info: "", warning: "⚠ ", error: "✖ " } as const;
+const MARK = { info: "", warning: "▲ ", error: "✖ " } as const;
+const RANK = { info: 0, warning: 1, error: 2 } as const;
+
+type Level = Event["level"];
 
 /** Who did what, what was refused, what the rig did by itself; newest first. */
 export function LogPanel() {
   const log = usePage((page) => page.log);
-  if (log.length === 0) return <p className="panel note">Nothing happened yet.</p>;
+  const [least, setLeast] = useState<Level>("info");
+  const of = (level: Level) => log.filter((line) => RANK[line.level] >= RANK[level]);
+  const shown = of(least);
   return (
-    <ol className="log" data-testid="log">
-      {log.map(({ key, time, level, text }) => (
-        <li key={key} className={`log-${level}`}>
-          <time className="number" dateTime={time}>
-            {timeOfDay(time)}
-          </time>
-          <span>
-            {MARK[level]}
-            {text}
-          </span>
-        </li>
-      ))}
-    </ol>
+    <div className="log-panel">
+      <div className="row log-bar">
+        <SegmentedControl
+          size="xs"
+          aria-label="Lines shown"
+          value={least}
+          onChange={setLeast}
+          data={[
+            { value: "info", label: "All" },
+            { value: "warning", label: `Warnings ${of("warning").length}` },
+            { value: "error", label: `Errors ${of("error").length}` },
+          ]}
+        />
+        <span className="note">newest first, local time</span>
+      </div>
+      {shown.length === 0 ? (
+        <p className="panel note">{log.length === 0 ? "Nothing happened yet." : "Nothing of this kind."}</p>
+      ) : (
+        <ol className="log" data-testid="log" aria-label="Event log" tabIndex={0}>
+          {shown.map((line) => (
+            <Line key={line.key} line={line} />
+          ))}
+        </ol>
+      )}
+    </div>
+  );
+}
+
+function Line({ line: { time, level, text } }: { readonly line: LogLine }) {
+  return (
+    <li className={`log-${level}`}>
+      <time className="number" dateTime={time} title={localTime(time)}>
+        {timeOfDay(time)}
+      </time>
+      <span>
+        <span aria-hidden>{MARK[level]}</span>
+        {level === "info" ? null : <span className="sr-only">{level}: </span>}
+        {text}
+      </span>
+    </li>
   );
 }

@@ -23,7 +23,7 @@ export function Login() {
             void enter();
           }}
         >
-          <Title order={3} mb="md">
+          <Title order={1} size="h3" mb="md">
             Tendril
           </Title>
           <PasswordInput

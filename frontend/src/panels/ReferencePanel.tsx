@@ -2,6 +2,8 @@ import { Button, Select } from "@mantine/core";
 import { useMemo } from "react";
 import { chosenInfo } from "../state/references";
 import { factsOf, menuOf } from "./reference";
+import { RunFacts } from "./RunFacts";
+import { RunSource } from "./RunSource";
 import { useDashboard, usePage } from "./context";
 
 /** Choose a reference by task or by typing; it is drawn on the plan, and nothing moves. */
@@ -11,12 +13,13 @@ export function ReferencePanel() {
   const chosen = usePage((page) => page.chosen);
   const menu = useMemo(() => menuOf(known), [known]);
   return (
-    <div className="panel">
-      <div className="row row-fields">
+    <>
+      <div className="row run-row">
+        <RunSource />
         <Select
           size="xs"
-          w={290}
-          label="Reference shown on the plan"
+          w={260}
+          aria-label="Reference shown on the plan"
           placeholder={known.length === 0 ? "Waiting for the rig" : "None: choose or type"}
           data-testid="reference"
           data={menu}
@@ -37,7 +40,7 @@ export function ReferencePanel() {
         </Button>
       </div>
       <Facts />
-    </div>
+    </>
   );
 }
 
@@ -47,14 +50,7 @@ function Facts() {
     return <p className="note">The paper's shapes, placed for this actuator, and a recorded live path.</p>;
   return (
     <>
-      <dl className="facts" data-testid="reference-facts">
-        {factsOf(info).map(([name, value]) => (
-          <div key={name}>
-            <dt>{name}</dt>
-            <dd className="number">{value}</dd>
-          </div>
-        ))}
-      </dl>
+      <RunFacts facts={factsOf(info)} testId="reference-facts" />
       {info.reachable ? null : (
         <p className="out-of-reach" role="status" data-testid="reference-reason">
           ⚠ This actuator cannot follow it: {info.reason}

@@ -1,9 +1,18 @@
-import { ActionIcon, Button, Loader, Table, Tooltip, useComputedColorScheme } from "@mantine/core";
+import {
+  ActionIcon,
+  Button,
+  Loader,
+  SegmentedControl,
+  Table,
+  Tooltip,
+  useComputedColorScheme,
+} from "@mantine/core";
 import { IconArrowLeft, IconDownload, IconRefresh } from "@tabler/icons-react";
 import { useCallback, useEffect, useState } from "react";
 import { rest, viewerUrl } from "../api/rest";
 import type { Recording } from "../api/types";
 import { bytes, clock, DASH, localTime, wholeNumber } from "../state/format";
+import { Replay3D } from "./Replay3D";
 import { useDashboard, usePage } from "./context";
 
 /** The recordings, newest first; one opens in rerun's own viewer, inside the page. */
@@ -11,7 +20,8 @@ export default function Review() {
   const dashboard = useDashboard();
   const active = usePage((page) => (page.recording.recording ? page.recording.id : ""));
   const [rows, setRows] = useState<readonly Recording[] | null>(null);
-  const [opened, setOpened] = useState<Recording | null>(null);
+  const reviewed = usePage((page) => page.reviewed);
+  const opened = rows?.find(({ id }) => id === reviewed);
   const load = useCallback(async () => {
     await dashboard.operations.attempt("Recordings not listed", async () => {
       const found = await rest.recordings();
@@ -23,10 +33,10 @@ export default function Review() {
 
     void load();
   }, [load, active]);
-  const close = () => {
-    setOpened(null);
+  const open = (id: string | null) => {
+    dashboard.page.patch({ reviewed: id });
   };
-  if (opened) return <Viewer recording={opened} onClose={close} />;
+  if (opened) return <Viewer recording={opened} onClose={() => { open(null); }} />; // prettier-ignore
   return (
     <main className="review">
       <div className="bar">
@@ -38,7 +48,13 @@ export default function Review() {
           </ActionIcon>
         </Tooltip>
       </div>
-      <List rows={rows} active={active} onOpen={setOpened} />
+      <List
+        rows={rows}
+        active={active}
+        onOpen={({ id }) => {
+          open(id);
+        }}
+      />
     </main>
   );
 }
@@ -128,24 +144,16 @@ function Row({ row, running, onOpen }: RowProps) {
   );
 }
 
+type Sight = "plots" | "3d";
+
 interface ViewerProps {
   readonly recording: Recording;
   readonly onClose: () => void;
 }
 
+/** A recording: its signals in rerun, or its motion in 3D. */
 function Viewer({ recording, onClose }: ViewerProps) {
-  const scheme = useComputedColorScheme("dark");
-  const [ready, setReady] = useState(false);
-  useEffect(() => {
-    const hear = (event: MessageEvent<unknown>) => {
-      if (event.origin === window.location.origin && event.data === "READY") setReady(true);
-    };
-    window.addEventListener("message", hear);
-    return () => {
-      window.removeEventListener("message", hear);
-    };
-  }, []);
-  const renderer = new URLSearchParams(window.location.search).get("rerun_renderer");
+  const [sight, setSight] = useState<Sight>("plots");
   return (
     <main className="review">
       <div className="bar">
@@ -161,8 +169,40 @@ function Viewer({ recording, onClose }: ViewerProps) {
         <span className="bar-title">
           {recording.name || "unnamed"} · {localTime(recording.started)} · {clock(recording.seconds)}
         </span>
-        {ready ? null : <Loader size="xs" data-testid="viewer-loading" />}
+        <span className="spacer" />
+        <SegmentedControl
+          size="xs"
+          aria-label="Show the recording as"
+          data-testid="sight"
+          value={sight}
+          onChange={setSight}
+          data={[
+            { value: "plots", label: "Signals" },
+            { value: "3d", label: "3D" },
+          ]}
+        />
       </div>
+      {sight === "plots" ? <Signals recording={recording} /> : <Replay3D recording={recording} />}
+    </main>
+  );
+}
+
+function Signals({ recording }: { readonly recording: Recording }) {
+  const scheme = useComputedColorScheme("dark");
+  const [ready, setReady] = useState(false);
+  useEffect(() => {
+    const hear = (event: MessageEvent<unknown>) => {
+      if (event.origin === window.location.origin && event.data === "READY") setReady(true);
+    };
+    window.addEventListener("message", hear);
+    return () => {
+      window.removeEventListener("message", hear);
+    };
+  }, []);
+  const renderer = new URLSearchParams(window.location.search).get("rerun_renderer");
+  return (
+    <>
+      {ready ? null : <Loader size="xs" m="xs" data-testid="viewer-loading" />}
       <iframe
         className="viewer-frame"
         title="Recording in rerun"
@@ -170,6 +210,6 @@ function Viewer({ recording, onClose }: ViewerProps) {
         data-ready={ready}
         src={viewerUrl(window.location.origin, recording.id, scheme, renderer)}
       />
-    </main>
+    </>
   );
 }

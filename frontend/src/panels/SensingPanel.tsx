@@ -1,76 +1,87 @@
 import { Tooltip } from "@mantine/core";
 import { isSensed, markersOf, residualOf } from "../plan/residual";
-import { DASH } from "../state/format";
+import { missOf } from "../plan/truth";
+import { DASH, plain } from "../state/format";
 import { LiveText } from "./LiveText";
+import { TwinFaultsPanel } from "./TwinFaultsPanel";
 import { useDashboard, usePage, useWhyNot } from "./context";
+import { bit, PRESETS, RODS } from "./sensing";
+import "../sensing.css";
 
-const RODS = Array.from({ length: 10 }, (_, i) => i + 1);
-const bit = (rod: number) => 1 << (rod - 1);
+const NUMBERS_PER_S = 4;
 
-const PRESETS: readonly (readonly [string, number])[] = [
-  ["Tip", bit(10)],
-  ["Rod 6", bit(6)],
-  ["6 + 10", bit(6) | bit(10)],
-  ["None", 0],
-];
-
-/** Ten switches along the drawn backbone, base left, tip right; the residual in mm under each marker that is seen. */
+/** Ten switches along the drawn backbone, base left, tip right; under each what the observer misses there. */
 export function SensingPanel() {
   const dashboard = useDashboard();
   const mask = usePage((page) => page.settings?.sensed ?? 0);
+  const twin = usePage((page) => page.rig?.twin ?? false);
   const reason = useWhyNot("settings");
   const choose = (sensed: number) => {
     if (reason === null) void dashboard.operations.changeSettings("Sensing not changed", { sensed });
   };
   return (
     <div className="panel">
-      <div className="row" role="group" aria-label="Presets">
-        {PRESETS.map(([label, preset]) => (
-          <Tooltip key={label} label={reason ?? `Sense ${label.toLowerCase()}`} openDelay={reason ? 0 : 500}>
-            <button
-              type="button"
-              className="chip"
-              aria-pressed={mask === preset}
-              aria-disabled={reason !== null}
-              data-testid={`preset-${label.toLowerCase().replaceAll(" ", "")}`}
-              onClick={() => {
-                choose(preset);
-              }}
-            >
-              {label}
-            </button>
-          </Tooltip>
-        ))}
-        <span className="note">The observer uses the filled markers.</span>
-      </div>
+      <Presets mask={mask} reason={reason} choose={choose} />
       <div className="backbone" role="group" aria-label="Sensed rods, base left, tip right">
-        <span className="backbone-base">base</span>
+        <span className="backbone-base">
+          <span>base</span>
+          <span className="backbone-row">residual</span>
+          {twin ? <span className="backbone-row">to twin</span> : null}
+        </span>
         {RODS.map((rod) => (
-          <Sensor key={rod} rod={rod} mask={mask} reason={reason} choose={choose} />
+          <Sensor key={rod} rod={rod} mask={mask} reason={reason} choose={choose} twin={twin} />
         ))}
       </div>
       <p className="note">
-        Residual |measured − observer| in mm under each rod; a dash where its marker is not seen.
+        mm{twin ? "; to twin: from the observer's estimate to the twin's truth" : ", measured to observer"}
       </p>
+      {twin ? <TwinFaultsPanel /> : null}
     </div>
   );
 }
 
-interface SensorProps {
-  readonly rod: number;
+interface ChoiceProps {
   readonly mask: number;
   readonly reason: string | null;
   readonly choose: (mask: number) => void;
 }
 
-function Sensor({ rod, mask, reason, choose }: SensorProps) {
+function Presets({ mask, reason, choose }: ChoiceProps) {
+  return (
+    <div className="row" role="group" aria-label="Presets">
+      {PRESETS.map(({ label, testId, sensed, meaning }) => (
+        <Tooltip key={label} label={reason ?? meaning} openDelay={reason ? 0 : 500}>
+          <button
+            type="button"
+            className="chip"
+            aria-pressed={mask === sensed}
+            aria-disabled={reason !== null}
+            data-testid={testId}
+            onClick={() => {
+              choose(sensed);
+            }}
+          >
+            {label}
+          </button>
+        </Tooltip>
+      ))}
+    </div>
+  );
+}
+
+interface SensorProps extends ChoiceProps {
+  readonly rod: number;
+  readonly twin: boolean;
+}
+
+function Sensor({ rod, mask, reason, choose, twin }: SensorProps) {
   const on = isSensed(mask, rod);
   const { live } = useDashboard();
-  const read = () => {
-    const marker = live.telemetry && markersOf(live.telemetry).find((seen) => seen.rod === rod);
-    const residual = marker ? residualOf(marker) : NaN;
-    return Number.isFinite(residual) ? (residual * 1e3).toFixed(1) : DASH;
+  const residual = () => {
+    const marker = on && live.telemetry && markersOf(live.telemetry).find((seen) => seen.rod === rod);
+    return marker ? millimetresOf(residualOf(marker)) : DASH;
   };
+  const miss = () => (live.telemetry ? millimetresOf(missOf(live.telemetry, rod)) : DASH);
   return (
     <span className="sensor">
       <Tooltip
@@ -92,7 +103,16 @@ function Sensor({ rod, mask, reason, choose }: SensorProps) {
           {rod}
         </button>
       </Tooltip>
-      <LiveText read={read} rate={4} />
+      <LiveText read={residual} rate={NUMBERS_PER_S} testId={`residual-${rod}`} />
+      {twin ? (
+        <span className={on ? "sensor-twin" : "sensor-twin sensor-unsensed"}>
+          <LiveText read={miss} rate={NUMBERS_PER_S} testId={`miss-${rod}`} />
+        </span>
+      ) : null}
     </span>
   );
+}
+
+function millimetresOf(distance: number): string {
+  return plain(distance * 1e3, 1);
 }

@@ -62,6 +62,18 @@ export function rounded(value: number): number {
   return Number(value.toPrecision(10));
 }
 
+/** Bounds and unit as they stand beside a field: "0 … 500 N/m". */
+export function boundsText(shown: Shown<PairName | ScalarName>): string {
+  const { min, max } = limits(shown);
+  return `${min} … ${max}${shown.unit === "1" ? "" : ` ${shown.unit}`}`;
+}
+
+/** Law, gains and limits among all settings: what the Gains panel shows, and a preset brings back. */
+export function gainsOf(settings: Settings): Partial<Settings> {
+  const { K_P, K_I, K_FF, K_o, B_o, law, feedforward_period, speed_max, acceleration_max } = settings;
+  return { K_P, K_I, K_FF, K_o, B_o, law, feedforward_period, speed_max, acceleration_max };
+}
+
 /** The server's defaults of everything in the Gains panel; the choice of sensors and the open-loop command stay. */
 export function defaultGains(): Partial<Settings> {
   const { K_P, K_I, K_FF, K_o, B_o, law, feedforward_period, speed_max, acceleration_max } = SETTING_BOUNDS;

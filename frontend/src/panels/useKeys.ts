@@ -39,6 +39,9 @@ function perform(action: Action, dashboard: Dashboard, help: () => void): void {
     case "nudge":
       dashboard.aim.nudge(action.dx, action.dy, action.fresh);
       return;
+    case "release":
+      dashboard.aim.release();
+      return;
   }
 }
 
@@ -60,11 +63,17 @@ export function useKeys(): readonly [boolean, (open: boolean) => void] {
       const action = keyMap.press(ESCAPE, "widget", performance.now());
       if (action) perform(action, dashboard, () => undefined);
     };
-    window.addEventListener("keydown", hear, { capture: true });
-    window.addEventListener("message", hearFrame);
+    const letGo = (action: Action | null) => {
+      if (action) perform(action, dashboard, () => undefined);
+    };
+    const stop = new AbortController();
+    const { signal } = stop;
+    window.addEventListener("keydown", hear, { capture: true, signal });
+    window.addEventListener("keyup", (event) => { letGo(keyMap.lift(event.key)); }, { capture: true, signal }); // prettier-ignore
+    window.addEventListener("blur", () => { letGo(keyMap.liftAll()); }, { signal }); // prettier-ignore
+    window.addEventListener("message", hearFrame, { signal });
     return () => {
-      window.removeEventListener("keydown", hear, { capture: true });
-      window.removeEventListener("message", hearFrame);
+      stop.abort();
     };
   }, [dashboard]);
   return [help, setHelp];

@@ -1,21 +1,30 @@
 import { Button, useComputedColorScheme } from "@mantine/core";
 import { useEffect, useRef } from "react";
+import { DrawHint } from "../panels/DrawHint";
+import { DrawToolbar } from "../panels/DrawToolbar";
 import { useDashboard, usePage } from "../panels/context";
+import { useDrawKeys } from "../panels/useDrawKeys";
+import { useRuns } from "../panels/useDrawing";
 import { publishProbe } from "../testing";
 import { RESIDUAL_GAIN } from "./figure";
 import { Plan } from "./plan";
 
-/** The plan view: two canvases that follow the stream by themselves, and the words around them. */
+/** The plan view: canvases that follow the stream by themselves, and the tools and words around them. */
 export function PlanView() {
   const dashboard = useDashboard();
   const scheme = useComputedColorScheme("dark");
   const paper = useRef<HTMLCanvasElement>(null);
-  const canvas = useRef<HTMLCanvasElement>(null);
+  const sketch = useRef<HTMLCanvasElement>(null);
+  const figure = useRef<HTMLCanvasElement>(null);
   const cursor = useRef<HTMLSpanElement>(null);
   const plan = useRef<Plan>(null);
   useEffect(() => {
-    if (!paper.current || !canvas.current) return;
-    const made = new Plan(dashboard, paper.current, canvas.current);
+    if (!paper.current || !sketch.current || !figure.current) return;
+    const made = new Plan(dashboard, {
+      paper: paper.current,
+      sketch: sketch.current,
+      figure: figure.current,
+    });
     made.onHover = (point) => {
       const text = point ? point.map((v) => (v * 1e3).toFixed(1)).join(", ") + " mm" : "";
       if (cursor.current) cursor.current.textContent = text;
@@ -28,12 +37,13 @@ export function PlanView() {
     plan.current?.useScheme(scheme);
   }, [scheme]);
   const twin = usePage((page) => page.rig?.twin ?? false);
-  const planned = usePage((page) => page.reference !== null);
+  useDrawKeys();
   return (
     <section className="plan" aria-label="Plan view">
       <canvas ref={paper} className="plan-canvas" aria-hidden />
+      <canvas ref={sketch} className="plan-canvas" aria-hidden />
       <canvas
-        ref={canvas}
+        ref={figure}
         className="plan-canvas plan-figure"
         data-plan
         data-testid="plan"
@@ -41,7 +51,9 @@ export function PlanView() {
         role="application"
         aria-label="Plan of the actuator. Arrow keys move the target by 1 mm, with Shift 10 mm, with Control 0.1 mm."
       />
-      <Legend twin={twin} planned={planned} />
+      <DrawToolbar />
+      <Legend twin={twin} />
+      <DrawHint />
       <Hint />
       <span ref={cursor} className="plan-cursor number" data-testid="cursor" />
       <Button
@@ -58,7 +70,10 @@ export function PlanView() {
   );
 }
 
-function Legend({ twin, planned }: { readonly twin: boolean; readonly planned: boolean }) {
+function Legend({ twin }: { readonly twin: boolean }) {
+  const chosen = usePage((page) => page.reference !== null);
+  const drawing = useRuns((choice) => choice.source === "drawing");
+  const preview = useRuns((choice) => choice.preview);
   return (
     <ul className="legend" aria-label="Legend">
       <li>
@@ -67,9 +82,24 @@ function Legend({ twin, planned }: { readonly twin: boolean; readonly planned: b
       <li>
         <i className="key key-reference">+</i> reference
       </li>
-      {planned ? (
+      {chosen || drawing ? (
         <li>
           <i className="key key-planned" /> path
+        </li>
+      ) : null}
+      {drawing ? (
+        <li>
+          <i className="key key-outside" /> out of reach
+        </li>
+      ) : null}
+      {preview ? (
+        <li>
+          <i className="key key-ghost" /> predicted
+        </li>
+      ) : null}
+      {preview && preview.saturated_share > 0 ? (
+        <li>
+          <i className="key key-saturated" /> saturated
         </li>
       ) : null}
       <li>

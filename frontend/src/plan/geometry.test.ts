@@ -1,7 +1,9 @@
 import { expect, test } from "vitest";
 import { gridFor, lengthLabel, ticks } from "./grid";
 import { hull, reachQuads, signedArea } from "./reach";
+import type { Point } from "../api/types";
 import { arrowEnd, markersOf, residualOf, type PointSource } from "./residual";
+import { missOf } from "./truth";
 
 /** Ten sensors on a straight backbone of 21 samples; markers 3 mm beside it, the fourth not seen. */
 const source: PointSource = {
@@ -52,4 +54,13 @@ test("grid lines stand on round numbers at any zoom", () => {
   }
   expect(ticks(-0.025, 0.031, 0.01).map((x) => Math.round(x * 1e3))).toEqual([-20, -10, 0, 10, 20, 30]);
   expect(lengthLabel(0.05)).toBe("50 mm");
+});
+
+test("the miss of a rod is the distance between estimate and truth at its arc length, nan without a twin", () => {
+  const source = {
+    points: (name: string) => (name === "markers" ? 10 : 21),
+    point: (name: string, index: number): Point | null => [index, name === "backbone" ? 3e-3 : -1e-3],
+  };
+  expect(missOf(source, 6)).toBeCloseTo(4e-3, 12);
+  expect(missOf({ ...source, point: () => null }, 6)).toBeNaN();
 });

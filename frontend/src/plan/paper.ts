@@ -136,7 +136,7 @@ function paintLabels(sheet: Sheet, step: number): void {
   g.textAlign = "left";
   for (const y of ticks(bottom, top, step)) {
     const py = sheet.pixel([0, y])[1];
-    if (py > 40 && py < size.height - 20) g.fillText(String(Math.round(y * 1e4) / 10), 4, py + 4);
+    if (py > 88 && py < size.height - 20) g.fillText(String(Math.round(y * 1e4) / 10), 4, py + 4);
   }
 }
 

@@ -1,22 +1,34 @@
-import type { Point, ReferencePath, Workspace } from "../api/types";
+import type { Point, Workspace } from "../api/types";
 import { INK, type Scheme } from "../roles";
 import type { Dashboard } from "../state/dashboard";
-import { chosenInfo } from "../state/references";
 import { resize, sheetOf, type Sheet } from "./canvas";
 import { handleRadius, paintFigure } from "./figure";
 import { paintPaper, reachOf, type Reach } from "./paper";
-import { paintPlanned, plannedLines, type PlannedLines } from "./planned";
+import { SketchLayer } from "./layer";
+import { gestureOf, type Gesture } from "./pens";
 import { PlanPointer, type PointerTarget } from "./pointer";
 import { reachQuads } from "./reach";
-import { boundingBox, fit, toPixel, toPlane, type Box, type Size, type View } from "./transform";
+import { boundingBox, fit, pan, toPixel, toPlane, type Box, type Size, type View } from "./transform";
 
 const FIT_MARGIN_PX = 26;
+/** Height of what stands over the top of the plan. */
+const TOOLS_PX = 30;
 const FIRST_BOX: Box = { left: -0.15, right: 0.27, bottom: -0.25, top: 0.25 };
 const BODY_WIDTH_M = 0.03;
 const HANDLE_EXTRA_PX = 7;
 const FINGER_PX = 24;
 
-/** The two canvases of the plan: the paper, painted when the view changes, and the figure, painted per frame. */
+/** The plan's canvases, lowest first. */
+export interface Canvases {
+  /** Grid and reach: painted when the view changes. */
+  readonly paper: HTMLCanvasElement;
+  /** What is wanted and predicted: painted when it changes. */
+  readonly sketch: HTMLCanvasElement;
+  /** The actuator: painted per frame. It takes the pointer. */
+  readonly figure: HTMLCanvasElement;
+}
+
+/** The plan view behind its canvases. */
 export class Plan implements PointerTarget {
   size: Size = { width: 1, height: 1 };
   onHover: (point: Point | null) => void = () => undefined;
@@ -25,17 +37,19 @@ export class Plan implements PointerTarget {
   private box = FIRST_BOX;
   private reach: Reach | null = null;
   private workspace: Workspace | null = null;
-  private reference: ReferencePath | null = null;
-  private planned: PlannedLines | null = null;
+  private readonly sketch: SketchLayer;
+  private readonly canvas: HTMLCanvasElement;
   private scheme: Scheme = "dark";
   private paperDirty = true;
   private paintedFrames = -1;
 
   constructor(
     private readonly dashboard: Dashboard,
-    private readonly paper: HTMLCanvasElement,
-    private readonly canvas: HTMLCanvasElement,
-  ) {}
+    private readonly canvases: Canvases,
+  ) {
+    this.canvas = canvases.figure;
+    this.sketch = new SketchLayer(dashboard);
+  }
 
   /** Follow stream, size and pointer until the returned function is called. */
   start(): () => void {
@@ -73,7 +87,8 @@ export class Plan implements PointerTarget {
   }
 
   fit(): void {
-    this.shown = fit(this.box, this.size, FIT_MARGIN_PX);
+    const { width, height } = this.size;
+    this.shown = pan(fit(this.box, { width, height: height - TOOLS_PX }, FIT_MARGIN_PX), 0, TOOLS_PX / 2);
     this.fitted = true;
     this.paperDirty = true;
   }
@@ -97,8 +112,18 @@ export class Plan implements PointerTarget {
     this.dashboard.aim.release();
   }
 
+  drawing(): boolean {
+    return this.dashboard.drawing.store.get().tool !== "drag";
+  }
+
+  grab(point: Point, reach: number): Gesture | null {
+    const { scale } = this.shown;
+    return gestureOf(this.dashboard.drawing, { point, reach: reach / scale, scale });
+  }
+
   hover(point: Point | null, overHandle: boolean): void {
-    this.canvas.style.cursor = overHandle ? "grab" : "";
+    this.canvas.style.cursor = this.drawing() ? "crosshair" : overHandle ? "grab" : "";
+    this.sketch.cursor = point;
     this.onHover(point);
   }
 
@@ -125,9 +150,9 @@ export class Plan implements PointerTarget {
   private paint(): void {
     const { live, page } = this.dashboard;
     this.follow(page.get().workspace);
-    this.showReference(page.get().reference);
     const paperDirty = this.paperDirty;
     if (paperDirty) this.paintPaper();
+    this.sketch.paint([this.shown, this.size, this.scheme], () => this.sheet(this.canvases.sketch));
     if (!paperDirty && this.paintedFrames === live.frames) return;
     this.paintedFrames = live.frames;
     const sheet = this.sheet(this.canvas);
@@ -141,10 +166,8 @@ export class Plan implements PointerTarget {
 
   private paintPaper(): void {
     this.paperDirty = false;
-    const sheet = this.sheet(this.paper);
-    if (!sheet) return;
-    paintPaper(sheet, this.reach, devicePixelRatio);
-    if (this.planned) paintPlanned(sheet, this.planned);
+    const sheet = this.sheet(this.canvases.paper);
+    if (sheet) paintPaper(sheet, this.reach, devicePixelRatio);
   }
 
   private sheet(canvas: HTMLCanvasElement): Sheet | null {
@@ -159,13 +182,5 @@ export class Plan implements PointerTarget {
     this.box = (workspace && boundingBox(workspace.points)) ?? FIRST_BOX;
     this.paperDirty = true;
     if (this.fitted) this.fit();
-  }
-
-  private showReference(reference: ReferencePath | null): void {
-    if (reference === this.reference) return;
-    const frequency = chosenInfo(this.dashboard.page.get())?.frequency ?? null;
-    this.reference = reference;
-    this.planned = reference && plannedLines(reference, frequency);
-    this.paperDirty = true;
   }
 }

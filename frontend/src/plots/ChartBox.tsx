@@ -1,17 +1,21 @@
 import { useComputedColorScheme } from "@mantine/core";
-import { useEffect, useRef } from "react";
+import { useEffect, useRef, type ReactNode } from "react";
 import { INK } from "../roles";
 import type { Chart } from "./charts";
+import type { Gesture } from "./gestures";
 import { ChartPainter } from "./painter";
 
 interface Props {
   readonly chart: Chart;
-  /** Told the painter when it is there, and null when it is gone. */
-  readonly onPainter: (painter: ChartPainter | null) => void;
+  /** Told the painter when it is there; returns what to do when it goes. */
+  readonly onPainter: (painter: ChartPainter) => () => void;
+  readonly onGesture: (gesture: Gesture) => void;
+  /** Buttons beside the title. */
+  readonly children: ReactNode;
 }
 
-/** A chart with its title, and per line a sample of its look beside its value. */
-export function ChartBox({ chart, onPainter }: Props) {
+/** A chart with its title, and per line a sample of its look beside its newest value. */
+export function ChartBox({ chart, onPainter, onGesture, children }: Props) {
   const host = useRef<HTMLDivElement>(null);
   const values = useRef<(HTMLElement | null)[]>([]);
   const painter = useRef<ChartPainter>(null);
@@ -21,43 +25,44 @@ export function ChartBox({ chart, onPainter }: Props) {
   useEffect(() => {
     const element = host.current;
     if (!element) return;
-    const made = new ChartPainter(chart, element, values.current, INK[first.current]);
+    const made = new ChartPainter(chart, element, values.current, INK[first.current], onGesture);
     painter.current = made;
-    onPainter(made);
+    const forget = onPainter(made);
     const sizes = new ResizeObserver(([entry]) => {
       made.resize(Math.floor(entry.contentRect.width), Math.floor(entry.contentRect.height));
     });
     sizes.observe(element);
     return () => {
       sizes.disconnect();
-      onPainter(null);
+      forget();
       made.destroy();
     };
-  }, [chart, onPainter]);
+  }, [chart, onPainter, onGesture]);
   useEffect(() => {
+    first.current = scheme;
     painter.current?.useInk(INK[scheme]);
   }, [scheme]);
   return (
-    <figure className="chart" aria-label={`${chart.title} over time`}>
+    <figure className="chart" aria-label={`${chart.title} over time`} data-testid="chart">
       <figcaption>
         <span className="chart-title">
           {chart.title} <span className="unit">{chart.unit}</span>
         </span>
-        {listed.map(({ line, i }) => (
-          <span key={line.name} className="chart-value" title={line.name}>
-            {chart.numbered ? (
-              <b style={{ color: line.colour }}>{line.name}</b>
-            ) : (
+        <span className="chart-values">
+          {listed.map(({ line, i }) => (
+            <span key={line.key} className="chart-value" title={line.name}>
               <i className={`swatch swatch-${line.look}`} style={{ color: line.colour }} />
-            )}
-            <span
-              className="number"
-              ref={(element) => {
-                values.current[i] = element;
-              }}
-            />
-          </span>
-        ))}
+              {line.named ? <b>{line.tag}</b> : null}
+              <span
+                className="number"
+                ref={(element) => {
+                  values.current[i] = element;
+                }}
+              />
+            </span>
+          ))}
+        </span>
+        {children}
       </figcaption>
       <div ref={host} className="chart-host" />
     </figure>

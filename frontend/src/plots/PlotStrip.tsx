@@ -1,67 +1,97 @@
-import { ActionIcon, SegmentedControl, Tooltip } from "@mantine/core";
-import { IconPlayerPause, IconPlayerPlay } from "@tabler/icons-react";
-import { useEffect, useRef, useState } from "react";
+import { useCallback, useEffect, useMemo, useState } from "react";
+import "./plots.css";
 import { useDashboard } from "../panels/context";
+import { useStore } from "../state/store";
 import { ChartBox } from "./ChartBox";
-import { CHARTS } from "./charts";
+import { PlotsBar } from "./PlotsBar";
+import { SignalChooser } from "./SignalChooser";
+import { chartOf } from "./charts";
+import { askForCsv, csvOfBins, csvUrl, download } from "./csv";
+import type { Gesture } from "./gestures";
+import { channelsOf, withoutPlot, withSignals } from "./layout";
 import type { ChartPainter } from "./painter";
+import { Painting } from "./painting";
+import { useLayout } from "./useLayout";
+import { FOLLOWING, paused, visible } from "./view";
 
-const REDRAWS_PER_SECOND = 20;
-const SPANS = ["5", "10", "30", "60"] as const;
+const FRAMES_PER_SECOND = 60;
+const NO_PLOTS = [] as const;
 
-/** The live plots: x, y, error and pressures over the last seconds. */
+/** The live plots over the last seconds: any signal, stopped, zoomed and saved as the operator likes. */
 export function PlotStrip() {
-  const { live, ticker } = useDashboard();
-  const [seconds, setSeconds] = useState(10);
-  const [pausedAt, setPausedAt] = useState<number | null>(null);
-  const painters = useRef(new Map<string, ChartPainter>());
-  const [keepers] = useState(() =>
-    CHARTS.map(({ title }) => (painter: ChartPainter | null) => {
-      if (painter) painters.current.set(title, painter);
-      else painters.current.delete(title);
-    }),
-  );
+  const { connection, live, operations, ticker } = useDashboard();
+  const channels = useStore(live.signals, (signals) => signals.channels);
+  const layouts = useLayout();
+  const { layout } = layouts;
+  const plots = layout?.plots ?? NO_PLOTS;
+  const seconds = layout?.seconds ?? 10;
+  const [view, setView] = useState(FOLLOWING);
+  const [editing, setEditing] = useState<number | null>(null);
+  const [painting] = useState(() => new Painting(live.ring));
+  const charts = useMemo(() => plots.map((plot) => chartOf(plot, channels)), [plots, channels]);
   useEffect(() => {
-    let shown = NaN;
-    return ticker.every(REDRAWS_PER_SECOND, () => {
-      const end = pausedAt ?? live.ring.newest;
-      if (end === shown || !Number.isFinite(end)) return;
-      shown = end;
-      for (const painter of painters.current.values()) painter.show(live.ring, live.channels, end, seconds);
-    });
-  }, [ticker, live, seconds, pausedAt]);
-  const paused = pausedAt !== null;
+    if (layout) connection.plot(channelsOf(layout));
+  }, [connection, layout]);
+  useEffect(
+    () =>
+      ticker.every(FRAMES_PER_SECOND, () => {
+        painting.step(view, seconds);
+      }),
+    [ticker, painting, view, seconds],
+  );
+  const onPainter = useCallback((painter: ChartPainter) => painting.add(painter), [painting]);
+  const onGesture = useCallback(
+    (gesture: Gesture) => {
+      setView((old) => painting.after(gesture, old, seconds));
+    },
+    [painting, seconds],
+  );
+  const saveCsv = async () => {
+    const range = visible(view, painting.now(seconds));
+    const keys = charts.flatMap((chart) => chart.lines.map((line) => line.key));
+    const places = charts.flatMap((chart) => chart.lines.map((line) => line.channel));
+    const found = await askForCsv(csvUrl([...new Set(keys)], range));
+    const content = found ?? new Blob([csvOfBins(live.ring, channels, [...new Set(places)], range)]);
+    download(`tendril-${new Date().toISOString().slice(0, 19).replaceAll(":", "-")}.csv`, content);
+  };
   return (
-    <section className="plots" aria-label="Plots">
-      <div className="plots-bar">
-        <Tooltip label={paused ? "Go on" : "Pause the plots (the rig goes on)"} position="right">
-          <ActionIcon
-            variant={paused ? "filled" : "default"}
-            aria-pressed={paused}
-            aria-label={paused ? "Resume plots" : "Pause plots"}
-            data-testid="pause"
-            onClick={() => {
-              setPausedAt(paused ? null : live.ring.newest);
-            }}
-          >
-            {paused ? <IconPlayerPlay size={16} /> : <IconPlayerPause size={16} />}
-          </ActionIcon>
-        </Tooltip>
-        <SegmentedControl
-          orientation="vertical"
-          size="xs"
-          aria-label="Time window in seconds"
-          data-testid="window"
-          value={String(seconds)}
-          onChange={(value) => {
-            setSeconds(Number(value));
-          }}
-          data={SPANS.map((span) => ({ value: span, label: `${span} s` }))}
-        />
+    <section className="plots" aria-label="Plots" data-stopped={view.stoppedAt !== null}>
+      <PlotsBar
+        layouts={layouts}
+        stopped={view.stoppedAt !== null}
+        onStop={() => {
+          setView(view.stoppedAt === null ? paused(painting.now(seconds)) : FOLLOWING);
+        }}
+        onAdd={() => {
+          setEditing(plots.length);
+        }}
+        onCsv={() => void operations.attempt("No CSV", saveCsv)}
+      />
+      <div className="charts">
+        {charts.map((chart, i) => (
+          <ChartBox key={i} chart={chart} onPainter={onPainter} onGesture={onGesture}>
+            <SignalChooser
+              title={chart.title}
+              opened={editing === i}
+              onOpened={(opened) => {
+                setEditing(opened ? i : null);
+              }}
+              channels={channels}
+              chosen={plots[i].channels}
+              onChosen={(keys) => {
+                layouts.change((old) => withSignals(old, i, keys));
+              }}
+              onRemove={() => {
+                setEditing(null);
+                layouts.change((old) => withoutPlot(old, i));
+              }}
+            />
+          </ChartBox>
+        ))}
+        {layout && plots.length === 0 ? (
+          <p className="note plots-empty">No plots: add one with the plus sign, or open a layout.</p>
+        ) : null}
       </div>
-      {CHARTS.map((chart, i) => (
-        <ChartBox key={chart.title} chart={chart} onPainter={keepers[i]} />
-      ))}
     </section>
   );
 }

@@ -1,76 +1,100 @@
-import type { PlotChannel } from "../api/types";
+import type { Plot, PlotChannel } from "../api/types";
 import { ROLE } from "../roles";
+import { displayOf, labelOf, type Display } from "./signals";
 
-/** One line of a chart: which telemetry element, and how it looks. */
+/** One line of a chart: which channel (its place in the server's list), and how it looks. */
 export interface Line {
-  readonly field: string;
-  readonly index: number | null;
+  readonly key: string;
+  readonly channel: number;
+  /** As short as the other lines of the chart allow. */
   readonly name: string;
+  /** Shorter still: as the other named lines allow. */
+  readonly tag: string;
   readonly colour: string;
-  readonly look: "solid" | "dashed" | "dots" | "thin";
+  readonly look: Look;
+  /** Its name is written at its end: no role's colour and dash tells what it is. */
+  readonly named: boolean;
 }
 
-export interface Chart {
+export type Look = "solid" | "dashed" | "dots" | "thin";
+
+export interface Chart extends Display {
   readonly title: string;
-  readonly unit: string;
-  /** From SI to `unit`. */
-  readonly scale: number;
-  readonly digits: number;
-  /** Least height of the y axis [unit]. */
-  readonly least: number;
   readonly fromZero: boolean;
-  /** Lines carry their name at their end and beside their value, so that colour is not alone. */
-  readonly numbered: boolean;
   readonly lines: readonly Line[];
 }
 
-const LENGTH = { unit: "mm", scale: 1e3, digits: 1, least: 4, numbered: false } as const;
+type Style = Pick<Line, "colour" | "look">;
 
-function position(title: string, index: number): Chart {
-  return {
-    ...LENGTH,
-    title,
-    fromZero: false,
-    lines: [
-      { field: "p_meas", index, name: "measured", colour: ROLE.measured, look: "dots" },
-      { field: "p_hat", index, name: "observer", colour: ROLE.observer, look: "solid" },
-      { field: "p_ref", index, name: "reference", colour: ROLE.reference, look: "dashed" },
-    ],
-  };
+const ROLES: Partial<Record<string, Style>> = {
+  p_ref: { colour: ROLE.reference, look: "dashed" },
+  target: { colour: ROLE.reference, look: "thin" },
+  p_meas: { colour: ROLE.measured, look: "dots" },
+  markers: { colour: ROLE.measured, look: "dots" },
+  p_hat: { colour: ROLE.observer, look: "solid" },
+  backbone: { colour: ROLE.observer, look: "solid" },
+  twin_backbone: { colour: ROLE.twin, look: "solid" },
+};
+/** For what has no role: told apart by name, too. */
+const COLOURS = [
+  "#A78BFA",
+  "#B5A900",
+  "#B0805A",
+  "#7C93B2",
+  "#D884B5",
+  "#4FB8A8",
+  "#E07B5A",
+  "#8FA83C",
+] as const;
+const NEVER_NEGATIVE = new Set(["Pa", "s", "ns"]);
+
+/** A plot of the layout as it is drawn; signals that the server does not have, or of another unit, are left out. */
+export function chartOf(plot: Plot, channels: readonly PlotChannel[]): Chart {
+  const known = plot.channels.flatMap((key) => channels.find((channel) => channel.key === key) ?? []);
+  const found = known.filter(({ unit }) => unit === known[0].unit);
+  const styles = stylesOf(found);
+  const lines = found.map((channel, i) => ({
+    ...styles[i],
+    key: channel.key,
+    channel: channels.indexOf(channel),
+    name: shortName(channel, found),
+    tag: shortName(
+      channel,
+      found.filter((_, j) => styles[j].named),
+    ),
+  }));
+  const title = plot.title === "" ? titleOf(found) : plot.title;
+  return { ...displayOf(found.at(0)?.unit ?? "1"), title, fromZero: found.every(isMagnitude), lines };
 }
 
-/** Chambers have no role of their own: four more colours, and their number at the end of each line. */
-const CHAMBER = ["#A78BFA", "#B5A900", "#B0805A", "#7C93B2"] as const;
+function stylesOf(found: readonly PlotChannel[]): (Style & { named: boolean })[] {
+  const used = new Set<string>();
+  return found.map((channel, i) => {
+    const role = ROLES[channel.field];
+    if (role && !used.has(role.colour)) {
+      used.add(role.colour);
+      return { ...role, named: false };
+    }
+    // A command has the colour of what it commands, in a thin line.
+    const commanded = channel.field === "pressure_cmd";
+    const colour =
+      COLOURS[(channel.field.startsWith("pressure_") ? (channel.index ?? 0) : i) % COLOURS.length];
+    return { colour, look: commanded ? "thin" : "solid", named: !commanded && found.length > 1 };
+  });
+}
 
-const PRESSURES: readonly Line[] = CHAMBER.flatMap((colour, index): Line[] => [
-  { field: "pressure_cmd", index, name: `${index + 1} commanded`, colour, look: "thin" },
-  { field: "pressure_meas", index, name: String(index + 1), colour, look: "solid" },
-]);
+function shortName(channel: PlotChannel, all: readonly PlotChannel[]): string {
+  if (all.length === 1) return labelOf(channel);
+  if (channel.name !== "" && all.every(({ group }) => group === channel.group)) return channel.name;
+  if (all.every(({ name }) => name === channel.name)) return channel.group;
+  return labelOf(channel);
+}
 
-export const CHARTS: readonly Chart[] = [
-  position("x", 0),
-  position("y", 1),
-  {
-    ...LENGTH,
-    title: "error",
-    fromZero: true,
-    lines: [{ field: "error", index: null, name: "|e|", colour: "#8b95a1", look: "solid" }],
-  },
-  {
-    title: "pressures",
-    unit: "kPa",
-    scale: 1e-3,
-    digits: 0,
-    least: 20,
-    fromZero: true,
-    numbered: true,
-    lines: PRESSURES,
-  },
-];
+function titleOf(found: readonly PlotChannel[]): string {
+  if (found.length === 1) return labelOf(found[0]);
+  return found.length === 0 ? "nothing chosen" : [...new Set(found.map(({ group }) => group))].join(", ");
+}
 
-/** Column of every line in the server's plot bins; -1 where the server does not send it. */
-export function columnsOf(chart: Chart, channels: readonly PlotChannel[]): number[] {
-  return chart.lines.map((line) =>
-    channels.findIndex((channel) => channel.field === line.field && channel.index === line.index),
-  );
+function isMagnitude({ unit, index, field }: PlotChannel): boolean {
+  return index === null || NEVER_NEGATIVE.has(unit) || field === "residual";
 }

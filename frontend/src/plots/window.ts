@@ -1,6 +1,6 @@
 import type { Ring } from "./ring";
 
-/** Samples of one plot as uPlot takes them: a shared x [s before the newest bin] and one y per series, null = gap. */
+/** Samples of one plot as uPlot takes them: a shared x [s after the span's origin] and one y per series, null = gap. */
 export interface PlotData {
   readonly x: number[];
   readonly series: (number | null)[][];
@@ -9,8 +9,13 @@ export interface PlotData {
 export interface Span {
   readonly from: number;
   readonly to: number;
+  /** Where x is 0 [s on the rig's clock, like `from` and `to`]. */
+  readonly origin: number;
   readonly columns: number;
 }
+
+/** Time without bins that is shown as a gap [s]: several times as long as a bin. */
+const GAP_S = 0.1;
 
 /** Empty data with room for `series` series. */
 export function emptyData(series: number): PlotData {
@@ -37,10 +42,14 @@ export function extractWindow(
     const column = Math.floor(ring.time(bin) / width);
     let next = bin + 1;
     while (next < end && Math.floor(ring.time(next) / width) === column) next += 1;
-    const centre = (column + 0.5) * width - span.to;
+    const centre = (column + 0.5) * width - span.origin;
     out.x.push(centre - width / 4, centre + width / 4);
     for (let s = 0; s < channels.length; s++)
       pushExtremes(ring, channels[s], bin, next, scale, out.series[s]);
+    if (next < end && ring.time(next) - ring.time(next - 1) > Math.max(GAP_S, 2 * width)) {
+      out.x.push(centre + 0.5 * width, centre + 0.6 * width);
+      for (const series of out.series) series.push(null, null);
+    }
     bin = next;
   }
 }
@@ -54,12 +63,8 @@ function pushExtremes(
   scale: number,
   y: (number | null)[],
 ): void {
-  let [low, high] = [Infinity, -Infinity];
-  for (let bin = from; bin < to; bin++) {
-    low = Math.min(low, finiteOr(ring.lowest(bin, channel), Infinity));
-    high = Math.max(high, finiteOr(ring.highest(bin, channel), -Infinity));
-  }
-  if (low > high) {
+  const [low, high] = ring.extremes(channel, from, to);
+  if (!Number.isFinite(high - low)) {
     y.push(null, null);
     return;
   }
@@ -67,10 +72,6 @@ function pushExtremes(
   const rising = (low + high) * scale >= 2 * before;
   if (rising) y.push(low * scale, high * scale);
   else y.push(high * scale, low * scale);
-}
-
-function finiteOr(value: number, instead: number): number {
-  return Number.isFinite(value) ? value : instead;
 }
 
 const NICE = [1, 2, 5, 10];

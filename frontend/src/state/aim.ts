@@ -1,27 +1,31 @@
-import type { Point } from "../api/types";
+import type { FromBrowser, Point } from "../api/types";
 import { handleOf, type Handle, type Wish } from "./handle";
 import type { Live } from "./live";
 import { MODE } from "./modes";
 import type { Operations } from "./operations";
 import type { Page } from "./page";
 import type { Store } from "./store";
-import { TargetSender, type TargetPort } from "./target";
+import { TargetSender } from "./target";
 
 const HINT_MS = 4000;
+/** Why Follow alone does nothing while the held clutch is on. */
+export const CLUTCHED = "Held clutch is on: hold the target, an arrow key or the gamepad's button";
 
-/** The operator's hand on the target: by pointer, by arrow keys, by the Follow button. */
+/** The operator's hand on the target: by pointer, arrow keys, gamepad, or the Follow button. */
 export class Aim {
   readonly targets: TargetSender;
   private wish: Wish | null = null;
   /** The rig followed the present drag: if it holds now, only a new press may move it again. */
   private followed = false;
+  /** Something holds the target: letting go will be said. */
+  private gripped = false;
   private hintTimer: ReturnType<typeof setTimeout> | undefined;
 
   constructor(
     private readonly live: Live,
     private readonly page: Store<Page>,
     private readonly operations: Operations,
-    send: TargetPort["send"],
+    private readonly send: (message: FromBrowser) => boolean,
   ) {
     this.targets = new TargetSender({
       send,
@@ -51,12 +55,29 @@ export class Aim {
     if (reason !== null) return false;
     this.wish = { point, at: performance.now(), held };
     this.targets.move(point, fresh);
+    this.gripped = true;
     return true;
   }
 
-  /** The pointer let go of the target: from now on the rig's word counts. */
+  /** Take the target where its handle stands, as a fresh press; null, and a reason on the plan, if that may not be. */
+  press(): Point | null {
+    const handle = this.handle(performance.now());
+    return handle && this.move(handle.point, true, true) ? handle.point : null;
+  }
+
+  /** Pointer, key or button let go: from now on the rig's word counts, and with the held clutch on it holds. */
   release(): void {
     if (this.wish) this.wish = { ...this.wish, at: performance.now(), held: false };
+    if (!this.gripped) return;
+    this.gripped = false;
+    if (this.page.get().lease.clutch) this.targets.drop();
+    this.send({ type: "release" });
+  }
+
+  /** Switch the held clutch; a motion that nobody holds then ends. */
+  async setClutch(clutch: boolean): Promise<void> {
+    await this.operations.setClutch(clutch);
+    if (clutch && this.page.get().mode === MODE.FOLLOW) this.send({ type: "release" });
   }
 
   /** Arrow keys: move the target by (dx, dy) [m] from where it is wanted now. */
@@ -67,7 +88,7 @@ export class Aim {
 
   /** Follow the target where its handle stands now. */
   async follow(): Promise<void> {
-    const reason = this.operations.whyNot("follow");
+    const reason = this.operations.whyNot("follow") ?? (this.page.get().lease.clutch ? CLUTCHED : null);
     const handle = this.handle(performance.now());
     if (reason !== null) this.hint(reason);
     else if (handle)
@@ -82,6 +103,7 @@ export class Aim {
 
   disconnected(): void {
     this.wish = null;
+    this.gripped = false;
     this.targets.reset();
   }
 

@@ -4,7 +4,7 @@ import { LiveSocket, liveUrl } from "../api/socket";
 import type { FromBrowser, FromServer } from "../api/types";
 import type { Live } from "./live";
 import { asCause, asMode } from "./modes";
-import { keep, withLine, type Page } from "./page";
+import { keep, withLines, type Page } from "./page";
 import type { Store } from "./store";
 
 const CHECK_MS = 100;
@@ -73,6 +73,11 @@ export class Connection {
     return this.socket.send(message);
   }
 
+  /** Have the server send these channels (keys) and no others, now and after every reconnection. */
+  plot(keys: readonly string[]): void {
+    this.send(this.live.plot(keys));
+  }
+
   private async enter(): Promise<void> {
     try {
       await rest.session();
@@ -109,8 +114,12 @@ export class Connection {
       case "hello":
         this.guard(() => {
           this.live.describe(message.layout, message.channels);
+          this.send(this.live.choice());
         });
-        this.page.patch({ lease: keep(page.lease, message.session.lease), log: [] });
+        this.page.patch({
+          lease: keep(page.lease, message.session.lease),
+          log: withLines(page.log, message.log),
+        });
         this.meet(message.rig);
         return;
       case "status":
@@ -119,6 +128,8 @@ export class Connection {
           settings: keep(page.settings, message.settings),
           recording: keep(page.recording, message.recording),
           health: keep(page.health, message.health),
+          run: keep(page.run, message.run),
+          result: keep(page.result, message.result),
         });
         this.noteProblem(page.recording.problem, message.recording.problem);
         this.meet(message.rig);
@@ -133,7 +144,7 @@ export class Connection {
         this.live.roundTrip = (performance.now() - message.t) / 1e3;
         return;
       case "event":
-        this.page.patch({ log: withLine(page.log, message) });
+        this.page.patch({ log: withLines(page.log, [message]) });
         return;
     }
   }

@@ -1,10 +1,15 @@
 import { Aim } from "./aim";
 import { Connection } from "./connection";
+import { Drawing } from "./drawing";
+import { Planner } from "./drawingPlan";
+import { SavedDrawings } from "./drawingSaved";
+import { Gamepads } from "./gamepads";
 import { Live } from "./live";
 import { Operations, type Notify } from "./operations";
 import { rest } from "../api/rest";
 import { EMPTY_PAGE, type Page } from "./page";
 import { References } from "./references";
+import { Runs } from "./run";
 import { Store } from "./store";
 import { Ticker } from "./ticker";
 
@@ -16,14 +21,26 @@ export class Dashboard {
   readonly operations: Operations;
   readonly aim: Aim;
   readonly references: References;
+  readonly drawing = new Drawing();
+  readonly planner: Planner;
+  readonly saved: SavedDrawings;
+  readonly runs: Runs;
+  readonly gamepads: Gamepads;
   readonly connection: Connection;
 
   constructor(notify: Notify) {
     this.operations = new Operations(this.page, notify);
     this.aim = new Aim(this.live, this.page, this.operations, (message) => this.connection.send(message));
+    this.gamepads = new Gamepads(this);
     this.references = new References(this.page, rest, (title, error) => {
       this.operations.report(title, error);
     });
+    this.planner = new Planner(this.drawing.store, this.page, {
+      plan: rest.planDrawing,
+      later: (action, delay) => setTimeout(action, delay),
+    });
+    this.saved = new SavedDrawings(this.drawing, rest, this.operations);
+    this.runs = new Runs(this.drawing.store, this.page, rest, this.operations);
     this.connection = new Connection(this.live, this.page, {
       answered: (id, refusal) => {
         this.aim.answered(id, refusal);
@@ -33,6 +50,7 @@ export class Dashboard {
       },
       met: () => {
         void this.references.learn();
+        void this.saved.learn();
       },
       failed: (title, error) => {
         this.operations.report(title, error);

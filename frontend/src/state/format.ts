@@ -19,11 +19,13 @@ export const millimetres = (metres: Value, digits = 1) => fixed(metres, 1e3, dig
 export const kilopascals = (pascals: Value) => fixed(pascals, 1e-3, 0, "kPa");
 export const milliseconds = (seconds: Value, digits = 1) => fixed(seconds, 1e3, digits, "ms");
 export const microseconds = (nanoseconds: Value) => fixed(nanoseconds, 1e-3, 1, "µs");
-export const percent = (share: Value) => fixed(share, 100, 2, "%");
+export const percent = (share: Value, digits = 2) => fixed(share, 100, digits, "%");
 export const wholeNumber = (value: Value) => fixed(value, 1, 0, "");
 export const millimetresPerSecond = (speed: Value) => fixed(speed, 1e3, Number(speed) < 0.1 ? 1 : 0, "mm/s");
+export const metresPerSquareSecond = (acceleration: Value) => fixed(acceleration, 1, 2, "m/s²");
+export const degrees = (angle: Value) => fixed(angle, 1, 1, "°");
 export const hertz = (frequency: Value) => fixed(frequency, 1, 2, "Hz");
-export const seconds = (value: Value) => fixed(value, 1, 0, "s");
+export const seconds = (value: Value, digits = 0) => fixed(value, 1, digits, "s");
 
 /** Duration as 1:02:03 or 2:03. */
 export function clock(duration: number): string {

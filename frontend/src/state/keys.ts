@@ -4,7 +4,8 @@ export type Action =
   | { kind: "follow" }
   | { kind: "record" }
   | { kind: "help" }
-  | { kind: "nudge"; dx: number; dy: number; fresh: boolean };
+  | { kind: "nudge"; dx: number; dy: number; fresh: boolean }
+  | { kind: "release" };
 
 /** The part of a KeyboardEvent that decides, and whether the focus takes text or arrows itself. */
 export interface Press {
@@ -27,18 +28,37 @@ const ARROWS: Partial<Record<string, readonly [number, number]>> = {
   ArrowDown: [0, -1],
 };
 
-/** Turns key presses into actions; remembers the last Esc, because two within 1 s are an E-STOP. */
+/** Turns keys into actions; remembers the last Esc, because two within 1 s are an E-STOP, and the arrows that are held. */
 export class KeyMap {
   private lastEscape = -Infinity;
+  private readonly arrows = new Set<string>();
 
   /** `now` in milliseconds of any steady clock; null: the press is not ours. */
   press(event: Press, focus: Focus, now: number): Action | null {
     if (event.key === "Escape") return event.repeat ? null : this.escape(now);
     if (event.altKey || event.metaKey || focus === "text") return null;
     const arrow = ARROWS[event.key];
-    if (arrow) return focus === "page" ? nudge(arrow, event) : null;
+    if (arrow) return focus === "page" ? this.nudge(arrow, event) : null;
     if (event.ctrlKey || event.repeat) return null;
     return letter(event.key);
+  }
+
+  /** A key came up: the last arrow lets go of the target. */
+  lift(key: string): Action | null {
+    return this.arrows.delete(key) && this.arrows.size === 0 ? { kind: "release" } : null;
+  }
+
+  /** The window no longer hears keys: whatever was held counts as let go. */
+  liftAll(): Action | null {
+    const held = this.arrows.size > 0;
+    this.arrows.clear();
+    return held ? { kind: "release" } : null;
+  }
+
+  private nudge([x, y]: readonly [number, number], event: Press): Action {
+    const step = STEP * (event.shiftKey ? 10 : event.ctrlKey ? 0.1 : 1);
+    this.arrows.add(event.key);
+    return { kind: "nudge", dx: x * step, dy: y * step, fresh: !event.repeat };
   }
 
   private escape(now: number): Action {
@@ -46,11 +66,6 @@ export class KeyMap {
     this.lastEscape = twice ? -Infinity : now;
     return { kind: twice ? "e_stop" : "hold" };
   }
-}
-
-function nudge([x, y]: readonly [number, number], event: Press): Action {
-  const step = STEP * (event.shiftKey ? 10 : event.ctrlKey ? 0.1 : 1);
-  return { kind: "nudge", dx: x * step, dy: y * step, fresh: !event.repeat };
 }
 
 function letter(key: string): Action | null {
@@ -81,5 +96,9 @@ export const KEY_LIST: readonly (readonly [string, string])[] = [
   ["F", "Follow the target"],
   ["R", "Start or stop a recording"],
   ["Arrows", "Move the target 1 mm (Shift 10 mm, Ctrl 0.1 mm)"],
+  ["Gamepad", "Hold A (or the right shoulder) and steer with the left stick; B = HOLD"],
+  ["Ctrl Z", "Undo a change of the drawing (Ctrl Shift Z or Ctrl Y: redo)"],
+  ["Del", "Take the drawing's selected piece away"],
+  ["Enter", "End the line that is being drawn"],
   ["?", "Show or hide this list"],
 ];

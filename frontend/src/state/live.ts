@@ -1,18 +1,23 @@
-import { decodeBinary, type PlotBins } from "../api/binary";
-import type { PlotChannel, Field } from "../api/types";
+import { decodeBinary } from "../api/binary";
+import type { Field, PlotChannel, PlotChoice } from "../api/types";
 import { Ring } from "../plots/ring";
 import { OnTime } from "./ontime";
+import { keep } from "./page";
+import { Store } from "./store";
 import { Telemetry } from "./telemetry";
 import { Trail } from "./trail";
 
-/** Ten minutes at up to 100 bins a second. */
-const BINS_KEPT = 60_000;
+/** Ten minutes of the server's 16 ms bins. */
+const BINS_KEPT = 37_500;
+/** Most channels that the server sends one page. */
+const CHANNELS_MAX = 48;
 
 /** The stream: written by the socket at up to 60 Hz, read by painters. Nothing here makes React render. */
 export class Live {
   telemetry: Telemetry | null = null;
-  channels: readonly PlotChannel[] = [];
-  ring = new Ring(0, 0);
+  /** What can be plotted, from the server. */
+  readonly signals = new Store<{ readonly channels: readonly PlotChannel[] }>({ channels: [] });
+  readonly ring = new Ring(BINS_KEPT);
   readonly trail = new Trail();
   readonly onTime = new OnTime();
   /** Page clock [ms] when a tick newer than the one before arrived. */
@@ -22,12 +27,30 @@ export class Live {
   /** Round trip page -> server -> page [s]. */
   roundTrip = NaN;
   private tick = NaN;
+  private plotted: readonly string[] = [];
 
   /** A new connection: the layout may have changed, the history stays where it fits. */
   describe(layout: readonly Field[], channels: readonly PlotChannel[]): void {
     this.telemetry = new Telemetry(layout);
-    this.channels = channels;
-    if (this.ring.channels !== channels.length) this.ring = new Ring(channels.length, BINS_KEPT);
+    const before = this.signals.get().channels;
+    if (keep(before, channels) !== before) this.ring.clear();
+    this.signals.patch({ channels: keep(before, channels) });
+    this.ring.reconnect();
+  }
+
+  /** Show these channels (keys) from now on; what the server should be told. Keys it does not know are left out. */
+  plot(keys: readonly string[]): PlotChoice {
+    this.plotted = keys;
+    return this.choice();
+  }
+
+  /** What the server should be told at the start of a connection. */
+  choice(): PlotChoice {
+    const { channels } = this.signals.get();
+    const places = [...new Set(this.plotted)].map((key) => channels.findIndex((item) => item.key === key));
+    const known = places.filter((place) => place >= 0).slice(0, CHANNELS_MAX);
+    this.ring.choose(known);
+    return { type: "plots", channels: known.map((place) => channels[place].key), since: this.ring.since };
   }
 
   /** The rig lives anew: its clock and counters say nothing about the ones before. */
@@ -40,13 +63,9 @@ export class Live {
   /** Take a binary message at page time `now` [ms]; true if it was a telemetry frame. */
   take(buffer: ArrayBuffer, now: number): boolean {
     const message = decodeBinary(buffer);
-    if (message.kind === "plot") this.takeBins(message.bins);
+    if (message.kind === "plot") this.ring.push(message.bins);
     else if (this.telemetry) this.takeFrame(this.telemetry, buffer, message.offset, now);
     return message.kind === "frame";
-  }
-
-  private takeBins(bins: PlotBins): void {
-    this.ring.push(bins);
   }
 
   private takeFrame(telemetry: Telemetry, buffer: ArrayBuffer, offset: number, now: number): void {

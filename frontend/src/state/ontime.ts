@@ -26,6 +26,12 @@ export class OnTime {
     while (this.marks.length > 1 && at - this.marks[0].at > WINDOW_S) this.marks.shift();
   }
 
+  /** Slots lost in the same time, nan before the first mark. */
+  lost(): number {
+    const first = this.marks.at(0);
+    return first && this.latest ? this.latest.lost - first.lost : NaN;
+  }
+
   /** On-time share in 0..1, nan before two marks. */
   share(): number {
     const first = this.marks.at(0);

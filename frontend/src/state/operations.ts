@@ -1,6 +1,6 @@
-import { rest, Unreachable } from "../api/rest";
+import { Refusal, rest, Unreachable } from "../api/rest";
 import type { CommandBody, Event, Settings } from "../api/types";
-import { keep, situation, withLine, type Page } from "./page";
+import { keep, situation, withLines, type Page } from "./page";
 import { whyNot, type Control } from "./permission";
 import type { Store } from "./store";
 
@@ -57,6 +57,13 @@ export class Operations {
     });
   }
 
+  /** Held clutch: letting go of the target holds the rig. */
+  async setClutch(clutch: boolean): Promise<void> {
+    await this.attempt("Clutch not changed", async () => {
+      this.page.patch({ lease: await rest.setClutch(clutch) });
+    });
+  }
+
   /** Change live settings; what the rig then has is shown. */
   async changeSettings(title: string, changes: Partial<Settings>): Promise<void> {
     await this.attempt(title, async () => {
@@ -85,16 +92,17 @@ export class Operations {
     }
   }
 
-  /** Show what went wrong, and keep it in the log of this page. */
+  /** Show what went wrong; what the server has not written into the log stands in the log of this page. */
   report(title: string, error: unknown): void {
     const detail = error instanceof Error ? error.message : String(error);
     this.notify("error", title, detail);
+    if (error instanceof Refusal && error.logged) return;
     const line: Event = {
       type: "event",
       time: new Date().toISOString(),
       level: "error",
       text: `${title}: ${detail}`,
     };
-    this.page.patch({ log: withLine(this.page.get().log, line) });
+    this.page.patch({ log: withLines(this.page.get().log, [line]) });
   }
 }

@@ -8,6 +8,8 @@ import type {
   ReferenceInfo,
   ReferencePath,
   RigInfo,
+  RunResult,
+  RunState,
   Settings,
   Workspace,
 } from "../api/types";
@@ -19,6 +21,9 @@ export interface LogLine extends Event {
 
 /** Everything that React controls show. It changes at human speed; the 60 Hz stream is in `Live`. */
 export interface Page {
+  readonly view: "live" | "review";
+  /** The recording that is open in Review. */
+  readonly reviewed: string | null;
   readonly session: "unknown" | "absent" | "present";
   readonly online: boolean;
   readonly rigLive: boolean;
@@ -34,6 +39,10 @@ export interface Page {
   readonly chosen: string | null;
   /** Its points, drawn on the plan. */
   readonly reference: ReferencePath | null;
+  /** The run under way, or how the last one ended. */
+  readonly run: RunState | null;
+  /** Of the last run that ended. */
+  readonly result: RunResult | null;
   readonly mode: Mode | null;
   readonly cause: Cause;
   readonly saturated: boolean;
@@ -41,15 +50,19 @@ export interface Page {
   readonly log: readonly LogLine[];
   /** Why the last touch of the target did nothing; shown on the plan. */
   readonly hint: string;
+  /** Name of the gamepad that is heard, "" without one. */
+  readonly gamepad: string;
   /** Name that the next recording gets. */
   readonly recordingName: string;
 }
 
 export const EMPTY_PAGE: Page = {
+  view: "live",
+  reviewed: null,
   session: "unknown",
   online: false,
   rigLive: false,
-  lease: { held: false, mine: false, holder: "" },
+  lease: { held: false, mine: false, holder: "", clutch: false },
   settings: null,
   recording: { recording: false, id: "", seconds: 0, rows: 0, gaps: 0, problem: "" },
   health: null,
@@ -58,22 +71,34 @@ export const EMPTY_PAGE: Page = {
   references: [],
   chosen: null,
   reference: null,
+  run: null,
+  result: null,
   mode: null,
   cause: 0,
   saturated: false,
   reachable: true,
   log: [],
   hint: "",
+  gamepad: "",
   recordingName: "",
 };
 
-const LOG_KEPT = 500;
+const LOG_KEPT = 1000;
 let lines = 0;
 
-/** The log with one line more, newest first. */
-export function withLine(log: readonly LogLine[], event: Event): readonly LogLine[] {
-  lines += 1;
-  return [{ ...event, key: lines }, ...log].slice(0, LOG_KEPT);
+/** The log with these lines too, newest first. A server that tells its log anew adds only what was missed. */
+export function withLines(log: readonly LogLine[], events: readonly Event[]): readonly LogLine[] {
+  const known = new Set(log.map(identity));
+  const fresh = events.filter((event) => !known.has(identity(event)));
+  if (fresh.length === 0) return log;
+  const keyed = fresh.map((event) => ({ ...event, key: (lines += 1) }));
+  return [...keyed.reverse(), ...log]
+    .toSorted((a, b) => Date.parse(b.time) - Date.parse(a.time))
+    .slice(0, LOG_KEPT);
+}
+
+function identity({ time, text }: Event): string {
+  return `${time} ${text}`;
 }
 
 /** `next`, or `old` itself when nothing in it changed: controls that follow it then stay as they are. */

@@ -10,6 +10,7 @@ export type Control =
   | "follow"
   | "clear"
   | "drag"
+  | "run"
   | "settings"
   | "record"
   | "e_stop";
@@ -56,6 +57,9 @@ function whyNotInMode(control: Control, mode: Mode): string | null {
           : notIn(mode);
     case "follow":
     case "drag":
+      return isMovable(mode) ? null : mode === MODE.VENTED ? "Arm first" : notIn(mode);
+    case "run":
+      if (mode === MODE.TRACK) return "A reference runs already";
       return isMovable(mode) ? null : mode === MODE.VENTED ? "Arm first" : notIn(mode);
     case "clear":
       return isLatched(mode) ? null : "Nothing is latched";

@@ -130,7 +130,7 @@ test("while vented the handle rests on the tip and cannot be moved", () => {
 });
 
 test("when the rig falls to HOLD in the middle of a drag, the drag moves nothing until a new press", () => {
-  const lease = { held: true, mine: true, holder: "me" };
+  const lease = { held: true, mine: true, holder: "me", clutch: false };
   const page = new Store({ ...EMPTY_PAGE, online: true, rigLive: true, lease });
   const aim = new Aim(new Live(), page, new Operations(page, () => undefined), () => true);
   page.patch({ mode: MODE.HOLD });

@@ -51,6 +51,11 @@ export class TargetSender {
   /** The connection is gone: nothing is on its way any more, and an old wish must not come alive later. */
   reset(): void {
     this.waiting.clear();
+    this.drop();
+  }
+
+  /** Forget a wish that has not gone out yet. */
+  drop(): void {
     this.wish = null;
   }
 

@@ -1,4 +1,4 @@
-"""The 3D view: viser shows the rods as bodies, the markers, the reference and the target, and offers a gizmo to drag.
+"""The live scene, common to all: the rig's actuator as it is now, and the gizmo.
 
 Viser itself has no rights and moves nothing: what the gizmo's drag means for the rig is decided in drag.py, from
 messages that the proxy has read and attributed to a session.
@@ -8,20 +8,30 @@ import contextlib
 import io
 import logging
 import threading
+import time
+from collections import deque
 from collections.abc import Callable
 from typing import Any
-from urllib.parse import urlencode
 
 import numpy as np
 import viser
 
 from controller.actuator import Actuator
-from server.body import Body, Point, gizmo_point
+from controller.kernels.rod import Array
+from server.auth import Identity
 from server.channels import Rows
+from server.scene.body import Body
+from server.scene.camera import Camera, camera_of
+from server.scene.gizmo import Gizmo, Point, gizmo_point
+from server.scene.messages import View
+from server.scene.playback import TRAIL
+from server.scene.seat import GROUND, Seat, Seats
 
 log = logging.getLogger(__name__)
 
 RATE = 30.0
+TRAIL_STEP = 5e-4
+"""Way of the tip after which the trail grows [m]."""
 
 
 class Scene:
@@ -30,18 +40,20 @@ class Scene:
     def __init__(
         self, newest: Callable[[], Rows | None], actuator: Callable[[], Actuator], light: bool = False
     ) -> None:
+        """`light` leaves out what software rendering is slow at."""
         self._newest, self._wanted = newest, actuator
         with contextlib.redirect_stdout(io.StringIO()):  # its banner names an address that nobody should open
             self._viser = viser.ViserServer(host="127.0.0.1", port=0, label="Tendril", verbose=False)
         # Any client may ask for a public tunnel; there is none to be had.
         setattr(self._viser, "request_share_url", lambda *_, **__: None)  # noqa: B010
         logging.getLogger("websockets.server").setLevel(logging.CRITICAL)
-        self._light = light
         self._dragged, self._dirty, self._closed = threading.Event(), threading.Event(), threading.Event()
+        self._seats, self._entering = Seats(light), dict[int, Seat]()
+        self._trail: deque[tuple[float, Point]] = deque(maxlen=round(TRAIL * RATE))
         self._furnish()
-        self._actuator = actuator()
-        self._body = Body(self._viser, self._actuator, light)
-        self._aim_camera()
+        self._build(actuator())
+        self._viser.on_client_connect(self._sit)
+        self._viser.on_client_disconnect(self._leave)
         self._thread = threading.Thread(target=self._run, name="scene", daemon=True)
         self._thread.start()
 
@@ -50,14 +62,21 @@ class Scene:
         """Port that viser listens on."""
         return int(self._viser.get_port())
 
-    def view_query(self, view: str) -> str | None:
-        """Query string that makes viser's page start in the view "top" or "oblique"; None for any other name."""
-        camera = _cameras(self._actuator.length).get(view)
-        if camera is None:
-            return None
-        names = ("initialCameraPosition", "initialCameraLookAt", "initialCameraUp")
-        words = {name: ",".join(f"{x:.4f}" for x in value) for name, value in zip(names, camera[:3], strict=True)}
-        return urlencode({**words, "initialCameraFov": f"{camera[3]:.4f}"}, safe=",")
+    def camera(self, view: View) -> Camera:
+        """Where the camera stands in this view of the rig's actuator."""
+        return camera_of(view, self._actuator.length)
+
+    def seat(self, id: str, who: Identity) -> Seat:
+        """The seat `id` of `who`, new when there is none; NotAllowed when it is someone else's."""
+        return self._seats.take(id, who, self._actuator)
+
+    def expect(self, port: int, seat: Seat) -> None:
+        """The client of viser that comes from this local port sits on `seat`."""
+        self._entering[port] = seat
+
+    def gone(self, port: int) -> None:
+        """The connection from this local port is closed."""
+        self._entering.pop(port, None)
 
     def hold_gizmo(self, dragged: bool) -> None:
         """While the operator drags, the gizmo is theirs; else it follows the rig."""
@@ -83,22 +102,27 @@ class Scene:
     def _furnish(self) -> None:
         gui, scene = self._viser.gui, self._viser.scene
         gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
-        scene.set_background_image(np.full((1, 1, 3), 26, np.uint8))
+        scene.set_background_image(np.full((1, 1, 3), GROUND["dark"], np.uint8), format="png")
         # Viser's own light washes the colours out, and colours are roles here.
         scene.configure_default_lights(enabled=False)
         scene.configure_environment_map(None)
         scene.add_light_ambient("/light/ambient", intensity=1.7)
         scene.add_light_directional("/light/sun", intensity=2.0, position=(-1.0, -2.0, 2.0))
 
-    def _aim_camera(self) -> None:
-        view = self._viser.initial_camera
-        view.position, view.look_at, view.up, view.fov = _cameras(self._actuator.length)["top"]
+    def _build(self, actuator: Actuator) -> None:
+        self._actuator = actuator
+        self._body = Body(self._viser.scene, "/live", actuator)
+        self._gizmo = Gizmo(self._viser.scene, (actuator.length, 0.0))
+        top, view = self.camera("top"), self._viser.initial_camera
+        view.position, view.look_at, view.up, view.fov = top.position, top.look_at, top.up, top.fov
 
     def _run(self) -> None:
         shown = -1
         while not self._closed.wait(1 / RATE):
             try:
                 shown = self._refresh(shown)
+                for seat in self._seats:
+                    seat.refresh()
             except Exception:  # the view must come back after any surprise in one row
                 log.exception("the 3D view could not be updated")
 
@@ -113,22 +137,39 @@ class Scene:
         if tick != shown or moved:
             self._dirty.clear()
             with self._viser.atomic():
-                self._body.update(newest[0])
+                self._body.update(newest[0], self._grown_trail(newest[0]))
                 if not self._dragged.is_set():
-                    self._body.place_gizmo(gizmo_point(newest[0]), again=moved)
+                    self._gizmo.place(gizmo_point(newest[0]), again=moved)
         return tick
+
+    def _grown_trail(self, row: Any) -> Array:
+        """Where the measured tip was in the last seconds, (n,2) [m]."""
+        now, tip = time.monotonic(), (float(row["p_meas"][0]), float(row["p_meas"][1]))
+        last = self._trail[-1][1] if self._trail else (np.inf, np.inf)
+        if np.isfinite(tip).all() and np.hypot(tip[0] - last[0], tip[1] - last[1]) >= TRAIL_STEP:
+            self._trail.append((now, tip))
+        while self._trail and now - self._trail[0][0] > TRAIL:
+            self._trail.popleft()
+        return np.array([point for _, point in self._trail]).reshape(-1, 2)
 
     def _rebuild(self) -> None:
         """The rig that answers now has another actuator."""
         self._body.remove()
-        self._actuator = self._wanted()
-        self._body = Body(self._viser, self._actuator, self._light)
-        self._aim_camera()
+        self._trail.clear()
+        self._build(self._wanted())
+        for seat in self._seats:
+            seat.meet(self._actuator)
 
+    def _sit(self, client: Any) -> None:
+        seat = self._entering.get(self._local_port(client))
+        if seat is not None:
+            seat.sit(client)
 
-def _cameras(length: float) -> dict[str, tuple[Any, Any, Any, float]]:
-    """Position, point looked at, up direction and vertical field of view of the views: actuator and reach fill them."""
-    middle = (0.4 * length, 0.0, 0.0)
-    top = ((middle[0], 0.0, 4.4 * length), middle, (0.0, 1.0, 0.0), 0.42)
-    oblique = ((middle[0] - 1.2 * length, -2.9 * length, 2.7 * length), middle, (0.0, 0.0, 1.0), 0.42)
-    return {"top": top, "oblique": oblique}
+    def _leave(self, client: Any) -> None:
+        for seat in self._seats:
+            seat.leave(client)
+
+    def _local_port(self, client: Any) -> int:
+        """Port from which this client's connection comes: viser keeps it, but offers no way to ask."""
+        connection = self._viser._websock_server._live_connections.get(client.client_id)
+        return int(connection.remote_address[1]) if connection is not None else 0

@@ -1,0 +1,10 @@
+import { call } from "./rest";
+import type { components } from "./schema";
+
+export type TwinFaults = components["schemas"]["TwinFaults-Output"];
+
+/** Faults of the twin's sensing, live. */
+export const twin = {
+  faults: () => call<TwinFaults>("GET", "/api/twin/faults"),
+  inject: (faults: TwinFaults) => call<TwinFaults>("PUT", "/api/twin/faults", faults),
+};

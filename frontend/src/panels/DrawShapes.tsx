@@ -1,0 +1,48 @@
+import { ActionIcon, Menu, Tooltip } from "@mantine/core";
+import { IconShape } from "@tabler/icons-react";
+import { useMemo } from "react";
+import { rest } from "../api/rest";
+import { plannedLines } from "../plan/planned";
+import { returns } from "../state/drawing";
+import { pieceOf } from "../state/drawingPiece";
+import { shapesOf, type Shape } from "./shapes";
+import { useDashboard, usePage } from "./context";
+
+/** The library's shapes, placed on the plan as pieces that can be moved, scaled and turned. */
+export function DrawShapes() {
+  const { drawing, operations, runs } = useDashboard();
+  const references = usePage((page) => page.references);
+  const shapes = useMemo(() => shapesOf(references), [references]);
+  const add = ({ name, frequency }: Shape) =>
+    operations.attempt("Shape not placed", async () => {
+      const { shape } = plannedLines(await rest.reference(name), frequency);
+      drawing.choose("drag");
+      drawing.add([pieceOf(shape)], returns(shape));
+      runs.choose("drawing");
+    });
+  return (
+    <Menu position="bottom-start" shadow="md">
+      <Menu.Target>
+        <Tooltip label="Place a shape of the library" openDelay={300}>
+          <ActionIcon
+            size={30}
+            variant="subtle"
+            color="gray"
+            aria-label="Place a shape of the library"
+            data-testid="tool-shape"
+          >
+            <IconShape size={18} />
+          </ActionIcon>
+        </Tooltip>
+      </Menu.Target>
+      <Menu.Dropdown mah={300} className="draw-list">
+        {shapes.length === 0 ? <Menu.Item disabled>Waiting for the rig</Menu.Item> : null}
+        {shapes.map((shape) => (
+          <Menu.Item key={shape.name} onClick={() => void add(shape)}>
+            {shape.label}
+          </Menu.Item>
+        ))}
+      </Menu.Dropdown>
+    </Menu>
+  );
+}

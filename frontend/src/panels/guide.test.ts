@@ -1,0 +1,17 @@
+import { expect, test } from "vitest";
+import { cardPlace } from "./guidePlace";
+
+const box = (left: number, top: number, width: number, height: number) => ({ left, top, width, height });
+const card = box(0, 0, 300, 150);
+
+test("the guide's card stands below a control, above it at the bottom, and within a large one", () => {
+  expect(cardPlace(box(100, 20, 80, 30), card, 1280, 720)).toEqual({ left: 100, top: 62 });
+  expect(cardPlace(box(100, 650, 80, 30), card, 1280, 720)).toEqual({ left: 100, top: 488 });
+  const { left, top } = cardPlace(box(0, 80, 740, 460), card, 1280, 720);
+  expect([left > 0, top + card.height < 540]).toEqual([true, true]);
+});
+
+test("the card never leaves the window", () => {
+  expect(cardPlace(box(1200, 20, 80, 30), card, 1280, 720).left).toBe(972);
+  expect(cardPlace(box(5, 5, 10, 10), card, 290, 120)).toEqual({ left: 8, top: 8 });
+});

@@ -1,0 +1,82 @@
+import { useEffect, useState } from "react";
+import { rest } from "../api/rest";
+import type { PlotLayout } from "../api/types";
+import { useDashboard } from "../panels/context";
+import { DEFAULT_LAYOUT, LAST, layoutName } from "./layout";
+
+const SAVE_AFTER_MS = 800;
+
+export interface Layouts {
+  /** What is plotted; null until the server said what this browser plotted last. */
+  readonly layout: PlotLayout | null;
+  /** Names of the layouts saved on purpose. */
+  readonly names: readonly string[];
+  readonly change: (change: (layout: PlotLayout) => PlotLayout) => void;
+  readonly open: (name: string) => Promise<void>;
+  readonly save: (name: string) => Promise<void>;
+  readonly forget: (name: string) => Promise<void>;
+}
+
+/** Names of the saved layouts, and the one that was used last; the default one where the server does not say. */
+async function remembered(): Promise<[string[], PlotLayout]> {
+  try {
+    const names = await rest.layouts();
+    const last = names.includes(LAST) ? await rest.layout(LAST) : DEFAULT_LAYOUT;
+    return [names.filter((name) => name !== LAST), last];
+  } catch {
+    return [[], DEFAULT_LAYOUT];
+  }
+}
+
+/** The layout in use and those kept on the server for this browser. What is in use is kept by itself. */
+export function useLayout(): Layouts {
+  const { operations } = useDashboard();
+  const [layout, setLayout] = useState<PlotLayout | null>(null);
+  const [kept, setKept] = useState<PlotLayout | null>(null);
+  const [names, setNames] = useState<readonly string[]>([]);
+  useEffect(() => {
+    void remembered().then(([known, last]) => {
+      setNames(known);
+      setLayout(last);
+      setKept(last);
+    });
+  }, []);
+  useEffect(() => {
+    if (layout === null || layout === kept) return;
+    const timer = setTimeout(() => {
+      // Where that fails the next change tries again; nobody needs to be told.
+      rest.keepLayout(LAST, layout).then(
+        () => { setKept(layout); }, // prettier-ignore
+        () => undefined,
+      );
+    }, SAVE_AFTER_MS);
+    return () => {
+      clearTimeout(timer);
+    };
+  }, [layout, kept]);
+  const relist = async () => {
+    const known = await rest.layouts();
+    setNames(known.filter((name) => name !== LAST));
+  };
+  return {
+    layout,
+    names,
+    change: (change) => {
+      setLayout((old) => (old === null ? null : change(old)));
+    },
+    open: (name) =>
+      operations.attempt("Layout not opened", async () => {
+        setLayout(await rest.layout(name));
+      }),
+    save: (name) =>
+      operations.attempt("Layout not saved", async () => {
+        if (layout !== null) await rest.keepLayout(layoutName(name), layout);
+        await relist();
+      }),
+    forget: (name) =>
+      operations.attempt("Layout not deleted", async () => {
+        await rest.forgetLayout(name);
+        await relist();
+      }),
+  };
+}

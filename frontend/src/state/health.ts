@@ -1,0 +1,156 @@
+import { DASH, microseconds, milliseconds, millimetres, percent, wholeNumber } from "./format";
+
+export type Grade = "good" | "warning" | "bad" | "unknown";
+
+/** Never colour alone: every grade has a mark and a word. */
+export const GRADE_MARK: Record<Grade, string> = { good: "✓", warning: "▲", bad: "✖", unknown: "–" };
+export const GRADE_WORD: Record<Grade, string> = {
+  good: "good",
+  warning: "watch",
+  bad: "bad",
+  unknown: "no data",
+};
+
+export type Measure =
+  | "onTime"
+  | "lost"
+  | "lateness"
+  | "step"
+  | "roundTrip"
+  | "rigLink"
+  | "commandAge"
+  | "presenceAge"
+  | "measurementAge"
+  | "residual"
+  | "pressureLag"
+  | "ledger";
+
+/** A number of the health display: beyond `warning` it is to be watched, beyond `bad` it is bad; SI units. */
+export interface Gauge {
+  readonly name: string;
+  readonly meaning: string;
+  readonly warning: number;
+  readonly bad: number;
+  readonly show: (value: number) => string;
+}
+
+const ms = (value: number) => milliseconds(value);
+const us = (value: number) => microseconds(value * 1e9);
+const microjoules = (value: number) => (Number.isFinite(value) ? `${(value * 1e6).toFixed(1)} µJ` : DASH);
+
+export const GAUGES: Record<Measure, Gauge> = {
+  onTime: {
+    name: "on time",
+    meaning: "Share of 1 kHz slots in which the loop ticked, last minute",
+    warning: 0.999,
+    bad: 0.99,
+    show: percent,
+  },
+  lost: {
+    name: "lost ticks",
+    meaning: "Slots of the last minute in which the loop did not tick",
+    warning: 60,
+    bad: 600,
+    show: wholeNumber,
+  },
+  lateness: {
+    name: "wake-up lateness",
+    meaning: "Wake-up after the deadline; 99 of 100 ticks of the last 10 s were earlier",
+    warning: 0.3e-3,
+    bad: 1e-3,
+    show: us,
+  },
+  step: {
+    name: "step time",
+    meaning: "Duration of one controller tick, plant excluded; of 1000 µs",
+    warning: 0.5e-3,
+    bad: 0.9e-3,
+    show: us,
+  },
+  roundTrip: {
+    name: "round trip",
+    meaning: "Page to server and back",
+    warning: 0.05,
+    bad: 0.15,
+    show: ms,
+  },
+  rigLink: {
+    name: "rig link",
+    meaning: "Server to the rig's loop and back, median of the last commands",
+    warning: 0.02,
+    bad: 0.1,
+    show: ms,
+  },
+  commandAge: {
+    name: "command age",
+    meaning: "Since the rig's last command, new or repeated; repeated every 100 ms",
+    warning: 0.25,
+    bad: 0.5,
+    show: (value) => milliseconds(value, 0),
+  },
+  presenceAge: {
+    name: "operator's sign",
+    meaning: "Since the operator's page gave its last sign of life, 20 a second",
+    warning: 0.25,
+    bad: 0.5,
+    show: (value) => milliseconds(value, 0),
+  },
+  measurementAge: {
+    name: "measurement age",
+    meaning: "Age of the newest marker measurement; the largest of the last moments",
+    warning: 0.025,
+    bad: 0.05,
+    show: (value) => milliseconds(value, 0),
+  },
+  residual: {
+    name: "residual",
+    meaning: "Measured minus observer, RMS over the sensed rods",
+    warning: 3e-3,
+    bad: 8e-3,
+    show: (value) => millimetres(value, 2),
+  },
+  pressureLag: {
+    name: "time constant",
+    meaning:
+      "Filling: τ of dp/dt = (command(t − d) − p) / τ, fitted with the dead time d to command and measured pressure " +
+      "of all chambers over the last 30 s; fit is the share of their motion that this explains. The model has 50 ms. " +
+      "No value while the pressures rest",
+    warning: 0.1,
+    bad: 0.2,
+    show: (value) => milliseconds(value, 0),
+  },
+  ledger: {
+    name: "ledger",
+    meaning: "Stored energy minus what the four powers gave since the start: the integrator's error",
+    warning: 100e-6,
+    bad: 1e-3,
+    show: microjoules,
+  },
+};
+
+/** How good `value` is; nan is unknown. Most gauges are bad when large, shares are bad when small. */
+export function gradeOf(measure: Measure, value: number): Grade {
+  const { warning, bad } = GAUGES[measure];
+  if (!Number.isFinite(value)) return "unknown";
+  const beyond = (limit: number) => (bad < warning ? value < limit : Math.abs(value) > limit);
+  if (beyond(bad)) return "bad";
+  return beyond(warning) ? "warning" : "good";
+}
+
+/** What the gauge means and from where on it is to be watched or bad. */
+export function meaningOf(measure: Measure): string {
+  const { meaning, warning, bad, show } = GAUGES[measure];
+  const side = bad < warning ? "below" : "above";
+  return `${meaning}. Watch ${side} ${show(warning)}, bad ${side} ${show(bad)}.`;
+}
+
+/** The larger of the newest value and a slowly forgotten maximum: an age that saws between 0 and 10 ms reads as 10. */
+export class Peak {
+  private held = NaN;
+
+  take(value: number): number {
+    const before = Number.isFinite(this.held) ? this.held : value;
+    this.held = Number.isFinite(value) ? Math.max(value, 0.7 * before) : NaN;
+    return this.held;
+  }
+}

@@ -1,0 +1,1 @@
+"""Drawn references: what the page sends, how it is planned, foreseen and kept."""

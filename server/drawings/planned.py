@@ -1,0 +1,145 @@
+"""From a drawing, or a name of the library, to the reference that a run or a preview follows."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from controller.errors import ParameterError
+from controller.experiments.live_path import LIVE_PATH_FILE
+from controller.kernels.rod import Array
+from controller.parameters import RigParameters, Settings
+from controller.reference import library
+from controller.reference.course import Course, course
+from controller.reference.drawn import Wish, drawn, led
+from controller.reference.path_file import read_samples
+from controller.reference.reference import Reference
+from controller.reference.shapes import lengths
+from controller.reference.smoothing import smoothed
+from controller.reference.timing import Limits, fastest, steady
+from controller.reference.within_reach import Carried
+from server.drawings.messages import DURATION_MAX, DURATION_MIN, DrawingBody, Duration, Fastest, Given, Speed
+from server.references import TITLES, UnknownReference
+
+LENGTH_MIN = 1e-3
+"""A drawing is at least so long [m]."""
+SPEED_MAX = 1.0
+"""No constant speed is above this [m/s]."""
+ROUND = 1e-4
+"""Corners are rounded by this at least where the speed depends on the curvature [m]; a marker's noise is as much."""
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A drawing on its way to the rig."""
+
+    wished: Array
+    """Rows (n, 2) [m] before the projection, without the approach."""
+    path: Carried
+    """The same rows within reach."""
+    reference: Reference
+
+    def outside(self) -> str:
+        """Which part is out of reach, "" for none."""
+        out = self.path.distance > 0.0
+        if not out.any():
+            return ""
+        return f"{100 * out.mean():.3g} % of it is out of reach, by up to {1e3 * self.path.distance.max():.3g} mm"
+
+
+def planned(drawing: DrawingBody, rig: RigParameters, settings: Settings) -> Reference:
+    """The reference that follows `drawing`, with the approach from rest in front, for the actuator of `rig`.
+
+    Raises ParameterError for what cannot be timed, and for what leaves the reach if it may not be projected.
+    """
+    found = plan(drawing, rig, settings)
+    if drawing.outside == "refuse" and (outside := found.outside()):
+        raise ParameterError(f"outside = refuse: {drawing.name}: {outside}")
+    return found.reference
+
+
+def plan(drawing: DrawingBody, rig: RigParameters, settings: Settings) -> Planned:
+    """What `drawing` becomes, whether or not it may leave the reach. Raises ParameterError as `path_of` does."""
+    dt = rig.controller.dt
+    wished = path_of(drawing, settings, dt)
+    lead, path = led(library.static_map(rig.actuator, rig.controller), wished, dt)
+    found = _course(drawing, path.p, dt)
+    reference = Reference(
+        name=drawing.name,
+        p=np.vstack([lead, path.p]),
+        start=len(lead),
+        steps=tuple(len(lead) + row for row in found.steps),
+        frequency=found.frequency,
+        velocity_feedforward=True,  # K_FF is what the settings say
+        axis_frequencies=found.axis_frequencies,
+    )
+    return Planned(wished, path, reference)
+
+
+def named(name: str, rig: RigParameters) -> Reference:
+    """The reference `name` of the page's menu. Raises UnknownReference, and ParameterError where it is out of reach."""
+    if name not in TITLES:
+        raise UnknownReference(f"reference = {name!r} is not one of {', '.join(TITLES)}")
+    if name in library.PLANS:
+        return library.reference(name, rig.actuator, rig.controller)
+    return drawn(read_samples(LIVE_PATH_FILE), rig.actuator, Wish(project=True, start=0.0))[0]
+
+
+def path_of(drawing: DrawingBody, settings: Settings, dt: float) -> Array:
+    """Rows (n, 2) [m] of `drawing` every dt [s], smoothed and timed, neither projected nor led to.
+
+    Raises ParameterError for a drawing that is too short, or that takes too long or too little time.
+    """
+    points = np.array(drawing.points)
+    if isinstance(drawing.timing, Given):
+        return _as_given(drawing, points, dt)
+    if drawing.closed and (points[0] != points[-1]).any():
+        points = np.vstack([points, points[:1]])
+    length = float(lengths(points)[-1])
+    if length < LENGTH_MIN:
+        raise ParameterError(f"points: {1e3 * length:.3g} mm in all, less than {1e3 * LENGTH_MIN:g} mm")
+    if isinstance(drawing.timing, Fastest):
+        ride = fastest(
+            smoothed(points, max(drawing.smoothing, ROUND), drawing.closed),
+            Limits(settings.speed_max, settings.acceleration_max),
+        )
+        _require_time(float(ride.t[-1]), "timing.kind = fastest")
+        return ride.rows(dt)
+    path = smoothed(points, drawing.smoothing, drawing.closed)
+    return steady(path, _duration(drawing.timing, float(lengths(path)[-1])), dt)
+
+
+def _as_given(drawing: DrawingBody, points: Array, dt: float) -> Array:
+    """Rows at the times that came with the points; smoothing moves places, not times."""
+    t = np.array(drawing.times)
+    _require_time(float(t[-1] - t[0]), "times")
+    at = t[0] + dt * np.arange(int((t[-1] - t[0]) / dt + 1e-6) + 1)
+    arc = lengths(points)
+    if not drawing.smoothing or not arc[-1]:
+        return np.column_stack([np.interp(at, t, points[:, j]) for j in range(2)])
+    path = smoothed(points, drawing.smoothing)
+    share = np.interp(at, t, arc / arc[-1]) * (len(path) - 1)
+    return np.column_stack([np.interp(share, np.arange(len(path)), path[:, j]) for j in range(2)])
+
+
+def _duration(timing: Speed | Duration, length: float) -> float:
+    """How long a path of `length` [m] takes at constant speed [s]."""
+    if isinstance(timing, Speed):
+        _require_time(length / timing.speed, f"timing.speed = {timing.speed:g} m/s")
+        return length / timing.speed
+    speed = length / timing.duration
+    if speed > SPEED_MAX:
+        raise ParameterError(f"timing.duration = {timing.duration:g} s: {speed:.3g} m/s, more than {SPEED_MAX:g} m/s")
+    return timing.duration
+
+
+def _require_time(duration: float, what: str) -> None:
+    """Raise ParameterError if a path takes too little or too much time because of `what`."""
+    if not DURATION_MIN <= duration <= DURATION_MAX:
+        raise ParameterError(f"{what}: the path takes {duration:.4g} s, outside [{DURATION_MIN:g}, {DURATION_MAX:g}] s")
+
+
+def _course(drawing: DrawingBody, p: Array, dt: float) -> Course:
+    """Whether rows p (n, 2) [m] repeat or step: a closed drawing does repeat; given times are looked at."""
+    if drawing.closed:
+        return course(p, dt, from_rest=False, start=0, frequency=1.0 / ((len(p) - 1) * dt))
+    return course(p, dt, from_rest=False, start=0) if isinstance(drawing.timing, Given) else Course(0)

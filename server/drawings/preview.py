@@ -1,0 +1,132 @@
+"""A reference on the twin of the connected rig before it is run: the tick itself, far faster than real time."""
+
+import time
+
+import numpy as np
+from numpy.lib.recfunctions import repack_fields
+
+from controller.build_rig import REFERENCE_ROWS
+from controller.errors import DataError, ParameterError, TendrilError
+from controller.experiments.metrics import true_tip
+from controller.experiments.run import armed, plan, request, require_mode
+from controller.experiments.simulate import Rows
+from controller.kernels.inverse import StaticMap
+from controller.kernels.rod import Array
+from controller.modes import Mode, Request
+from controller.parameters import RigParameters, Settings
+from controller.reference.approach import blended
+from controller.reference.reference import Reference
+from server.drawings.messages import DURATION_MIN, DrawingBody, Duration, Preview, PreviewBody
+from server.drawings.plan import Indices, points, spread, times
+from server.drawings.planned import named, planned
+from server.runs.laps import APPROACH, first_leg, lap_of, static_map
+from server.runs.tally import Tally
+from server.runs.tracker import LIVE
+
+FIELDS = ["slot", "mode", "cause", "request_cause", "saturated", "p_meas", "twin_backbone"]
+"""What is kept of a row: minutes of whole ones are hundreds of megabytes."""
+PIECE = 10_000
+"""Ticks from one look at the mode to the next."""
+SETTLE = 2000
+"""Ticks for which the twin stands where the rig does, before the run."""
+AT_REST = 1e-3
+"""Less torque than this is none [N m]."""
+MEASURES = ("rmse", "max_error", "lag_deg_x", "lag_deg_y")
+"""What there is only of a run to the end."""
+
+
+def predicted(body: PreviewBody, rig: RigParameters, settings: Settings, u: Array) -> Preview:
+    """The run that `body` would be from the torques u (2,) [N m] on, at which the rig stands.
+
+    Raises ParameterError and UnknownReference for what cannot be run at all.
+    """
+    begin = time.perf_counter()
+    smap = static_map(rig.actuator, rig.controller)
+    lap = lap_of(wanted(body, rig, settings), rig, body.laps)
+    leg = first_leg(smap, lap, body.laps, u)
+    before = way_to(smap, u)
+    _require_room(len(before) + leg.ticks, body.laps, rig.controller.dt)
+    p_ref = np.vstack([leg.p, *[lap.p] * (body.laps - 1)])[: leg.ticks]
+    rows = foreseen(rig, Reference(lap.name, np.vstack([before, p_ref]), 0), settings)[len(before) :]
+    broken = broken_off(rows, lap.name)
+    rows = rows[rows["mode"] == Mode.TRACK]
+    tally = Tally(lap.frequency)
+    tally.add(p_ref[leg.again : len(rows)], rows[leg.again :])
+    figures, shown = tally.figures(), spread(len(rows))
+    return Preview(
+        t=times(shown, rig.controller.dt),
+        points=points(true_tip(rows)[shown]),
+        start=int(np.searchsorted(shown, leg.again)),
+        saturated=since(rows["saturated"] != 0, shown),
+        saturated_share=figures.saturated_share or 0.0,
+        broken_off=broken,
+        seconds=time.perf_counter() - begin,
+        **(dict.fromkeys(MEASURES) if broken else {name: getattr(figures, name) for name in MEASURES}),
+    )
+
+
+def warm_up(rig: RigParameters) -> None:
+    """Compile, or load from the cache, all that a preview calls."""
+    far = DrawingBody(name="far", points=[(-1.0, 1.0), (-1.0, 0.99)], timing=Duration(duration=DURATION_MIN))
+    predicted(PreviewBody(drawing=far), rig, Settings(), np.zeros(2))
+
+
+def standing(newest: Rows | None) -> Array:
+    """Torques (2,) [N m] of the feedforward in this row (1,), where the rig holds or moves; else 0, at rest."""
+    if newest is None or newest["mode"][0] not in LIVE or np.abs(newest["u_ff"]).max() < AT_REST:
+        return np.zeros(2)
+    found: Array = newest["u_ff"][0].astype(np.float64)
+    return found
+
+
+def wanted(body: PreviewBody, rig: RigParameters, settings: Settings) -> Reference:
+    """The reference that `body` asks for."""
+    if body.drawing is not None:
+        return planned(body.drawing, rig, settings)
+    return named(str(body.reference), rig)
+
+
+def way_to(smap: StaticMap, u: Array) -> Array:
+    """Rows (n, 2) [m] from rest to where the torques u (2,) [N m] hold the tip, and standing there; none for u = 0."""
+    if not u.any():
+        return np.empty((0, 2))
+    return np.vstack([blended(smap, np.zeros(2), u, APPROACH), blended(smap, u, u, SETTLE)])
+
+
+def foreseen(rig: RigParameters, reference: Reference, settings: Settings) -> Rows:
+    """FIELDS of the telemetry (n,) on the twin, from rest; where it breaks off, to the end of that piece."""
+    simulation = armed(rig, settings, rig.twin.seed)
+    try:
+        plan(simulation.rig.control, reference)
+    except DataError as error:
+        raise ParameterError(str(error)) from error
+    request(simulation, Request.TRACK)
+    pieces: list[Rows] = []
+    for begin in range(0, len(reference.p), PIECE):
+        rows = simulation.run(min(PIECE, len(reference.p) - begin))
+        pieces.append(repack_fields(rows[FIELDS]))
+        if rows["mode"][-1] != Mode.TRACK:
+            break
+    return np.concatenate(pieces)
+
+
+def broken_off(rows: Rows, name: str) -> str:
+    """Why and when the rig does not follow to the end, "" if it does."""
+    try:
+        require_mode(rows, name, Mode.TRACK)
+    except TendrilError as error:
+        return str(error)
+    return ""
+
+
+def since(flags: Array, shown: Indices) -> list[bool]:
+    """Whether any of `flags` (n,) is up at a row of `shown` (m,), or since the row before it."""
+    if not len(shown):
+        return []
+    up: list[bool] = np.logical_or.reduceat(flags, np.concatenate([[0], shown[:-1] + 1])).tolist()
+    return up
+
+
+def _require_room(rows: int, laps: int, dt: float) -> None:
+    if rows > REFERENCE_ROWS:
+        raise ParameterError(f"laps = {laps}: {rows * dt:.4g} s, more than {REFERENCE_ROWS * dt:g} s")

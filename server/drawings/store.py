@@ -1,0 +1,101 @@
+"""Saved drawings: one JSON file each."""
+
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+from pydantic import TypeAdapter, ValidationError
+
+from controller.errors import TendrilError
+from controller.reference.shapes import lengths
+from server.drawings.messages import DrawingBody, DrawingInfo, DrawingName, Duration, Given, Speed
+from server.references import UnknownReference
+from server.settings import write_private
+
+_NAME: TypeAdapter[str] = TypeAdapter(DrawingName)
+
+
+class UnknownDrawing(UnknownReference):
+    """There is no drawing of this name, or none that can be read."""
+
+
+class Drawings:
+    """The drawings in `folder`, by name."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def listed(self) -> list[DrawingInfo]:
+        """All that can be read, the last saved first."""
+        found = []
+        for path in self._folder.glob("*.json"):
+            try:
+                found.append(_info(self.read(path.stem), path))
+            except (UnknownDrawing, FileNotFoundError):
+                continue  # damaged, not ours, or deleted meanwhile
+        return sorted(found, key=lambda info: info.saved, reverse=True)
+
+    def read(self, name: str) -> DrawingBody:
+        """The drawing `name`. Raises UnknownDrawing."""
+        path = self._path(name)
+        try:
+            return DrawingBody.model_validate_json(path.read_bytes()).model_copy(update={"name": name})
+        except OSError as error:
+            raise _unknown(name) from error
+        except ValidationError as error:
+            raise UnknownDrawing(
+                f"drawing {name!r} cannot be read: {path} is damaged; delete it, or save anew"
+            ) from error
+
+    def save(self, drawing: DrawingBody) -> DrawingInfo:
+        """Write it whole or not at all, in place of one of its name. Raises TendrilError if the disk refuses."""
+        path = self._path(drawing.name)
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+            write_private(path, drawing.model_dump_json())
+        except OSError as error:
+            raise TendrilError(f"{drawing.name} cannot be saved: {error.strerror}") from error
+        return _info(drawing, path)
+
+    def delete(self, name: str) -> None:
+        """Delete it, even if it is damaged. Raises UnknownDrawing."""
+        try:
+            self._path(name).unlink()
+        except OSError as error:
+            raise _unknown(name) from error
+
+    def _path(self, name: str) -> Path:
+        """File of a name; whatever is no name has none."""
+        try:
+            return self._folder / f"{_NAME.validate_python(name)}.json"
+        except ValidationError as error:
+            raise _unknown(name) from error
+
+
+def _unknown(name: str) -> UnknownDrawing:
+    return UnknownDrawing(f"there is no drawing {name!r}")
+
+
+def _info(drawing: DrawingBody, path: Path) -> DrawingInfo:
+    """What the list says of a drawing, without planning it."""
+    corners = [*drawing.points, *drawing.points[: int(drawing.closed)]]
+    length = float(lengths(np.array(corners))[-1])
+    return DrawingInfo(
+        name=drawing.name,
+        saved=datetime.fromtimestamp(path.stat().st_mtime, UTC),
+        length=length,
+        duration=_duration(drawing, length),
+        points=len(drawing.points),
+    )
+
+
+def _duration(drawing: DrawingBody, length: float) -> float | None:
+    """How long the path of `length` [m] takes as drawn [s]; None where the settings decide."""
+    match drawing.timing:
+        case Speed(speed=speed):
+            return length / speed
+        case Duration(duration=duration):
+            return duration
+        case Given() if drawing.times:
+            return drawing.times[-1] - drawing.times[0]
+    return None

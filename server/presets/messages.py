@@ -1,0 +1,35 @@
+"""What the page says and hears about presets of gains and about the actuator."""
+
+from typing import Annotated
+
+from pydantic import Field as Bounds
+
+from controller.layout import Model
+from controller.parameters import Settings
+
+PresetName = Annotated[str, Bounds(pattern=r"^[\w .+-]{1,60}$")]
+
+
+class GainPreset(Model):
+    """Settings that were saved under a name; the page loads law, gains and limits from them."""
+
+    name: str
+    settings: Settings
+
+
+class ActuatorBody(Model):
+    """Body of PUT /api/rig/actuator: one of the two."""
+
+    name: Annotated[str, Bounds(max_length=40)] | None = None
+    """P1, P2 or P3."""
+    toml: Annotated[str, Bounds(max_length=400_000)] | None = None
+    """Text of an actuator file (docs/actuators.md)."""
+
+
+class ActuatorChoice(Model):
+    """What the rig may be started with."""
+
+    names: list[str]
+    """Actuators that come with Tendril."""
+    reason: str
+    """Why another one cannot be chosen here, "" if it can."""

@@ -1,0 +1,56 @@
+"""A page's own 3D view: camera, ground, paths, and a recording that is played there."""
+
+import asyncio
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from fastapi import APIRouter
+
+from controller.errors import CommandRefused
+from recordings.tape import Tape, read_tape
+from server.deps import Me, Parts
+from server.scene.messages import Playback, PlaybackBody, Role, SeatId, SeatLook, SeatPath
+from server.scene.playback import Player
+
+router = APIRouter(tags=["scene"])
+
+
+@router.put("/api/scene/{seat}/look", status_code=204)
+async def change_look(seat: SeatId, body: SeatLook, parts: Parts, who: Me) -> None:
+    """Ground and camera of this view alone."""
+    parts.scene.seat(seat, who).look(body.scheme, body.view)
+
+
+@router.put("/api/scene/{seat}/path/{role}", status_code=204)
+async def change_path(seat: SeatId, role: Role, body: SeatPath, parts: Parts, who: Me) -> None:
+    """Show a path in this view alone."""
+    lines = [np.array(line) for line in body.lines]
+    await asyncio.to_thread(parts.scene.seat(seat, who).show_path, role, lines)
+
+
+@router.put("/api/scene/{seat}/playback")
+async def play(seat: SeatId, body: PlaybackBody, parts: Parts, who: Me) -> Playback:
+    """Play a recording in this view alone, from a time on, or stand there; 404 without such a recording."""
+    place, state = parts.scene.seat(seat, who), parts.recorder.state()
+    if state.recording and state.id == body.recording:
+        raise CommandRefused("this recording is still written: stop it first")
+    path = parts.store.path(body.recording)
+    player = place.player
+    if player is None or player.id != body.recording:
+        player = Player(body.recording, await asyncio.to_thread(_tape, path))
+        place.play(player)
+    player.control(body)
+    return player.state()
+
+
+@router.delete("/api/scene/{seat}/playback", status_code=204)
+async def end_playback(seat: SeatId, parts: Parts, who: Me) -> None:
+    """Show the rig as it is now again."""
+    parts.scene.seat(seat, who).play(None)
+
+
+@lru_cache(maxsize=2)
+def _tape(path: Path) -> Tape:
+    """Tapes that were asked for last: several pages may play the same one."""
+    return read_tape(path)

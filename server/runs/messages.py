@@ -1,0 +1,85 @@
+"""What is said about runs: what to run, how it goes, and what came of it. SI units."""
+
+from datetime import datetime
+from typing import Annotated, Literal, Self
+
+from pydantic import Field as Bounds
+from pydantic import model_validator
+
+from controller.layout import Model
+from server.drawings.messages import DrawingBody
+
+Laps = Annotated[int, Bounds(ge=1, le=1000)]
+Phase = Literal["approach", "running", "paused", "done", "stopped", "broken off"]
+"""The last three are ends: of itself, by an operator, by the rig."""
+
+
+class RunBody(Model):
+    """Body of POST /api/run: a drawing or a reference of the library, and how often."""
+
+    drawing: DrawingBody | None = None
+    reference: Annotated[str, Bounds(min_length=1, max_length=80)] | None = None
+    """A name of the library."""
+    laps: Laps | None = 1
+    """Null: until stopped."""
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        if (self.drawing is None) == (self.reference is None):
+            raise ValueError("give either a drawing or a reference")
+        return self
+
+
+class RunState(Model):
+    """How the last run goes, or how it ended."""
+
+    id: int
+    name: str
+    state: Phase
+    reason: str
+    """Why it was paused or ended, "" while nothing is to be said."""
+    lap: int
+    """From 1 on; of a paused run the lap in which it was paused."""
+    laps: int | None
+    elapsed: float
+    """In motion since the run began, approach included [s]."""
+    duration: float
+    """Of one lap, the way back to its start included [s]."""
+    progress: float
+    """0..1 of all laps; of this lap where `laps` is null."""
+    error: float | None
+    """Distance of the measured tip from the reference now [m]; null unless the rig tracks and sees its marker."""
+    error_rms: float | None
+    """Over the ticks after the approach so far [m]; null before the first."""
+    recording: str | None
+    """The recording that was going on when the run began."""
+
+
+class RunResult(Model):
+    """What came of a run. The tip is the measured one (`p_meas`), on the twin too: it is what an operator's rig sees.
+
+    Taken over every tick after the approach, without pauses and what it takes to come back from them.
+    """
+
+    id: int
+    name: str
+    time: datetime
+    """When it began."""
+    laps: float
+    """How many were done; a part counts."""
+    state: Phase
+    reason: str
+    rmse: float | None
+    """[m]; null where the shape was not reached."""
+    max_error: float | None
+    """[m]"""
+    lag_deg_x: float | None
+    """Phase lag of the tip; null where the path is not periodic, or the run was shorter than a period."""
+    lag_deg_y: float | None
+    saturated_share: float | None
+    """Share of ticks in which the command was clamped."""
+    on_time_share: float | None
+    """Share of the time grid's slots that had their tick."""
+    duration: float
+    """In motion, approach included [s]."""
+    recording: str | None

@@ -1,0 +1,105 @@
+"""How well a run goes, from every tick of it, in bounded memory however long it lasts."""
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from controller.experiments.metrics import ise, lags
+from controller.kernels.rod import Array
+from controller.reference.reference import Reference
+from server.channels import Rows
+
+PHASE_ROWS = 100_000
+"""So many of the last ticks give the phase lag."""
+SEEN_MIN = 0.9
+"""There is none where the marker was seen in a smaller share of them."""
+
+
+@dataclass(frozen=True)
+class Figures:
+    """What a run's ticks come to; None where there was nothing to measure. SI, degrees."""
+
+    rmse: float | None
+    max_error: float | None
+    lag_deg_x: float | None
+    lag_deg_y: float | None
+    saturated_share: float | None
+    on_time_share: float | None
+
+
+class Tally:
+    """Sums over the ticks that are judged. The tip is the measured one; a tick without its marker has no error."""
+
+    def __init__(self, frequency: tuple[float, float] | None) -> None:
+        self._frequency = frequency
+        self._ticks = self._slots = self._saturated = self._seen = 0
+        self._ise = self._largest = 0.0
+        self._slot: int | None = None
+        self._kept = 0
+        self._wanted: deque[Array] = deque()
+        self._actual: deque[Array] = deque()
+
+    @property
+    def rmse(self) -> float | None:
+        """Root of the mean squared distance so far [m]."""
+        return math.sqrt(self._ise / self._seen) if self._seen else None
+
+    def add(self, p_ref: Array, rows: Rows) -> None:
+        """Count telemetry rows (n,) in which the tip was to be at p_ref (n, 2) [m]; they follow the last ones."""
+        if not len(rows):
+            return
+        last = int(rows["slot"][-1])
+        self._slots += last - (int(rows["slot"][0]) - 1 if self._slot is None else self._slot)
+        self._slot = last
+        self._ticks += len(rows)
+        self._saturated += int(np.count_nonzero(rows["saturated"]))
+        e = p_ref - rows["p_meas"]
+        e = e[np.isfinite(e).all(axis=1)]
+        self._seen += len(e)
+        self._ise += ise(e, 1.0)
+        self._largest = max(self._largest, float(np.linalg.norm(e, axis=1).max(initial=0.0)))
+        if self._frequency is not None:
+            self._keep(p_ref, rows["p_meas"].copy())
+
+    def pause(self) -> None:
+        """What comes next does not follow at once: the slots between are not lost."""
+        self._slot = None
+
+    def figures(self) -> Figures:
+        """All of them, as `controller.experiments.metrics` defines them."""
+        lag = self._lags()
+        return Figures(
+            rmse=self.rmse,
+            max_error=self._largest if self._seen else None,
+            lag_deg_x=lag.get("lag_deg_x"),
+            lag_deg_y=lag.get("lag_deg_y"),
+            saturated_share=self._saturated / self._ticks if self._ticks else None,
+            on_time_share=self._ticks / self._slots if self._slots else None,
+        )
+
+    def _keep(self, p_ref: Array, p: Array) -> None:
+        self._wanted.append(p_ref)
+        self._actual.append(p)
+        self._kept += len(p)
+        while self._kept - len(self._wanted[0]) >= PHASE_ROWS:
+            self._kept -= len(self._wanted.popleft())
+            self._actual.popleft()
+
+    def _lags(self) -> dict[str, float]:
+        """Phase lags [deg] where there are any."""
+        if not self._wanted:
+            return {}
+        wanted = Reference("", np.vstack(self._wanted), 0, frequency=1.0, axis_frequencies=self._frequency)
+        actual = mended(np.vstack(self._actual))
+        found = {} if actual is None else lags(wanted, actual)
+        return {name: lag for name, lag in found.items() if math.isfinite(lag)}
+
+
+def mended(p: Array) -> Array | None:
+    """The path p (n, 2) [m] with straight lines where it is nan; None where too much of it is."""
+    rows, seen = np.arange(len(p)), np.isfinite(p).all(axis=1)
+    if np.mean(seen) < SEEN_MIN:
+        return None
+    return np.column_stack([np.interp(rows, rows[seen], p[seen, j]) for j in range(2)])

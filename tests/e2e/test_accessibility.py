@@ -1,0 +1,82 @@
+"""Who cannot see well, or not at all, or uses no mouse: axe-core on every part of the page, the first visit by keys."""
+
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import Browser, Page, expect
+
+from tests.e2e.product import Product, open_page, wait_until
+
+AXE = Path(__file__).parents[2] / "frontend/node_modules/axe-core/axe.min.js"
+RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa"]
+SETTLED = "Promise.all(document.getAnimations().filter(a => a.effect.getTiming().iterations < 9).map(a => a.finished))"
+
+
+def test_axe_finds_nothing_serious_in_any_tab_of_either_scheme_and_the_guide_is_shown_once(
+    browser: Browser, product: Product
+) -> None:
+    context = browser.new_context(viewport={"width": 1280, "height": 720}, color_scheme="dark")
+    context.add_init_script("localStorage.setItem('tendril-3d', 'closed')")
+    page = context.new_page()
+    page.goto(product.origin)
+    expect(page.get_by_test_id("sign-in")).to_be_visible()
+    page.evaluate(AXE.read_text() + "; 0")
+    findings = look(page, "sign-in, dark")
+    page.emulate_media(color_scheme="light")
+    findings += look(page, "sign-in, light")
+    page.close()
+    page = open_page(context, product, first_visit=True)
+    page.evaluate(AXE.read_text() + "; 0")
+    walk_the_guide(page)
+    for scheme in ("light", "dark"):
+        page.emulate_media(color_scheme=scheme)
+        expect(page.locator("html")).to_have_attribute("data-mantine-color-scheme", scheme)
+        findings += look(page, f"live, {scheme}")
+        for tab in page.locator(".tabs [role=tab]").all():
+            tab.click()
+            findings += look(page, f"{tab.inner_text()}, {scheme}", ".tabs")
+        page.get_by_text("Review", exact=True).click()
+        expect(page.locator("main.review")).to_be_visible()
+        findings += look(page, f"review, {scheme}", "main.review")
+        page.get_by_text("Live", exact=True).click()
+    assert not findings, "\n".join(findings)
+    choose_a_scheme(page)
+    context.close()
+
+
+def look(page: Page, place: str, part: str = "html") -> list[str]:
+    """What axe finds serious or critical in a part of the page as it is now, one line each."""
+    page.evaluate(SETTLED)
+    options = {"runOnly": RULES, "iframes": False, "resultTypes": ["violations"]}
+    found: dict[str, Any] = page.evaluate("([part, options]) => axe.run(part, options)", [part, options])
+    return [
+        f"{place}: {violation['id']}: {node['html'][:150]}"
+        for violation in found["violations"]
+        if violation["impact"] in ("serious", "critical")
+        for node in violation["nodes"]
+    ]
+
+
+def walk_the_guide(page: Page) -> None:
+    """Three steps by keyboard; a reload does not bring them back."""
+    guide = page.get_by_test_id("guide")
+    expect(guide).to_contain_text("1 of 3: Arm")
+    page.get_by_test_id("guide-next").focus()
+    page.keyboard.press("Enter")
+    expect(guide).to_contain_text("2 of 3: Drag")
+    page.get_by_test_id("guide-next").focus()
+    page.keyboard.press("Enter")
+    expect(guide).to_contain_text("3 of 3: Record")
+    page.keyboard.press("Tab")
+    page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    expect(guide).to_have_count(0)
+
+
+def choose_a_scheme(page: Page) -> None:
+    """Chosen by hand it is kept, whatever the system says; so is the end of the guide."""
+    page.get_by_role("button", name="Light colours").click()
+    page.reload()
+    wait_until(lambda: page.evaluate("!!window.__tendril?.frame"), 20.0)
+    assert page.evaluate("document.documentElement.dataset.mantineColorScheme") == "light"
+    expect(page.get_by_test_id("guide")).to_have_count(0)

@@ -1,0 +1,87 @@
+"""What an operator sets up: sensors and faults of the twin, gains, the actuator; and a recording looked at in 3D."""
+
+from playwright.sync_api import Page, expect
+
+from tests.e2e.product import frame, shot, wait_until
+
+DASH = "\u2013"
+"""What stands for a missing value."""
+
+
+def number(page: Page, test_id: str) -> float:
+    """The number that a live text shows; nan for a dash."""
+    text = page.get_by_test_id(test_id).inner_text().split(" ")[0]
+    return float("nan") if text in ("", DASH) else float(text)
+
+
+def operate(page: Page, tab: str) -> None:
+    page.get_by_test_id("lease-take").click()
+    page.get_by_role("tab", name=tab).click()
+
+
+def test_a_marker_is_lost_and_the_unsensed_rods_show_what_the_observer_misses(page: Page) -> None:
+    operate(page, "Sensing")
+    page.get_by_test_id("preset-6+10").click()
+    wait_until(lambda: number(page, "residual-6") >= 0 and number(page, "miss-3") >= 0, 5.0)
+    assert page.get_by_test_id("residual-3").inner_text() == DASH
+    page.get_by_test_id("fault-rods").select_option("rod 6")
+    page.get_by_test_id("fault-marker_loss").fill("100")
+    page.get_by_test_id("fault-marker_loss").press("Enter")
+    wait_until(lambda: page.get_by_test_id("residual-6").inner_text() == DASH, 5.0)
+    assert number(page, "residual-10") >= 0
+    shot(page, "sensing-faults")
+    page.get_by_test_id("faults-off").click()
+    wait_until(lambda: number(page, "residual-6") >= 0, 5.0)
+    page.get_by_test_id("preset-tip").click()
+    page.get_by_test_id("lease-release").click()
+
+
+def test_gains_are_saved_changed_and_loaded_again(page: Page) -> None:
+    operate(page, "Gains")
+    field = page.get_by_test_id("K_o-x")
+    field.fill("150")
+    field.press("Enter")
+    page.get_by_test_id("gain-presets").click()
+    page.get_by_test_id("gain-preset-name").fill("stiff observer")
+    page.get_by_test_id("gain-preset-save").click()
+    expect(page.get_by_test_id("gain-preset")).to_have_text("stiff observer")
+    shot(page, "gain-presets")
+    page.keyboard.press("Escape")
+    page.get_by_test_id("gains-reset").click()
+    expect(field).to_have_value("100")
+    page.get_by_test_id("gain-presets").click()
+    page.get_by_test_id("gain-preset").click()
+    expect(field).to_have_value("150")
+    page.get_by_test_id("gains-reset").click()
+    page.get_by_test_id("lease-release").click()
+
+
+def test_a_recording_plays_in_3d_stands_at_its_end_and_begins_again(page: Page) -> None:
+    page.get_by_test_id("toggle-3d").click()  # software rendering: one 3D view is enough
+    page.get_by_test_id("lease-take").click()
+    page.get_by_test_id("record").click()
+    wait_until(lambda: frame(page)["tick"] > 0, 5.0)
+    page.wait_for_timeout(1500)
+    page.get_by_test_id("record").click()
+    page.get_by_text("Review", exact=True).click()
+    page.get_by_test_id("recording").first.click()
+    page.get_by_test_id("sight").get_by_text("3D").click()
+    wait_until(lambda: number(page, "replay-at") > 1, 30.0)
+    toggle = page.get_by_test_id("replay-toggle")
+    expect(toggle).to_have_attribute("aria-label", "Play", timeout=10_000)
+    toggle.click()
+    expect(toggle).to_have_attribute("aria-label", "Pause")
+    toggle.click()
+    expect(toggle).to_have_attribute("aria-label", "Play")
+    shot(page, "replay")
+
+
+def test_the_rig_comes_back_with_another_actuator_and_the_page_follows(page: Page) -> None:
+    operate(page, "Actuator")
+    page.get_by_test_id("actuator-P2").click()
+    expect(page.get_by_test_id("actuator-status")).to_contain_text("comes back vented")
+    shot(page, "actuator-waiting")
+    expect(page.get_by_test_id("actuator-P2")).to_have_attribute("aria-pressed", "true", timeout=30_000)
+    expect(page.get_by_test_id("state")).to_contain_text("VENTED", timeout=10_000)
+    expect(page.get_by_test_id("actuator-P1")).not_to_have_attribute("aria-disabled", "true", timeout=10_000)
+    shot(page, "actuator")

@@ -1,0 +1,48 @@
+"""Presets of gains, and another actuator for a rig that is this server's own."""
+
+from pathlib import Path
+
+from controller.actuator import PRESETS, write_actuator
+from server.presets.actuator import take_order
+from tests.server.live_server import TestServer
+
+
+def test_gains_are_saved_under_a_name_read_back_and_deleted(server: TestServer) -> None:
+    operator, viewer = server.operator(), server.page().sign_in()
+    before = operator.get("/api/settings").json()
+    assert operator.patch("/api/settings", json={"changes": {"K_P": [0.7, 0.8]}}).status_code == 200
+    assert viewer.put("/api/gains/soft").status_code == 403
+    assert operator.put("/api/gains/so%2Fft").status_code in (404, 422)
+    saved = operator.put("/api/gains/soft").json()
+    assert [(preset["name"], preset["settings"]["K_P"]) for preset in saved] == [("soft", [0.7, 0.8])]
+    assert operator.patch("/api/settings", json={"changes": {"K_P": before["K_P"]}}).status_code == 200
+    assert viewer.get("/api/gains").json() == saved
+    assert operator.delete("/api/gains/soft").json() == []
+
+
+def test_another_actuator_is_ordered_from_rest_only_and_refused_where_the_rig_is_not_ours(
+    server: TestServer, tmp_path: Path
+) -> None:
+    operator, viewer = server.operator(), server.page().sign_in()
+    refused = operator.put("/api/rig/actuator", json={"name": "P2"})
+    assert (refused.status_code, "where it runs" in refused.text) == (409, True)
+    assert "where it runs" in viewer.get("/api/rig/actuator").json()["reason"]
+    server.services.settings.orders = tmp_path / "actuator.json"
+    assert viewer.put("/api/rig/actuator", json={"name": "P2"}).status_code == 403
+    assert "P1, P2, P3" in operator.put("/api/rig/actuator", json={"name": "P9"}).text
+    wrong = operator.put("/api/rig/actuator", json={"toml": 'name = "X"\nlength = -1'})
+    assert (wrong.status_code, "the file" in wrong.text) == (422, True)
+    with operator.live() as live:
+        live.operate()
+        assert operator.command("arm").status_code == 200
+        armed = operator.put("/api/rig/actuator", json={"name": "P2"})
+        assert (armed.status_code, "disarm first" in armed.text) == (409, True)
+        assert take_order(tmp_path / "actuator.json") is None
+        operator.command("e_stop")
+        operator.command("clear")
+    file = tmp_path / "own.toml"
+    write_actuator(PRESETS["P3"].model_copy(update={"name": "Own"}), file)
+    assert operator.put("/api/rig/actuator", json={"toml": file.read_text()}).status_code == 202
+    ordered = take_order(tmp_path / "actuator.json")
+    assert ordered == PRESETS["P3"].model_copy(update={"name": "Own"})
+    assert take_order(tmp_path / "actuator.json") is None

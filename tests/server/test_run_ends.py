@@ -1,0 +1,190 @@
+"""How runs end that no row ends: a lost lease, another life of the rig, silence; and what is kept of them."""
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from controller.errors import CommandRefused
+from controller.kernels.rod import Array
+from controller.layout import record_dtype
+from controller.messages import Telemetry
+from controller.modes import Cause, Mode
+from controller.parameters import RigParameters, Settings
+from recordings.messages import RecordingState
+from recordings.writer import Recorder
+from server.auth import Identity
+from server.channels import Rows
+from server.events import EventLog
+from server.lease import OperatorLease
+from server.runs.messages import RunBody
+from server.runs.results import KEPT, Results
+from server.runs.runs import GONE, Runs
+from server.runs.tracker import Tracker
+
+ANN, BOB = Identity("a", "ann"), Identity("b", "bob")
+IDLE = RecordingState(recording=False, id="", seconds=0.0, rows=0, gaps=0)
+CIRCLE = RunBody(reference="circle_1hz", laps=None)
+
+
+class Rig:
+    """Stands in for the rig and its operator; the test writes the rows."""
+
+    def __init__(self) -> None:
+        self.boot, self.silent, self.tick = 7, 0.0, 0
+        self.settings = Settings()
+        self.refuses = False
+        self.ticks = 0
+
+    def require_ready(self) -> Any:
+        return SimpleNamespace(boot=self.boot, parameters=RigParameters())
+
+    def life(self) -> int:
+        return self.boot
+
+    def age(self) -> float:
+        return self.silent
+
+    async def hold(self) -> Array:
+        if self.refuses:
+            raise CommandRefused("not now")
+        self.runs.inbox.put(self.rows(Mode.HOLD, 2))
+        return np.zeros(2)
+
+    async def track(self, rows: Array, again: int, ticks: int) -> None:
+        if self.refuses:
+            raise CommandRefused("not now")
+        self.ticks = ticks
+        self.runs.inbox.put(self.rows(Mode.TRACK, again + 100))
+
+    def rows(self, mode: Mode, count: int, cause: Cause = Cause.OPERATOR) -> Rows:
+        rows = np.zeros(count, record_dtype(Telemetry))
+        rows["tick"] = rows["slot"] = self.tick + np.arange(count)
+        rows["mode"], rows["cause"] = mode, cause
+        self.tick += count
+        return rows
+
+
+class Desk:
+    """Runs on such a rig, with ann operating."""
+
+    def __init__(self, folder: Path) -> None:
+        self.rig, self.lease, self.events = Rig(), OperatorLease(lambda: 0.0), EventLog()
+        self.results = Results(folder / "runs.json")
+        recorder = cast(Recorder, SimpleNamespace(state=lambda: IDLE))
+        self.runs = Runs(cast(Tracker, self.rig), self.lease, recorder, self.events, self.results)
+        self.rig.runs = self.runs  # type: ignore[attr-defined]
+        self.lease.acquire(ANN)
+
+    async def running(self) -> Runs:
+        await self.runs.start(CIRCLE, ANN)
+        self.runs.look()
+        assert self.phase == "running"
+        return self.runs
+
+    @property
+    def phase(self) -> str:
+        state = self.runs.state()
+        return state.state if state else ""
+
+    @property
+    def reason(self) -> str:
+        last = self.runs.last()
+        return last.reason if last else ""
+
+
+@pytest.fixture
+def desk(tmp_path: Path) -> Desk:
+    return Desk(tmp_path)
+
+
+async def test_who_loses_the_lease_loses_the_run_when_the_rig_holds(desk: Desk) -> None:
+    runs = await desk.running()
+    desk.lease.release(ANN)
+    runs.look()
+    assert desk.phase == "running", "the rig is asked to hold by the watch"
+    runs.inbox.put(desk.rig.rows(Mode.HOLD, 3))
+    runs.look()
+    assert (desk.phase, desk.reason) == ("broken off", "ann no longer operates")
+
+
+async def test_a_paused_run_is_nobody_else_s(desk: Desk) -> None:
+    runs = await desk.running()
+    assert (await runs.pause(ANN)).state == "paused"
+    desk.lease.release(ANN)
+    desk.lease.acquire(BOB)
+    runs.look()
+    assert (desk.phase, desk.reason) == ("broken off", "ann no longer operates")
+    with pytest.raises(CommandRefused, match="no run is under way"):
+        await runs.resume(BOB)
+
+
+async def test_another_life_of_the_rig_or_its_silence_ends_the_run(desk: Desk) -> None:
+    runs = await desk.running()
+    desk.rig.boot = 8
+    runs.inbox.put(desk.rig.rows(Mode.VENTED, 3, Cause.START))
+    runs.look()
+    assert (desk.phase, desk.reason) == ("broken off", "the rig restarted")
+    await desk.running()
+    desk.rig.silent = GONE + 1.0
+    runs.look()
+    assert (desk.phase, desk.reason) == ("broken off", "the rig is gone")
+    assert [result.id for result in runs.results()] == [2, 1]
+
+
+async def test_what_the_rig_refuses_leaves_the_run_as_it_was(desk: Desk) -> None:
+    desk.rig.refuses = True
+    with pytest.raises(CommandRefused, match="not now"):
+        await desk.runs.start(CIRCLE, ANN)
+    assert desk.runs.state() is None
+    desk.rig.refuses = False
+    runs = await desk.running()
+    desk.rig.refuses = True
+    with pytest.raises(CommandRefused, match="not now"):
+        await runs.pause(ANN)
+    runs.look()
+    assert desk.phase == "running"
+    desk.rig.refuses = False
+    await runs.pause(ANN)
+    desk.rig.refuses = True
+    with pytest.raises(CommandRefused, match="not now"):
+        await runs.resume(ANN)
+    assert desk.phase == "paused"
+    desk.rig.refuses = False
+    await runs.resume(ANN)
+    with pytest.raises(CommandRefused, match="is not paused"):
+        await runs.resume(ANN)
+    assert (await runs.stop(ANN)).state == "stopped"
+    with pytest.raises(CommandRefused, match="no run is under way"):
+        await runs.stop(ANN)
+    told = [event.text for event in desk.events.recent]
+    assert told[:4] == [f"run 1 (circle_1hz) {what} by ann" for what in ("started", "paused", "resumed")] + told[3:4]
+    assert told[3].startswith("run 1 (circle_1hz) stopped: by ann, RMSE ")
+
+
+async def test_the_last_results_outlive_the_server(desk: Desk, tmp_path: Path) -> None:
+    runs = await desk.running()
+    await runs.stop(ANN)
+    for _ in range(KEPT):
+        desk.results.add(desk.runs.results()[0].model_copy(update={"id": desk.results.next_id()}))
+    again = Results(tmp_path / "runs.json")
+    assert again.all() == runs.results()
+    assert [again.all()[0].id, again.all()[-1].id, again.next_id()] == [KEPT + 1, 2, KEPT + 2]
+    (tmp_path / "runs.json").write_text("no JSON")
+    assert Results(tmp_path / "runs.json").newest is None
+
+
+async def test_a_run_that_its_server_does_not_outlive_is_kept_too(desk: Desk, tmp_path: Path) -> None:
+    (await desk.running()).close()
+    desk.runs.close()
+    assert [result.reason for result in Results(tmp_path / "runs.json").all()] == ["the server ended"]
+
+
+async def test_a_state_folder_that_cannot_be_written_is_said(desk: Desk, tmp_path: Path) -> None:
+    (tmp_path / "blocked").write_text("")
+    desk.runs._results = Results(tmp_path / "blocked" / "runs.json")
+    await desk.running()
+    assert (await desk.runs.stop(ANN)).state == "stopped"
+    assert "will not outlive" in desk.events.recent[-1].text

@@ -1,0 +1,132 @@
+"""Runs on a real rig: followed, paused, gone on with, ended, refused, and kept."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+import pytest
+
+from controller.modes import Mode
+from server.channels import Rows
+from server.runs.results import Results
+from tests.server.live_server import Live, Page, TestServer, wait_for
+
+ANGLE = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
+CIRCLE = np.column_stack([0.05 + 5e-3 * np.cos(ANGLE), 0.14 + 5e-3 * np.sin(ANGLE)]).tolist()
+
+
+def ring(seconds: float, laps: int | None = 1) -> dict[str, Any]:
+    """Body of a run of a small circle."""
+    timing = {"kind": "duration", "duration": seconds}
+    return {"drawing": {"name": "ring", "points": CIRCLE, "closed": True, "timing": timing}, "laps": laps}
+
+
+@contextmanager
+def armed(server: TestServer) -> Iterator[tuple[Page, Live]]:
+    """An operator whose page shows presence, with the rig in HOLD."""
+    page = server.operator()
+    with page.live() as live:
+        live.operate()
+        assert page.command("arm").status_code == 200
+        live.wait_mode(Mode.HOLD)
+        yield page, live
+
+
+def run(live: Live) -> dict[str, Any]:
+    """The newest state of the run that the page was told."""
+    told = [text["run"] for text in live.texts if text["type"] == "status" and text["run"]]
+    return told[-1] if told else {"state": None, "progress": 0.0, "lap": 0}
+
+
+def wait_state(live: Live, *states: str) -> dict[str, Any]:
+    ends = {"done", "stopped", "broken off"}
+    found = wait_for(lambda: run(live) if run(live)["state"] in {*states, *ends} else None, f"a run that is {states}")
+    assert found["state"] in states, found["reason"]
+    return found
+
+
+def test_a_run_is_paused_resumed_and_finished_and_its_result_is_that_of_its_rows(server: TestServer) -> None:
+    batches: list[Rows] = []
+    server.services.rig.listen(batches.append)
+    with armed(server) as (page, live):
+        begun = page.post("/api/run", json=ring(1.5, laps=2)).json()
+        assert (begun["state"], begun["duration"], begun["laps"], begun["progress"]) == ("approach", 1.5, 2, 0.0)
+        second = page.post("/api/run", json=ring(1.5))
+        assert second.status_code == 409 and "stop it first" in second.json()["detail"]
+        wait_for(lambda: run(live)["progress"] > 0.1, "a start")
+        paused = page.post("/api/run/pause").json()
+        assert paused["state"] == "paused" and live.wait_mode(Mode.HOLD)
+        resumed = page.post("/api/run/resume").json()
+        assert (resumed["state"], resumed["progress"]) == ("approach", paused["progress"])
+        done = wait_state(live, "done")
+        assert (done["progress"], done["lap"], done["reason"]) == (1.0, 2, "")
+        assert done["elapsed"] == pytest.approx(2.0 + 0.5 + 3.0, abs=2e-3)
+        result = page.get("/api/runs").json()[0]
+        assert live.wait("status", lambda status: status["result"] == result)
+        told = [text["text"].split()[3] for text in live.texts if text.get("text", "").startswith("run ")]
+        assert [word.strip(",") for word in told] == ["started", "paused", "resumed", "done"]
+    judged = shape(np.concatenate(batches))
+    error = np.linalg.norm(judged["p_ref"] - judged["p_meas"], axis=1)
+    assert len(error) == 3000
+    error = error[np.isfinite(error)]  # on a machine that is busy the camera may be late
+    assert result["rmse"] == pytest.approx(np.sqrt(np.mean(error**2)), rel=1e-6)
+    assert result["max_error"] == pytest.approx(error.max(), rel=1e-6)
+    assert result["saturated_share"] == np.mean(judged["saturated"])
+    assert (result["laps"], result["state"]) == (2.0, "done")
+    assert -90.0 < result["lag_deg_x"] < 90.0
+    assert Results(server.settings.state / "runs-test.json").newest == server.services.runs.last()
+
+
+def shape(rows: Rows) -> Rows:
+    """Rows of the shape: those in TRACK but for the approach of 2 s, and of 0.5 s after a pause."""
+    on = rows["mode"] == Mode.TRACK
+    begins = np.flatnonzero(on & ~np.roll(on, 1))
+    for begin, ticks in zip(begins, (2000, 500), strict=True):
+        on[begin : begin + ticks] = False
+    found: Rows = rows[on]
+    return found
+
+
+def test_without_its_operator_a_run_is_broken_off_and_nothing_goes_on_by_itself(server: TestServer) -> None:
+    with armed(server) as (page, live):
+        started = page.post("/api/recordings", json={"name": "with"}).json()
+        begun = page.post("/api/run", json=ring(0.3, laps=None)).json()
+        assert (begun["laps"], begun["recording"]) == (None, started["id"])
+        wait_for(lambda: run(live)["lap"] > 2, "the third lap")
+        live.operate(False)
+        ended = wait_state(live, "broken off")
+        assert ended["reason"] == "HOLD (operator lost)"
+        assert page.delete("/api/recordings/current").status_code == 200
+        result = page.get("/api/runs").json()[0]
+        assert result["laps"] > 2 and result["recording"] == started["id"]
+        live.operate()
+        for verb in ("pause", "resume", "stop"):
+            assert page.post(f"/api/run/{verb}").json()["detail"] == "no run is under way"
+        assert server.services.history.newest is not None
+        assert server.services.history.newest[0]["mode"] == Mode.HOLD
+
+
+def test_what_cannot_be_run_is_refused_with_its_reason(server: TestServer) -> None:
+    page = server.operator()
+    vented = page.post("/api/run", json=ring(1.0))
+    assert vented.status_code == 409 and vented.json()["detail"].endswith("is not possible in VENTED; arm first")
+    viewer = server.page().sign_in()
+    assert viewer.post("/api/run", json=ring(1.0)).status_code == 403
+    assert viewer.post("/api/run/stop").status_code == 403
+    assert viewer.get("/api/runs").status_code == 200
+    for body in ({}, ring(1.0) | {"reference": "vu"}, ring(1.0, laps=0), ring(1.0, laps=1001), ring(1e3)):
+        assert page.post("/api/run", json=body).status_code == 422, body
+    with page.live() as live:
+        live.operate()
+        page.command("arm")
+        live.wait_mode(Mode.HOLD)
+        assert page.post("/api/run", json={"reference": "spiral"}).status_code == 404
+        far = ring(1.0)
+        far["drawing"] |= {"points": [[0.4, 0.0], [0.4, 0.1]], "closed": False, "outside": "refuse"}
+        outside = page.post("/api/run", json=far)
+        assert outside.status_code == 422 and "out of reach" in outside.json()["detail"]
+        page.patch("/api/settings", json={"changes": {"law": 0}})
+        assert "open loop" in page.post("/api/run", json=ring(1.0)).json()["detail"]
+        page.patch("/api/settings", json={"changes": {"law": 4}})
+    assert server.services.runs.state() is None
