@@ -1,6 +1,6 @@
 """Runs on a real rig: followed, paused, gone on with, ended, refused, and kept."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -39,10 +39,12 @@ def run(live: Live) -> dict[str, Any]:
     return told[-1] if told else {"state": None, "progress": 0.0, "lap": 0}
 
 
-def wait_state(live: Live, *states: str) -> dict[str, Any]:
-    ends = {"done", "stopped", "broken off"}
-    found = wait_for(lambda: run(live) if run(live)["state"] in {*states, *ends} else None, f"a run that is {states}")
-    assert found["state"] in states, found["reason"]
+def wait_run(live: Live, what: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+    """Wait until the run is so, or has ended."""
+    ended = {"done", "stopped", "broken off"}
+    wait_for(lambda: what(run(live)) or run(live)["state"] in ended, "the run")
+    found = run(live)
+    assert what(found), (found["state"], found["reason"])
     return found
 
 
@@ -54,12 +56,12 @@ def test_a_run_is_paused_resumed_and_finished_and_its_result_is_that_of_its_rows
         assert (begun["state"], begun["duration"], begun["laps"], begun["progress"]) == ("approach", 1.5, 2, 0.0)
         second = page.post("/api/run", json=ring(1.5))
         assert second.status_code == 409 and "stop it first" in second.json()["detail"]
-        wait_for(lambda: run(live)["progress"] > 0.1, "a start")
+        wait_run(live, lambda state: state["progress"] > 0.1)
         paused = page.post("/api/run/pause").json()
         assert paused["state"] == "paused" and live.wait_mode(Mode.HOLD)
         resumed = page.post("/api/run/resume").json()
         assert (resumed["state"], resumed["progress"]) == ("approach", paused["progress"])
-        done = wait_state(live, "done")
+        done = wait_run(live, lambda state: state["state"] == "done")
         assert (done["progress"], done["lap"], done["reason"]) == (1.0, 2, "")
         assert done["elapsed"] == pytest.approx(2.0 + 0.5 + 3.0, abs=2e-3)
         result = page.get("/api/runs").json()[0]
@@ -93,9 +95,9 @@ def test_without_its_operator_a_run_is_broken_off_and_nothing_goes_on_by_itself(
         started = page.post("/api/recordings", json={"name": "with"}).json()
         begun = page.post("/api/run", json=ring(0.3, laps=None)).json()
         assert (begun["laps"], begun["recording"]) == (None, started["id"])
-        wait_for(lambda: run(live)["lap"] > 2, "the third lap")
+        wait_run(live, lambda state: state["lap"] > 2)
         live.operate(False)
-        ended = wait_state(live, "broken off")
+        ended = wait_run(live, lambda state: state["state"] == "broken off")
         assert ended["reason"] == "HOLD (operator lost)"
         assert page.delete("/api/recordings/current").status_code == 200
         result = page.get("/api/runs").json()[0]
@@ -109,6 +111,8 @@ def test_without_its_operator_a_run_is_broken_off_and_nothing_goes_on_by_itself(
 
 def test_what_cannot_be_run_is_refused_with_its_reason(server: TestServer) -> None:
     page = server.operator()
+    rig = server.services.rig
+    wait_for(lambda: rig.newest is not None and rig.newest[0]["mode"] == Mode.VENTED, "a row of the cleared rig")
     vented = page.post("/api/run", json=ring(1.0))
     assert vented.status_code == 409 and vented.json()["detail"].endswith("is not possible in VENTED; arm first")
     viewer = server.page().sign_in()
