@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from controller.actuator import PRESETS, write_actuator
+from controller.modes import Mode
 from server.presets.actuator import take_order
 from tests.server.live_server import TestServer
 
@@ -35,11 +36,13 @@ def test_another_actuator_is_ordered_from_rest_only_and_refused_where_the_rig_is
     with operator.live() as live:
         live.operate()
         assert operator.command("arm").status_code == 200
+        live.wait_mode(Mode.HOLD)
         armed = operator.put("/api/rig/actuator", json={"name": "P2"})
         assert (armed.status_code, "disarm first" in armed.text) == (409, True)
         assert take_order(tmp_path / "actuator.json") is None
         operator.command("e_stop")
         operator.command("clear")
+        live.wait_mode(Mode.VENTED)
     file = tmp_path / "own.toml"
     write_actuator(PRESETS["P3"].model_copy(update={"name": "Own"}), file)
     assert operator.put("/api/rig/actuator", json={"toml": file.read_text()}).status_code == 202
