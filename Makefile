@@ -4,15 +4,22 @@ BIN := .venv/bin
 NODE := PATH="$(CURDIR)/$(BIN):$$PATH"
 PAGE_SOURCES := $(shell find frontend -type f -not -path '*/node_modules/*' 2>/dev/null)
 
-.PHONY: run test setup build chromium lint types test-python test-page test-browser lock schema clean
+.PHONY: run test setup kernels build chromium lint types test-python test-page test-browser test-long lock schema clean
 
 run: setup
 	$(BIN)/tendril up
 
-test: setup chromium lint types test-page test-python test-browser
+# What can run side by side does; tests that keep time run alone.
+test:
+	$(MAKE) --no-print-directory -j2 setup chromium
+	$(MAKE) --no-print-directory -j2 --output-sync=target lint types test-page
+	$(MAKE) --no-print-directory test-python
+	$(MAKE) --no-print-directory test-browser
 	@echo "make test: all passed"
 
-setup: .venv/installed frontend/node_modules/installed server/static/index.html
+setup: .venv/installed frontend/node_modules/installed server/static/index.html kernels
+
+kernels: .venv/installed
 	$(BIN)/tendril compile
 
 .venv/installed: .ci/requirements.lock pyproject.toml
@@ -46,14 +53,19 @@ types: .venv/installed frontend/node_modules/installed
 test-page: frontend/node_modules/installed
 	cd frontend && $(NODE) npm test --silent
 
-# What keeps time or starts processes runs alone, the rest of the controller's tests on all cores.
-ALONE := $(patsubst %,tests/controller/test_%.py,clock link loop pool rig ring supervisor)
+# What keeps time or starts processes runs alone, the rest on all cores.
+ALONE := $(patsubst %,tests/controller/test_%.py,clock link loop pool rig ring supervisor) \
+	$(patsubst %,tests/server/test_%.py,chain cli doors drawings faults live plots presets references runs scene viser) \
+	$(patsubst %,tests/recordings/test_%.py,killed recorder)
 test-python: setup
-	$(BIN)/python -m pytest tests/controller $(ALONE:%=--ignore %) -n auto --dist loadfile
-	$(BIN)/python -m pytest $(ALONE) tests/server tests/recordings tests/test_readme.py
+	$(BIN)/python -m pytest tests --ignore tests/e2e $(ALONE:%=--ignore %) -n auto --dist loadfile
+	$(BIN)/python -m pytest $(ALONE)
 
 test-browser: setup chromium
-	$(BIN)/python -m pytest tests/e2e -rP
+	$(BIN)/python -m pytest tests/e2e -rP -m "not long"
+
+test-long: setup chromium
+	$(BIN)/python -m pytest tests/e2e -rP -m long
 
 # The page's types follow the server's OpenAPI; `make types` compares.
 schema: .venv/installed frontend/node_modules/installed

@@ -5,6 +5,7 @@ import signal
 import time
 
 import psutil
+import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
 from controller.modes import Mode
@@ -56,6 +57,7 @@ def test_a_killed_server_leaves_the_rig_at_rest_and_the_recording_readable(
     assert len(ticks) == ticks[-1] - ticks[0] + 1
 
 
+@pytest.mark.long  # tests/controller/test_rig.py shows the same of the rig with shorter limits
 def test_without_any_server_the_rig_ramps_to_rest(page: Page, product: Product) -> None:
     page.get_by_test_id("lease-take").click()
     if frame(page)["mode"] == Mode.VENTED:

@@ -8,7 +8,7 @@ from playwright.sync_api import Page, expect
 
 from tests.e2e.product import wait_until
 
-MOVES = 400
+MOVES = 150
 PERIOD = 0.015
 
 
