@@ -8,7 +8,9 @@ from playwright.sync_api import Page, expect
 
 from tests.e2e.product import wait_until
 
-MOVES = 150
+pytestmark = pytest.mark.long
+"""A measurement: `make test-long` prints it; that drags are followed is shown by test_operate and test_follow."""
+MOVES = 400
 PERIOD = 0.015
 
 
