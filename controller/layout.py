@@ -48,9 +48,9 @@ class Field(BaseModel):
 
 
 def quantity(model: type[BaseModel], name: str) -> Quantity:
-    """The `Quantity` written beside the field `name`, or a plain one."""
+    """The `Quantity` written beside the field `name`, the outermost of several, or a plain one."""
     found = [m for m in model.model_fields[name].metadata if isinstance(m, Quantity)]
-    return found[0] if found else Quantity()
+    return found[-1] if found else Quantity()
 
 
 @cache

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from controller.errors import ParameterError
-from controller.layout import Quantity, record_dtype
+from controller.layout import quantity, record_dtype
 from controller.messages import Telemetry
 from controller.parameters import BACKBONE_POINTS, SENSORS
 from server.plots.messages import PlotChannel
@@ -98,12 +98,6 @@ def columns_of(keys: list[str]) -> list[int]:
     return [_PLACES[key] for key in keys]
 
 
-def _unit(field: str) -> str:
-    """The outermost unit beside the field: a pair of speeds is written as a pair with another unit."""
-    found = [m for m in Telemetry.model_fields[field].metadata if isinstance(m, Quantity)]
-    return found[-1].unit if found else "1"
-
-
 def _width(field: str) -> int:
     return int(np.prod(record_dtype(Telemetry)[field].shape, dtype=int))
 
@@ -113,7 +107,7 @@ def _is_vector(field: str) -> bool:
 
 
 def _channels(field: str) -> list[PlotChannel]:
-    group, unit, width = TITLES[field], _unit(field), _width(field)
+    group, unit, width = TITLES[field], quantity(Telemetry, field).unit, _width(field)
     names = _ELEMENTS.get(field, _XY if width == 2 else ("",))
     keys = [f"{field}.{i}" for i in range(width)] if width > 1 else [field]
     found = [
