@@ -6,14 +6,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from controller.experiments.metrics import DT
 from controller.layout import Model, record_dtype
 from controller.messages import Telemetry
 
 Array = npt.NDArray[Any]
 Rows = np.ndarray[Any, Any]
 
-PERIOD = 1e-3
-"""Time between ticks [s]."""
 LOOP_TICKS = 10_000
 """Ticks that the timing is taken from: 10 s."""
 LAG_TICKS = 30_000
@@ -109,7 +108,7 @@ def _judge(rows: Rows) -> LoopHealth:
         counts=np.histogram(np.clip(lateness, 0.0, EDGES[-1]), EDGES)[0].tolist(),
         lateness=_spread(lateness),
         step=_spread(step),
-        pressure=fitted_lag(rows["pressure_cmd"][::STRIDE], rows["pressure_meas"][::STRIDE], STRIDE * PERIOD),
+        pressure=fitted_lag(rows["pressure_cmd"][::STRIDE], rows["pressure_meas"][::STRIDE], STRIDE * DT),
     )
 
 
