@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from controller.actuator import Actuator
 from controller.errors import ParameterError, TendrilError
@@ -131,6 +133,14 @@ def _path(name: str, t: Array, p: Array, keep: list[int]) -> ReferencePath:
     sides = [row for kept in keep for row in (kept - 1, kept) if row >= 0]
     stride = -(-len(p) // (POINTS - len(sides) - 1))
     rows = np.union1d(np.arange(0, len(p), stride), [*sides, len(p) - 1])
-    points = [(round(x, 5), round(y, 5)) for x, y in p[rows].tolist()]
-    times = [round(value, 4) for value in t[rows].tolist()]
-    return ReferencePath(name=name, t=times, points=points, start=int(np.searchsorted(rows, keep[0])))
+    return ReferencePath(name=name, t=times(t[rows]), points=points(p[rows]), start=int(np.searchsorted(rows, keep[0])))
+
+
+def times(t: npt.NDArray[np.floating[Any]]) -> list[float]:
+    """Times t (n,) [s] to a tenth of a millisecond, as the page gets them."""
+    return [round(value, 4) for value in t.tolist()]
+
+
+def points(p: Array) -> list[tuple[float, float]]:
+    """Rows p (n, 2) [m] to a hundredth of a millimetre, as the page gets them."""
+    return [(round(x, 5), round(y, 5)) for x, y in p.tolist()]

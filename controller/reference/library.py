@@ -6,7 +6,7 @@ frequencies of the frequency sweep.
 
 import math
 from collections.abc import Callable
-from functools import partial
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -86,8 +86,9 @@ def placed(plan: Plan, actuator: Actuator, dt: float) -> Array:
     return plan.sample(np.linspace(0.0, (rows - 1) * dt, rows)) + place
 
 
+@lru_cache(maxsize=8)
 def static_map(actuator: Actuator, controller: ControllerParameters) -> StaticMap:
-    """The observer's static map of `actuator`."""
+    """The observer's static map of `actuator`, made once for each; nobody writes into it."""
     model = build_rod(actuator, controller.rods, omega_B=controller.omega_B, zeta_B=controller.zeta_B)
     return build_static_map(model, actuator, controller)
 

@@ -157,18 +157,24 @@ class TextPath(Model):
     """One path through all strokes in turn: the pen never lifts [m]."""
 
 
-class PreviewBody(Model):
-    """Body of POST /api/preview: a drawing, or a reference of the library."""
+class Wanted(Model):
+    """What is to be followed: a drawing, or a reference of the library."""
 
     drawing: DrawingBody | None = None
     reference: Annotated[str, Bounds(min_length=1, max_length=80)] | None = None
-    laps: Annotated[int, Bounds(ge=1, le=100)] = 1
+    """A name of the library."""
 
     @model_validator(mode="after")
     def _one(self) -> Self:
         if (self.drawing is None) == (self.reference is None):
-            raise ValueError("either drawing or reference is needed")
+            raise ValueError("give either a drawing or a reference")
         return self
+
+
+class PreviewBody(Wanted):
+    """Body of POST /api/preview: what to foresee, and how often it is followed."""
+
+    laps: Annotated[int, Bounds(ge=1, le=100)] = 1
 
 
 class Preview(Model):

@@ -10,9 +10,8 @@ from controller.parameters import RigParameters, Settings
 from controller.reference.shapes import lengths
 from server.drawings.messages import DrawingBody, DrawingPlan
 from server.drawings.planned import Planned, plan
+from server.references import POINTS, points, times
 
-ROWS_MAX = 2000
-"""Most rows that the page gets: enough for a picture."""
 WINDOW = 0.02
 """Time over which an acceleration is taken [s]."""
 
@@ -30,7 +29,7 @@ def drawing_plan(drawing: DrawingBody, rig: RigParameters, settings: Settings) -
         approach=found.reference.start * dt,
         peak_speed=float(np.diff(lengths(p)).max(initial=0.0)) / dt,
         peak_acceleration=peak_acceleration(p, dt),
-        t=times(rows, dt),
+        t=times(rows * dt),
         points=points(p[rows]),
         wished=points(found.wished[rows]),
         inside=(~out[rows]).tolist(),
@@ -58,18 +57,8 @@ def peak_acceleration(p: Array, dt: float) -> float:
 
 
 def spread(rows: int) -> Indices:
-    """At most ROWS_MAX of so many `rows`, evenly, the last included."""
-    return np.unique(np.linspace(0, rows - 1, min(rows, ROWS_MAX)).round().astype(np.intp))
-
-
-def times(rows: Indices, dt: float) -> list[float]:
-    """Times of `rows` (n,) [s], to a tenth of a millisecond."""
-    return [round(value, 4) for value in (rows * dt).tolist()]
-
-
-def points(p: Array) -> list[tuple[float, float]]:
-    """Rows p (n, 2) [m] to a hundredth of a millimetre."""
-    return [(round(x, 5), round(y, 5)) for x, y in p.tolist()]
+    """At most POINTS of so many `rows`, evenly, the last included."""
+    return np.unique(np.linspace(0, rows - 1, min(rows, POINTS)).round().astype(np.intp))
 
 
 def csv_of(drawing: DrawingBody, rig: RigParameters, settings: Settings) -> str:

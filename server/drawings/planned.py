@@ -17,7 +17,7 @@ from controller.reference.shapes import lengths
 from controller.reference.smoothing import smoothed
 from controller.reference.timing import Limits, fastest, steady
 from controller.reference.within_reach import Carried
-from server.drawings.messages import DURATION_MAX, DURATION_MIN, DrawingBody, Duration, Fastest, Given, Speed
+from server.drawings.messages import DURATION_MAX, DURATION_MIN, DrawingBody, Duration, Fastest, Given, Speed, Wanted
 from server.references import TITLES, UnknownReference
 
 LENGTH_MIN = 1e-3
@@ -73,6 +73,13 @@ def plan(drawing: DrawingBody, rig: RigParameters, settings: Settings) -> Planne
         axis_frequencies=found.axis_frequencies,
     )
     return Planned(wished, path, reference)
+
+
+def wanted(body: Wanted, rig: RigParameters, settings: Settings) -> Reference:
+    """The reference that `body` asks for; raises what `planned` and `named` do."""
+    if body.drawing is not None:
+        return planned(body.drawing, rig, settings)
+    return named(str(body.reference), rig)
 
 
 def named(name: str, rig: RigParameters) -> Reference:

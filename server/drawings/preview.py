@@ -15,11 +15,13 @@ from controller.kernels.rod import Array
 from controller.modes import Mode, Request
 from controller.parameters import RigParameters, Settings
 from controller.reference.approach import blended
+from controller.reference.library import static_map
 from controller.reference.reference import Reference
 from server.drawings.messages import DURATION_MIN, DrawingBody, Duration, Preview, PreviewBody
-from server.drawings.plan import Indices, points, spread, times
-from server.drawings.planned import named, planned
-from server.runs.laps import APPROACH, first_leg, lap_of, static_map
+from server.drawings.plan import Indices, spread
+from server.drawings.planned import wanted
+from server.references import points, times
+from server.runs.laps import APPROACH, first_leg, lap_of
 from server.runs.tally import Tally
 from server.runs.tracker import LIVE
 
@@ -54,7 +56,7 @@ def predicted(body: PreviewBody, rig: RigParameters, settings: Settings, u: Arra
     tally.add(p_ref[leg.again : len(rows)], rows[leg.again :])
     figures, shown = tally.figures(), spread(len(rows))
     return Preview(
-        t=times(shown, rig.controller.dt),
+        t=times(shown * rig.controller.dt),
         points=points(true_tip(rows)[shown]),
         start=int(np.searchsorted(shown, leg.again)),
         saturated=since(rows["saturated"] != 0, shown),
@@ -77,13 +79,6 @@ def standing(newest: Rows | None) -> Array:
         return np.zeros(2)
     found: Array = newest["u_ff"][0].astype(np.float64)
     return found
-
-
-def wanted(body: PreviewBody, rig: RigParameters, settings: Settings) -> Reference:
-    """The reference that `body` asks for."""
-    if body.drawing is not None:
-        return planned(body.drawing, rig, settings)
-    return named(str(body.reference), rig)
 
 
 def way_to(smap: StaticMap, u: Array) -> Array:

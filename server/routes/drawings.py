@@ -16,8 +16,9 @@ from server.drawings.messages import (
     TextBody,
     TextPath,
 )
-from server.drawings.plan import csv_of, drawing_plan, points
+from server.drawings.plan import csv_of, drawing_plan
 from server.drawings.preview import predicted, standing
+from server.references import points
 
 router = APIRouter(tags=["drawings"])
 

@@ -1,17 +1,15 @@
 """One lap of a reference, and the rows that lead the rig into it, from wherever its own reference is."""
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
-from controller.actuator import Actuator
 from controller.build_rig import REFERENCE_ROWS
 from controller.errors import ParameterError
 from controller.kernels.inverse import TOLERANCE, StaticMap
 from controller.kernels.rod import Array
 from controller.link import ENDLESS
-from controller.parameters import ControllerParameters, RigParameters
+from controller.parameters import RigParameters
 from controller.reference import library
 from controller.reference.approach import blended
 from controller.reference.reach import static_tips
@@ -78,18 +76,12 @@ class Place:
     """Feedforward torques (2,) [N m] there."""
 
 
-@lru_cache(maxsize=4)
-def static_map(actuator: Actuator, controller: ControllerParameters) -> StaticMap:
-    """The observer's static map, made once for each actuator."""
-    return library.static_map(actuator, controller)
-
-
 def lap_of(reference: Reference, rig: RigParameters, laps: int | None) -> Lap:
     """`reference` once, or closed if it is to be repeated: by its period, by its steps, or by a way back in u.
 
     Raises ParameterError if it does not fit the rig's memory.
     """
-    smap = static_map(rig.actuator, rig.controller)
+    smap = library.static_map(rig.actuator, rig.controller)
     begin = min(reference.start, round(library.APPROACH / rig.controller.dt))
     lead, shape = reference.p[begin : reference.start], reference.p[reference.start :]
     path = projected(smap, reference.p[begin:])

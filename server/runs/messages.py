@@ -1,33 +1,23 @@
 """What is said about runs: what to run, how it goes, and what came of it. SI units."""
 
 from datetime import datetime
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
 from pydantic import Field as Bounds
-from pydantic import model_validator
 
 from controller.layout import Model
-from server.drawings.messages import DrawingBody
+from server.drawings.messages import Wanted
 
 Laps = Annotated[int, Bounds(ge=1, le=1000)]
 Phase = Literal["approach", "running", "paused", "done", "stopped", "broken off"]
 """The last three are ends: of itself, by an operator, by the rig."""
 
 
-class RunBody(Model):
-    """Body of POST /api/run: a drawing or a reference of the library, and how often."""
+class RunBody(Wanted):
+    """Body of POST /api/run: what to follow, and how often."""
 
-    drawing: DrawingBody | None = None
-    reference: Annotated[str, Bounds(min_length=1, max_length=80)] | None = None
-    """A name of the library."""
     laps: Laps | None = 1
     """Null: until stopped."""
-
-    @model_validator(mode="after")
-    def _one(self) -> Self:
-        if (self.drawing is None) == (self.reference is None):
-            raise ValueError("give either a drawing or a reference")
-        return self
 
 
 class RunState(Model):
@@ -55,7 +45,23 @@ class RunState(Model):
     """The recording that was going on when the run began."""
 
 
-class RunResult(Model):
+class Figures(Model):
+    """What a run's ticks come to; null where there was nothing to measure."""
+
+    rmse: float | None
+    """[m]; null where the shape was not reached."""
+    max_error: float | None
+    """[m]"""
+    lag_deg_x: float | None
+    """Phase lag of the tip; null where the path is not periodic, or the run was shorter than a period."""
+    lag_deg_y: float | None
+    saturated_share: float | None
+    """Share of ticks in which the command was clamped."""
+    on_time_share: float | None
+    """Share of the time grid's slots that had their tick."""
+
+
+class RunResult(Figures):
     """What came of a run. The tip is the measured one (`p_meas`), on the twin too: it is what an operator's rig sees.
 
     Taken over every tick after the approach, without pauses and what it takes to come back from them.
@@ -69,17 +75,6 @@ class RunResult(Model):
     """How many were done; a part counts."""
     state: Phase
     reason: str
-    rmse: float | None
-    """[m]; null where the shape was not reached."""
-    max_error: float | None
-    """[m]"""
-    lag_deg_x: float | None
-    """Phase lag of the tip; null where the path is not periodic, or the run was shorter than a period."""
-    lag_deg_y: float | None
-    saturated_share: float | None
-    """Share of ticks in which the command was clamped."""
-    on_time_share: float | None
-    """Share of the time grid's slots that had their tick."""
     duration: float
     """In motion, approach included [s]."""
     recording: str | None

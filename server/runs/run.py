@@ -1,7 +1,7 @@
 """One run as the rig's rows tell it: approach, laps, pauses, and how it ends. It knows no clock and sends nothing."""
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from datetime import datetime
 
 import numpy as np
@@ -114,7 +114,7 @@ class Run:
             reason=self.reason,
             duration=self._moved * about.dt,
             recording=self.recording,
-            **asdict(self._tally.figures()),
+            **self._tally.figures().model_dump(),
         )
 
     def _track(self, rows: Rows) -> Rows:

@@ -8,13 +8,14 @@ from datetime import UTC, datetime
 from controller.errors import CommandRefused, TendrilError
 from controller.kernels.inverse import StaticMap
 from controller.parameters import RigParameters, Settings
+from controller.reference.library import static_map
 from recordings.writer import Recorder
 from server.auth import Identity
-from server.drawings.planned import named, planned
+from server.drawings.planned import wanted
 from server.events import EventLog, Level
 from server.lease import OperatorLease
 from server.runs.inbox import Inbox
-from server.runs.laps import Lap, Leg, first_leg, lap_of, next_leg, static_map
+from server.runs.laps import Lap, Leg, first_leg, lap_of, next_leg
 from server.runs.messages import RunBody, RunResult, RunState
 from server.runs.results import Results
 from server.runs.run import About, Run
@@ -200,12 +201,7 @@ class Runs:
 
 
 def _plan(body: RunBody, rig: RigParameters, settings: Settings) -> Lap:
-    if body.drawing is not None:
-        reference = planned(body.drawing, rig, settings)
-    else:
-        assert body.reference is not None
-        reference = named(body.reference, rig)
-    return lap_of(reference, rig, body.laps)
+    return lap_of(wanted(body, rig, settings), rig, body.laps)
 
 
 def _map(rig: RigParameters) -> StaticMap:

@@ -2,7 +2,6 @@
 
 import math
 from collections import deque
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,23 +9,12 @@ from controller.experiments.metrics import ise, lags
 from controller.kernels.rod import Array
 from controller.reference.reference import Reference
 from server.channels import Rows
+from server.runs.messages import Figures
 
 PHASE_ROWS = 100_000
 """So many of the last ticks give the phase lag."""
 SEEN_MIN = 0.9
 """There is none where the marker was seen in a smaller share of them."""
-
-
-@dataclass(frozen=True)
-class Figures:
-    """What a run's ticks come to; None where there was nothing to measure. SI, degrees."""
-
-    rmse: float | None
-    max_error: float | None
-    lag_deg_x: float | None
-    lag_deg_y: float | None
-    saturated_share: float | None
-    on_time_share: float | None
 
 
 class Tally:

@@ -8,10 +8,10 @@ from controller.errors import ParameterError
 from controller.kernels.rod import Array
 from controller.link import ENDLESS
 from controller.parameters import RigParameters
-from controller.reference.library import reference
+from controller.reference.library import reference, static_map
 from controller.reference.reach import static_tips
 from controller.reference.reference import Reference
-from server.runs.laps import APPROACH, SHORT_APPROACH, Lap, Place, first_leg, lap_of, next_leg, static_map
+from server.runs.laps import APPROACH, SHORT_APPROACH, Lap, Place, first_leg, lap_of, next_leg
 
 RIG = RigParameters()
 SMAP = static_map(RIG.actuator, RIG.controller)

@@ -1626,11 +1626,14 @@ export interface components {
     };
     /**
      * PreviewBody
-     * @description Body of POST /api/preview: a drawing, or a reference of the library.
+     * @description Body of POST /api/preview: what to foresee, and how often it is followed.
      */
     PreviewBody: {
       drawing?: components["schemas"]["DrawingBody"] | null;
-      /** Reference */
+      /**
+       * Reference
+       * @description A name of the library.
+       */
       reference?: string | null;
       /**
        * Laps
@@ -1985,7 +1988,7 @@ export interface components {
     };
     /**
      * RunBody
-     * @description Body of POST /api/run: a drawing or a reference of the library, and how often.
+     * @description Body of POST /api/run: what to follow, and how often.
      */
     RunBody: {
       drawing?: components["schemas"]["DrawingBody"] | null;
@@ -2008,28 +2011,6 @@ export interface components {
      *     Taken over every tick after the approach, without pauses and what it takes to come back from them.
      */
     RunResult: {
-      /** Id */
-      id: number;
-      /** Name */
-      name: string;
-      /**
-       * Time
-       * Format: date-time
-       * @description When it began.
-       */
-      time: string;
-      /**
-       * Laps
-       * @description How many were done; a part counts.
-       */
-      laps: number;
-      /**
-       * State
-       * @enum {string}
-       */
-      state: "approach" | "running" | "paused" | "done" | "stopped" | "broken off";
-      /** Reason */
-      reason: string;
       /**
        * Rmse
        * @description [m]; null where the shape was not reached.
@@ -2057,6 +2038,28 @@ export interface components {
        * @description Share of the time grid's slots that had their tick.
        */
       on_time_share: number | null;
+      /** Id */
+      id: number;
+      /** Name */
+      name: string;
+      /**
+       * Time
+       * Format: date-time
+       * @description When it began.
+       */
+      time: string;
+      /**
+       * Laps
+       * @description How many were done; a part counts.
+       */
+      laps: number;
+      /**
+       * State
+       * @enum {string}
+       */
+      state: "approach" | "running" | "paused" | "done" | "stopped" | "broken off";
+      /** Reason */
+      reason: string;
       /**
        * Duration
        * @description In motion, approach included [s].
