@@ -8,6 +8,7 @@ import { arrowEnd, markersOf, type Marker } from "./residual";
 
 /** Residual arrows are drawn this many times as long as they are. */
 export const RESIDUAL_GAIN = 5;
+const TRAIL_SHADES = 12;
 const HANDLE_M = 0.006;
 const HANDLE_PX = 7;
 
@@ -75,17 +76,28 @@ function paintObserver(sheet: Sheet, points: readonly Point[]): void {
   g.fill();
 }
 
+/** In a few shades, a stroke each: a stroke per point would cost more than all the rest of the figure. */
 function paintTrail(sheet: Sheet, trail: Trail, now: number): void {
   const { g } = sheet;
-  let last: Point | null = null;
+  let [last, shade]: [Point | null, number] = [null, 0];
   g.strokeStyle = ROLE.measured;
   g.lineWidth = 2;
+  g.lineJoin = "round";
+  g.beginPath();
   trail.visit(now, (x, y, freshness) => {
     const next = sheet.pixel([x, y]);
-    g.globalAlpha = 0.7 * freshness;
-    if (last) segment(g, last, next);
+    const wanted = Math.ceil(freshness * TRAIL_SHADES);
+    if (last && wanted !== shade) {
+      g.stroke();
+      g.beginPath();
+      g.moveTo(last[0], last[1]);
+    }
+    shade = wanted;
+    g.globalAlpha = (0.7 * shade) / TRAIL_SHADES;
+    g.lineTo(next[0], next[1]);
     last = next;
   });
+  g.stroke();
   g.globalAlpha = 1;
 }
 

@@ -15,6 +15,8 @@ import { useLayout } from "./useLayout";
 import { FOLLOWING, paused, visible } from "./view";
 
 const FRAMES_PER_SECOND = 60;
+/** As often as a number can be read. */
+const VALUES_PER_SECOND = 5;
 const NO_PLOTS = [] as const;
 
 /** The live plots over the last seconds: any signal, stopped, zoomed and saved as the operator likes. */
@@ -38,6 +40,13 @@ export function PlotStrip() {
         painting.step(view, seconds);
       }),
     [ticker, painting, view, seconds],
+  );
+  useEffect(
+    () =>
+      ticker.every(VALUES_PER_SECOND, () => {
+        painting.writeValues();
+      }),
+    [ticker, painting],
   );
   const onPainter = useCallback((painter: ChartPainter) => painting.add(painter), [painting]);
   const onGesture = useCallback(

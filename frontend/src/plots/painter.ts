@@ -78,7 +78,15 @@ export class ChartPainter {
     extractWindow(ring, channels, { ...range, origin, columns }, this.chart.scale, this.data);
     this.range = niceRange(this.data, this.chart.least, this.chart.fromZero);
     this.plot.setData(this.columns());
-    this.write();
+    this.read();
+  }
+
+  /** Write the newest values beside the title. */
+  writeValues(): void {
+    const digits = digitsFor(this.range);
+    this.legend.forEach((element, i) => {
+      if (element) write(element, plain(this.data.series[i].at(-1), digits));
+    });
   }
 
   private columns(): uPlot.AlignedData {
@@ -89,18 +97,15 @@ export class ChartPainter {
     return this.origin + this.plot.posToVal(px, "x");
   }
 
-  private write(): void {
-    const digits = digitsFor(this.range);
-    this.legend.forEach((element, i) => {
-      if (element) write(element, plain(this.data.series[i].at(-1), digits));
-    });
+  /** Show what lies under the cursor. */
+  private read(): void {
     const at = this.plot.cursor.idx;
     const left = this.plot.cursor.left ?? -1;
     if (at === null || at === undefined || left < 0) this.readout.hide();
     else
       this.readout.show({
         time: timeLabel(this.data.x[at], digitsFor([this.shown.from, this.shown.to])),
-        values: this.data.series.map((series) => valueAt(series, at, digits)),
+        values: this.data.series.map((series) => valueAt(series, at, digitsFor(this.range))),
         left: left > this.plot.width / 2,
       });
   }
@@ -127,7 +132,7 @@ export class ChartPainter {
       hooks: {
         setCursor: [
           () => {
-            this.write();
+            this.read();
           },
         ],
         setSelect: [

@@ -36,6 +36,11 @@ export class Painting {
     }
   }
 
+  /** Write every chart's newest values: all at once, since any text that changes makes the browser lay out the page. */
+  writeValues(): void {
+    for (const painter of this.painters) painter.writeValues();
+  }
+
   /** The view after a gesture. */
   after(gesture: Gesture, view: View, seconds: number): View {
     const now = this.now(seconds);
