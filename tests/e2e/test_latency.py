@@ -11,9 +11,8 @@ from tests.e2e.product import wait_until
 pytestmark = pytest.mark.long
 """A measurement: `make test-long` prints it; that drags are followed is shown by test_operate and test_follow."""
 MOVES = 400
-PERIOD = 0.015
-
-
+PAUSES = (0.005, 0.025)
+"""Between two moves [s], at random: those of a hand keep no step with the page's frames."""
 ATTEMPTS = 5
 """Drags until one is not cut off: a busy machine that stalls loop or page makes the rig hold, as it should."""
 
@@ -44,11 +43,12 @@ def drag(page: Page) -> list[float]:
         for x, y in zip(235 - 20 * np.sin(phase) ** 2, 60 * np.sin(phase / 2), strict=True)
     ]
     before = page.evaluate("window.__tendril.roundTrips.length")
+    pauses = np.random.default_rng(1).uniform(*PAUSES, MOVES)
     page.mouse.move(*page.evaluate("window.__tendril.handle()"))
     page.mouse.down()
-    for at in path:
+    for at, pause in zip(path, pauses, strict=True):
         page.mouse.move(*at)
-        time.sleep(PERIOD)
+        time.sleep(pause)
     page.mouse.up()
 
     def answered() -> bool:
