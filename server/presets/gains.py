@@ -5,12 +5,15 @@ from pathlib import Path
 from pydantic import TypeAdapter, ValidationError
 
 from controller.errors import CommandRefused, TendrilError
+from controller.fit import GAINS
 from controller.parameters import Settings
 from server.presets.messages import GainPreset
 from server.settings import write_private
 
 MOST = 100
 """Presets that are kept; a new one beyond is refused."""
+REPEATING = GainPreset(name="Paths that repeat", settings=Settings(K_FF=(GAINS["K_FF"], GAINS["K_FF"])), built_in=True)
+"""The gains as they are at the start, and the fit's velocity feedforward: the paper has it on in its Task 2."""
 _FILE: TypeAdapter[list[GainPreset]] = TypeAdapter(list[GainPreset])
 
 
@@ -21,7 +24,10 @@ class GainPresets:
         self._path = path
 
     def listed(self) -> list[GainPreset]:
-        """All of them, by name; TendrilError when the file is damaged."""
+        """Ours, then the saved ones by name; TendrilError when the file is damaged."""
+        return [REPEATING, *self._saved()]
+
+    def _saved(self) -> list[GainPreset]:
         if not self._path.exists():
             return []
         try:
@@ -31,14 +37,19 @@ class GainPresets:
 
     def save(self, name: str, settings: Settings) -> list[GainPreset]:
         """Keep `settings` under `name`, in place of what was there; returns all."""
-        others = [preset for preset in self.listed() if preset.name != name]
+        others = self._others(name)
         if len(others) >= MOST:
             raise CommandRefused(f"there are {MOST} presets already: delete one first")
         return self._write([*others, GainPreset(name=name, settings=settings)])
 
     def delete(self, name: str) -> list[GainPreset]:
         """Forget the preset; returns the others."""
-        return self._write([preset for preset in self.listed() if preset.name != name])
+        return self._write(self._others(name))
+
+    def _others(self, name: str) -> list[GainPreset]:
+        if name == REPEATING.name:
+            raise CommandRefused(f"{name!r} comes with Tendril: take another name")
+        return [preset for preset in self._saved() if preset.name != name]
 
     def _write(self, presets: list[GainPreset]) -> list[GainPreset]:
         presets = sorted(presets, key=lambda preset: preset.name.lower())
@@ -46,4 +57,4 @@ class GainPresets:
             write_private(self._path, _FILE.dump_json(presets, indent=1).decode())
         except OSError as error:
             raise TendrilError(f"the presets cannot be saved: {error.strerror}") from error
-        return presets
+        return [REPEATING, *presets]

@@ -15,6 +15,8 @@ class GainPreset(Model):
 
     name: str
     settings: Settings
+    built_in: bool = False
+    """It comes with Tendril: neither replaced nor deleted."""
 
 
 class ActuatorBody(Model):

@@ -3,9 +3,12 @@
 from pathlib import Path
 
 from controller.actuator import PRESETS, write_actuator
+from controller.fit import GAINS
 from controller.modes import Mode
 from server.presets.actuator import take_order
 from tests.server.live_server import TestServer
+
+K_FF = GAINS["K_FF"]
 
 
 def test_gains_are_saved_under_a_name_read_back_and_deleted(server: TestServer) -> None:
@@ -15,10 +18,15 @@ def test_gains_are_saved_under_a_name_read_back_and_deleted(server: TestServer) 
     assert viewer.put("/api/gains/soft").status_code == 403
     assert operator.put("/api/gains/so%2Fft").status_code in (404, 422)
     saved = operator.put("/api/gains/soft").json()
+    ours = saved.pop(0)
+    assert (ours["built_in"], ours["settings"]["K_FF"], ours["settings"]["K_P"]) == (True, [K_FF, K_FF], before["K_P"])
     assert [(preset["name"], preset["settings"]["K_P"]) for preset in saved] == [("soft", [0.7, 0.8])]
     assert operator.patch("/api/settings", json={"changes": {"K_P": before["K_P"]}}).status_code == 200
-    assert viewer.get("/api/gains").json() == saved
-    assert operator.delete("/api/gains/soft").json() == []
+    assert viewer.get("/api/gains").json() == [ours, *saved]
+    for method in ("PUT", "DELETE"):
+        refused = operator.request(method, f"/api/gains/{ours['name']}")
+        assert (refused.status_code, "another name" in refused.text) == (409, True)
+    assert operator.delete("/api/gains/soft").json() == [ours]
 
 
 def test_another_actuator_is_ordered_from_rest_only_and_refused_where_the_rig_is_not_ours(

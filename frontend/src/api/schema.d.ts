@@ -1253,6 +1253,12 @@ export interface components {
       /** Name */
       name: string;
       settings: components["schemas"]["Settings"];
+      /**
+       * Built In
+       * @description It comes with Tendril: neither replaced nor deleted.
+       * @default false
+       */
+      built_in: boolean;
     };
     /**
      * Given

@@ -56,10 +56,9 @@ interface ListProps {
 function Saved({ list, update }: ListProps) {
   const { operations } = useDashboard();
   const reason = useWhyNot("settings");
-  if (list.length === 0) return <Menu.Label>Nothing saved yet</Menu.Label>;
   return (
     <ScrollArea.Autosize mah={200}>
-      {list.map(({ name, settings }) => (
+      {list.map(({ name, settings, built_in }) => (
         <div key={name} className="saved-row">
           <Menu.Item
             closeMenuOnClick
@@ -70,18 +69,20 @@ function Saved({ list, update }: ListProps) {
           >
             {name}
           </Menu.Item>
-          <ActionIcon
-            variant="subtle"
-            color="gray"
-            disabled={reason !== null}
-            title={reason ?? `Delete ${name}`}
-            aria-label={`Delete ${name}`}
-            onClick={() => {
-              update("Preset not deleted", () => presets.remove(name));
-            }}
-          >
-            <IconTrash size={16} />
-          </ActionIcon>
+          {built_in ? null : (
+            <ActionIcon
+              variant="subtle"
+              color="gray"
+              disabled={reason !== null}
+              title={reason ?? `Delete ${name}`}
+              aria-label={`Delete ${name}`}
+              onClick={() => {
+                update("Preset not deleted", () => presets.remove(name));
+              }}
+            >
+              <IconTrash size={16} />
+            </ActionIcon>
+          )}
         </div>
       ))}
     </ScrollArea.Autosize>
