@@ -29,7 +29,7 @@ const theme = createTheme({
   primaryShade: 8,
 });
 
-const dashboard = new Dashboard(notify);
+const dashboard = new Dashboard(notify, localStorage);
 void dashboard.connection.start();
 dashboard.gamepads.start();
 
