@@ -1,5 +1,5 @@
 import { Loader, Tabs } from "@mantine/core";
-import { lazy, Suspense } from "react";
+import { lazy, Suspense, type ComponentType } from "react";
 import { ActuatorPanel } from "./panels/ActuatorPanel";
 import { Banner } from "./panels/Banner";
 import { ControlPanel } from "./panels/ControlPanel";
@@ -79,39 +79,31 @@ function Live({ hidden }: { readonly hidden: boolean }) {
   );
 }
 
+const TABS: readonly (readonly [string, string, ComponentType])[] = [
+  ["control", "Control", ControlPanel],
+  ["run", "Run", RunPanel],
+  ["sensing", "Sensing", SensingPanel],
+  ["gains", "Gains", GainsPanel],
+  ["actuator", "Actuator", ActuatorPanel],
+  ["health", "Health", HealthPanel],
+  ["log", "Log", LogPanel],
+];
+
 function Panels() {
   return (
     <Tabs defaultValue="control" className="tabs" keepMounted={false}>
       <Tabs.List>
-        <Tabs.Tab value="control">Control</Tabs.Tab>
-        <Tabs.Tab value="run">Run</Tabs.Tab>
-        <Tabs.Tab value="sensing">Sensing</Tabs.Tab>
-        <Tabs.Tab value="gains">Gains</Tabs.Tab>
-        <Tabs.Tab value="actuator">Actuator</Tabs.Tab>
-        <Tabs.Tab value="health">Health</Tabs.Tab>
-        <Tabs.Tab value="log">Log</Tabs.Tab>
+        {TABS.map(([value, label]) => (
+          <Tabs.Tab key={value} value={value}>
+            {label}
+          </Tabs.Tab>
+        ))}
       </Tabs.List>
-      <Tabs.Panel value="control">
-        <ControlPanel />
-      </Tabs.Panel>
-      <Tabs.Panel value="run">
-        <RunPanel />
-      </Tabs.Panel>
-      <Tabs.Panel value="sensing">
-        <SensingPanel />
-      </Tabs.Panel>
-      <Tabs.Panel value="gains">
-        <GainsPanel />
-      </Tabs.Panel>
-      <Tabs.Panel value="actuator">
-        <ActuatorPanel />
-      </Tabs.Panel>
-      <Tabs.Panel value="health">
-        <HealthPanel />
-      </Tabs.Panel>
-      <Tabs.Panel value="log">
-        <LogPanel />
-      </Tabs.Panel>
+      {TABS.map(([value, , Panel]) => (
+        <Tabs.Panel key={value} value={value}>
+          <Panel />
+        </Tabs.Panel>
+      ))}
     </Tabs>
   );
 }

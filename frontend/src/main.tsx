@@ -1,8 +1,7 @@
 import "@mantine/core/styles.css";
 import "@mantine/notifications/styles.css";
 import "uplot/dist/uPlot.min.css";
-import "./app.css";
-import "./craft.css";
+import "./styles/index.css";
 import { createTheme, MantineProvider } from "@mantine/core";
 import { Notifications, notifications } from "@mantine/notifications";
 import { createRoot } from "react-dom/client";
@@ -30,7 +29,7 @@ const theme = createTheme({
   primaryShade: 8,
 });
 
-const dashboard = new Dashboard(notify);
+const dashboard = new Dashboard(notify, localStorage);
 void dashboard.connection.start();
 dashboard.gamepads.start();
 

@@ -2,10 +2,10 @@
 
 import math
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
 from controller.modes import Mode
-from tests.e2e.product import frame, pixels_of, shot, wait_until
+from tests.e2e.product import Product, frame, open_page, pixels_of, shot, wait_until
 
 AMBER, PINK, VERMILION = (0xE6, 0x9F, 0x00), (0xCC, 0x79, 0xA7), (0xD5, 0x5E, 0x00)
 LOOP_MM = [(200.0 - 45.0 * math.cos(s / 6), 110.0 + 25.0 * math.sin(s / 6)) for s in range(38)]
@@ -72,3 +72,27 @@ def test_a_drawing_is_judged_previewed_saved_loaded_and_run(page: Page) -> None:
     expect(page.get_by_test_id("run-result-facts")).to_contain_text("RMSE")
     expect(page.get_by_test_id("run-recording")).to_be_visible()
     shot(page, "drawing-result")
+
+
+def test_an_unsaved_drawing_outlives_a_reload_and_a_cleared_one_does_not(
+    context: BrowserContext, product: Product
+) -> None:
+    context.add_init_script("localStorage.setItem('tendril-3d', 'closed')")
+    page = open_page(context, product)
+    page.get_by_test_id("tool-freehand").click()
+    draw(page, LOOP_MM)
+    page.get_by_role("tab", name="Run").click()
+    page.get_by_test_id("drawing-name").fill("Not saved")
+    wait_until(lambda: fact(page, "Length").endswith("mm"), 5.0)
+    length = fact(page, "Length")
+    page.reload()
+    wait_until(lambda: page.evaluate("!!window.__tendril?.frame") and drawn(page, AMBER) > 50, 20.0)
+    page.get_by_role("tab", name="Run").click()
+    expect(page.get_by_test_id("drawing-name")).to_have_value("Not saved")
+    wait_until(lambda: fact(page, "Length") == length, 5.0)
+    shot(page, "drawing-reloaded")
+    page.get_by_test_id("clear-drawing").click()
+    page.reload()
+    page.get_by_role("tab", name="Run").click()
+    page.get_by_text("Drawing", exact=True).click()
+    expect(page.get_by_test_id("drawing-reason")).to_contain_text("Draw on the plan")

@@ -2,9 +2,24 @@
 
 from pathlib import Path
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, CDPSession, Page, expect
 
-from tests.e2e.product import shot, wait_until
+from tests.e2e.product import Product, open_page, shot, wait_until
+
+
+def saved(page: Page) -> tuple[str, list[float]]:
+    """What the CSV of the plots says about itself, and its times [s on the rig's clock]."""
+    with page.expect_download() as download:
+        page.get_by_test_id("csv").click()
+    lines = Path(download.value.path()).read_text().splitlines()
+    return lines[1], [float(line.split(",")[0]) for line in lines[3:]]
+
+
+def touch(cdp: CDPSession, *steps: list[tuple[float, float]]) -> None:
+    """Put fingers down at the first places, move them to the others, lift them."""
+    for kind, places in zip(["touchStart", *["touchMove"] * (len(steps) - 1), "touchEnd"], [*steps, []], strict=True):
+        points = [{"x": x, "y": y, "id": i} for i, (x, y) in enumerate(places)]
+        cdp.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
 
 
 def test_signals_are_read_stopped_zoomed_saved_and_chosen(page: Page) -> None:
@@ -27,11 +42,8 @@ def test_signals_are_read_stopped_zoomed_saved_and_chosen(page: Page) -> None:
     page.mouse.move(middle, y, steps=3)
     page.mouse.up()
     shot(page, "plots-zoom")
-    with page.expect_download() as download:
-        page.get_by_test_id("csv").click()
-    said = Path(download.value.path()).read_text().splitlines()
-    times = [float(line.split(",")[0]) for line in said[3:]]
-    assert "every tick" in said[1]
+    said, times = saved(page)
+    assert "every tick" in said
     assert 1.2 < times[-1] - times[0] < 2.2, "17 % of 10 s"
     assert len(times) > 800 * (times[-1] - times[0]), "1 kHz, perhaps with some ticks lost"
     page.mouse.dblclick(left, y)
@@ -46,3 +58,33 @@ def test_signals_are_read_stopped_zoomed_saved_and_chosen(page: Page) -> None:
     page.reload()
     expect(page.get_by_test_id("chart")).to_have_count(5, timeout=20_000)
     expect(page.get_by_role("figure", name="feedback torque 2 over time")).to_be_visible()
+
+
+def test_one_finger_drags_the_time_two_stretch_it_and_a_tap_only_reads(browser: Browser, product: Product) -> None:
+    context = browser.new_context(viewport={"width": 1280, "height": 720}, has_touch=True)
+    context.add_init_script("localStorage.setItem('tendril-3d', 'closed')")
+    page = open_page(context, product)
+    cdp, plots = context.new_cdp_session(page), page.get_by_role("region", name="Plots")
+    box = page.locator(".chart-host .u-over").first.bounding_box()
+    assert box
+    y = box["y"] + 0.5 * box["height"]
+    at = [box["x"] + share / 10 * box["width"] for share in range(11)]
+    wait_until(lambda: page.evaluate("window.__tendril.frames") > 60, 10.0)
+    page.touchscreen.tap(at[9], y)
+    expect(page.get_by_test_id("readout").first).to_contain_text("mm")
+    expect(plots).to_have_attribute("data-stopped", "false")
+
+    touch(cdp, [(at[5], y)], [(at[6], y)], [(at[7], y)])
+    expect(plots).to_have_attribute("data-stopped", "true")
+    stopped = saved(page)[1][-1]
+    touch(cdp, [(at[5], y)], [(at[6], y)], [(at[7], y)])
+    before = saved(page)[1][-1]
+    assert 1.9 < stopped - before < 2.1, "a finger takes 2 of 10 s along"
+    touch(cdp, [(at[4], y), (at[6], y)], [(at[3], y), (at[7], y)], [(at[1], y), (at[9], y)])
+    shot(page, "plots-pinched")
+    times = saved(page)[1]
+    assert before - 4.3 < times[-1] < before - 3.3, "2.5 s about the middle of what was shown"
+    assert times[-1] - times[0] < 2.7
+    page.get_by_test_id("pause").click()
+    expect(plots).to_have_attribute("data-stopped", "false")
+    context.close()

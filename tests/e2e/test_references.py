@@ -18,6 +18,7 @@ def test_vu_is_chosen_by_keyboard_seen_on_the_plan_and_cleared(page: Page) -> No
     page.get_by_test_id("toggle-3d").click()
     page.get_by_role("tab", name="Run").click()
     menu = page.get_by_role("combobox", name="Reference shown on the plan")
+    place = menu.bounding_box()
     menu.focus()
     page.keyboard.type("VU")
     expect(page.get_by_role("listbox").get_by_role("option")).to_have_count(1)
@@ -25,6 +26,8 @@ def test_vu_is_chosen_by_keyboard_seen_on_the_plan_and_cleared(page: Page) -> No
     page.keyboard.press("Enter")
     expect(page.get_by_test_id("reference-facts")).to_contain_text("125 mm")
     expect(menu).to_have_value("VU")
+    expect(page.get_by_role("img", name="Shape of VU")).to_be_visible()
+    assert menu.bounding_box() == place, "the thumbnail pushes nothing"
     wait_until(lambda: amber(page, -53, 8, 122, 153) > 60, 10.0)
     assert amber(page, -53, -40, 122, 130) == 0, "the V leaves the lower left corner of its box free"
     shot(page, "reference-light")
@@ -34,6 +37,7 @@ def test_vu_is_chosen_by_keyboard_seen_on_the_plan_and_cleared(page: Page) -> No
     page.get_by_test_id("reference-clear").click()
     wait_until(lambda: amber(page, -53, 8, 122, 153) == 0, 10.0)
     expect(page.get_by_test_id("reference-facts")).to_have_count(0)
+    expect(page.get_by_role("img", name="Shape of VU")).to_have_count(0)
 
 
 def test_the_menu_is_grouped_by_task_and_offers_the_live_path(page: Page) -> None:

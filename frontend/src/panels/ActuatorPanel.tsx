@@ -6,7 +6,6 @@ import { MODE } from "../state/modes";
 import { ControlButton } from "./ControlButton";
 import { actuatorFacts } from "./actuatorFacts";
 import { useDashboard, usePage } from "./context";
-import "../presets.css";
 
 /** Longest file that is read. */
 const FILE_MAX = 400_000;

@@ -1,4 +1,4 @@
-import { ActionIcon, FileButton, Tooltip } from "@mantine/core";
+import { FileButton } from "@mantine/core";
 import { IconFileImport } from "@tabler/icons-react";
 import { useEffect } from "react";
 import type { Point } from "../api/types";
@@ -7,6 +7,7 @@ import { parseCsv } from "../state/drawingCsv";
 import { pieceOf, type Piece } from "../state/drawingPiece";
 import { parseSvg } from "../state/drawingSvg";
 import { middleOfReach } from "./DrawText";
+import { ToolButton } from "./ToolButton";
 import { useDashboard } from "./context";
 
 /** A CSV or SVG file becomes a drawing: by this button, or dropped on the page. */
@@ -35,18 +36,9 @@ export function DrawImport() {
       onChange={(file) => void read(file, dashboard)}
     >
       {(button) => (
-        <Tooltip label={label} openDelay={300}>
-          <ActionIcon
-            {...button}
-            size={30}
-            variant="subtle"
-            color="gray"
-            aria-label={label}
-            data-testid="tool-import"
-          >
-            <IconFileImport size={18} />
-          </ActionIcon>
-        </Tooltip>
+        <ToolButton {...button} label={label} testId="tool-import">
+          <IconFileImport size={18} />
+        </ToolButton>
       )}
     </FileButton>
   );

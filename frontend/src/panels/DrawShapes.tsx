@@ -1,4 +1,4 @@
-import { ActionIcon, Menu, Tooltip } from "@mantine/core";
+import { Menu } from "@mantine/core";
 import { IconShape } from "@tabler/icons-react";
 import { useMemo } from "react";
 import { rest } from "../api/rest";
@@ -6,6 +6,7 @@ import { plannedLines } from "../plan/planned";
 import { returns } from "../state/drawing";
 import { pieceOf } from "../state/drawingPiece";
 import { shapesOf, type Shape } from "./shapes";
+import { ToolButton } from "./ToolButton";
 import { useDashboard, usePage } from "./context";
 
 /** The library's shapes, placed on the plan as pieces that can be moved, scaled and turned. */
@@ -23,17 +24,9 @@ export function DrawShapes() {
   return (
     <Menu position="bottom-start" shadow="md">
       <Menu.Target>
-        <Tooltip label="Place a shape of the library" openDelay={300}>
-          <ActionIcon
-            size={30}
-            variant="subtle"
-            color="gray"
-            aria-label="Place a shape of the library"
-            data-testid="tool-shape"
-          >
-            <IconShape size={18} />
-          </ActionIcon>
-        </Tooltip>
+        <ToolButton label="Place a shape of the library" testId="tool-shape">
+          <IconShape size={18} />
+        </ToolButton>
       </Menu.Target>
       <Menu.Dropdown mah={300} className="draw-list">
         {shapes.length === 0 ? <Menu.Item disabled>Waiting for the rig</Menu.Item> : null}

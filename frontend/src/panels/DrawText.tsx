@@ -1,9 +1,10 @@
-import { ActionIcon, Button, NumberInput, Popover, TextInput, Tooltip } from "@mantine/core";
+import { Button, NumberInput, Popover, TextInput } from "@mantine/core";
 import { IconTypography } from "@tabler/icons-react";
 import { useState } from "react";
 import { rest } from "../api/rest";
 import type { Point } from "../api/types";
 import { pieceOf } from "../state/drawingPiece";
+import { ToolButton } from "./ToolButton";
 import { useDashboard, usePage } from "./context";
 
 /** Type a word: it stands on the plan in single strokes. */
@@ -25,20 +26,15 @@ export function DrawText() {
   return (
     <Popover opened={opened} onChange={setOpened} position="bottom-start" shadow="md" trapFocus>
       <Popover.Target>
-        <Tooltip label="Write text" openDelay={300}>
-          <ActionIcon
-            size={30}
-            variant="subtle"
-            color="gray"
-            aria-label="Write text"
-            data-testid="tool-text"
-            onClick={() => {
-              setOpened(!opened);
-            }}
-          >
-            <IconTypography size={18} />
-          </ActionIcon>
-        </Tooltip>
+        <ToolButton
+          label="Write text"
+          testId="tool-text"
+          onClick={() => {
+            setOpened(!opened);
+          }}
+        >
+          <IconTypography size={18} />
+        </ToolButton>
       </Popover.Target>
       <Popover.Dropdown>
         <form

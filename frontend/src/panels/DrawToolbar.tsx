@@ -1,4 +1,4 @@
-import { ActionIcon, Divider, Tooltip } from "@mantine/core";
+import { Divider } from "@mantine/core";
 import {
   IconArrowBackUp,
   IconArrowForwardUp,
@@ -14,6 +14,7 @@ import { sketchOf, type Tool } from "../state/drawing";
 import { DrawImport } from "./DrawImport";
 import { DrawShapes } from "./DrawShapes";
 import { DrawText } from "./DrawText";
+import { ToolButton } from "./ToolButton";
 import { useDashboard } from "./context";
 import { useDrawing } from "./useDrawing";
 
@@ -36,7 +37,7 @@ export function DrawToolbar() {
   return (
     <div className="draw-bar" role="toolbar" aria-label="Drawing">
       {TOOLS.map(([name, meaning, Picture]) => (
-        <Tool
+        <ToolButton
           key={name}
           label={meaning}
           testId={`tool-${name}`}
@@ -47,13 +48,13 @@ export function DrawToolbar() {
           }}
         >
           <Picture size={18} />
-        </Tool>
+        </ToolButton>
       ))}
       <DrawShapes />
       <DrawText />
       <DrawImport />
       <Divider orientation="vertical" mx={2} />
-      <Tool
+      <ToolButton
         label="Undo (Ctrl Z)"
         testId="undo"
         disabled={noPast}
@@ -62,8 +63,8 @@ export function DrawToolbar() {
         }}
       >
         <IconArrowBackUp size={18} />
-      </Tool>
-      <Tool
+      </ToolButton>
+      <ToolButton
         label="Redo (Ctrl Shift Z)"
         testId="redo"
         disabled={noFuture}
@@ -72,8 +73,8 @@ export function DrawToolbar() {
         }}
       >
         <IconArrowForwardUp size={18} />
-      </Tool>
-      <Tool
+      </ToolButton>
+      <ToolButton
         label="Duplicate the selected piece"
         testId="duplicate"
         disabled={unselected}
@@ -82,8 +83,8 @@ export function DrawToolbar() {
         }}
       >
         <IconCopy size={18} />
-      </Tool>
-      <Tool
+      </ToolButton>
+      <ToolButton
         label="Take the selected piece away (Del)"
         testId="remove"
         disabled={unselected}
@@ -92,8 +93,8 @@ export function DrawToolbar() {
         }}
       >
         <IconX size={18} />
-      </Tool>
-      <Tool
+      </ToolButton>
+      <ToolButton
         label="Clear the drawing"
         testId="clear-drawing"
         disabled={empty}
@@ -102,39 +103,7 @@ export function DrawToolbar() {
         }}
       >
         <IconTrash size={18} />
-      </Tool>
+      </ToolButton>
     </div>
-  );
-}
-
-interface ToolProps {
-  readonly label: string;
-  readonly testId: string;
-  readonly pressed?: boolean;
-  readonly disabled?: boolean;
-  readonly onClick: () => void;
-  readonly children: React.ReactNode;
-}
-
-/** A button of the toolbar; its name is what it does. */
-export function Tool({ label, testId, pressed, disabled = false, onClick, children }: ToolProps) {
-  return (
-    <Tooltip label={label} openDelay={300}>
-      <ActionIcon
-        size={30}
-        variant={pressed === true ? "light" : "subtle"}
-        color={pressed === true ? "blue" : "gray"}
-        aria-label={label}
-        aria-pressed={pressed}
-        aria-disabled={disabled}
-        data-disabled={disabled}
-        data-testid={testId}
-        onClick={() => {
-          if (!disabled) onClick();
-        }}
-      >
-        {children}
-      </ActionIcon>
-    </Tooltip>
   );
 }

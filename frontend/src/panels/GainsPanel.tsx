@@ -1,4 +1,3 @@
-import "../presets.css";
 import { NativeSelect, Slider, Tooltip } from "@mantine/core";
 import type { Law, Settings } from "../api/types";
 import { LAW_TEXT } from "../state/modes";

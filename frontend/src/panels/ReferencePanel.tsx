@@ -2,6 +2,7 @@ import { Button, Select } from "@mantine/core";
 import { useMemo } from "react";
 import { chosenInfo } from "../state/references";
 import { factsOf, menuOf } from "./reference";
+import { ReferenceThumbnail } from "./ReferenceThumbnail";
 import { RunFacts } from "./RunFacts";
 import { RunSource } from "./RunSource";
 import { useDashboard, usePage } from "./context";
@@ -16,9 +17,10 @@ export function ReferencePanel() {
     <>
       <div className="row run-row">
         <RunSource />
+        <ReferenceThumbnail />
         <Select
           size="xs"
-          w={260}
+          w={230}
           aria-label="Reference shown on the plan"
           placeholder={known.length === 0 ? "Waiting for the rig" : "None: choose or type"}
           data-testid="reference"

@@ -8,7 +8,7 @@ import {
 } from "@tabler/icons-react";
 import { isUnderWay } from "../state/run";
 import { ControlButton } from "./ControlButton";
-import { Tool } from "./DrawToolbar";
+import { ToolButton } from "./ToolButton";
 import { previewText } from "./runFacts";
 import { whyNotRun } from "./runReasons";
 import { useDashboard, usePage } from "./context";
@@ -87,7 +87,7 @@ function Start() {
           if (typeof value === "number") runs.repeat(value);
         }}
       />
-      <Tool
+      <ToolButton
         label="Until stopped"
         testId="endless"
         pressed={endless}
@@ -96,8 +96,8 @@ function Start() {
         }}
       >
         <IconInfinity size={18} />
-      </Tool>
-      <Tool
+      </ToolButton>
+      <ToolButton
         label="Record each run"
         testId="record-runs"
         pressed={record}
@@ -106,7 +106,7 @@ function Start() {
         }}
       >
         <IconPlayerRecordFilled size={16} color={record ? "#d3222a" : "currentColor"} />
-      </Tool>
+      </ToolButton>
       <ControlButton
         control="run"
         because={reason}

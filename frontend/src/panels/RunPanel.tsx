@@ -1,4 +1,3 @@
-import "../draw.css";
 import { DrawPanel } from "./DrawPanel";
 import { ReferencePanel } from "./ReferencePanel";
 import { RunBar } from "./RunBar";

@@ -1,4 +1,3 @@
-import "../scene.css";
 import { useComputedColorScheme } from "@mantine/core";
 import { useEffect, useState } from "react";
 import { sceneUrl } from "../api/scene";

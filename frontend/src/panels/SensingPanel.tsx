@@ -6,7 +6,6 @@ import { LiveText } from "./LiveText";
 import { TwinFaultsPanel } from "./TwinFaultsPanel";
 import { useDashboard, usePage, useWhyNot } from "./context";
 import { bit, PRESETS, RODS } from "./sensing";
-import "../sensing.css";
 
 const NUMBERS_PER_S = 4;
 

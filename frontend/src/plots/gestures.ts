@@ -1,3 +1,5 @@
+import { Touches } from "./touches";
+
 /** What a hand wants of the time axis; times [s on the rig's clock]. */
 export type Gesture =
   | { readonly kind: "zoom"; readonly from: number; readonly to: number }
@@ -10,7 +12,7 @@ export type Gesture =
 const DOUBLING_PX = 400;
 const LINE_PX = 16;
 
-/** Wheel, press and double-click on a chart. A press holds the picture, else what is dragged over would run away. */
+/** Wheel, press, double-click and fingers on a chart. A press holds the picture, else what is dragged over would run away. */
 export class Gestures {
   private readonly ending = new AbortController();
 
@@ -24,6 +26,7 @@ export class Gestures {
     over.addEventListener("dblclick", () => { say({ kind: "whole" }); }, { signal }); // prettier-ignore
     over.addEventListener("mousedown", () => { say({ kind: "hold", held: true }); }, { signal }); // prettier-ignore
     window.addEventListener("mouseup", () => { say({ kind: "hold", held: false }); }, { signal }); // prettier-ignore
+    new Touches(over, timeAt, say, signal);
   }
 
   destroy(): void {

@@ -1,6 +1,7 @@
 import { Aim } from "./aim";
 import { Connection } from "./connection";
 import { Drawing } from "./drawing";
+import { keepDrawing, type Shelf } from "./drawingKept";
 import { Planner } from "./drawingPlan";
 import { SavedDrawings } from "./drawingSaved";
 import { Gamepads } from "./gamepads";
@@ -28,7 +29,7 @@ export class Dashboard {
   readonly gamepads: Gamepads;
   readonly connection: Connection;
 
-  constructor(notify: Notify) {
+  constructor(notify: Notify, shelf: Shelf) {
     this.operations = new Operations(this.page, notify);
     this.aim = new Aim(this.live, this.page, this.operations, (message) => this.connection.send(message));
     this.gamepads = new Gamepads(this);
@@ -41,6 +42,7 @@ export class Dashboard {
     });
     this.saved = new SavedDrawings(this.drawing, rest, this.operations);
     this.runs = new Runs(this.drawing.store, this.page, rest, this.operations);
+    if (keepDrawing(this.drawing, shelf)) this.runs.choose("drawing");
     this.connection = new Connection(this.live, this.page, {
       answered: (id, refusal) => {
         this.aim.answered(id, refusal);

@@ -99,6 +99,13 @@ export function bodyOf(state: DrawingState): DrawingBody | null {
   };
 }
 
+/** What of a drawing outlives the page; undo and redo do not. */
+export interface Kept {
+  readonly sketch: Sketch;
+  readonly manner: Manner;
+  readonly name: string;
+}
+
 /** The editor: every change that counts can be undone. */
 export class Drawing {
   readonly store = new Store<DrawingState>(EMPTY_DRAWING);
@@ -195,6 +202,11 @@ export class Drawing {
   load({ name, points, times, closed, smoothing, timing, outside }: DrawingBody): void {
     this.record({ pieces: [pieceOf(points, times)], selected: 0, closed });
     this.store.patch({ name, manner: { smoothing, timing, outside }, tool: "drag" });
+  }
+
+  /** Begin with what the last visit left. */
+  restore({ sketch, manner, name }: Kept): void {
+    this.store.patch({ history: begun(sketch), manner, name });
   }
 
   get selectedPiece(): Piece | null {

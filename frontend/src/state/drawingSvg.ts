@@ -36,12 +36,19 @@ export function planePoint({ a, b, c, d, e, f }: Matrix, unit: number, x: number
 export function parseSvg(text: string): Point[][] {
   const file = new DOMParser().parseFromString(text, "image/svg+xml");
   const root = file.documentElement;
+  const fault = file.querySelector("parsererror");
+  if (fault) throw new ImportError(`The SVG file is broken: ${faultText(fault)}`);
   if (root.localName !== "svg") throw new ImportError("This is not an SVG file");
   const unit = unitOf(root.getAttribute("width"), root.getAttribute("viewBox"));
   const shapes = [...root.querySelectorAll(SHAPES)].filter((shape) => !shape.closest("defs, clipPath, mask"));
   const strokes = shapes.flatMap((shape) => strokesOf(shape, unit)).filter((points) => points.length > 1);
   if (strokes.length === 0) throw new ImportError("The SVG file has no path");
   return strokes;
+}
+
+/** The first line of what the browser says, without the frame that Chromium puts around it. */
+function faultText(fault: Element): string {
+  return (fault.querySelector("div") ?? fault).textContent.trim().split("\n")[0];
 }
 
 /** One stroke per subpath, sampled by the browser itself on copies, which it must have in its page for that. */

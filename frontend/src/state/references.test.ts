@@ -1,6 +1,7 @@
 import { expect, test } from "vitest";
 import type { ReferenceInfo, ReferencePath } from "../api/types";
 import { factsOf, menuOf } from "../panels/reference";
+import { thumbnailPath } from "../panels/thumbnail";
 import { plannedLines } from "../plan/planned";
 import { EMPTY_PAGE, type Page } from "./page";
 import { chosenInfo, References } from "./references";
@@ -110,4 +111,10 @@ test("the approach ends where the shape begins, and only one lap of a periodic s
   expect(whole.approach.at(-1)).toEqual(whole.shape[0]);
   expect([whole.approach.length, whole.shape.length]).toEqual([3, 4]);
   expect(plannedLines(path("vu"), 1).shape).toHaveLength(3);
+});
+
+test("a thumbnail fills its box with equal scales, y up; a straight line lies in the middle, and nothing is nothing", () => {
+  expect(thumbnailPath([[0, 0], [0.02, 0.01]], 40, 30)).toBe("M0.0 25.0L40.0 5.0"); // prettier-ignore
+  expect(thumbnailPath([[0.1, 0.1], [0.1, 0.3]], 40, 30)).toBe("M20.0 30.0L20.0 0.0"); // prettier-ignore
+  expect(thumbnailPath([], 40, 30)).toBe("");
 });
