@@ -1,4 +1,4 @@
-import { DASH, microseconds, milliseconds, millimetres, percent, wholeNumber } from "./format";
+import { DASH, microseconds, milliseconds, millimetres, percent, seconds, wholeNumber } from "./format";
 
 export type Grade = "good" | "warning" | "bad" | "unknown";
 
@@ -35,6 +35,7 @@ export interface Gauge {
 }
 
 const ms = (value: number) => milliseconds(value);
+const age = (value: number) => (value < 10 ? milliseconds(value, 0) : seconds(value));
 const us = (value: number) => microseconds(value * 1e9);
 const microjoules = (value: number) => (Number.isFinite(value) ? `${(value * 1e6).toFixed(1)} µJ` : DASH);
 
@@ -86,21 +87,21 @@ export const GAUGES: Record<Measure, Gauge> = {
     meaning: "Since the rig's last command, new or repeated; repeated every 100 ms",
     warning: 0.25,
     bad: 0.5,
-    show: (value) => milliseconds(value, 0),
+    show: age,
   },
   presenceAge: {
     name: "operator's sign",
     meaning: "Since the operator's page gave its last sign of life, 20 a second",
     warning: 0.25,
     bad: 0.5,
-    show: (value) => milliseconds(value, 0),
+    show: age,
   },
   measurementAge: {
     name: "measurement age",
     meaning: "Age of the newest marker measurement; the largest of the last moments",
     warning: 0.025,
     bad: 0.05,
-    show: (value) => milliseconds(value, 0),
+    show: age,
   },
   residual: {
     name: "residual",
