@@ -82,7 +82,7 @@ class Conversation:
         if message.start:
             self._written = ""
         try:
-            self._parts.require_lease(self._viewer.who)
+            self._parts.lease.require(self._viewer.who)
         except TendrilError as error:
             return self._refuse(message.id, "target", str(error))
         operator, at = self._parts.operator, (message.x, message.y)
