@@ -4,7 +4,7 @@ import asyncio
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from controller.errors import NotAllowed, RigUnreachable
+from controller.errors import RigUnreachable
 from controller.messages import RigInfo
 from controller.parameters import Settings
 from recordings.store import Store, default_folder
@@ -12,6 +12,7 @@ from recordings.writer import Recorder
 from server.auth import Identity, Sessions
 from server.channels import Rows
 from server.drawings.store import Drawings
+from server.event_file import EventFile
 from server.events import EventLog
 from server.history import History
 from server.lease import OperatorLease
@@ -65,14 +66,6 @@ class Services:
         self.runs = Runs(Tracker(self.rig, self.operator), self.lease, self.recorder, self.events, results)
         self.rig.listen(self.runs.inbox.put)
         self.events.listeners += [self.hub.tell, lambda event: self.recorder.events(event.text, event.level)]
-
-    def require_lease(self, who: Identity) -> None:
-        """Raise `NotAllowed` unless `who` operates."""
-        if self.lease.holds(who):
-            return
-        holder = self.lease.holder
-        by = f"{holder.name} operates now" if holder else "nobody operates now: take the lease first"
-        raise NotAllowed(f"only the operator may do this; {by}")
 
     def require_info(self) -> RigInfo:
         """Who the rig is; `RigUnreachable` before the first contact."""
@@ -155,7 +148,7 @@ def open_services(settings: ServerSettings) -> Services:
         store=store,
         review=Review(store),
         scene=Scene(lambda: history.newest, rig.actuator, settings.light_scene),
-        events=EventLog(),
+        events=EventLog(EventFile(settings.state / f"events-{settings.rig}.jsonl")),
         layouts=Layouts(settings.state / "layouts"),
     )
 
