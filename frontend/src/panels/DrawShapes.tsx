@@ -21,7 +21,7 @@ export function DrawShapes() {
       runs.choose("drawing");
     });
   return (
-    <Menu position="bottom-start" shadow="md">
+    <Menu position="bottom-start" shadow="md" withInitialFocusPlaceholder={false}>
       <Menu.Target>
         <Tooltip label="Place a shape of the library" openDelay={300}>
           <ActionIcon
