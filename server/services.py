@@ -9,6 +9,9 @@ from controller.messages import RigInfo
 from controller.parameters import Settings
 from recordings.store import Store, default_folder
 from recordings.writer import Recorder
+from server.alarms.messages import AlarmLimits
+from server.alarms.store import Alarms
+from server.alarms.watch import AlarmWatch
 from server.auth import Identity, Sessions
 from server.channels import Rows
 from server.drawings.store import Drawings
@@ -28,6 +31,7 @@ from server.runs.runs import Runs
 from server.runs.tracker import Tracker
 from server.scene import Scene
 from server.settings import Secrets, ServerSettings, load_secrets, write_private
+from server.user_files import UserFiles
 from server.watch import Watch
 
 
@@ -49,8 +53,10 @@ class Services:
     scene: Scene
     events: EventLog
     layouts: Layouts
+    alarms: Alarms
     hub: Hub = field(init=False)
     watch: Watch = field(init=False)
+    alarm_watch: AlarmWatch = field(init=False)
     runs: Runs = field(init=False)
     drawings: Drawings = field(init=False)
     settings_lock: asyncio.Lock = field(default_factory=asyncio.Lock)
@@ -62,6 +68,7 @@ class Services:
         self.drawings = Drawings(self.settings.state / "drawings")
         self.hub = Hub(self.history, self.status, self.status_key)
         self.watch = Watch(self.rig, self.history, self.lease, self.operator, self.events)
+        self.alarm_watch = AlarmWatch(self.loop.lateness_p99, self.operators_limits, self.events)
         results = Results(self.settings.state / f"runs-{self.settings.rig}.json")
         self.runs = Runs(Tracker(self.rig, self.operator), self.lease, self.recorder, self.events, results)
         self.rig.listen(self.runs.inbox.put)
@@ -106,6 +113,13 @@ class Services:
         """What is looked at 60 times a second, with or without viewers."""
         self.watch()
         self.runs.look()
+        newest = self.history.newest if self.rig.boot() is not None else None
+        self.alarm_watch(None if newest is None else newest[0])
+
+    def operators_limits(self) -> AlarmLimits:
+        """Whose red the log speaks of: that of whoever operates, else the defaults."""
+        holder = self.lease.holder
+        return self.alarms.read(holder) if holder else AlarmLimits()
 
     def keep_settings(self) -> None:
         """Remember the rig's settings over a restart of this server; they are in force even where that fails."""
@@ -149,7 +163,8 @@ def open_services(settings: ServerSettings) -> Services:
         review=Review(store),
         scene=Scene(lambda: history.newest, rig.actuator, settings.light_scene),
         events=EventLog(EventFile(settings.state / f"events-{settings.rig}.jsonl")),
-        layouts=Layouts(settings.state / "layouts"),
+        layouts=Layouts(UserFiles(settings.state / "layouts", "the layout")),
+        alarms=Alarms(UserFiles(settings.state / "alarms", "the limits")),
     )
 
 

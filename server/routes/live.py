@@ -55,7 +55,7 @@ class Conversation:
             return self._refuse(_id(text), "message", sentence(error))
         match message:
             case Ping():
-                self._viewer.post(Pong(t=message.t))
+                self._pong(message)
             case Presence():
                 self._present(message)
             case Target():
@@ -70,6 +70,11 @@ class Conversation:
         risen, self._viewer.presence = message.n > self._viewer.presence, max(message.n, self._viewer.presence)
         if risen and self._parts.lease.holds(self._viewer.who):
             self._parts.operator.present()
+
+    def _pong(self, message: Ping) -> None:
+        self._viewer.post(Pong(t=message.t))
+        if message.round_trip is not None and self._parts.lease.holds(self._viewer.who):
+            self._parts.alarm_watch.hear_round_trip(message.round_trip)
 
     def _plot(self, message: PlotChoice) -> None:
         try:

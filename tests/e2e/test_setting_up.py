@@ -1,5 +1,7 @@
 """What an operator sets up: sensors and faults of the twin, gains, the actuator; and a recording looked at in 3D."""
 
+import re
+
 from playwright.sync_api import Page, expect
 
 from tests.e2e.product import frame, shot, wait_until
@@ -53,6 +55,33 @@ def test_gains_are_saved_changed_and_loaded_again(page: Page) -> None:
     page.get_by_test_id("gain-preset").click()
     expect(field).to_have_value("150")
     page.get_by_test_id("gains-reset").click()
+    page.get_by_test_id("lease-release").click()
+
+
+def test_limits_of_the_health_figures_are_set_bounded_and_reset_and_the_log_says_when_red_is_passed(page: Page) -> None:
+    page.get_by_test_id("toggle-3d").click()
+    operate(page, "Health")
+    page.get_by_test_id("alarm-limits").click()
+    for colour, limit in (("amber", "0.01"), ("red", "0.02")):
+        field = page.get_by_test_id(f"limit-command_age-{colour}")
+        field.fill(limit)
+        field.press("Enter")
+        expect(field).to_have_value(limit)
+    expect(page.get_by_test_id("gauge-commandAge")).to_contain_text("bad")
+    shot(page, "limits")
+    field.fill("0.001")
+    field.press("Enter")
+    expect(
+        page.get_by_text(re.compile(r"command_age.red: .*greater than or equal to 0\.00001 .got 0\.000001"))
+    ).to_be_visible()
+    expect(field).to_have_value("0.02")
+    page.get_by_test_id("alarm-reset").click()
+    expect(field).to_have_value("500")
+    page.get_by_test_id("alarm-limits").click()
+    page.get_by_role("tab", name="Log").click()
+    expect(page.get_by_test_id("log")).to_contain_text(
+        re.compile(r"command age [\d.]+ ms is above the limit of 0.02 ms")
+    )
     page.get_by_test_id("lease-release").click()
 
 
