@@ -1,9 +1,11 @@
 """What an operator sets up: sensors and faults of the twin, gains, the actuator; and a recording looked at in 3D."""
 
 import re
+from pathlib import Path
 
 from playwright.sync_api import Page, expect
 
+from controller.actuator import PRESETS, write_actuator
 from tests.e2e.product import frame, shot, wait_until
 
 DASH = "\u2013"
@@ -114,3 +116,21 @@ def test_the_rig_comes_back_with_another_actuator_and_the_page_follows(page: Pag
     expect(page.get_by_test_id("state")).to_contain_text("VENTED", timeout=10_000)
     expect(page.get_by_test_id("actuator-P1")).not_to_have_attribute("aria-disabled", "true", timeout=10_000)
     shot(page, "actuator")
+
+
+def test_an_actuator_of_ones_own_comes_from_a_file_and_a_bad_one_is_refused(page: Page, tmp_path: Path) -> None:
+    good, bad = tmp_path / "good.toml", tmp_path / "bad.toml"
+    write_actuator(PRESETS["P3"].model_copy(update={"name": "Own"}), good)
+    bad.write_text(re.sub(r"(?m)^length = .*$", "length = -1", good.read_text()))
+    page.get_by_test_id("toggle-3d").click()
+    operate(page, "Actuator")
+    for file in (bad, good):
+        with page.expect_file_chooser() as chooser:
+            page.get_by_test_id("actuator-file").click()
+        chooser.value.set_files(file)
+        if file == bad:
+            expect(page.get_by_text(re.compile(r"length = -1.*greater than"))).to_be_visible()
+            shot(page, "actuator-file-refused")
+    expect(page.get_by_test_id("actuator-status")).to_contain_text("comes back vented")
+    expect(page.locator(".rig-name")).to_contain_text("Own", timeout=30_000)
+    expect(page.get_by_test_id("state")).to_contain_text("VENTED", timeout=10_000)
