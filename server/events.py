@@ -21,7 +21,8 @@ class EventLog:
 
     def add(self, text: str, level: Level = "info") -> None:
         """Write a line and tell the listeners."""
-        event = Event(time=datetime.now(UTC), level=level, text=text)
+        plain = text.encode(errors="backslashreplace").decode()  # it may quote what is no Unicode, and no JSON
+        event = Event(time=datetime.now(UTC), level=level, text=plain)
         self.recent.append(event)
         for listener in self.listeners:
             listener(event)
