@@ -14,6 +14,7 @@ from server import problems, proxy
 from server.gate import Gate
 from server.messages import FromBrowser, FromServer
 from server.routes import (
+    alarms,
     command,
     drawings,
     faults,
@@ -41,6 +42,7 @@ _PARTS = (
     command,
     settings,
     rig,
+    alarms,
     workspace,
     references,
     drawings,

@@ -25,6 +25,10 @@ Port = Annotated[int, typer.Option(help="Port to serve on; 0 takes a free one.")
 Folder = Annotated[Path | None, typer.Option(help="Folder of the recordings.")]
 Ready = Annotated[Path | None, typer.Option(help="Write address and process ids to this file when ready.")]
 ActuatorName = Annotated[str, typer.Option(help="P1, P2, P3 or a .toml file (docs/actuators.md).")]
+LastActuator = Annotated[
+    str | None,
+    typer.Option(help="P1, P2, P3 or a .toml file; without it the one chosen last in the page, P1 at first."),
+]
 Rods = Annotated[int, typer.Option(help="Rods of the observer's model, 2 to 1000.")]
 Stepping = Annotated[
     Literal["rk4", "implicit"], typer.Option(help="The observer's step; above some 10 rods only implicit is stable.")
@@ -47,7 +51,7 @@ def configure(verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Log
 @app.command()
 def up(
     rig: RigName = "twin",
-    actuator: ActuatorName = "P1",
+    actuator: LastActuator = None,
     rods: Rods = 10,
     integrator: Stepping = "rk4",
     loop_gap: LoopGap = 0.05,
@@ -60,10 +64,11 @@ def up(
     """Start rig (twin) and server on this machine and keep both alive."""
     from controller.realtime.settings import RigSettings
     from server.settings import ServerSettings
-    from server.up import run_up
+    from server.up import run_up, with_last_actuator
 
     settings = ServerSettings(rig=rig, host=host, port=port, recordings=recordings)
-    run_up(RigSettings(rig=rig, parameters=_parameters(actuator, rods, integrator, loop_gap)), settings, browser, ready)
+    started = RigSettings(rig=rig, parameters=_parameters(actuator or "P1", rods, integrator, loop_gap))
+    run_up(started if actuator else with_last_actuator(started, settings), settings, browser, ready)
 
 
 @app.command()

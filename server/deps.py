@@ -31,7 +31,7 @@ Me = Annotated[Identity, Depends(_me)]
 
 
 async def _holder(who: Me, parts: Parts) -> Identity:
-    parts.require_lease(who)
+    parts.lease.require(who)
     parts.lease.touch(who)
     return who
 

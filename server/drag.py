@@ -5,12 +5,16 @@ viser never sees bytes that were not judged.
 """
 
 import math
+import time
+from collections.abc import Callable
 from typing import Any
 
 import msgpack  # type: ignore[import-untyped]
 
+from controller.errors import NotAllowed
 from controller.modes import Request
 from server.auth import Identity
+from server.events import EventLog
 from server.lease import OperatorLease
 from server.operator import Operator
 from server.scene import Scene
@@ -18,6 +22,8 @@ from server.scene.gizmo import GIZMO, Point
 
 CAMERA = "ViewerCameraMessage"
 START, UPDATE, END = (f"TransformControls{phase}Message" for phase in ("DragStart", "Update", "DragEnd"))
+PAUSE = 5.0
+"""Refused messages closer together than this are one attempt: one line in the log [s]."""
 REACH = 2.0
 """Bound of a coordinate that is passed on [m]; the rig itself projects targets into its reach."""
 
@@ -25,9 +31,19 @@ REACH = 2.0
 class Drag:
     """The upward half of one viser connection."""
 
-    def __init__(self, who: Identity, lease: OperatorLease, operator: Operator, scene: Scene) -> None:
+    def __init__(
+        self,
+        who: Identity,
+        lease: OperatorLease,
+        operator: Operator,
+        scene: Scene,
+        events: EventLog,
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
         self._who, self._lease, self._operator, self._scene = who, lease, operator, scene
+        self._events, self._now = events, now
         self._dragging = False
+        self._refused_at = -math.inf
 
     def judge(self, raw: bytes | str | None) -> bytes | None:
         """The message to pass on to viser, None to drop it; a drag of the lease's holder also moves the target."""
@@ -39,9 +55,10 @@ class Drag:
             return _encode(message)
         if kind not in (START, UPDATE, END) or message.get("name") != GIZMO or message.get("owner", "") != "":
             return None
-        if not self._lease.holds(self._who):
-            self.end()
-            self._scene.put_back()
+        try:
+            self._lease.require(self._who)
+        except NotAllowed as refusal:
+            self._refuse(str(refusal))
             return None
         return _encode(message) if self._act(kind, message) else None
 
@@ -50,6 +67,14 @@ class Drag:
         if self._dragging:
             self._dragging = False
             self._scene.hold_gizmo(False)
+
+    def _refuse(self, reason: str) -> None:
+        """Nothing moves, the gizmo goes back, and the log says once who tried."""
+        self.end()
+        self._scene.put_back()
+        if self._now() - self._refused_at > PAUSE:
+            self._events.refused(self._who.name, "drag in the 3D view", reason)
+        self._refused_at = self._now()
 
     def _act(self, kind: str, message: dict[str, Any]) -> bool:
         self._lease.touch(self._who)

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 
+from controller.errors import NotAllowed
 from server.auth import Identity
 from server.messages import Lease
 
@@ -30,6 +31,13 @@ class OperatorLease:
     def holds(self, who: Identity) -> bool:
         """Whether `who` operates now."""
         return self.holder is not None and self.holder.id == who.id
+
+    def require(self, who: Identity) -> None:
+        """Raise `NotAllowed` unless `who` operates."""
+        if self.holds(who):
+            return
+        by = f"{self.holder.name} operates now" if self.holder else "nobody operates now: take the lease first"
+        raise NotAllowed(f"only the operator may do this; {by}")
 
     def acquire(self, who: Identity) -> bool:
         """Take the lease if it is free (or mine already); False when another holds it."""

@@ -90,6 +90,12 @@ class LoopWatch:
             while self._count - len(self._batches[0]) >= LAG_TICKS:
                 self._count -= len(self._batches.pop(0))
 
+    def lateness_p99(self) -> float:
+        """Of the newest ticks [s]; nan before the first."""
+        with self._lock:
+            late = np.concatenate([batch["lateness_ns"] for batch in self._batches])[-LOOP_TICKS:]
+        return 1e-9 * float(np.percentile(late, 99)) if len(late) else float("nan")
+
     def health(self) -> LoopHealth:
         """Judge the newest ticks."""
         with self._lock:

@@ -230,6 +230,8 @@ class Ping(Model):
 
     type: Literal["ping"]
     t: Annotated[float, Bounds(allow_inf_nan=False)]
+    round_trip: Annotated[float, Bounds(ge=0.0, allow_inf_nan=False)] | None = None
+    """What the last ping and its answer took [s]; null before the first."""
 
 
 FromServer = Annotated[Hello | Status | Reply | Refused | Pong | Event, Bounds(discriminator="type")]

@@ -82,7 +82,7 @@ async def socket(browser: WebSocket, parts: Parts, who: Me) -> None:
 
 async def _connect(browser: WebSocket, parts: Services, who: Identity, seat: Seat | None) -> None:
     """Pass messages on: downward as they are, upward only what `Drag` lets through."""
-    drag = Drag(who, parts.lease, parts.operator, parts.scene)
+    drag = Drag(who, parts.lease, parts.operator, parts.scene, parts.events)
     protocols = [Subprotocol(name) for name in browser.scope["subprotocols"]]
     url = f"ws://127.0.0.1:{parts.scene.port}/"
     try:

@@ -4,14 +4,18 @@ import asyncio
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from controller.errors import NotAllowed, RigUnreachable
+from controller.errors import RigUnreachable
 from controller.messages import RigInfo
 from controller.parameters import Settings
 from recordings.store import Store, default_folder
 from recordings.writer import Recorder
+from server.alarms.messages import AlarmLimits
+from server.alarms.store import Alarms
+from server.alarms.watch import AlarmWatch
 from server.auth import Identity, Sessions
 from server.channels import Rows
 from server.drawings.store import Drawings
+from server.event_file import EventFile
 from server.events import EventLog
 from server.history import History
 from server.lease import OperatorLease
@@ -27,6 +31,7 @@ from server.runs.runs import Runs
 from server.runs.tracker import Tracker
 from server.scene import Scene
 from server.settings import Secrets, ServerSettings, load_secrets, write_private
+from server.user_files import UserFiles
 from server.watch import Watch
 
 
@@ -48,8 +53,10 @@ class Services:
     scene: Scene
     events: EventLog
     layouts: Layouts
+    alarms: Alarms
     hub: Hub = field(init=False)
     watch: Watch = field(init=False)
+    alarm_watch: AlarmWatch = field(init=False)
     runs: Runs = field(init=False)
     drawings: Drawings = field(init=False)
     settings_lock: asyncio.Lock = field(default_factory=asyncio.Lock)
@@ -61,18 +68,11 @@ class Services:
         self.drawings = Drawings(self.settings.state / "drawings")
         self.hub = Hub(self.history, self.status, self.status_key)
         self.watch = Watch(self.rig, self.history, self.lease, self.operator, self.events)
+        self.alarm_watch = AlarmWatch(self.loop.lateness_p99, self.operators_limits, self.events)
         results = Results(self.settings.state / f"runs-{self.settings.rig}.json")
         self.runs = Runs(Tracker(self.rig, self.operator), self.lease, self.recorder, self.events, results)
         self.rig.listen(self.runs.inbox.put)
         self.events.listeners += [self.hub.tell, lambda event: self.recorder.events(event.text, event.level)]
-
-    def require_lease(self, who: Identity) -> None:
-        """Raise `NotAllowed` unless `who` operates."""
-        if self.lease.holds(who):
-            return
-        holder = self.lease.holder
-        by = f"{holder.name} operates now" if holder else "nobody operates now: take the lease first"
-        raise NotAllowed(f"only the operator may do this; {by}")
 
     def require_info(self) -> RigInfo:
         """Who the rig is; `RigUnreachable` before the first contact."""
@@ -113,6 +113,13 @@ class Services:
         """What is looked at 60 times a second, with or without viewers."""
         self.watch()
         self.runs.look()
+        newest = self.history.newest if self.rig.boot() is not None else None
+        self.alarm_watch(None if newest is None else newest[0])
+
+    def operators_limits(self) -> AlarmLimits:
+        """Whose red the log speaks of: that of whoever operates, else the defaults."""
+        holder = self.lease.holder
+        return self.alarms.read(holder) if holder else AlarmLimits()
 
     def keep_settings(self) -> None:
         """Remember the rig's settings over a restart of this server; they are in force even where that fails."""
@@ -155,8 +162,9 @@ def open_services(settings: ServerSettings) -> Services:
         store=store,
         review=Review(store),
         scene=Scene(lambda: history.newest, rig.actuator, settings.light_scene),
-        events=EventLog(),
-        layouts=Layouts(settings.state / "layouts"),
+        events=EventLog(EventFile(settings.state / f"events-{settings.rig}.jsonl")),
+        layouts=Layouts(UserFiles(settings.state / "layouts", "the layout")),
+        alarms=Alarms(UserFiles(settings.state / "alarms", "the limits")),
     )
 
 

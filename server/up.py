@@ -17,7 +17,7 @@ from rich.panel import Panel
 from controller.errors import TendrilError
 from controller.realtime.settings import RigSettings
 from controller.realtime.supervisor import SHORT_LIFE, Supervisor, end_process, restart_delay
-from server.presets.actuator import take_order
+from server.presets.actuator import kept_actuator, kept_file, take_order
 from server.ready import ServerReady, UpReady, write_ready
 from server.settings import ServerSettings
 
@@ -89,6 +89,20 @@ def run_up(rig: RigSettings, server: ServerSettings, browser: bool, ready: Path 
         out.print("Stopping ...")
     finally:
         supervisor.stop()
+
+
+def with_last_actuator(rig: RigSettings, server: ServerSettings) -> RigSettings:
+    """`rig` with the actuator that was chosen last in the page; as it is, with a warning, where that cannot be had."""
+    path, parameters = kept_file(server), rig.parameters
+    try:
+        actuator = kept_actuator(path, parameters)
+    except TendrilError as error:
+        log.warning("actuator %s, not the one chosen last: %s %s", parameters.actuator.name, path, error)
+        return rig
+    if actuator is None:
+        return rig
+    out.print(f"Actuator {actuator.name}, as chosen last in the page; --actuator takes another.", markup=False)
+    return rig.model_copy(update={"parameters": parameters.model_copy(update={"actuator": actuator})})
 
 
 def environment(settings: ServerSettings) -> dict[str, str]:

@@ -25,6 +25,8 @@ QUEUED_BATCHES = 3000
 """Batches kept for a slow reader: 30 s, as long as the rig's ring could refill them."""
 QUIET = 1.0
 """Seconds without a batch after which the rig counts as not connected [s]."""
+TIMED_OUT = "Timeout"
+"""What zenoh itself puts into an error reply when nobody answered in time."""
 TIMEOUT = 0.5
 """Longest wait for an answer [s]; the rig itself waits 50 ms for its loop."""
 PLAN_TIMEOUT = 5.0
@@ -54,6 +56,7 @@ class RigClient:
         self._info: RigInfo | None = None
         self._refused: LayoutMismatch | None = None
         self._alive: set[str] = set()
+        self._logged: set[type[Exception]] = set()
         self._last = time.monotonic()
         self._round_trips: deque[float] = deque(maxlen=50)
         self._session = open_session(connect=endpoint)
@@ -148,7 +151,9 @@ class RigClient:
         for reply in replies:
             if reply.ok:
                 return bytes(reply.ok.payload.to_bytes())
-            raise ParameterError(reply.err.payload.to_string())
+            text = reply.err.payload.to_string()
+            if text != TIMED_OUT:
+                raise ParameterError(text)
         raise RigUnreachable(f"rig {self._keys.rig!r} did not answer within {timeout:g} s")
 
     def _on_batch(self, sample: Any) -> None:
@@ -170,8 +175,14 @@ class RigClient:
                 self._take(*item)
             except RigUnreachable as error:
                 log.info("%s", error)
-            except Exception:
-                log.exception("telemetry batch failed")
+            except Exception as error:
+                self._complain(error)
+
+    def _complain(self, error: Exception) -> None:
+        """Log with the traceback once for every kind: there are 100 batches a second."""
+        kind = type(error)
+        log.error("telemetry batch failed: %s: %s", kind.__name__, error, exc_info=kind not in self._logged)
+        self._logged.add(kind)
 
     def _take(self, boot: int, payload: bytes) -> None:
         if self._boot != boot:
@@ -199,4 +210,6 @@ class RigClient:
         try:
             return self.replay(first, count)
         except RigUnreachable:
+            if self.connected:  # only slow: with the next batch the rows are asked for again
+                raise
             return np.empty(0, record_dtype(Telemetry))

@@ -22,6 +22,16 @@ function settingBounds(schema) {
   );
 }
 
+/** Bounds and default of both limits of every alarm. */
+function alarmBounds(schemas) {
+  return Object.fromEntries(
+    Object.entries(schemas["AlarmLimits-Output"].properties).map(([name, property]) => {
+      const { minimum, maximum } = schemas[property.$ref.split("/").at(-1)].properties.amber;
+      return [name, { minimum, maximum, default: property.default }];
+    }),
+  );
+}
+
 async function write(name, text) {
   const path = join(resolve(folder), name);
   const options = await prettier.resolveConfig(join(root, "src", "api", name));
@@ -29,6 +39,12 @@ async function write(name, text) {
   await writeFile(path, await prettier.format(NOTE + text, { ...options, filepath: path }));
 }
 
-const bounds = JSON.stringify(settingBounds(openapi.components.schemas.Settings));
+const { schemas } = openapi.components;
+const [settings, alarms] = [settingBounds(schemas.Settings), alarmBounds(schemas)].map((bounds) =>
+  JSON.stringify(bounds),
+);
 await write("schema.d.ts", astToString(await openapiTS(openapi)));
-await write("bounds.ts", `export const SETTING_BOUNDS = ${bounds} as const;\n`);
+await write(
+  "bounds.ts",
+  `export const SETTING_BOUNDS = ${settings} as const;\nexport const ALARM_BOUNDS = ${alarms} as const;\n`,
+);

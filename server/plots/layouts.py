@@ -1,12 +1,6 @@
-"""Layouts of plots, per user, in the server's state folder.
+"""Layouts of plots, per user, in the server's state folder."""
 
-A user is a signed-in browser: its session's random id, kept in its cookie. There are no accounts, so two browsers of
-one person are two users, and whoever signs in anew after the cookie's week starts with the default layout.
-"""
-
-import hashlib
 import threading
-from pathlib import Path
 from typing import Annotated
 
 from pydantic import Field as Bounds
@@ -16,12 +10,10 @@ from controller.errors import CommandRefused
 from controller.layout import Model
 from server.auth import Identity
 from server.plots.messages import LayoutName, PlotLayout
-from server.settings import write_private
+from server.user_files import UserFiles
 
 LAYOUTS_MAX = 20
 """Layouts of one user."""
-USERS_MAX = 500
-"""Users whose layouts are kept: those who saved last."""
 
 
 class _Kept(Model):
@@ -31,10 +23,10 @@ class _Kept(Model):
 
 
 class Layouts:
-    """Reads and writes the layouts in `folder`, one file a user; any thread may."""
+    """Reads and writes the layouts, one file a user; any thread may."""
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    def __init__(self, files: UserFiles) -> None:
+        self._files = files
         self._lock = threading.Lock()
 
     def names(self, who: Identity) -> list[str]:
@@ -63,22 +55,9 @@ class Layouts:
     def _read(self, who: Identity) -> _Kept:
         """What the user kept; nothing where the file is damaged or of another version."""
         try:
-            return _Kept.model_validate_json(self._file(who).read_bytes())
+            return _Kept.model_validate_json(self._files.read(who))
         except (OSError, ValidationError):
             return _Kept(layouts={})
 
     def _write(self, who: Identity, layouts: dict[str, PlotLayout]) -> None:
-        try:
-            self._folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-            write_private(self._file(who), _Kept(layouts=layouts).model_dump_json())
-            self._forget_others()
-        except OSError as error:
-            raise CommandRefused(f"the layout cannot be kept: {error.strerror}") from error
-
-    def _forget_others(self) -> None:
-        files = sorted(self._folder.glob("*.json"), key=lambda path: path.stat().st_mtime, reverse=True)
-        for path in files[USERS_MAX:]:
-            path.unlink(missing_ok=True)
-
-    def _file(self, who: Identity) -> Path:
-        return self._folder / f"{hashlib.sha256(who.id.encode()).hexdigest()[:32]}.json"
+        self._files.write(who, _Kept(layouts=layouts).model_dump_json())

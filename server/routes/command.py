@@ -20,7 +20,7 @@ router = APIRouter(tags=["rig"])
 async def command(body: CommandBody, parts: Parts, who: Me) -> CommandReply | JSONResponse:
     """Ask the rig for another mode; 409 with its reply when it refuses. Anyone may E-STOP, the rest needs the lease."""
     if body.request != "e_stop":
-        parts.require_lease(who)
+        parts.lease.require(who)
     if body.request == "follow" and body.target is None:
         raise missing("body", "target")
     reply = await _ask(body, parts, who)

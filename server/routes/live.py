@@ -55,7 +55,7 @@ class Conversation:
             return self._refuse(_id(text), "message", sentence(error))
         match message:
             case Ping():
-                self._viewer.post(Pong(t=message.t))
+                self._pong(message)
             case Presence():
                 self._present(message)
             case Target():
@@ -71,6 +71,11 @@ class Conversation:
         if risen and self._parts.lease.holds(self._viewer.who):
             self._parts.operator.present()
 
+    def _pong(self, message: Ping) -> None:
+        self._viewer.post(Pong(t=message.t))
+        if message.round_trip is not None and self._parts.lease.holds(self._viewer.who):
+            self._parts.alarm_watch.hear_round_trip(message.round_trip)
+
     def _plot(self, message: PlotChoice) -> None:
         try:
             self._viewer.feed.choose(columns_of(message.channels), message.since)
@@ -82,7 +87,7 @@ class Conversation:
         if message.start:
             self._written = ""
         try:
-            self._parts.require_lease(self._viewer.who)
+            self._parts.lease.require(self._viewer.who)
         except TendrilError as error:
             return self._refuse(message.id, "target", str(error))
         operator, at = self._parts.operator, (message.x, message.y)

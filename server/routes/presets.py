@@ -50,6 +50,10 @@ async def change_actuator(body: ActuatorBody, parts: Parts, who: Holder) -> None
     _require_rest(parts)
     actuators.order(parts.settings.orders, actuator)
     parts.events.add(f"{who.name}: the rig starts again with actuator {actuator.name}", "warning")
+    try:
+        actuators.keep(actuators.kept_file(parts.settings), body)
+    except OSError as error:
+        parts.events.add(f"the next start will not have this actuator: {error.strerror}", "warning")
 
 
 def _require_rest(parts: Services) -> None:

@@ -26,6 +26,8 @@ class FakeRig:
         self.rows = np.zeros(20_000, record_dtype(Telemetry))
         self.rows["tick"] = np.arange(len(self.rows))
         self.kept = self.replays = 0
+        self.busy = 0.0
+        """Seconds for which the next replay is late."""
         self.layout = layout or layout_hash(Command, Telemetry)
         self.boot = boot
         self.injected = TwinFaults()
@@ -49,6 +51,8 @@ class FakeRig:
 
     def replay(self, first: int, count: int) -> np.ndarray:
         self.replays += 1
+        time.sleep(self.busy)
+        self.busy = 0.0
         return self.rows[max(first, self.kept) : max(first + count, self.kept)]
 
     def plan(self, points: np.ndarray, again: int, ticks: int) -> int:
@@ -123,6 +127,41 @@ def test_rows_of_a_lost_batch_are_fetched_again_and_delivered_in_order(rig: Fake
     assert reader.ticks == list(range(9010))
     assert reader.client.gaps == 0
     assert rig.replays > 2
+
+
+def test_a_rig_too_busy_to_answer_in_time_is_asked_again_and_nothing_is_lost(
+    rig: FakeRig, reader: Reader, caplog: pytest.LogCaptureFixture
+) -> None:
+    rig.publish(5, 10)
+    wait_for(reader.has(9))
+    caplog.clear()
+    rig.busy = 0.7
+    rig.publish(20, 30)
+
+    def publish_on() -> bool:
+        rig.publish(30, 40)
+        return reader.ticks[-1:] == [39]
+
+    wait_for(publish_on)
+    assert reader.ticks == list(range(40))
+    assert reader.client.gaps == 0
+    assert rig.replays > 1
+    assert "telemetry batch failed" not in caplog.text
+
+
+def test_what_fails_in_a_batch_is_logged_with_one_traceback_for_each_kind(
+    rig: FakeRig, reader: Reader, caplog: pytest.LogCaptureFixture
+) -> None:
+    def fail(rows: np.ndarray) -> None:
+        raise RuntimeError("a reader's own mistake")
+
+    reader.client._stream._deliver = fail
+    caplog.clear()
+    for first in (10, 20, 30):
+        rig.publish(first, first + 10)
+    wait_for(lambda: len(caplog.records) == 3)
+    assert all("RuntimeError: a reader's own mistake" in record.getMessage() for record in caplog.records)
+    assert [bool(record.exc_info) for record in caplog.records] == [True, False, False]
 
 
 def test_rows_that_the_ring_has_lost_are_skipped_and_counted(rig: FakeRig, reader: Reader) -> None:

@@ -27,6 +27,7 @@ def test_axe_finds_nothing_serious_in_any_tab_of_either_scheme_and_the_guide_is_
     page.close()
     page = open_page(context, product, first_visit=True)
     page.evaluate(AXE.read_text() + "; 0")
+    findings += in_both_schemes(page, "guide")
     walk_the_guide(page)
     for scheme in ("light", "dark"):
         page.emulate_media(color_scheme=scheme)
@@ -42,6 +43,62 @@ def test_axe_finds_nothing_serious_in_any_tab_of_either_scheme_and_the_guide_is_
     assert not findings, "\n".join(findings)
     choose_a_scheme(page)
     context.close()
+
+
+def test_axe_finds_nothing_serious_while_the_page_records_runs_and_faults_and_in_what_opens(
+    browser: Browser, product: Product
+) -> None:
+    context = browser.new_context(viewport={"width": 1280, "height": 720})
+    context.add_init_script("localStorage.setItem('tendril-3d', 'closed')")
+    page = open_page(context, product)
+    page.evaluate(AXE.read_text() + "; 0")
+    page.get_by_test_id("lease-take").click()
+    page.get_by_test_id("arm").click()
+    page.get_by_test_id("record").click()
+    expect(page.get_by_test_id("record")).to_contain_text("REC")
+    page.get_by_role("button", name="Keys").click()
+    expect(page.get_by_test_id("keys")).to_be_visible()
+    findings = in_both_schemes(page, "recording, Keys open")
+    page.get_by_role("button", name="Close the list of keys").click()
+    page.get_by_test_id("record").click()
+    expect(page.get_by_test_id("record")).to_contain_text("Record")
+
+    page.get_by_role("tab", name="Run").click()
+    page.get_by_test_id("tool-shape").click()
+    expect(page.get_by_role("menuitem").first).to_be_visible()
+    findings += in_both_schemes(page, "Shapes open")
+    page.get_by_role("menuitem").first.click()
+    page.get_by_test_id("drawing-name").fill("Shape")
+    page.get_by_test_id("save-drawing").click()
+    expect(page.get_by_test_id("saved-drawings")).to_contain_text("1")
+    page.get_by_test_id("saved-drawings").click()
+    expect(page.get_by_test_id("saved-drawing")).to_be_visible()
+    findings += in_both_schemes(page, "Saved open")
+    page.get_by_test_id("saved-drawings").click()
+
+    page.get_by_test_id("run").click()
+    expect(page.get_by_test_id("run-progress")).to_be_visible()
+    findings += look(page, "run under way")  # axe keeps a slow page from giving presence: the run may break off
+    expect(page.get_by_test_id("run-result")).to_be_visible(timeout=30_000)
+    findings += in_both_schemes(page, "run's result")
+
+    page.get_by_role("tab", name="Sensing").click()
+    page.get_by_test_id("fault-sample_loss").fill("100")
+    page.get_by_test_id("fault-sample_loss").press("Enter")
+    expect(page.get_by_test_id("latched")).to_be_visible()
+    findings += in_both_schemes(page, "fault")
+    assert not findings, "\n".join(findings)
+    context.close()
+
+
+def in_both_schemes(page: Page, place: str) -> list[str]:
+    """What axe finds in the whole page, dark and light."""
+    findings = []
+    for scheme in ("dark", "light"):
+        page.emulate_media(color_scheme=scheme)
+        expect(page.locator("html")).to_have_attribute("data-mantine-color-scheme", scheme)
+        findings += look(page, f"{place}, {scheme}")
+    return findings
 
 
 def look(page: Page, place: str, part: str = "html") -> list[str]:

@@ -1,7 +1,11 @@
 """What an operator sets up: sensors and faults of the twin, gains, the actuator; and a recording looked at in 3D."""
 
+import re
+from pathlib import Path
+
 from playwright.sync_api import Page, expect
 
+from controller.actuator import PRESETS, write_actuator
 from tests.e2e.product import frame, shot, wait_until
 
 DASH = "\u2013"
@@ -59,6 +63,33 @@ def test_gains_are_saved_changed_and_loaded_again(page: Page) -> None:
     page.get_by_test_id("lease-release").click()
 
 
+def test_limits_of_the_health_figures_are_set_bounded_and_reset_and_the_log_says_when_red_is_passed(page: Page) -> None:
+    page.get_by_test_id("toggle-3d").click()
+    operate(page, "Health")
+    page.get_by_test_id("alarm-limits").click()
+    for colour, limit in (("amber", "0.01"), ("red", "0.02")):
+        field = page.get_by_test_id(f"limit-command_age-{colour}")
+        field.fill(limit)
+        field.press("Enter")
+        expect(field).to_have_value(limit)
+    expect(page.get_by_test_id("gauge-commandAge")).to_contain_text("bad")
+    shot(page, "limits")
+    field.fill("0.001")
+    field.press("Enter")
+    expect(
+        page.get_by_text(re.compile(r"command_age.red: .*greater than or equal to 0\.00001 .got 0\.000001"))
+    ).to_be_visible()
+    expect(field).to_have_value("0.02")
+    page.get_by_test_id("alarm-reset").click()
+    expect(field).to_have_value("500")
+    page.get_by_test_id("alarm-limits").click()
+    page.get_by_role("tab", name="Log").click()
+    expect(page.get_by_test_id("log")).to_contain_text(
+        re.compile(r"command age [\d.]+ ms is above the limit of 0.02 ms")
+    )
+    page.get_by_test_id("lease-release").click()
+
+
 def test_a_recording_plays_in_3d_stands_at_its_end_and_begins_again(page: Page) -> None:
     page.get_by_test_id("toggle-3d").click()  # software rendering: one 3D view is enough
     page.get_by_test_id("lease-take").click()
@@ -88,3 +119,21 @@ def test_the_rig_comes_back_with_another_actuator_and_the_page_follows(page: Pag
     expect(page.get_by_test_id("state")).to_contain_text("VENTED", timeout=10_000)
     expect(page.get_by_test_id("actuator-P1")).not_to_have_attribute("aria-disabled", "true", timeout=10_000)
     shot(page, "actuator")
+
+
+def test_an_actuator_of_ones_own_comes_from_a_file_and_a_bad_one_is_refused(page: Page, tmp_path: Path) -> None:
+    good, bad = tmp_path / "good.toml", tmp_path / "bad.toml"
+    write_actuator(PRESETS["P3"].model_copy(update={"name": "Own"}), good)
+    bad.write_text(re.sub(r"(?m)^length = .*$", "length = -1", good.read_text()))
+    page.get_by_test_id("toggle-3d").click()
+    operate(page, "Actuator")
+    for file in (bad, good):
+        with page.expect_file_chooser() as chooser:
+            page.get_by_test_id("actuator-file").click()
+        chooser.value.set_files(file)
+        if file == bad:
+            expect(page.get_by_text(re.compile(r"length = -1.*greater than"))).to_be_visible()
+            shot(page, "actuator-file-refused")
+    expect(page.get_by_test_id("actuator-status")).to_contain_text("comes back vented")
+    expect(page.locator(".rig-name")).to_contain_text("Own", timeout=30_000)
+    expect(page.get_by_test_id("state")).to_contain_text("VENTED", timeout=10_000)

@@ -8,6 +8,7 @@ import pytest
 from controller.modes import Request
 from server.auth import Identity
 from server.drag import CAMERA, END, START, UPDATE, Drag
+from server.events import EventLog
 from server.lease import OperatorLease
 from server.operator import Operator
 from server.scene import Scene
@@ -38,7 +39,7 @@ def lease() -> OperatorLease:
 
 def drag_of(who: Identity, lease: OperatorLease) -> tuple[Drag, Recorded]:
     seen = Recorded()
-    return Drag(who, lease, cast(Operator, seen), cast(Scene, seen)), seen
+    return Drag(who, lease, cast(Operator, seen), cast(Scene, seen), EventLog()), seen
 
 
 def gizmo(kind: str, **more: Any) -> bytes:
@@ -52,6 +53,16 @@ def test_a_viewer_gets_only_the_camera_through(lease: OperatorLease) -> None:
     for kind in (START, UPDATE, END):
         assert drag.judge(gizmo(kind, position=[0.1, 0.1, 0.0], wxyz=[1, 0, 0, 0])) is None
     assert {call[0] for call in seen.calls} == {"put_back"}
+
+
+def test_the_log_names_a_viewer_who_drags_once_for_each_attempt(lease: OperatorLease) -> None:
+    seen, events, now = Recorded(), EventLog(), [0.0]
+    drag = Drag(BOB, lease, cast(Operator, seen), cast(Scene, seen), events, lambda: now[0])
+    for now[0] in (0.0, 2.0, 6.0, 10.5, 30.0):
+        drag.judge(gizmo(START))
+        drag.judge(gizmo(UPDATE, position=[0.1, 0.1, 0.0]))
+    line = "bob: drag in the 3D view refused: only the operator may do this; ann operates now"
+    assert [(event.level, event.text) for event in events.recent] == [("warning", line)] * 2
 
 
 @pytest.mark.parametrize(

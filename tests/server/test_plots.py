@@ -11,6 +11,7 @@ from server.history import BIN_TICKS, History
 from server.plots.layouts import LAYOUTS_MAX, Layouts
 from server.plots.messages import CHANNELS_MAX, PlotLayout
 from server.plots.table import NothingKept, Table, Window, lines, table
+from server.user_files import UserFiles
 from tests.server.live_server import TestServer, wait_for
 from tests.server.test_history import filled, rows
 
@@ -117,9 +118,10 @@ def test_a_user_keeps_a_bounded_number_of_layouts_and_a_damaged_file_is_none(ser
         assert page.put(f"/api/layouts/{number}", json=LAYOUT).status_code == 200
     assert page.put("/api/layouts/more", json=LAYOUT).status_code == 409
     assert page.put("/api/layouts/0", json=LAYOUT).status_code == 200
-    layouts, who = Layouts(server.settings.state / "layouts"), Identity("someone", "teal fern 11")
+    files, who = UserFiles(server.settings.state / "layouts", "the layout"), Identity("someone", "teal fern 11")
+    layouts = Layouts(files)
     layouts.write(who, "a", PlotLayout.model_validate(LAYOUT))
-    layouts._file(who).write_bytes(b"\xff{")
+    files._file(who).write_bytes(b"\xff{")
     assert layouts.names(who) == []
 
 

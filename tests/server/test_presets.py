@@ -2,10 +2,16 @@
 
 from pathlib import Path
 
+import pytest
+
 from controller.actuator import PRESETS, write_actuator
 from controller.fit import GAINS
 from controller.modes import Mode
-from server.presets.actuator import take_order
+from controller.realtime.settings import RigSettings
+from server.presets.actuator import keep, kept_file, take_order
+from server.presets.messages import ActuatorBody
+from server.settings import ServerSettings
+from server.up import with_last_actuator
 from tests.server.live_server import TestServer
 
 K_FF = GAINS["K_FF"]
@@ -54,6 +60,33 @@ def test_another_actuator_is_ordered_from_rest_only_and_refused_where_the_rig_is
     file = tmp_path / "own.toml"
     write_actuator(PRESETS["P3"].model_copy(update={"name": "Own"}), file)
     assert operator.put("/api/rig/actuator", json={"toml": file.read_text()}).status_code == 202
+    assert "Own" in kept_file(server.services.settings).read_text()
     ordered = take_order(tmp_path / "actuator.json")
     assert ordered == PRESETS["P3"].model_copy(update={"name": "Own"})
     assert take_order(tmp_path / "actuator.json") is None
+
+
+def test_the_next_start_has_the_actuator_that_was_chosen_last_and_the_default_where_that_fails(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    server, rig = ServerSettings(rig="arm", state=tmp_path), RigSettings(rig="arm")
+    own = PRESETS["P3"].model_copy(update={"name": "Own"})
+    write_actuator(own, tmp_path / "own.toml")
+    assert with_last_actuator(rig, server) == rig, "nothing was chosen yet"
+    for body, wanted in [
+        (ActuatorBody(name="P2"), PRESETS["P2"]),
+        (ActuatorBody(toml=(tmp_path / "own.toml").read_text()), own),
+    ]:
+        keep(kept_file(server), body)
+        assert with_last_actuator(rig, server).parameters.actuator == wanted
+    assert caplog.text == ""
+    for text, complaint in [
+        ('{"name": "P9"}', "'P9' is not one of P1, P2, P3"),
+        ('{"na', "is damaged"),
+        ('{"toml": "length = -1"}', "name"),
+    ]:
+        kept_file(server).write_text(text)
+        assert with_last_actuator(rig, server) == rig
+        assert complaint in caplog.text
+        assert str(kept_file(server)) in caplog.text
+        caplog.clear()

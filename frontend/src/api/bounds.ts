@@ -12,3 +12,11 @@ export const SETTING_BOUNDS = {
   acceleration_max: { minimum: 0.01, maximum: 10, default: 1.5 },
   u_open: { minimum: -0.2, maximum: 0.2, default: [0, 0] },
 } as const;
+export const ALARM_BOUNDS = {
+  round_trip: { minimum: 0.00001, maximum: 10, default: { amber: 0.05, red: 0.15 } },
+  command_age: { minimum: 0.00001, maximum: 10, default: { amber: 0.25, red: 0.5 } },
+  lateness_p99: { minimum: 0.00001, maximum: 10, default: { amber: 0.0003, red: 0.001 } },
+  lost_ticks: { minimum: 1, maximum: 60000, default: { amber: 60, red: 600 } },
+  on_time: { minimum: 0, maximum: 1, default: { amber: 0.999, red: 0.99 } },
+  residual: { minimum: 0.00001, maximum: 0.2, default: { amber: 0.003, red: 0.008 } },
+} as const;

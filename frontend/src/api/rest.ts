@@ -1,4 +1,5 @@
 import type {
+  AlarmLimits,
   CommandBody,
   CommandReply,
   DrawingBody,
@@ -78,6 +79,9 @@ export const rest = {
   releaseLease: () => call<Lease>("DELETE", "/api/lease"),
   setClutch: (clutch: boolean) => call<Lease>("PATCH", "/api/lease", { clutch }),
   loopHealth: () => call<LoopHealth>("GET", "/api/health/loop"),
+  alarms: () => call<AlarmLimits>("GET", "/api/alarms"),
+  keepAlarms: (limits: AlarmLimits) => call<AlarmLimits>("PUT", "/api/alarms", limits),
+  resetAlarms: () => call<AlarmLimits>("DELETE", "/api/alarms"),
   command: (body: CommandBody) => call<CommandReply>("POST", "/api/command", body),
   changeSettings: (changes: Partial<Settings>) => call<Settings>("PATCH", "/api/settings", { changes }),
   workspace: () => call<Workspace>("GET", "/api/workspace"),

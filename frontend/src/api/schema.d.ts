@@ -156,6 +156,34 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/alarms": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Alarms
+     * @description My limits, the defaults where I set none.
+     */
+    get: operations["read_alarms"];
+    /**
+     * Keep Alarms
+     * @description Set my limits.
+     */
+    put: operations["keep_alarms"];
+    post?: never;
+    /**
+     * Reset Alarms
+     * @description Back to the defaults.
+     */
+    delete: operations["reset_alarms"];
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/workspace": {
     parameters: {
       query?: never;
@@ -917,6 +945,114 @@ export interface components {
       reason: string;
     };
     /**
+     * AlarmLimits
+     * @description Body of PUT /api/alarms: all limits of one user.
+     */
+    "AlarmLimits-Input": {
+      /**
+       * @description Page to server and back.
+       * @default {
+       *       "amber": 0.05,
+       *       "red": 0.15
+       *     }
+       */
+      round_trip: components["schemas"]["DurationLimit"];
+      /**
+       * @description Since the rig's last command, new or repeated.
+       * @default {
+       *       "amber": 0.25,
+       *       "red": 0.5
+       *     }
+       */
+      command_age: components["schemas"]["DurationLimit"];
+      /**
+       * @description Wake-up of 99 of 100 ticks of the last 10 s.
+       * @default {
+       *       "amber": 0.0003,
+       *       "red": 0.001
+       *     }
+       */
+      lateness_p99: components["schemas"]["DurationLimit"];
+      /**
+       * @description In the last minute.
+       * @default {
+       *       "amber": 60,
+       *       "red": 600
+       *     }
+       */
+      lost_ticks: components["schemas"]["TicksLimit"];
+      /**
+       * @description Share of slots with a tick in the last minute.
+       * @default {
+       *       "amber": 0.999,
+       *       "red": 0.99
+       *     }
+       */
+      on_time: components["schemas"]["ShareLimit"];
+      /**
+       * @description Measured minus observer, RMS over the sensed rods.
+       * @default {
+       *       "amber": 0.003,
+       *       "red": 0.008
+       *     }
+       */
+      residual: components["schemas"]["DistanceLimit"];
+    };
+    /**
+     * AlarmLimits
+     * @description Body of PUT /api/alarms: all limits of one user.
+     */
+    "AlarmLimits-Output": {
+      /**
+       * @description Page to server and back.
+       * @default {
+       *       "amber": 0.05,
+       *       "red": 0.15
+       *     }
+       */
+      round_trip: components["schemas"]["DurationLimit"];
+      /**
+       * @description Since the rig's last command, new or repeated.
+       * @default {
+       *       "amber": 0.25,
+       *       "red": 0.5
+       *     }
+       */
+      command_age: components["schemas"]["DurationLimit"];
+      /**
+       * @description Wake-up of 99 of 100 ticks of the last 10 s.
+       * @default {
+       *       "amber": 0.0003,
+       *       "red": 0.001
+       *     }
+       */
+      lateness_p99: components["schemas"]["DurationLimit"];
+      /**
+       * @description In the last minute.
+       * @default {
+       *       "amber": 60,
+       *       "red": 600
+       *     }
+       */
+      lost_ticks: components["schemas"]["TicksLimit"];
+      /**
+       * @description Share of slots with a tick in the last minute.
+       * @default {
+       *       "amber": 0.999,
+       *       "red": 0.99
+       *     }
+       */
+      on_time: components["schemas"]["ShareLimit"];
+      /**
+       * @description Measured minus observer, RMS over the sensed rods.
+       * @default {
+       *       "amber": 0.003,
+       *       "red": 0.008
+       *     }
+       */
+      residual: components["schemas"]["DistanceLimit"];
+    };
+    /**
      * Cause
      * @description Why the rig is in its mode, or why it refused.
      * @enum {integer}
@@ -1039,6 +1175,16 @@ export interface components {
        * @default 0.03
        */
       rest_rate: number;
+    };
+    /**
+     * DistanceLimit
+     * @description Of a distance [m].
+     */
+    DistanceLimit: {
+      /** Amber */
+      amber: number;
+      /** Red */
+      red: number;
     };
     /**
      * DrawingBody
@@ -1189,6 +1335,16 @@ export interface components {
        * @description [s].
        */
       duration: number;
+    };
+    /**
+     * DurationLimit
+     * @description Of a time [s].
+     */
+    DurationLimit: {
+      /** Amber */
+      amber: number;
+      /** Red */
+      red: number;
     };
     /**
      * Event
@@ -1433,6 +1589,11 @@ export interface components {
       type: "ping";
       /** T */
       t: number;
+      /**
+       * Round Trip
+       * @description What the last ping and its answer took [s]; null before the first.
+       */
+      round_trip?: number | null;
     };
     /**
      * Playback
@@ -2321,6 +2482,16 @@ export interface components {
       };
     };
     /**
+     * ShareLimit
+     * @description Of a share that is passed on its way down.
+     */
+    ShareLimit: {
+      /** Amber */
+      amber: number;
+      /** Red */
+      red: number;
+    };
+    /**
      * Speed
      * @description Constant speed, corners included.
      */
@@ -2418,6 +2589,16 @@ export interface components {
        * @description One path through all strokes in turn: the pen never lifts [m].
        */
       points: [number, number][];
+    };
+    /**
+     * TicksLimit
+     * @description Of a number of ticks.
+     */
+    TicksLimit: {
+      /** Amber */
+      amber: number;
+      /** Red */
+      red: number;
     };
     /**
      * Tracking
@@ -3037,6 +3218,79 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["LoopHealth"];
+        };
+      };
+    };
+  };
+  read_alarms: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["AlarmLimits-Output"];
+        };
+      };
+    };
+  };
+  keep_alarms: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["AlarmLimits-Input"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["AlarmLimits-Output"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  reset_alarms: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["AlarmLimits-Output"];
         };
       };
     };

@@ -24,6 +24,7 @@ export type PlotLayout = Schemas["PlotLayout"];
 export type Plot = PlotLayout["plots"][number];
 export type Health = Schemas["Health"];
 export type LoopHealth = Schemas["LoopHealth"];
+export type AlarmLimits = Schemas["AlarmLimits-Output"];
 export type Event = Schemas["Event"];
 
 export type DrawingBody = Schemas["DrawingBody"];

@@ -1,6 +1,6 @@
 import { IconAlertTriangle, IconHandStop, IconLoader2, IconPlugConnectedX } from "@tabler/icons-react";
 import { seconds } from "../state/format";
-import { CAUSE_TEXT, isLatched, MODE } from "../state/modes";
+import { CAUSE_TEXT, isLatched, MODE, remedy } from "../state/modes";
 import type { Page } from "../state/page";
 import { LiveText } from "./LiveText";
 import { useDashboard, usePage } from "./context";
@@ -23,6 +23,14 @@ function troubleOf({ online, rigLive, rig, mode }: Page): Trouble {
   if (!rigLive) return rig ? "rigGone" : "noRig";
   if (mode === null || !isLatched(mode)) return "none";
   return mode === MODE.E_STOP ? "stopped" : "fault";
+}
+
+/** What leads out of a latched state, for whoever looks. */
+function wayOut({ cause, lease, mode }: Page): string {
+  const button = mode === MODE.E_STOP ? "Clear E-STOP" : "Clear fault";
+  if (lease.mine) return `${remedy(cause)}, then press ${button}, and arm again.`;
+  if (lease.held) return `${lease.holder} operates and can clear it.`;
+  return "Take control to clear it.";
 }
 
 /** Over the plan: what is wrong, since when, and what comes next. */
@@ -59,15 +67,14 @@ function Missing({ trouble }: { readonly trouble: Trouble }) {
 
 function Latched({ trouble }: { readonly trouble: "fault" | "stopped" }) {
   const cause = usePage((page) => CAUSE_TEXT[page.cause]);
-  const mine = usePage((page) => page.lease.mine);
+  const next = usePage(wayOut);
   const Glyph = trouble === "fault" ? IconAlertTriangle : IconHandStop;
   return (
     <div className={`banner banner-${trouble}`} role="alert" data-testid="latched">
       <Glyph size={18} aria-hidden />
       <span>
         {TEXT[trouble]}
-        {cause === "" ? "" : ` (${cause})`}.{" "}
-        {mine ? "Find out why, then clear it." : "The operator can clear it."}
+        {cause === "" ? "" : ` (${cause})`}. {next}
       </span>
     </div>
   );

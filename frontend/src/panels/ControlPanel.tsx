@@ -1,7 +1,7 @@
 import { Switch, TextInput, Tooltip } from "@mantine/core";
 import type { CommandBody, Settings } from "../api/types";
 import { CLUTCHED } from "../state/aim";
-import { isLatched, MODE } from "../state/modes";
+import { isLatched, MODE, remedy } from "../state/modes";
 import type { Page } from "../state/page";
 import type { Control } from "../state/permission";
 import { ControlButton } from "./ControlButton";
@@ -30,13 +30,13 @@ const STEPS: readonly Step[] = [
 ];
 
 /** What to do next, in one sentence. */
-function advice({ online, rigLive, lease, mode }: Page): string {
+function advice({ online, rigLive, lease, mode, cause }: Page): string {
   if (!online || !rigLive || mode === null) return "Waiting for the rig.";
   if (!lease.mine)
     return lease.held
       ? `${lease.holder} operates. You can watch, and stop.`
       : "Take control to operate (top right).";
-  if (isLatched(mode)) return "Latched. Find out why, then clear.";
+  if (isLatched(mode)) return `Latched. ${remedy(cause)}, then clear.`;
   if (mode === MODE.VENTED) return "Arm to pressurise the actuator.";
   if (mode === MODE.REST) return "Returning to rest, then vented.";
   if (lease.clutch) return "Held clutch: hold the target, an arrow key or the gamepad's A; letting go holds.";

@@ -4,6 +4,7 @@ import { DASH, microseconds, milliseconds, percent, plain, wholeNumber } from ".
 import { GAUGES, gradeOf, meaningOf, type Measure } from "../state/health";
 import type { TelemetryField } from "../state/telemetry";
 import { HealthHistogram } from "./HealthHistogram";
+import { HealthLimits } from "./HealthLimits";
 import { GradeWord } from "./HealthReading";
 import { useDashboard, usePage } from "./context";
 import { useLoopHealth } from "./useLoopHealth";
@@ -58,19 +59,21 @@ export function HealthPanel() {
       <section aria-label="Lateness of the loop">
         <HealthHistogram loop={loop} />
         <Powers read={read} />
+        <HealthLimits />
       </section>
     </div>
   );
 }
 
 function Row({ measure, value, also = "" }: Line) {
+  const alarms = usePage((page) => page.alarms);
   return (
-    <Tooltip label={meaningOf(measure)} multiline maw={360} position="top-start">
+    <Tooltip label={meaningOf(measure, alarms)} multiline maw={360} position="top-start">
       <tr data-testid={`gauge-${measure}`}>
         <th scope="row">{GAUGES[measure].name}</th>
         <td className="number">{GAUGES[measure].show(value)}</td>
         <td>
-          <GradeWord grade={gradeOf(measure, value)} />
+          <GradeWord grade={gradeOf(measure, value, alarms)} />
         </td>
         <td className="note number">{also}</td>
       </tr>

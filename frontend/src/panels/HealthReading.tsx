@@ -1,5 +1,6 @@
 import { VisuallyHidden } from "@mantine/core";
 import { GAUGES, GRADE_MARK, GRADE_WORD, gradeOf, type Grade, type Measure } from "../state/health";
+import { usePage } from "./context";
 import { useSampled } from "./useSampled";
 
 interface ReadingProps {
@@ -16,7 +17,8 @@ interface ReadingProps {
 export function HealthReading({ measure, read, shown, rate = 2, testId }: ReadingProps) {
   const value = useSampled(read, rate);
   const other = useSampled(shown ?? (() => NaN), rate);
-  const grade = gradeOf(measure, value);
+  const alarms = usePage((page) => page.alarms);
+  const grade = gradeOf(measure, value, alarms);
   return (
     <span className="graded" data-grade={grade}>
       <span className="grade-mark" aria-hidden>

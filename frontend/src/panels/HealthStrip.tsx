@@ -35,8 +35,9 @@ interface GaugeProps {
 }
 
 function Gauge({ name, measure, also = "", minor = false, ...reading }: GaugeProps) {
+  const alarms = usePage((page) => page.alarms);
   return (
-    <Item name={name} meaning={`${meaningOf(measure)}${also}`} minor={minor}>
+    <Item name={name} meaning={`${meaningOf(measure, alarms)}${also}`} minor={minor}>
       <HealthReading measure={measure} {...reading} />
     </Item>
   );

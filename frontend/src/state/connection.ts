@@ -56,7 +56,9 @@ export class Connection {
     setInterval(() => {
       this.checkRig(performance.now());
     }, CHECK_MS);
-    setInterval(() => this.send({ type: "ping", t: performance.now() }), PING_MS);
+    setInterval(() => {
+      this.ping();
+    }, PING_MS);
     const worker = new Worker(new URL("./presence.worker.ts", import.meta.url), { type: "module" });
     worker.onmessage = () => {
       this.sendPresence();
@@ -189,6 +191,12 @@ export class Connection {
       saturated: live.telemetry.at("saturated") === 1,
       reachable: live.telemetry.at("reachable") === 1,
     });
+  }
+
+  private ping(): void {
+    const { roundTrip } = this.live;
+    const known = Number.isFinite(roundTrip) ? roundTrip : null;
+    this.send({ type: "ping", t: performance.now(), round_trip: known });
   }
 
   private sendPresence(): void {

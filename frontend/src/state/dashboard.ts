@@ -51,6 +51,7 @@ export class Dashboard {
         this.aim.disconnected();
       },
       met: () => {
+        void this.operations.learnAlarms();
         void this.references.learn();
         void this.saved.learn();
       },

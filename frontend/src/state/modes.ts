@@ -51,6 +51,18 @@ export const CAUSE_TEXT: Record<Cause, string> = {
   16: "no operator present",
 };
 
+/** What to look at before a latch is cleared: without it the rig would only fault again. */
+const REMEDY: Partial<Record<Cause, string>> = {
+  6: "Check camera, markers and injected faults",
+  8: "Check gains and settings",
+  9: "Check supply and valves",
+  10: "Check that nothing holds the actuator, then the gains",
+};
+
+export function remedy(cause: Cause): string {
+  return REMEDY[cause] ?? "Find out why";
+}
+
 export const LAW_TEXT: Record<Law, string> = {
   4: "FF + PI",
   3: "FF + I",

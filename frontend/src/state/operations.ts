@@ -1,5 +1,5 @@
 import { Refusal, rest, Unreachable } from "../api/rest";
-import type { CommandBody, Event, Settings } from "../api/types";
+import type { AlarmLimits, CommandBody, Event, Settings } from "../api/types";
 import { keep, situation, withLines, type Page } from "./page";
 import { whyNot, type Control } from "./permission";
 import type { Store } from "./store";
@@ -69,6 +69,17 @@ export class Operations {
     await this.attempt(title, async () => {
       const settings = await rest.changeSettings(changes);
       this.page.patch({ settings: keep(this.page.get().settings, settings) });
+    });
+  }
+
+  async learnAlarms(): Promise<void> {
+    await this.setAlarms("Limits not known", rest.alarms);
+  }
+
+  /** Change my limits of the health figures; what the server then keeps is shown. */
+  async setAlarms(title: string, action: () => Promise<AlarmLimits>): Promise<void> {
+    await this.attempt(title, async () => {
+      this.page.patch({ alarms: await action() });
     });
   }
 

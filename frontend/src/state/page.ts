@@ -1,4 +1,5 @@
 import type {
+  AlarmLimits,
   Cause,
   Event,
   Health,
@@ -31,6 +32,8 @@ export interface Page {
   readonly settings: Settings | null;
   readonly recording: RecordingState;
   readonly health: Health | null;
+  /** From where on my health figures are amber and red; null before the server said so. */
+  readonly alarms: AlarmLimits | null;
   readonly rig: RigInfo | null;
   readonly workspace: Workspace | null;
   /** The menu for the rig's actuator. */
@@ -66,6 +69,7 @@ export const EMPTY_PAGE: Page = {
   settings: null,
   recording: { recording: false, id: "", seconds: 0, rows: 0, gaps: 0, problem: "" },
   health: null,
+  alarms: null,
   rig: null,
   workspace: null,
   references: [],

@@ -1,0 +1,57 @@
+"""The rig faults by itself: what the page says, what it lets an operator do, and the way out."""
+
+import re
+
+from playwright.sync_api import Browser, Page, expect
+
+from tests.e2e.product import Product, open_page, shot
+
+
+def dashboard(browser: Browser, product: Product) -> Page:
+    """A person's page in a profile of its own, without the costly 3D view."""
+    context = browser.new_context(viewport={"width": 1280, "height": 720}, color_scheme="dark")
+    context.add_init_script("localStorage.setItem('tendril-3d', 'closed')")
+    return open_page(context, product)
+
+
+def lose_samples(page: Page, percent: int) -> None:
+    """Inject the loss of this share of the twin's samples, as an operator does it."""
+    page.get_by_role("tab", name="Sensing").click()
+    page.get_by_test_id("fault-sample_loss").fill(str(percent))
+    page.get_by_test_id("fault-sample_loss").press("Enter")
+    page.get_by_role("tab", name="Control").click()
+
+
+def test_a_rig_that_sees_no_marker_faults_and_the_page_leads_out_of_it(browser: Browser, product: Product) -> None:
+    viewer, page = dashboard(browser, product), dashboard(browser, product)
+    page.get_by_test_id("lease-take").click()
+    page.get_by_test_id("arm").click()
+    expect(page.get_by_test_id("state")).to_contain_text("HOLD")
+    lose_samples(page, 100)
+    expect(page.get_by_role("status", name="State: FAULT")).to_be_visible()
+    expect(page.get_by_test_id("cause")).to_have_text("no measurement")
+    expect(page.get_by_role("alert")).to_contain_text(
+        "FAULT: the rig went to rest by itself (no measurement). "
+        "Check camera, markers and injected faults, then press Clear fault, and arm again."
+    )
+    for name in ("Arm", "Follow", "Hold", "Disarm"):
+        control = page.get_by_test_id(name.lower())
+        expect(control).to_be_disabled()
+        expect(control).to_have_accessible_description("Clear first")
+    shot(page, "fault-dark")
+    page.get_by_role("button", name="Light colours").click()
+    shot(page, "fault-light")
+    expect(viewer.get_by_role("alert")).to_contain_text(re.compile(r"\w+ \w+ \d\d operates and can clear it"))
+    expect(viewer.get_by_test_id("clear-latch")).to_have_accessible_description(re.compile(r"\w+ \w+ \d\d operates"))
+    shot(viewer, "fault-viewer")
+
+    lose_samples(page, 0)
+    page.get_by_test_id("clear-latch").click()
+    expect(page.get_by_test_id("state")).to_contain_text("VENTED")
+    expect(page.get_by_role("alert")).to_have_count(0)
+    page.get_by_test_id("arm").click()
+    expect(page.get_by_test_id("state")).to_contain_text("HOLD")
+    page.get_by_role("tab", name="Log").click()
+    expect(page.get_by_test_id("log")).to_contain_text("rig: FAULT (measurement lost)")
+    viewer.context.close()
+    page.context.close()

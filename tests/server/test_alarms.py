@@ -1,0 +1,68 @@
+"""Alarm limits: one user's own, bounded; the log says once when a figure passes red."""
+
+import math
+from typing import Any
+
+import pytest
+
+from server.alarms.messages import AlarmLimits
+from server.alarms.watch import AlarmWatch
+from server.events import EventLog
+from tests.server.live_server import TestServer
+
+DEFAULTS = AlarmLimits().model_dump()
+
+
+def test_limits_are_a_users_own_and_are_reset(server: TestServer) -> None:
+    one, other = server.page().sign_in(), server.page().sign_in()
+    wanted = DEFAULTS | {"residual": {"amber": 1e-3, "red": 2e-3}}
+    assert one.get("/api/alarms").json() == DEFAULTS
+    assert one.put("/api/alarms", json=wanted).json() == wanted
+    assert one.get("/api/alarms").json() == wanted
+    assert other.get("/api/alarms").json() == DEFAULTS
+    assert one.delete("/api/alarms").json() == DEFAULTS
+    assert one.get("/api/alarms").json() == DEFAULTS
+
+
+@pytest.mark.parametrize(
+    ("wrong", "complaint"),
+    [
+        ({"residual": {"amber": 1e-3, "red": 0.3}}, "less than or equal to 0.2"),
+        ({"residual": {"amber": 3e-3, "red": 2e-3}}, "amber = 0.003 is above red = 0.002"),
+        ({"on_time": {"amber": 0.9, "red": 0.99}}, "amber = 0.9 is below red = 0.99"),
+        ({"residue": {"amber": 1e-3, "red": 2e-3}}, "residue"),
+    ],
+)
+def test_a_limit_out_of_bounds_or_order_is_refused(wrong: dict[str, Any], complaint: str, server: TestServer) -> None:
+    page = server.page().sign_in()
+    refused = page.put("/api/alarms", json=DEFAULTS | wrong)
+    assert (refused.status_code, complaint in refused.text) == (422, True)
+    assert page.get("/api/alarms").json() == DEFAULTS
+
+
+def test_each_crossing_of_red_is_one_line_and_what_swings_about_it_is_none_more() -> None:
+    events, now, late = EventLog(), [0.0], [0.0]
+    watch = AlarmWatch(lambda: late[0], AlarmLimits, events, lambda: now[0])
+    row = {"server_age": 0.05, "residual": math.nan, "slot": 0, "lost": 0}
+    for late[0] in [0.1e-3] + [2e-3, 0.9e-3] * 6 + [0.1e-3] * 3 + [2e-3] * 3:
+        now[0] += 1.0
+        row["slot"] += 1000
+        watch(row)
+    assert [event.text for event in events.recent] == ["lateness p99 2 ms is above the limit of 1 ms"] * 2
+
+
+def test_lost_ticks_of_the_last_minute_turn_red_by_number_and_by_share() -> None:
+    events, now = EventLog(), [0.0]
+    watch = AlarmWatch(lambda: math.nan, AlarmLimits, events, lambda: now[0])
+    row = {"server_age": 0.05, "residual": 1e-3, "slot": 0, "lost": 0}
+    for _ in range(30):
+        now[0] += 1.0
+        row["slot"] += 1000
+        watch(row)
+    row |= {"lost": 700, "slot": row["slot"] + 1000}
+    now[0] += 1.0
+    watch(row)
+    assert [event.text for event in events.recent] == [
+        "lost ticks 700 is above the limit of 600",
+        "on-time share 97.67 % is below the limit of 99 %",
+    ]
