@@ -6,15 +6,25 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Page
 
 from server.browser import launch_chromium
+from tests.e2e.at_rest import Caretaker
 from tests.e2e.product import Product, open_page
 
 
+@pytest.fixture(scope="session")
+def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Product, Caretaker]]:
+    """One running product for all tests: to start it takes longer than most of them."""
+    with Product(tmp_path_factory.mktemp("product")) as product:
+        caretaker = Caretaker(product)
+        yield product, caretaker
+        caretaker.close()
+
+
 @pytest.fixture(scope="module")
-def product(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Product]:
-    """One running product for all tests of a module."""
-    running = Product(tmp_path_factory.mktemp("product"))
-    yield running
-    running.stop()
+def product(running: tuple[Product, Caretaker]) -> Iterator[Product]:
+    """The product, at rest before every module."""
+    product, caretaker = running
+    caretaker.put_to_rest()
+    yield product
 
 
 @pytest.fixture(scope="session")

@@ -99,13 +99,11 @@ def wait_for_frame(page: Page) -> float:
 
 def measure_live(context: BrowserContext, product: Product, seconds: float, with_3d: bool) -> dict[str, float]:
     """An operator drags for `seconds`: frame intervals, growth of memory, time to the painted acknowledgement."""
-    page = open_page(context, product)
+    page = open_page(context, product, with_3d=with_3d)
     context.request.put(f"{product.origin}/api/layouts/last%20used", data=everything())
     page.reload()
     wait_for_frame(page)
     expect(page.get_by_test_id("chart")).to_have_count(len(everything()["plots"]))
-    if not with_3d:
-        page.get_by_test_id("toggle-3d").click()
     page.get_by_test_id("lease-take").click()
     page.get_by_test_id("arm").click()
     expect(page.get_by_test_id("state")).to_contain_text("HOLD")

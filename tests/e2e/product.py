@@ -8,13 +8,15 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import psutil
 from PIL import Image
 from playwright.sync_api import BrowserContext, Page
 
+from controller.modes import Mode
+from controller.realtime.ring import find_ring
 from server.ready import UpReady
 
 SCREENSHOTS = Path(os.environ.get("TENDRIL_SCREENSHOTS", "/tmp/tendril-screenshots"))
@@ -67,9 +69,21 @@ class Product:
         wait_until(look, 10.0)
         return found[0]
 
+    def mode(self) -> Mode:
+        """The rig's mode as its own ring has it."""
+        row = find_ring(self.rig).newest()
+        assert row is not None
+        return Mode(row["mode"])
+
     def alive(self) -> None:
         """Fail with the product's own output once it is dead."""
         assert self.process.poll() is None, (self.folder / "up.log").read_text()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
 
     def stop(self) -> None:
         """Ctrl-C, and a clean end."""
@@ -89,10 +103,15 @@ def wait_until(condition: Callable[[], Any], seconds: float, each: Callable[[], 
     return time.monotonic() - start
 
 
-def open_page(context: BrowserContext, product: Product, first_visit: bool = False) -> Page:
-    """Open the page and wait for live telemetry; the guide of the first visit only when asked for."""
-    if not first_visit:
+def open_page(context: BrowserContext, product: Product, *, guide: bool = False, with_3d: bool = False) -> Page:
+    """Open the page and wait for live telemetry.
+
+    The guide of the first visit and the 3D view only when asked for: drawn in software it makes everything else slow.
+    """
+    if not guide:
         context.add_init_script("localStorage.setItem('tendril-guide', 'seen')")
+    if not with_3d:
+        context.add_init_script("localStorage.setItem('tendril-3d', 'closed')")
     page = context.new_page()
     page.goto(product.url)
     wait_until(lambda: page.evaluate("!!window.__tendril?.frame"), 20.0)  # by evaluate: the page forbids eval

@@ -16,7 +16,6 @@ def test_axe_finds_nothing_serious_in_any_tab_of_either_scheme_and_the_guide_is_
     browser: Browser, product: Product
 ) -> None:
     context = browser.new_context(viewport={"width": 1280, "height": 720}, color_scheme="dark")
-    context.add_init_script("localStorage.setItem('tendril-3d', 'closed')")
     page = context.new_page()
     page.goto(product.origin)
     expect(page.get_by_test_id("sign-in")).to_be_visible()
@@ -25,7 +24,7 @@ def test_axe_finds_nothing_serious_in_any_tab_of_either_scheme_and_the_guide_is_
     page.emulate_media(color_scheme="light")
     findings += look(page, "sign-in, light")
     page.close()
-    page = open_page(context, product, first_visit=True)
+    page = open_page(context, product, guide=True)
     page.evaluate(AXE.read_text() + "; 0")
     findings += in_both_schemes(page, "guide")
     walk_the_guide(page)
@@ -49,7 +48,6 @@ def test_axe_finds_nothing_serious_while_the_page_records_runs_and_faults_and_in
     browser: Browser, product: Product
 ) -> None:
     context = browser.new_context(viewport={"width": 1280, "height": 720})
-    context.add_init_script("localStorage.setItem('tendril-3d', 'closed')")
     page = open_page(context, product)
     page.evaluate(AXE.read_text() + "; 0")
     page.get_by_test_id("lease-take").click()
@@ -87,6 +85,7 @@ def test_axe_finds_nothing_serious_while_the_page_records_runs_and_faults_and_in
     page.get_by_test_id("fault-sample_loss").press("Enter")
     expect(page.get_by_test_id("latched")).to_be_visible()
     findings += in_both_schemes(page, "fault")
+    page.get_by_test_id("lease-release").click()
     assert not findings, "\n".join(findings)
     context.close()
 

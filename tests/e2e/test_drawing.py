@@ -34,7 +34,6 @@ def fact(page: Page, name: str) -> str:
 
 
 def test_a_drawing_is_judged_previewed_saved_loaded_and_run(page: Page) -> None:
-    page.get_by_test_id("toggle-3d").click()
     page.get_by_test_id("lease-take").click()
     page.get_by_test_id("arm").click()
     page.get_by_test_id("tool-freehand").click()
@@ -60,7 +59,7 @@ def test_a_drawing_is_judged_previewed_saved_loaded_and_run(page: Page) -> None:
     page.get_by_role("tab", name="Run").click()
     page.get_by_text("Drawing", exact=True).click()
     page.get_by_test_id("saved-drawings").click()
-    page.get_by_test_id("saved-drawing").click()
+    page.get_by_test_id("saved-drawing").filter(has_text="Loop").click()
     wait_until(lambda: fact(page, "Duration") == "3.0 s", 5.0)
     assert drawn(page, AMBER) > 50
 
@@ -77,7 +76,6 @@ def test_a_drawing_is_judged_previewed_saved_loaded_and_run(page: Page) -> None:
 def test_an_unsaved_drawing_outlives_a_reload_and_a_cleared_one_does_not(
     context: BrowserContext, product: Product
 ) -> None:
-    context.add_init_script("localStorage.setItem('tendril-3d', 'closed')")
     page = open_page(context, product)
     page.get_by_test_id("tool-freehand").click()
     draw(page, LOOP_MM)

@@ -8,9 +8,8 @@ from tests.e2e.product import Product, open_page, shot
 
 
 def dashboard(browser: Browser, product: Product) -> Page:
-    """A person's page in a profile of its own, without the costly 3D view."""
+    """A person's page in a profile of its own."""
     context = browser.new_context(viewport={"width": 1280, "height": 720}, color_scheme="dark")
-    context.add_init_script("localStorage.setItem('tendril-3d', 'closed')")
     return open_page(context, product)
 
 
@@ -53,5 +52,6 @@ def test_a_rig_that_sees_no_marker_faults_and_the_page_leads_out_of_it(browser: 
     expect(page.get_by_test_id("state")).to_contain_text("HOLD")
     page.get_by_role("tab", name="Log").click()
     expect(page.get_by_test_id("log")).to_contain_text("rig: FAULT (measurement lost)")
+    page.get_by_test_id("lease-release").click()
     viewer.context.close()
     page.context.close()

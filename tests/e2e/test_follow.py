@@ -22,13 +22,13 @@ window.plugIn = () => window.dispatchEvent(new Event("gamepadconnected"));
 def armed(browser: Browser, product: Product) -> Iterator[Page]:
     """A tablet's page with a gamepad, the lease, and the rig in HOLD."""
     context = browser.new_context(viewport={"width": 1280, "height": 720}, has_touch=True)
-    context.add_init_script("localStorage.setItem('tendril-3d', 'closed')")
     context.add_init_script(GAMEPAD)
     page = open_page(context, product)
     page.get_by_test_id("lease-take").tap()
     page.get_by_test_id("arm").tap()
     expect(page.get_by_test_id("state")).to_contain_text("HOLD")
     yield page
+    page.get_by_test_id("lease-release").tap()
     context.close()
 
 

@@ -3,10 +3,10 @@
 import math
 import time
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
 from controller.modes import Mode
-from tests.e2e.product import frame, pixels_of, shot, wait_until
+from tests.e2e.product import Product, frame, open_page, pixels_of, shot, wait_until
 
 BLUE = (54, 142, 226)
 """The square of viser's transform control for the xy plane, as it is drawn."""
@@ -20,7 +20,8 @@ def gizmo(page: Page) -> tuple[float, float] | None:
     return tuple(found.mean(axis=0)) if len(found) > 8 else None
 
 
-def test_dragging_the_gizmo_moves_the_target_and_the_tip_follows(page: Page) -> None:
+def test_dragging_the_gizmo_moves_the_target_and_the_tip_follows(context: BrowserContext, product: Product) -> None:
+    page = open_page(context, product, with_3d=True)
     page.get_by_test_id("lease-take").click()
     page.get_by_test_id("arm").click()
     expect(page.get_by_test_id("state")).to_contain_text("HOLD")

@@ -28,7 +28,6 @@ def length(page: Page) -> str:
 
 
 def test_an_svg_path_is_chosen_or_dropped_and_a_broken_one_says_why(page: Page) -> None:
-    page.get_by_test_id("toggle-3d").click()
     page.get_by_role("tab", name="Run").click()
     choose(page, "square.svg", SQUARE)
     expect(page.get_by_role("radio", name="Drawing")).to_be_checked()

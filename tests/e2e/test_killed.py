@@ -3,6 +3,7 @@
 import os
 import signal
 import time
+from collections.abc import Iterator
 
 import psutil
 import pytest
@@ -12,6 +13,13 @@ from controller.modes import Mode
 from controller.realtime.ring import find_ring
 from recordings.reader import read_rows
 from tests.e2e.product import Product, frame, open_page, shot, wait_until
+
+
+@pytest.fixture(scope="module")
+def product(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Product]:
+    """One of its own: no other test should see what is left of it."""
+    with Product(tmp_path_factory.mktemp("product")) as running:
+        yield running
 
 
 def test_a_killed_rig_is_noticed_and_comes_back_vented(page: Page, product: Product) -> None:
@@ -45,7 +53,7 @@ def test_a_killed_server_leaves_the_rig_at_rest_and_the_recording_readable(
     killed = product.child("server")
     last = ring.newest()
     os.kill(killed.pid, signal.SIGKILL)
-    wait_until(lambda: mode_of(product) == Mode.HOLD, 2.0)
+    wait_until(lambda: product.mode() == Mode.HOLD, 2.0)
     shot(page, "server-gone")
     wait_until(lambda: product.child("server").pid != killed.pid, 10.0)
     expect(page.get_by_test_id("state")).to_contain_text("HOLD", timeout=20_000)
@@ -66,15 +74,8 @@ def test_without_any_server_the_rig_ramps_to_rest(page: Page, product: Product) 
     server = product.child("server")
     server.suspend()
     try:
-        wait_until(lambda: mode_of(product) in (Mode.REST, Mode.VENTED), 35.0)
-        wait_until(lambda: mode_of(product) == Mode.VENTED, 10.0)
+        wait_until(lambda: product.mode() in (Mode.REST, Mode.VENTED), 35.0)
+        wait_until(lambda: product.mode() == Mode.VENTED, 10.0)
     finally:
         server.resume()
     assert psutil.pid_exists(server.pid)
-
-
-def mode_of(product: Product) -> Mode:
-    """The rig's mode as its own ring has it."""
-    row = find_ring(product.rig).newest()
-    assert row is not None
-    return Mode(row["mode"])

@@ -4,9 +4,9 @@ import time
 
 import numpy as np
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
-from tests.e2e.product import wait_until
+from tests.e2e.product import Product, open_page, wait_until
 
 pytestmark = pytest.mark.long
 """A measurement: `make test-long` prints it; that drags are followed is shown by test_operate and test_follow."""
@@ -18,9 +18,8 @@ ATTEMPTS = 5
 
 
 @pytest.mark.parametrize("view", ["3D view open", "3D view collapsed"])
-def test_every_moved_target_is_answered_by_the_rig(page: Page, view: str) -> None:
-    if view == "3D view collapsed":
-        page.get_by_test_id("toggle-3d").click()
+def test_every_moved_target_is_answered_by_the_rig(context: BrowserContext, product: Product, view: str) -> None:
+    page = open_page(context, product, with_3d=view == "3D view open")
     page.get_by_test_id("lease-take").click()
     page.get_by_test_id("arm").click()
     expect(page.get_by_test_id("state")).to_contain_text("HOLD")

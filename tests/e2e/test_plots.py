@@ -24,7 +24,6 @@ def touch(cdp: CDPSession, *steps: list[tuple[float, float]]) -> None:
 
 def test_signals_are_read_stopped_zoomed_saved_and_chosen(page: Page) -> None:
     readout, plots = page.get_by_test_id("readout").first, page.get_by_role("region", name="Plots")
-    page.get_by_test_id("toggle-3d").click()  # drawn in software it would only slow this test down
     wait_until(lambda: page.evaluate("window.__tendril.frames") > 60, 10.0)
     box = page.locator(".chart-host .u-over").first.bounding_box()
     assert box
@@ -62,7 +61,6 @@ def test_signals_are_read_stopped_zoomed_saved_and_chosen(page: Page) -> None:
 
 def test_one_finger_drags_the_time_two_stretch_it_and_a_tap_only_reads(browser: Browser, product: Product) -> None:
     context = browser.new_context(viewport={"width": 1280, "height": 720}, has_touch=True)
-    context.add_init_script("localStorage.setItem('tendril-3d', 'closed')")
     page = open_page(context, product)
     cdp, plots = context.new_cdp_session(page), page.get_by_role("region", name="Plots")
     box = page.locator(".chart-host .u-over").first.bounding_box()

@@ -15,7 +15,6 @@ def amber(page: Page, left: float, right: float, bottom: float, top: float) -> i
 
 
 def test_vu_is_chosen_by_keyboard_seen_on_the_plan_and_cleared(page: Page) -> None:
-    page.get_by_test_id("toggle-3d").click()
     page.get_by_role("tab", name="Run").click()
     menu = page.get_by_role("combobox", name="Reference shown on the plan")
     place = menu.bounding_box()
@@ -41,7 +40,6 @@ def test_vu_is_chosen_by_keyboard_seen_on_the_plan_and_cleared(page: Page) -> No
 
 
 def test_the_menu_is_grouped_by_task_and_offers_the_live_path(page: Page) -> None:
-    page.get_by_test_id("toggle-3d").click()
     page.get_by_role("tab", name="Run").click()
     page.get_by_role("combobox", name="Reference shown on the plan").click()
     shot(page, "reference-menu")

@@ -64,7 +64,6 @@ def test_gains_are_saved_changed_and_loaded_again(page: Page) -> None:
 
 
 def test_limits_of_the_health_figures_are_set_bounded_and_reset_and_the_log_says_when_red_is_passed(page: Page) -> None:
-    page.get_by_test_id("toggle-3d").click()
     operate(page, "Health")
     page.get_by_test_id("alarm-limits").click()
     for colour, limit in (("amber", "0.01"), ("red", "0.02")):
@@ -91,7 +90,6 @@ def test_limits_of_the_health_figures_are_set_bounded_and_reset_and_the_log_says
 
 
 def test_a_recording_plays_in_3d_stands_at_its_end_and_begins_again(page: Page) -> None:
-    page.get_by_test_id("toggle-3d").click()  # software rendering: one 3D view is enough
     page.get_by_test_id("lease-take").click()
     page.get_by_test_id("record").click()
     wait_until(lambda: frame(page)["tick"] > 0, 5.0)
@@ -125,7 +123,6 @@ def test_an_actuator_of_ones_own_comes_from_a_file_and_a_bad_one_is_refused(page
     good, bad = tmp_path / "good.toml", tmp_path / "bad.toml"
     write_actuator(PRESETS["P3"].model_copy(update={"name": "Own"}), good)
     bad.write_text(re.sub(r"(?m)^length = .*$", "length = -1", good.read_text()))
-    page.get_by_test_id("toggle-3d").click()
     operate(page, "Actuator")
     for file in (bad, good):
         with page.expect_file_chooser() as chooser:

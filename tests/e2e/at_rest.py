@@ -1,0 +1,56 @@
+"""Leaves the running product as the next module of tests expects it, whatever the one before did to it."""
+
+from typing import Any
+
+import httpx
+
+from controller.modes import Mode
+from tests.e2e.product import Product, wait_until
+
+WAY_OUT = {Mode.HOLD: "rest", Mode.FOLLOW: "rest", Mode.TRACK: "rest", Mode.FAULT: "clear", Mode.E_STOP: "clear"}
+
+
+class Caretaker:
+    """Signed in by the token, it operates once nobody else does any more."""
+
+    def __init__(self, product: Product) -> None:
+        self._product = product
+        self._client = httpx.Client(base_url=product.origin, timeout=30.0, trust_env=False)
+        self._client.post("/api/session", json={"token": product.url.split("token=")[1]}).raise_for_status()
+        wait_until(lambda: self._client.get("/api/rig").is_success, 60.0)
+        self._settings = self._read("/api/settings")
+        self._actuator = self._read("/api/rig")["parameters"]["actuator"]["name"]
+
+    def close(self) -> None:
+        """Sign off."""
+        self._client.close()
+
+    def put_to_rest(self) -> None:
+        """Vented, nothing recorded, injected or changed, and nobody operates."""
+        wait_until(lambda: self._client.post("/api/lease").is_success, 30.0)
+        self._client.delete("/api/recordings/current")  # 409 where nothing is recorded
+        wait_until(self._vented, 30.0)
+        self._operate("PATCH", "/api/lease", clutch=False)
+        self._operate("PUT", "/api/twin/faults")
+        if self._read("/api/rig")["parameters"]["actuator"]["name"] != self._actuator:
+            self._operate("PUT", "/api/rig/actuator", name=self._actuator)
+            wait_until(lambda: self._read("/api/rig")["parameters"]["actuator"]["name"] == self._actuator, 60.0)
+        now = self._read("/api/settings")
+        if changes := {name: value for name, value in self._settings.items() if now[name] != value}:
+            self._operate("PATCH", "/api/settings", changes=changes)
+        self._operate("DELETE", "/api/lease")
+
+    def _vented(self) -> bool:
+        mode = self._product.mode()
+        if mode in WAY_OUT:
+            self._client.post("/api/command", json={"request": WAY_OUT[mode]})
+        return mode == Mode.VENTED
+
+    def _operate(self, method: str, path: str, **body: Any) -> None:
+        """As the operator: the lease lapses between two requests that take long."""
+        self._client.post("/api/lease").raise_for_status()
+        content = None if method == "DELETE" else body
+        self._client.request(method, path, json=content).raise_for_status()
+
+    def _read(self, path: str) -> Any:
+        return self._client.get(path).raise_for_status().json()
