@@ -1,8 +1,13 @@
 """What is said about recordings: the recorder's state and one row of the list."""
 
 from datetime import datetime
+from typing import Literal
 
 from controller.layout import Model
+from controller.parameters import Settings
+
+Profile = Literal["full", "standard"]
+"""How much of every tick is kept; `recordings.profiles` says what each one holds."""
 
 
 class RecordingState(Model):
@@ -16,6 +21,38 @@ class RecordingState(Model):
     """Ticks that are missing between the rows given: 0 when nothing was lost."""
     problem: str = ""
     """Why the last recording ended by itself (a full disk, ...), "" when it did not."""
+
+
+class Hole(Model):
+    """Ticks that are not in the file."""
+
+    after: int
+    """The last tick before it."""
+    ticks: int
+    """How many are missing."""
+
+
+class Metrics(Model):
+    """What a run's rows come to (`recordings.metrics`); null where there is nothing to measure. SI units."""
+
+    rmse: float | None = None
+    max_error: float | None = None
+    sse: float | None = None
+    """Sum of the squared errors [m^2]."""
+    ise: float | None = None
+    """Integral of the squared error over time [m^2 s]."""
+    lag_deg_x: float | None = None
+    lag_deg_y: float | None = None
+    saturated_share: float | None = None
+    residual_rms: float | None = None
+    """RMS of the observer's residual [m]."""
+    unsensed_rms: float | None = None
+    """RMS distance between the observer's rods and the twin's at rods that are not sensed [m]; null on hardware."""
+    feedback_share: float | None = None
+    """RMS of u_fb over RMS of u."""
+    lost: int | None = None
+    """Slots of the time grid without their tick."""
+    on_time_share: float | None = None
 
 
 class Recording(Model):
@@ -34,3 +71,23 @@ class Recording(Model):
     """False: the writer was killed; the file is readable up to its last batch."""
     recovered: bool = False
     """The file of a killed writer was mended: it holds what was written, with a proper end."""
+    rig: str = ""
+    operator: str = ""
+    """Who operated when it began, "" for nobody."""
+    reference: str = ""
+    """Name of the library's reference or of the drawing that was run, "" without a run."""
+    profile: Profile = "full"
+    settings: Settings | None = None
+    """Gains, law, limits and sensed rods at the start."""
+    holes: tuple[Hole, ...] = ()
+    """Where ticks are missing, the first 100."""
+    part_of: str = ""
+    """Id of the first part, of a recording that was split by size; "" for that one and for all others."""
+    imported: bool = False
+    """It was made elsewhere: time, x and y alone."""
+    metrics: Metrics | None = None
+    """Null until they were taken, after the end."""
+    tags: tuple[str, ...] = ()
+    notes: str = ""
+    starred: bool = False
+    """The quota never removes it."""

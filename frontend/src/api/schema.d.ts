@@ -1475,6 +1475,22 @@ export interface components {
       log: components["schemas"]["Event"][];
     };
     /**
+     * Hole
+     * @description Ticks that are not in the file.
+     */
+    Hole: {
+      /**
+       * After
+       * @description The last tick before it.
+       */
+      after: number;
+      /**
+       * Ticks
+       * @description How many are missing.
+       */
+      ticks: number;
+    };
+    /**
      * Integrator
      * @description How the observer steps its model through one period; both state order, stability and energy in their kernels.
      * @enum {integer}
@@ -1570,6 +1586,54 @@ export interface components {
       step: components["schemas"]["Spread"] | null;
       /** @description Null where the pressures moved too little, or not as a lag would have it. */
       pressure: components["schemas"]["Lag"] | null;
+    };
+    /**
+     * Metrics
+     * @description What a run's rows come to (`recordings.metrics`); null where there is nothing to measure. SI units.
+     */
+    Metrics: {
+      /** Rmse */
+      rmse: number | null;
+      /** Max Error */
+      max_error: number | null;
+      /**
+       * Sse
+       * @description Sum of the squared errors [m^2].
+       */
+      sse: number | null;
+      /**
+       * Ise
+       * @description Integral of the squared error over time [m^2 s].
+       */
+      ise: number | null;
+      /** Lag Deg X */
+      lag_deg_x: number | null;
+      /** Lag Deg Y */
+      lag_deg_y: number | null;
+      /** Saturated Share */
+      saturated_share: number | null;
+      /**
+       * Residual Rms
+       * @description RMS of the observer's residual [m].
+       */
+      residual_rms: number | null;
+      /**
+       * Unsensed Rms
+       * @description RMS distance between the observer's rods and the twin's at rods that are not sensed [m]; null on hardware.
+       */
+      unsensed_rms: number | null;
+      /**
+       * Feedback Share
+       * @description RMS of u_fb over RMS of u.
+       */
+      feedback_share: number | null;
+      /**
+       * Lost
+       * @description Slots of the time grid without their tick.
+       */
+      lost: number | null;
+      /** On Time Share */
+      on_time_share: number | null;
     };
     /**
      * Mode
@@ -1845,6 +1909,67 @@ export interface components {
        * @default false
        */
       recovered: boolean;
+      /**
+       * Rig
+       * @default
+       */
+      rig: string;
+      /**
+       * Operator
+       * @description Who operated when it began, "" for nobody.
+       * @default
+       */
+      operator: string;
+      /**
+       * Reference
+       * @description Name of the library's reference or of the drawing that was run, "" without a run.
+       * @default
+       */
+      reference: string;
+      /**
+       * Profile
+       * @default full
+       * @enum {string}
+       */
+      profile: "full" | "standard";
+      /** @description Gains, law, limits and sensed rods at the start. */
+      settings: components["schemas"]["Settings"] | null;
+      /**
+       * Holes
+       * @description Where ticks are missing, the first 100.
+       * @default []
+       */
+      holes: components["schemas"]["Hole"][];
+      /**
+       * Part Of
+       * @description Id of the first part, of a recording that was split by size; "" for that one and for all others.
+       * @default
+       */
+      part_of: string;
+      /**
+       * Imported
+       * @description It was made elsewhere: time, x and y alone.
+       * @default false
+       */
+      imported: boolean;
+      /** @description Null until they were taken, after the end. */
+      metrics: components["schemas"]["Metrics"] | null;
+      /**
+       * Tags
+       * @default []
+       */
+      tags: string[];
+      /**
+       * Notes
+       * @default
+       */
+      notes: string;
+      /**
+       * Starred
+       * @description The quota never removes it.
+       * @default false
+       */
+      starred: boolean;
     };
     /**
      * RecordingBody
