@@ -134,6 +134,7 @@ def test_a_rig_too_busy_to_answer_in_time_is_asked_again_and_nothing_is_lost(
 ) -> None:
     rig.publish(5, 10)
     wait_for(reader.has(9))
+    wait_for(lambda: "own mistake" in caplog.text)  # logged after the reader has taken the rows
     caplog.clear()
     rig.busy = 0.7
     rig.publish(20, 30)
