@@ -11,8 +11,7 @@ run: setup
 
 # What can run side by side does; tests that keep time run alone.
 test:
-	$(MAKE) --no-print-directory -j2 setup chromium
-	$(MAKE) --no-print-directory -j2 --output-sync=target lint types test-page
+	$(MAKE) --no-print-directory -j2 --output-sync=target setup chromium lint types test-page
 	$(MAKE) --no-print-directory test-python
 	$(MAKE) --no-print-directory test-browser
 	@echo "make test: all passed"
@@ -53,9 +52,9 @@ types: .venv/installed frontend/node_modules/installed
 test-page: frontend/node_modules/installed
 	cd frontend && $(NODE) npm test --silent
 
-# What keeps time or starts processes runs alone, the rest on all cores.
+# What keeps time or kills processes runs alone, the rest on all cores.
 ALONE := $(patsubst %,tests/controller/test_%.py,clock link loop pool rig ring supervisor) \
-	$(patsubst %,tests/server/test_%.py,chain cli doors drawings faults live plots presets references runs scene viser) \
+	$(patsubst %,tests/server/test_%.py,chain live runs viser) \
 	$(patsubst %,tests/recordings/test_%.py,killed recorder)
 test-python: setup
 	$(BIN)/python -m pytest tests --ignore tests/e2e $(ALONE:%=--ignore %) -n auto --dist loadfile
