@@ -29,6 +29,7 @@ BARS = {
     "frame_interval_p95_ms": 34.0,
     "growth_mb": 10.0,
     "drag_p95_ms": 60.0,
+    "preview_s": 1.0,
 }
 PERIOD = 0.02
 """Time between two moves of the pointer [s]."""
@@ -84,6 +85,20 @@ def measure_load(browser: Browser, product: Product) -> dict[str, float]:
     size = sum(len(gzip.compress(response.body())) for response in scripts)
     context.close()
     return {"usable_s": usable, "first_load_js_kb_gzip": size / 1e3}
+
+
+def measure_preview(context: BrowserContext, product: Product) -> dict[str, float]:
+    """From the request to the twin's run of a drawing of 30 s, all of it."""
+    page = open_page(context, product)
+    angles = np.linspace(0.0, 2.0 * np.pi, 200)
+    points = np.column_stack([0.03 + 0.02 * np.sin(angles), 0.14 + 0.02 * np.cos(angles)]).tolist()
+    drawing = {"name": "circle", "points": points, "timing": {"kind": "duration", "duration": 30.0}}
+    before = time.perf_counter()
+    answer = context.request.post(f"{product.origin}/api/preview", data={"drawing": drawing})
+    seconds = time.perf_counter() - before
+    assert answer.ok, answer.text()
+    page.close()
+    return {"preview_s": seconds}
 
 
 def wait_for_frame(page: Page) -> float:
@@ -172,8 +187,9 @@ def main() -> None:
         context = browser.new_context(viewport=VIEWPORT)  # type: ignore[arg-type]
         load = medians(options.runs, lambda: measure_load(browser, product))
         live = medians(options.runs, lambda: measure_live(context, product, options.seconds, options.with_3d))
+        preview = medians(2 * options.runs + 1, lambda: measure_preview(context, product))
         context.close()
-    found = load | live
+    found = load | live | preview
     kept = {name: found[name] <= bar for name, bar in BARS.items()}
     print(json.dumps({"figures": found, "bars": BARS, "kept": kept}, indent=2))
 
