@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from controller.experiments.metrics import DT, ise, phase_lags, rmse
+from controller.layout import Model
 from controller.modes import Mode
 from controller.parameters import SENSORS
 from recordings.messages import Metrics
@@ -19,6 +20,13 @@ Array = np.ndarray[Any, Any]
 Rows = Mapping[str, Array]
 SLOW = ("markers", "backbone", "twin_backbone")
 """Each of these has ticks of its own."""
+
+
+class Measured(Model):
+    """A recording's metrics, and those of each cycle of a periodic reference."""
+
+    whole: Metrics
+    cycles: tuple[Metrics, ...]
 
 
 def metrics_of(rows: Rows) -> Metrics:
