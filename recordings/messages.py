@@ -91,3 +91,5 @@ class Recording(Model):
     notes: str = ""
     starred: bool = False
     """The quota never removes it."""
+    problem: str = ""
+    """Why it cannot be relied on: its data or its description is missing or damaged; "" for nearly all."""

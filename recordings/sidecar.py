@@ -6,6 +6,8 @@ Also the ids (they become file names and come back in URLs) and the lock that te
 import fcntl
 import os
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import BinaryIO
@@ -17,13 +19,27 @@ from recordings.messages import Recording
 
 ID = re.compile(r"[0-9]{8}-[0-9]{6}(-[a-z0-9]{1,40}){0,25}", re.ASCII)
 ID_LENGTH = 100
+TURN = ".sidecars.lock"
 
 
 def check_id(id: str) -> str:
     """`id` when it has the form of an id; raises `RecordingError` for anything else, paths above all."""
-    if len(id) > ID_LENGTH or not ID.fullmatch(id):
+    if not is_id(id):
         raise RecordingError(f"{id[:ID_LENGTH]!r} is not the id of a recording")
     return id
+
+
+def is_id(text: str) -> bool:
+    """Whether `text` has the form of an id."""
+    return len(text) <= ID_LENGTH and ID.fullmatch(text) is not None
+
+
+def started(id: str) -> datetime:
+    """The time [UTC] that an id begins with; 1970 where its digits are none."""
+    try:
+        return datetime.strptime(check_id(id)[:15], "%Y%m%d-%H%M%S").replace(tzinfo=UTC)
+    except ValueError:
+        return datetime.fromtimestamp(0, UTC)
 
 
 def rrd_path(folder: Path, id: str) -> Path:
@@ -59,8 +75,51 @@ def lock(path: Path) -> BinaryIO | None:
     return file
 
 
+def is_free(path: Path) -> bool:
+    """Whether no writer holds the data in `path`; so it is where there are none."""
+    try:
+        held = lock(path)
+    except FileNotFoundError:
+        return True
+    if held:
+        held.close()
+    return held is not None
+
+
+@contextmanager
+def turn(folder: Path) -> Iterator[None]:
+    """One writer of sidecars at a time, whether another thread or another process."""
+    with (folder / TURN).open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
 def write(folder: Path, recording: Recording) -> None:
-    """Replace the sidecar of `recording` in one step: a reader sees the old or the new one, whole."""
+    """Write the sidecar of `recording` as its writer knows it: what people have edited meanwhile stays."""
+    with turn(folder):
+        try:
+            kept = read(folder, recording.id)
+        except RecordingError:
+            kept = recording
+        edits = {
+            "name": kept.name,
+            "tags": tuple(dict.fromkeys((*kept.tags, *recording.tags))),
+            "notes": kept.notes or recording.notes,
+            "starred": kept.starred or recording.starred,
+        }
+        _put(folder, recording.model_copy(update=edits))
+
+
+def update(folder: Path, id: str, **changes: object) -> Recording:
+    """Change some fields of the sidecar of `id`, and no others; RecordingError when it cannot be read."""
+    with turn(folder):
+        changed = read(folder, id).model_copy(update=changes)
+        _put(folder, changed)
+    return changed
+
+
+def _put(folder: Path, recording: Recording) -> None:
+    """Replace the sidecar in one step: a reader sees the old or the new one, whole."""
     target = folder / f"{check_id(recording.id)}.json"
     draft = target.with_suffix(".json.part")
     draft.write_text(recording.model_dump_json(indent=1), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The recordings on disk: list, find, and mend what a killed writer left behind."""
+"""The recordings on disk: list, find, edit, check, measure, and mend what a killed writer left behind."""
 
 import os
 import tempfile
@@ -6,14 +6,18 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from controller.errors import RecordingError
-from recordings import frames, sidecar, tool
+from controller.errors import CommandRefused, RecordingError
+from recordings import mending, sidecar, tool
+from recordings.catalogue import Catalogue
+from recordings.edits import Edit
 from recordings.messages import Recording
-from recordings.reader import read_times
+from recordings.metrics import Measured, cycles_of, metrics_of
+from recordings.reader import Array, read_rows
 
-TOOL_TIMEOUT = 1800.0
 COMPACT_BYTES_MAX = 1 << 30
 """Larger files stay in small chunks: rerun's optimiser holds twice the file in memory."""
+MEASURED_BYTES_MAX = 1 << 28
+"""Larger files have no metrics: all their rows at once would take some GB of memory."""
 
 
 def default_folder() -> Path:
@@ -30,11 +34,11 @@ class Store:
     def __init__(self, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self._folder = folder
+        self._catalogue = Catalogue(folder)
 
     def list(self) -> list[Recording]:
-        """Every recording, newest first, read from the sidecars alone; damaged ones are left out."""
-        found = [recording for path in self._folder.glob("*.json") if (recording := self._listed(path.stem))]
-        return sorted(found, key=lambda recording: (recording.started, recording.id), reverse=True)
+        """Every recording, newest first, without opening any data; a damaged one says so as its `problem`."""
+        return sorted(self._catalogue.list(), key=lambda recording: (recording.started, recording.id), reverse=True)
 
     def find(self, id: str) -> Recording:
         """The recording `id`; raises `RecordingError` when there is none."""
@@ -49,51 +53,99 @@ class Store:
 
     def broken(self) -> tuple[str, ...]:
         """Ids of recordings that no writer holds any more and that were never closed."""
-        return tuple(recording.id for recording in self.list() if self._is_broken(recording))
+        return tuple(found.id for found in self.list() if not _closed(found) and self._is_left(found.id))
 
     def repair(self, id: str) -> Recording:
         """Give a killed writer's file its proper end and count what it holds; slow, runs rerun's own tools.
 
-        Raises `RecordingError` while it is being written, or when rerun cannot mend it (the file stays as it was).
+        A description that is missing or damaged is made again from the data. Raises `RecordingError` while it is being
+        written, or when rerun cannot mend it (the file stays as it was).
         """
-        with self._held(id) as found:
-            return found if found.complete or found.recovered else self._replaced(found, _mend)
+        with self._held(id):
+            found = self._described(id)
+            return found if _closed(found) else self._replaced(found, mending.mend)
 
     def compact(self, id: str) -> Recording:
         """Join a closed recording's many small chunks into few large ones, so that it opens quickly in the viewer.
 
         Slow, runs rerun's own tools; same errors as `repair`. Files above 1 GiB stay as they are.
         """
-        with self._held(id) as found:
-            closed = found.complete or found.recovered
+        with self._held(id):
+            found = self.find(id)
             small = self.path(id).stat().st_size <= COMPACT_BYTES_MAX
-            return self._replaced(found, _compact) if closed and small else found
+            return self._replaced(found, mending.compact) if _closed(found) and small else found
 
-    def _listed(self, id: str) -> Recording | None:
-        try:
-            return self.find(id)
-        except RecordingError:
-            return None
+    def edit(self, id: str, edit: Edit) -> Recording:
+        """Change what people say about `id`; raises `RecordingError` when there is no such recording."""
+        return sidecar.update(self._folder, id, **edit.changes())
 
-    def _is_broken(self, recording: Recording) -> bool:
-        if recording.complete or recording.recovered:
-            return False
+    def remove(self, id: str) -> None:
+        """Delete data and sidecar; raises `CommandRefused` for one that is starred or still being written."""
+        data, described = sidecar.rrd_path(self._folder, id), self._folder / f"{id}.json"
+        with sidecar.turn(self._folder):
+            if not data.is_file() and not described.is_file():
+                raise RecordingError(f"there is no recording {id!r}")
+            if described.is_file() and self._starred(id):
+                raise CommandRefused(f"recording {id!r} is starred: take its star away first")
+            if not sidecar.is_free(data):
+                raise CommandRefused(f"recording {id!r} is still being written")
+            data.unlink(missing_ok=True)
+            described.unlink(missing_ok=True)
+
+    def check(self, id: str) -> Recording:
+        """Let rerun verify the data of `id`, and note what is wrong with it as its `problem`, "" for nothing.
+
+        Slow; raises `RecordingError` for what is being written, or has no data or no description.
+        """
+        with self._held(id):
+            try:
+                tool.run("rrd", "verify", str(self.path(id)), timeout=mending.TIMEOUT)
+            except RecordingError as error:
+                return sidecar.update(self._folder, id, problem=str(error))
+            return sidecar.update(self._folder, id, problem="")
+
+    def measure(self, id: str) -> Recording:
+        """Take the metrics of a recording and keep them; same errors as `measured`."""
+        with self._held(id):
+            return sidecar.update(self._folder, id, metrics=metrics_of(self._rows(id)))
+
+    def measured(self, id: str) -> Measured:
+        """Its metrics, whole and by cycle, taken anew; raises `RecordingError` if there is none, or a too large one."""
+        rows = self._rows(id)
+        return Measured(whole=metrics_of(rows), cycles=tuple(cycles_of(rows)))
+
+    def _rows(self, id: str) -> dict[str, Array]:
+        path = self.path(id)
+        if path.stat().st_size > MEASURED_BYTES_MAX:
+            raise RecordingError(f"recording {id!r} is larger than {MEASURED_BYTES_MAX >> 20} MiB: it is not measured")
+        return read_rows(path)
+
+    def _is_left(self, id: str) -> bool:
+        data = sidecar.rrd_path(self._folder, id)
+        return data.is_file() and sidecar.is_free(data)
+
+    def _starred(self, id: str) -> bool:
         try:
-            held = sidecar.lock(self.path(recording.id))
-        except RecordingError:
+            return self.find(id).starred
+        except RecordingError:  # damaged: nobody can say so any more
             return False
-        if held:
-            held.close()
-        return held is not None
 
     @contextmanager
-    def _held(self, id: str) -> Iterator[Recording]:
-        """The recording while its file is locked by us."""
+    def _held(self, id: str) -> Iterator[None]:
+        """Nobody else writes the data of `id` meanwhile."""
         held = sidecar.lock(self.path(id))
         if held is None:
             raise RecordingError(f"recording {id!r} is still being written")
         with held:
-            yield self.find(id)
+            yield
+
+    def _described(self, id: str) -> Recording:
+        """The recording `id`, its description made from its data where it cannot be read."""
+        try:
+            return self.find(id)
+        except RecordingError:
+            sidecar.write(self._folder, mending.from_data(id, self.path(id)))
+            return self.find(id)
 
     def _replaced(self, recording: Recording, make: Callable[[Path, Path], None]) -> Recording:
         """Put a better file in the place of the data once it is verified, and count what it holds."""
@@ -101,26 +153,11 @@ class Store:
         with tempfile.TemporaryDirectory(prefix=".draft-", dir=self._folder) as scratch:
             draft = Path(scratch, path.name)
             make(path, draft)
-            tool.run("rrd", "verify", str(draft), timeout=TOOL_TIMEOUT)
-            counted = _count(draft) | {"bytes": draft.stat().st_size}
+            tool.run("rrd", "verify", str(draft), timeout=mending.TIMEOUT)
+            counted = mending.count(draft) | {"bytes": draft.stat().st_size}
             draft.replace(path)
-        done = recording.model_copy(update={**counted, "recovered": not recording.complete})
-        sidecar.write(self._folder, done)
-        return done
+        return sidecar.update(self._folder, recording.id, **counted, recovered=not recording.complete, problem="")
 
 
-def _mend(path: Path, draft: Path) -> None:
-    """A copy of the whole frames with a footer: rerun's migration streams, so it needs little memory for any size."""
-    frames.copy_whole(path, draft)
-    tool.run("rrd", "migrate", str(draft), timeout=TOOL_TIMEOUT)
-
-
-def _compact(path: Path, draft: Path) -> None:
-    tool.run("rrd", "optimize", str(path), "-o", str(draft), timeout=TOOL_TIMEOUT)
-
-
-def _count(path: Path) -> dict[str, float]:
-    tick, t_ns = read_times(path)
-    steps = tick[1:] - tick[:-1]
-    seconds = float(t_ns[-1] - t_ns[0]) * 1e-9 if len(t_ns) else 0.0
-    return {"rows": len(tick), "gaps": int((steps[steps > 1] - 1).sum()), "seconds": seconds}
+def _closed(recording: Recording) -> bool:
+    return recording.complete or recording.recovered

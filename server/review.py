@@ -1,4 +1,4 @@
-"""Slow work for the Review tab, off everyone's path: rerun's viewer is extracted once, files mended and compacted."""
+"""Slow work for the Review tab, off everyone's path: rerun's viewer extracted, files mended, compacted, measured."""
 
 import logging
 import queue
@@ -25,7 +25,7 @@ class Review:
         threading.Thread(target=self._run, name="review", daemon=True).start()
 
     def stopped(self, id: str) -> None:
-        """A recording is complete: make it quick to open."""
+        """A recording is complete: make it quick to open, and measure it."""
         self._stopped.put(id)
 
     def _run(self) -> None:
@@ -35,13 +35,20 @@ class Review:
             self.problem = str(error)
             log.warning("rerun's viewer cannot be served: %s", error)
         for broken in self._store.broken():
-            self._improve(self._store.repair, broken)
-            self._improve(self._store.compact, broken)
+            if not self._improve(self._store.repair, broken):
+                self._improve(self._store.check, broken)  # the list says what is wrong with it
+            self._finish(broken)
         while True:
-            self._improve(self._store.compact, self._stopped.get())
+            self._finish(self._stopped.get())
 
-    def _improve(self, work: Callable[[str], Recording], id: str) -> None:
+    def _finish(self, id: str) -> None:
+        self._improve(self._store.compact, id)
+        self._improve(self._store.measure, id)
+
+    def _improve(self, work: Callable[[str], Recording], id: str) -> bool:
         try:
             work(id)
         except (TendrilError, OSError) as error:
             log.warning("recording %s stays as it is: %s", id, error)
+            return False
+        return True

@@ -21,6 +21,8 @@ SETTLED = 0.1
 """Share of a step, at its end, in which its steady-state error is taken (paper, "final 10% of each step interval")."""
 SWING_MIN = 1e-3
 """An axis that swings less than this has no phase [m]."""
+SEEN_MIN = 0.9
+"""There is no phase where the tip was seen in a smaller share of the rows."""
 UNITS = {
     "rmse": ("mm", 1e3),
     "sse": ("mm", 1e3),
@@ -150,3 +152,22 @@ def lags(reference: Reference, actual: Array) -> dict[str, float]:
     p_ref, p = reference.p[reference.start :], actual[reference.start :]
     both = reference.axis_frequencies or (reference.frequency,) * 2
     return {f"lag_deg_{axis}": lag_deg(p_ref[:, j], p[:, j], both[j]) for j, axis in enumerate(("x", "y"))}
+
+
+def phase_lags(p_ref: Array, p: Array, frequencies: tuple[float, float]) -> dict[str, float]:
+    """Phase lag of both axes [deg] of the path p (n,2) [m], nan where it was not seen, behind p_ref (n,2).
+
+    Left out where there is no phase. `frequencies` are those of x and y [Hz].
+    """
+    wanted = Reference("", p_ref, 0, frequency=1.0, axis_frequencies=frequencies)
+    actual = mended(p)
+    found = {} if actual is None else lags(wanted, actual)
+    return {name: lag for name, lag in found.items() if math.isfinite(lag)}
+
+
+def mended(p: Array) -> Array | None:
+    """The path p (n, 2) [m] with straight lines where it is nan; None where too much of it is."""
+    rows, seen = np.arange(len(p)), np.isfinite(p).all(axis=1)
+    if not len(p) or np.mean(seen) < SEEN_MIN:
+        return None
+    return np.column_stack([np.interp(rows, rows[seen], p[seen, j]) for j in range(2)])

@@ -1,28 +1,40 @@
-"""Recordings: start, stop, list, download."""
+"""Recordings: start, stop, list, edit, remove, download."""
 
 import asyncio
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Annotated
 
-from fastapi import APIRouter, Response
+from fastapi import APIRouter, Query, Response
+from pydantic import TypeAdapter
 from starlette.responses import FileResponse, StreamingResponse
 
 from controller.errors import CommandRefused, RecordingError
+from recordings.edits import Edit
 from recordings.messages import Recording, RecordingState
-from server.deps import Holder, Parts
+from recordings.metrics import Measured
+from recordings.query import matching, ordered
+from recordings.store import Store
+from server.deps import Holder, Me, Parts
 from server.messages import RecordingBody
 
 router = APIRouter(tags=["recordings"])
 
 BINARY = "application/octet-stream"
+LIST = TypeAdapter(list[Recording])
 CHUNK = 1 << 18
 """Bytes read at once from a file that is still written."""
 
 
-@router.get("/api/recordings")
-async def recordings(parts: Parts) -> list[Recording]:
-    """Every recording, newest first."""
-    return await asyncio.to_thread(parts.store.list)
+@router.get("/api/recordings", response_model=list[Recording])
+async def recordings(
+    parts: Parts,
+    search: Annotated[str, Query(max_length=200)] = "",
+    sort: Annotated[str, Query(max_length=40)] = "-started",
+    limit: Annotated[int | None, Query(ge=1)] = None,
+) -> Response:
+    """Every recording, newest first; those with every word of `search`, by any column, at most `limit` of them."""
+    return await asyncio.to_thread(_listed, parts.store, search, sort, limit)
 
 
 @router.post("/api/recordings")
@@ -59,6 +71,37 @@ async def recording_file(id: str, parts: Parts) -> Response:
         headers = {"content-length": str(size), "content-disposition": f'attachment; filename="{id}.rrd"'}
         return StreamingResponse(_first(path, size), headers=headers, media_type=BINARY)
     return FileResponse(path, media_type=BINARY, filename=f"{id}.rrd")
+
+
+@router.get("/api/recordings/{id}")
+async def recording(id: str, parts: Parts) -> Recording:
+    """One recording; 404 when there is none."""
+    return await asyncio.to_thread(parts.store.find, id)
+
+
+@router.get("/api/recordings/{id}/metrics")
+async def recording_metrics(id: str, parts: Parts) -> Measured:
+    """How well the tip followed, over all and in each cycle, from the data; 404 when there is no such recording."""
+    return await asyncio.to_thread(parts.store.measured, id)
+
+
+@router.patch("/api/recordings/{id}")
+async def edit_recording(id: str, body: Edit, parts: Parts, who: Me) -> Recording:
+    """Change name, tags, notes or star; 404 when there is no such recording."""
+    return await asyncio.to_thread(parts.store.edit, id, body)
+
+
+@router.delete("/api/recordings/{id}", status_code=204)
+async def remove_recording(id: str, parts: Parts, who: Me) -> None:
+    """Delete a recording for good; 409 while it is starred or being written."""
+    await asyncio.to_thread(parts.store.remove, id)
+    parts.events.add(f"{who.name}: recording {id} removed")
+
+
+def _listed(store: Store, search: str, sort: str, limit: int | None) -> Response:
+    """Written as JSON at once: the framework's own way checks every one of them again."""
+    found = ordered(matching(store.list(), search), sort)[:limit]
+    return Response(LIST.dump_json(found), media_type="application/json")
 
 
 def _first(path: Path, size: int) -> Iterator[bytes]:

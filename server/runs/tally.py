@@ -5,16 +5,13 @@ from collections import deque
 
 import numpy as np
 
-from controller.experiments.metrics import ise, lags
+from controller.experiments.metrics import ise, phase_lags
 from controller.kernels.rod import Array
-from controller.reference.reference import Reference
 from server.channels import Rows
 from server.runs.messages import Figures
 
 PHASE_ROWS = 100_000
 """So many of the last ticks give the phase lag."""
-SEEN_MIN = 0.9
-"""There is none where the marker was seen in a smaller share of them."""
 
 
 class Tally:
@@ -77,17 +74,6 @@ class Tally:
 
     def _lags(self) -> dict[str, float]:
         """Phase lags [deg] where there are any."""
-        if not self._wanted:
+        if not self._wanted or self._frequency is None:
             return {}
-        wanted = Reference("", np.vstack(self._wanted), 0, frequency=1.0, axis_frequencies=self._frequency)
-        actual = mended(np.vstack(self._actual))
-        found = {} if actual is None else lags(wanted, actual)
-        return {name: lag for name, lag in found.items() if math.isfinite(lag)}
-
-
-def mended(p: Array) -> Array | None:
-    """The path p (n, 2) [m] with straight lines where it is nan; None where too much of it is."""
-    rows, seen = np.arange(len(p)), np.isfinite(p).all(axis=1)
-    if np.mean(seen) < SEEN_MIN:
-        return None
-    return np.column_stack([np.interp(rows, rows[seen], p[seen, j]) for j in range(2)])
+        return phase_lags(np.vstack(self._wanted), np.vstack(self._actual), self._frequency)

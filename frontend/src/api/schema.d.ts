@@ -481,7 +481,7 @@ export interface paths {
     };
     /**
      * Recordings
-     * @description Every recording, newest first.
+     * @description Every recording, newest first; those with every word of `search`, by any column, at most `limit` of them.
      */
     get: operations["recordings"];
     put?: never;
@@ -528,6 +528,54 @@ export interface paths {
      * @description The recording's file, for rerun's viewer or for download; 404 when there is none.
      */
     get: operations["recording_file"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/recordings/{id}": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Recording
+     * @description One recording; 404 when there is none.
+     */
+    get: operations["recording"];
+    put?: never;
+    post?: never;
+    /**
+     * Remove Recording
+     * @description Delete a recording for good; 409 while it is starred or being written.
+     */
+    delete: operations["remove_recording"];
+    options?: never;
+    head?: never;
+    /**
+     * Edit Recording
+     * @description Change name, tags, notes or star; 404 when there is no such recording.
+     */
+    patch: operations["edit_recording"];
+    trace?: never;
+  };
+  "/api/recordings/{id}/metrics": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Recording Metrics
+     * @description How well the tip followed, over all and in each cycle, from the data; 404 when there is no such recording.
+     */
+    get: operations["recording_metrics"];
     put?: never;
     post?: never;
     delete?: never;
@@ -1347,6 +1395,20 @@ export interface components {
       red: number;
     };
     /**
+     * Edit
+     * @description Body of PATCH /api/recordings/{id}; null leaves a field as it is.
+     */
+    Edit: {
+      /** Name */
+      name?: string | null;
+      /** Tags */
+      tags?: string[] | null;
+      /** Notes */
+      notes?: string | null;
+      /** Starred */
+      starred?: boolean | null;
+    };
+    /**
      * Event
      * @description One line of the log: who did what, and what was refused.
      */
@@ -1586,6 +1648,15 @@ export interface components {
       step: components["schemas"]["Spread"] | null;
       /** @description Null where the pressures moved too little, or not as a lag would have it. */
       pressure: components["schemas"]["Lag"] | null;
+    };
+    /**
+     * Measured
+     * @description A recording's metrics, and those of each cycle of a periodic reference.
+     */
+    Measured: {
+      whole: components["schemas"]["Metrics"];
+      /** Cycles */
+      cycles: components["schemas"]["Metrics"][];
     };
     /**
      * Metrics
@@ -1970,6 +2041,12 @@ export interface components {
        * @default false
        */
       starred: boolean;
+      /**
+       * Problem
+       * @description Why it cannot be relied on: its data or its description is missing or damaged; "" for nearly all.
+       * @default
+       */
+      problem: string;
     };
     /**
      * RecordingBody
@@ -3849,7 +3926,11 @@ export interface operations {
   };
   recordings: {
     parameters: {
-      query?: never;
+      query?: {
+        search?: string;
+        sort?: string;
+        limit?: number | null;
+      };
       header?: never;
       path?: never;
       cookie?: never;
@@ -3863,6 +3944,15 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["Recording"][];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
         };
       };
     };
@@ -3937,6 +4027,132 @@ export interface operations {
           [name: string]: unknown;
         };
         content?: never;
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  recording: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        id: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Recording"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  remove_recording: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        id: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      204: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  edit_recording: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        id: string;
+      };
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["Edit"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Recording"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  recording_metrics: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        id: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Measured"];
+        };
       };
       /** @description Validation Error */
       422: {

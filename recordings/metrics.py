@@ -1,0 +1,150 @@
+"""How well the tip followed, from a recording's rows. The tip is the measured one, as in a run's result card.
+
+Rows are what `recordings.reader.read_rows` gives. What a profile or an import does not hold gives null.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from controller.experiments.metrics import DT, ise, phase_lags, rmse
+from controller.layout import Model
+from controller.modes import Mode
+from controller.parameters import SENSORS
+from recordings.messages import Metrics
+from recordings.period import Period, find_period
+
+Array = np.ndarray[Any, Any]
+Rows = Mapping[str, Array]
+SLOW = ("markers", "backbone", "twin_backbone")
+"""Each of these has ticks of its own."""
+
+
+class Measured(Model):
+    """A recording's metrics, and those of each cycle of a periodic reference."""
+
+    whole: Metrics
+    cycles: tuple[Metrics, ...]
+
+
+def metrics_of(rows: Rows) -> Metrics:
+    """Of the whole recording: the rows in which a run was tracked, its approach included; of all where none was."""
+    part = followed(rows)
+    return _metrics(part, _period(part))
+
+
+def cycles_of(rows: Rows) -> list[Metrics]:
+    """One for each whole period of a reference that was periodic to the end; none for any other."""
+    part = followed(rows)
+    found = _period(part)
+    return [_metrics(_only(part, slice(*cycle)), found) for cycle in found.cycles(_count(part))] if found else []
+
+
+def followed(rows: Rows) -> Rows:
+    """The rows in mode TRACK; all of them where there is none, or where the mode is not recorded."""
+    tracked = rows["mode"] == Mode.TRACK if "mode" in rows else np.zeros(0, bool)
+    return _only(rows, tracked) if tracked.any() else rows
+
+
+def errors(p_ref: Array, p_meas: Array, dt: float) -> dict[str, float]:
+    """Of e = p_ref - p_meas (n, 2) [m] where the tip was seen; rows are dt [s] apart. Empty where it never was.
+
+    rmse = sqrt(mean |e|^2), max_error = max |e|, sse = sum |e|^2, ise = dt sum |e|^2.
+    """
+    e = p_ref - p_meas
+    e = e[np.isfinite(e).all(axis=1)]
+    if not len(e):
+        return {}
+    largest = float(np.linalg.norm(e, axis=1).max())
+    return {"rmse": rmse(e), "max_error": largest, "sse": ise(e, 1.0), "ise": ise(e, dt)}
+
+
+def saturated_share(saturated: Array) -> float | None:
+    """Mean of the flags (n,): share of the ticks whose command was clamped."""
+    return float(np.mean(saturated != 0)) if len(saturated) else None
+
+
+def rms(values: Array) -> float | None:
+    """sqrt(mean |v|^2) over the rows (n,) or (n, k) of `values` that are finite; None without any."""
+    rows = values.reshape(len(values), math.prod(values.shape[1:]))
+    seen = rows[np.isfinite(rows).all(axis=1)]
+    return math.sqrt(float(np.mean(np.sum(seen**2, axis=1)))) if len(seen) else None
+
+
+def feedback_share(u_fb: Array, u: Array) -> float | None:
+    """sqrt(mean |u_fb|^2) / sqrt(mean |u|^2) of torques (n, 2) [N m]; None where nothing was sent."""
+    part, whole = rms(u_fb), rms(u)
+    return part / whole if part is not None and whole else None
+
+
+def lost_ticks(slot: Array, tick: Array) -> tuple[int, float | None]:
+    """Slots without their tick, sum (d slot - d tick), and the share that had theirs, sum d tick / sum d slot.
+
+    Counted between neighbouring rows, so ticks missing in the file are not lost; a restart of the rig is passed over.
+    """
+    slots, ticks = np.diff(slot), np.diff(tick)
+    on = (ticks > 0) & (slots >= ticks)
+    all_slots, all_ticks = int(slots[on].sum()), int(ticks[on].sum())
+    return all_slots - all_ticks, all_ticks / all_slots if all_slots else None
+
+
+def unsensed_rms(rows: Rows) -> float | None:
+    """sqrt(mean |r_i - r_i twin|^2) over the rods i that were not sensed, wherever both backbones are known [m]."""
+    if "sensed" not in rows or not _count(rows, "backbone") or not _count(rows, "twin_backbone"):
+        return None
+    ticks, a, b = np.intersect1d(rows["backbone_tick"], rows["twin_backbone_tick"], return_indices=True)
+    ticks, c, d = np.intersect1d(ticks, rows["tick"], return_indices=True)
+    ours, twins = rows["backbone"][a[c]], rows["twin_backbone"][b[c]]
+    at = np.arange(1, SENSORS + 1) * (ours.shape[1] - 1) // SENSORS
+    unsensed = (rows["sensed"][d].astype(np.int64)[:, None] >> np.arange(SENSORS)) & 1 == 0
+    return rms((ours[:, at].astype(np.float64) - twins[:, at])[unsensed])
+
+
+def _metrics(rows: Rows, period: Period | None) -> Metrics:
+    found: dict[str, float | None] = {}
+    if "p_ref" in rows and "p_meas" in rows:
+        found |= errors(rows["p_ref"], rows["p_meas"], _dt(rows)) | _lags(rows, period)
+    if "saturated" in rows:
+        found["saturated_share"] = saturated_share(rows["saturated"])
+    if "residual" in rows:
+        found["residual_rms"] = rms(rows["residual"])
+    if "u" in rows and "u_fb" in rows:
+        found["feedback_share"] = feedback_share(rows["u_fb"], rows["u"])
+    if _count(rows) and "slot" in rows:
+        found["lost"], found["on_time_share"] = lost_ticks(rows["slot"], rows["tick"])
+    return Metrics(**found, unsensed_rms=unsensed_rms(rows))
+
+
+def _lags(rows: Rows, period: Period | None) -> dict[str, float]:
+    """Phase lags over the rows that are periodic; a phase is the same whatever the time between two rows."""
+    if period is None:
+        return {}
+    x, y = (harmonic / (period.rows * DT) for harmonic in period.harmonics)
+    begin = period.start if _count(rows) > period.rows else 0
+    return phase_lags(rows["p_ref"][begin:], rows["p_meas"][begin:], (x, y))
+
+
+def _period(rows: Rows) -> Period | None:
+    return find_period(rows["p_ref"]) if "p_ref" in rows else None
+
+
+def _dt(rows: Rows) -> float:
+    """Usual time between two rows [s]."""
+    return float(np.median(np.diff(rows["t_ns"]))) * 1e-9 if _count(rows, "t_ns") > 1 else DT
+
+
+def _count(rows: Rows, name: str = "tick") -> int:
+    return len(rows[name]) if name in rows else 0
+
+
+def _only(rows: Rows, which: Array | slice) -> Rows:
+    """The rows picked by `which`, and of the slower values those of their ticks."""
+    slower = {*SLOW, *(f"{name}_tick" for name in SLOW)}
+    out = {name: values[which] for name, values in rows.items() if name not in slower}
+    for name in SLOW:
+        if name in rows:
+            keep = np.isin(rows[f"{name}_tick"], out["tick"])
+            out |= {name: rows[name][keep], f"{name}_tick": rows[f"{name}_tick"][keep]}
+    return out
