@@ -8,6 +8,7 @@ import numpy as np
 from controller.errors import ParameterError
 from controller.layout import Model, quantity, record_dtype
 from controller.messages import Telemetry
+from recordings.messages import Recording
 
 GROUPS = {
     "tip": ("target", "p_ref", "p_ref_dot", "p_meas", "p_hat", "error", "integral", "residual"),
@@ -32,6 +33,10 @@ GROUPS = {
 """Fields that belong together; all others are the group "state"."""
 
 
+TIP = ("tick", "t_ns", "p_meas")
+"""All that is known of a path that was imported."""
+
+
 class SignalInfo(Model):
     """One signal of a recording, as the page offers it for export."""
 
@@ -41,8 +46,6 @@ class SignalInfo(Model):
     unit: str
     """SI; "1" where there is none."""
     group: str
-    every_tick: bool
-    """False: it has values at some ticks only."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +66,16 @@ class Signal:
     def group(self) -> str:
         """Key of GROUPS, or "state"."""
         return next((group for group, fields in GROUPS.items() if self.field in fields), "state")
+
+
+def offered(recording: Recording) -> list[SignalInfo]:
+    """What to choose from, as far as that can be said without opening the file."""
+    fields = TIP if recording.imported else tuple(Telemetry.model_fields)
+    return [
+        SignalInfo(name=one.name, field=one.field, unit=one.unit, group=one.group)
+        for one in chosen((), fields)
+        if recording.twin or one.field != "twin_backbone"
+    ]
 
 
 def chosen(names: Iterable[str], fields: Iterable[str]) -> tuple[Signal, ...]:

@@ -9,13 +9,11 @@ from typing import Any
 import numpy as np
 
 from controller.errors import ParameterError, RecordingError
-from recordings.exporting.signals import Signal, SignalInfo, chosen
+from recordings.exporting.signals import TIP, Signal, chosen
 from recordings.importing.tip import IMPORT_RIG
 from recordings.reader import read_about, read_rows
 
 Array = np.ndarray[Any, Any]
-TIP = ("tick", "t_ns", "p_meas")
-"""All that is known of a path that was imported."""
 
 
 @dataclass(frozen=True)
@@ -69,19 +67,6 @@ class Rows:
         self._fields = TIP if about.rig == IMPORT_RIG else tuple(filter(self._is_known, self._rows))
         self.t_ns = clock - clock[0]
         self.wall_ns = int(clock[0]) + about.wall_offset_ns
-
-    def signals(self) -> list[SignalInfo]:
-        """Every signal that has a value."""
-        return [
-            SignalInfo(
-                name=one.name,
-                field=one.field,
-                unit=one.unit,
-                group=one.group,
-                every_tick=f"{one.field}_tick" not in self._rows,
-            )
-            for one in chosen((), self._fields)
-        ]
 
     def table(self, choice: Choice) -> Table:
         """What is asked for; ParameterError for an unknown signal or a window without rows."""

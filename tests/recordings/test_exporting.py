@@ -18,6 +18,7 @@ from controller.errors import ParameterError
 from controller.parameters import Settings
 from controller.reference.path_file import read_samples
 from recordings.exporting.export import Format, export
+from recordings.exporting.signals import offered
 from recordings.exporting.table import Choice, Rows
 from recordings.exporting.tip_path import Wanted, tip_path, write_path
 from recordings.messages import Recording
@@ -162,9 +163,19 @@ def test_a_rig_without_a_twin_offers_no_twin(record: Record, tmp_path: Path) -> 
     rows = telemetry_rows(100)
     rows["twin_backbone"] = np.nan
     source = tmp_path / f"{record(rows).id}.rrd"
-    offered = {signal.name: signal for signal in Rows(source).signals()}
-    assert "backbone_0_x" in offered and not any(name.startswith("twin") for name in offered)
-    assert (offered["u_1"].unit, offered["u_1"].every_tick, offered["markers_1_x"].every_tick) == ("N m", True, False)
+    with pytest.raises(ParameterError, match="twin_backbone: this recording has no such signal"):
+        Rows(source).table(Choice(("twin_backbone",)))
+    assert len(Rows(source).table(Choice(("backbone",))).columns) == 42
+
+
+@pytest.mark.parametrize("twin", [True, False])
+def test_what_is_offered_can_be_had_whole_by_the_name_of_its_field(record: Record, twin: bool) -> None:
+    found = offered(record(telemetry_rows(10)).model_copy(update={"twin": twin}))
+    names = {field: [one.name for one in found if one.field == field] for field in {one.field for one in found}}
+    assert ("twin_backbone" in names) == twin
+    assert (names["u"], names["p_ref"], names["mode"]) == (["u_1", "u_2"], ["p_ref_x", "p_ref_y"], ["mode"])
+    assert len(names["pressure_meas"]) == 4 and names["markers"][-1] == "markers_10_y"
+    assert {one.unit for one in found if one.field == "power"} == {"W"}
 
 
 def test_ticks_that_begin_again_keep_their_own_markers(record: Record, tmp_path: Path) -> None:

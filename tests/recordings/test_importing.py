@@ -9,6 +9,7 @@ from controller.errors import DataError
 from controller.reference.path_file import read_samples
 from recordings import tool
 from recordings.exporting.export import export
+from recordings.exporting.signals import offered
 from recordings.exporting.table import Choice, Rows
 from recordings.importing.tip import import_tip
 from recordings.messages import Recording
@@ -45,8 +46,10 @@ def test_it_is_listed_verified_by_rerun_and_holds_what_was_measured(tmp_path: Pa
 
 
 def test_its_export_has_the_tip_and_nothing_that_was_not_measured(tmp_path: Path) -> None:
-    path = Store(tmp_path).path(imported(tmp_path, millimetres("t,x_mm,y_mm")).id)
-    assert {signal.name for signal in Rows(path).signals()} == {"tick", "t_ns", "p_meas_x", "p_meas_y"}
+    done = imported(tmp_path, millimetres("t,x_mm,y_mm"))
+    path = Store(tmp_path).path(done.id)
+    names = [column.signal.name for column in Rows(path).table(Choice()).columns]
+    assert names == [signal.name for signal in offered(done)] == ["tick", "t_ns", "p_meas_x", "p_meas_y"]
     export(path, tmp_path / "again.csv", "csv", Choice(("p_meas",)))
     lines = (tmp_path / "again.csv").read_text().splitlines()
     assert lines[0] == "t [s],p_meas_x [m],p_meas_y [m]"

@@ -536,6 +536,86 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/recordings/{id}/signals": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Recording Signals
+     * @description What can be chosen for an export; 404 without such a recording.
+     */
+    get: operations["recording_signals"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/recordings/{id}/export": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Export Recording
+     * @description Signals (names joined by commas; all without) from `from` to `to` [s] as a file; 404, or 422 with the reason.
+     */
+    get: operations["export_recording"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/recordings/{id}/path": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Recording Path
+     * @description The path of the tip, its reference or a marker as a drawing with times; 404, or 422 says what is wrong.
+     */
+    get: operations["recording_path"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/recordings/import": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Import Recording
+     * @description A CSV file with columns time, x, y as a recording; the units hold where its header has none; operator only.
+     */
+    post: operations["import_recording"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/history.csv": {
     parameters: {
       query?: never;
@@ -2617,6 +2697,26 @@ export interface components {
       red: number;
     };
     /**
+     * SignalInfo
+     * @description One signal of a recording, as the page offers it for export.
+     */
+    SignalInfo: {
+      /** Name */
+      name: string;
+      /**
+       * Field
+       * @description Field of telemetry that it is a number of; its name stands for all of them.
+       */
+      field: string;
+      /**
+       * Unit
+       * @description SI; "1" where there is none.
+       */
+      unit: string;
+      /** Group */
+      group: string;
+    };
+    /**
      * Speed
      * @description Constant speed, corners included.
      */
@@ -3937,6 +4037,144 @@ export interface operations {
           [name: string]: unknown;
         };
         content?: never;
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  recording_signals: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        id: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["SignalInfo"][];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  export_recording: {
+    parameters: {
+      query: {
+        format: "csv" | "parquet" | "mat" | "mcap" | "rrd";
+        signals?: string;
+        from?: number | null;
+        to?: number | null;
+      };
+      header?: never;
+      path: {
+        id: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  recording_path: {
+    parameters: {
+      query?: {
+        what?: "p_meas" | "p_ref" | "marker";
+        rod?: number;
+        from?: number | null;
+        to?: number | null;
+      };
+      header?: never;
+      path: {
+        id: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["DrawingBody"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  import_recording: {
+    parameters: {
+      query: {
+        name: string;
+        time_unit?: "s" | "ms" | "us" | "ns";
+        length_unit?: "m" | "cm" | "mm";
+      };
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "text/csv": string;
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Recording"];
+        };
       };
       /** @description Validation Error */
       422: {
