@@ -1,4 +1,4 @@
-"""`tendril recordings`: the recordings in a folder, without a running server. Each command imports what it needs."""
+"""The recordings in a folder, without a running server."""
 
 import json
 from pathlib import Path
@@ -119,6 +119,8 @@ def compare(ids: Ids, folder: Folder = None, as_json: Json = False) -> None:
     if as_json:
         _print_json({one.recording.id: one.figures for one in found})
     else:
+        for place, one in enumerate(found, 1):
+            _say(f"{place}: {one.recording.id}, {one.recording.name}")
         out.print(comparison_table(found))
 
 

@@ -23,22 +23,24 @@ ROWS: dict[str, tuple[str, float]] = {
     "feedback_share": ("feedback share [%]", 100.0),
     "lost": ("lost ticks", 1.0),
     "on_time_share": ("on time [%]", 100.0),
-    "apart_rms": ("tip from the first's, RMS [mm]", MILLI),
-    "apart_max": ("tip from the first's, largest [mm]", MILLI),
+    "apart_rms": ("tip from that of 1, RMS [mm]", MILLI),
+    "apart_max": ("tip from that of 1, largest [mm]", MILLI),
 }
 """Name and factor of every figure."""
+NUMBERS = ("length", "size", "RMSE", "gaps")
+NAME_WIDTH = 12
+"""Characters of a name that are shown however narrow the terminal is."""
 
 
 def listing(recordings: Sequence[Recording]) -> Table:
     """One row a recording."""
-    heads = ("id", "name", "actuator", "length [s]", "size [MB]", "RMSE [mm]", "gaps", "")
-    table = empty(f"{len(recordings)} recordings", heads, ("length [s]", "size [MB]", "RMSE [mm]", "gaps"))
-    table.columns[1].no_wrap, table.columns[1].overflow = False, "fold"
+    table = empty(f"{len(recordings)} recordings", ("id", "name", *NUMBERS, ""), NUMBERS)
+    table.columns[1].min_width = NAME_WIDTH
     for one in recordings:
         rmse = one.metrics.rmse if one.metrics else None
-        size, error = f"{one.bytes / 1e6:.1f}", number(None if rmse is None else MILLI * rmse)
-        cells = (one.id, escape(one.name), escape(one.actuator), f"{one.seconds:.1f}", size, error, str(one.gaps))
-        table.add_row(*cells, marks(one))
+        error = "-" if rmse is None else f"{number(MILLI * rmse)} mm"
+        numbers = (f"{one.seconds:.1f} s", f"{one.bytes / 1e6:.1f} MB", error, str(one.gaps))
+        table.add_row(one.id, escape(one.name), *numbers, marks(one))
     return table
 
 
@@ -68,10 +70,9 @@ def details(one: Recording) -> Table:
 
 
 def comparison_table(found: Sequence[Compared]) -> Table:
-    """One column a recording, one row a figure that at least one of them has."""
-    ids = [one.recording.id for one in found]
-    table = empty("Side by side", ("", *ids), ids)
-    table.add_row("name", *(escape(one.recording.name) for one in found))
+    """One column a recording, by its place; one row a figure that at least one of them has."""
+    heads = [str(place) for place in range(1, len(found) + 1)]
+    table = empty("Side by side", ("", *heads), heads)
     table.add_row(escape("length [s]"), *(f"{one.recording.seconds:.3f}" for one in found))
     for key, (title, factor) in ROWS.items():
         values = [one.figures.get(key) for one in found]
