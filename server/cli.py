@@ -12,11 +12,13 @@ from rich.console import Console
 from rich.logging import RichHandler
 
 from server.complaints import one_line_errors
+from server.recordings_cli import app as recordings_app
 
 if TYPE_CHECKING:
     from controller.parameters import RigParameters
 
 app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False, help=__doc__)
+app.add_typer(recordings_app, name="recordings")
 out = Console()
 
 RigName = Annotated[str, typer.Option(help="Rig id: part of every key on the link and of every recording.")]

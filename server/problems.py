@@ -10,6 +10,7 @@ from starlette.responses import JSONResponse
 
 from controller.errors import (
     CommandRefused,
+    DataError,
     LayoutMismatch,
     NotAllowed,
     ParameterError,
@@ -27,6 +28,7 @@ _STATUS: dict[type[TendrilError], int] = {
     RecordingError: 404,
     UnknownReference: 404,
     CommandRefused: 409,
+    DataError: 422,
     ParameterError: 422,
     TooManyAttempts: 429,
     LayoutMismatch: 503,

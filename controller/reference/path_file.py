@@ -3,7 +3,7 @@
 import csv
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -20,7 +20,7 @@ UNITS = {
 }
 """What a column's unit multiplies."""
 SI = {"t": "s", "x": "m", "y": "m"}
-"""The unit of a column that has none."""
+"""The unit of a column that names none, where nothing else is said."""
 NAMES = {"t": "t", "time": "t", "x": "x", "y": "y"}
 """Names of the columns that are read, in lower case; any other column is left alone."""
 DELIMITERS = ";\t,"
@@ -50,8 +50,8 @@ class Column(NamedTuple):
     """[s] or [m]."""
 
 
-def read_samples(path: Path) -> Samples:
-    """The whole file: at least two rows, t rising.
+def read_samples(path: Path, units: Mapping[str, str] = SI) -> Samples:
+    """The whole file: at least two rows, t rising; `units` of t, x and y hold where the header names none.
 
     Lines that are blank or begin with # are left out. Raises DataError with file, line, column and value of the first
     thing that is wrong.
@@ -60,7 +60,7 @@ def read_samples(path: Path) -> Samples:
     first = next(rows, None)
     if first is None:
         raise DataError(f"{path} is empty: columns t, x, y are needed")
-    columns = _columns(path, first[1])
+    columns = _columns(path, first[1], units)
     values, lines = [], []
     for number, cells in rows if _is_header(first[1]) else chain([first], rows):
         values.append([_number(f"{path}, line {number}", column, cells) for column in columns])
@@ -108,16 +108,16 @@ def _is_number(text: str) -> bool:
         return False
 
 
-def _columns(path: Path, first: list[str]) -> list[Column]:
+def _columns(path: Path, first: list[str], units: Mapping[str, str]) -> list[Column]:
     """Columns t, x, y, as the first row says."""
     if not _is_header(first):
         if len(first) != 3:
             raise DataError(f"{path} has no header and {len(first)} columns: three (t, x, y) are needed, or a header")
-        return [Column(name, index, 1.0) for index, name in enumerate("txy")]
+        return [Column(name, index, UNITS[name][units[name]]) for index, name in enumerate("txy")]
     found: dict[str, Column] = {}
     strange: dict[str, str] = {}
     for index, title in enumerate(map(str.strip, first)):
-        name, unit = _split(title)
+        name, unit = _split(title, units)
         if name and unit not in UNITS[name]:
             strange.setdefault(name, title)
         elif name in found:
@@ -130,13 +130,13 @@ def _columns(path: Path, first: list[str]) -> list[Column]:
     return [found[name] for name in "txy"]
 
 
-def _split(title: str) -> tuple[str, str]:
+def _split(title: str, units: Mapping[str, str]) -> tuple[str, str]:
     """Which of t, x, y a title like "x", "X_mm", "x [mm]" or "time (s)" means, and its unit; "" for any other."""
     match = re.fullmatch(r"([a-z]+)(?:[\s_]*[\[(/ _]\s*([a-z]+)\s*[\])]?)?", title.lower())
     if match is None or match[1] not in NAMES:
         return "", ""
     name = NAMES[match[1]]
-    return name, match[2] or SI[name]
+    return name, match[2] or units[name]
 
 
 def _missing(name: str, strange: dict[str, str], header: list[str]) -> str:

@@ -1,0 +1,23 @@
+"""Exports in a process of their own, at low priority: the server goes on serving, and its memory stays as it is."""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import get_context
+from typing import ParamSpec, TypeVar
+
+from controller.errors import RecordingError
+
+P = ParamSpec("P")
+T = TypeVar("T")
+NICE = 19
+
+
+def apart(work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
+    """`work(*arguments, **named)` elsewhere: its result or its error; RecordingError when the process was killed."""
+    with ProcessPoolExecutor(1, get_context("spawn"), initializer=os.nice, initargs=(NICE,)) as pool:
+        try:
+            return pool.submit(work, *arguments, **named).result()
+        except BrokenProcessPool:
+            raise RecordingError("the export was killed, perhaps for want of memory: choose fewer signals") from None

@@ -1,0 +1,43 @@
+"""A recorded path in the plane, as something that can be followed again."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from controller.errors import ParameterError
+from controller.parameters import SENSORS
+from recordings.exporting.table import Array, Choice, Rows
+
+What = Literal["p_meas", "p_ref", "marker"]
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Which path, in which window [s since the recording's first row]; `rod` 1.. counts for a marker only."""
+
+    what: What = "p_meas"
+    rod: int = SENSORS
+    start: float | None = None
+    stop: float | None = None
+
+
+def tip_path(source: Path, wanted: Wanted) -> tuple[Array, Array]:
+    """Times (k,) [s], from 0 on, and points (k, 2) [m] where it was seen, k >= 2; ParameterError without them."""
+    name = f"markers_{wanted.rod}" if wanted.what == "marker" else wanted.what
+    table = Rows(source).table(Choice((f"{name}_x", f"{name}_y"), wanted.start, wanted.stop))
+    x, y = table.columns
+    t = table.t if x.at is None else table.t[x.at]
+    p = np.stack([x.values, y.values], axis=1)
+    seen = np.isfinite(p).all(axis=1)
+    if seen.sum() < 2:
+        raise ParameterError(f"what = {name}: it was seen at {seen.sum()} times in this window, a path needs 2")
+    return t[seen] - t[seen][0], p[seen]
+
+
+def write_path(source: Path, target: Path, wanted: Wanted) -> None:
+    """The path as the CSV file that `tendril track` reads: t, x, y in s and m, t to the nanosecond, x and y to 1 nm."""
+    t, p = tip_path(source, wanted)
+    table = np.column_stack([t, p])
+    np.savetxt(target, table, fmt=("%.9f", "%.9f", "%.9f"), delimiter=",", header="t_s,x_m,y_m", comments="")

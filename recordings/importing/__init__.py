@@ -1,0 +1,1 @@
+"""Paths that were measured elsewhere, as recordings."""

@@ -1,0 +1,88 @@
+"""A measured path of the tip (time, x, y) as a recording like any other, of which nothing else is known."""
+
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from controller.errors import DataError
+from controller.layout import layout_hash, record_dtype
+from controller.messages import Command, RigInfo, Telemetry
+from controller.parameters import RigParameters, Settings
+from controller.reference.path_file import Samples
+from recordings import sidecar
+from recordings.messages import Recording
+from recordings.rrd import About, Rows, RrdFile
+
+IMPORT_RIG = "import"
+"""The rig that an imported recording names."""
+BATCH = 1000
+
+
+def import_tip(folder: Path, name: str, samples: Samples) -> Recording:
+    """`samples` as a new recording in `folder`, started now; DataError for times that are one to the nanosecond."""
+    rows = tip_rows(samples)
+    started = datetime.now(UTC)
+    id, lock = sidecar.claim(folder, name, started)
+    path = sidecar.rrd_path(folder, id)
+    with lock:
+        try:
+            _write(rows, path, About(id, name, _info(started), Settings()))
+        except BaseException:
+            path.unlink()
+            raise
+        done = Recording(
+            id=id,
+            name=name,
+            started=started,
+            seconds=float(rows["t_ns"][-1]) * 1e-9,
+            rows=len(rows),
+            gaps=0,
+            bytes=path.stat().st_size,
+            actuator="",
+            twin=False,
+            complete=True,
+            rig=IMPORT_RIG,
+            imported=True,
+        )
+        sidecar.write(folder, done)
+    return done
+
+
+def tip_rows(samples: Samples) -> Rows:
+    """One row a sample: its tip and its time, counted from the first one; nan for all that was not measured."""
+    rows = np.zeros(len(samples.t), record_dtype(Telemetry))
+    for field in rows.dtype.names or ():
+        if rows.dtype[field].base.kind == "f":
+            rows[field] = np.nan
+    rows["tick"] = np.arange(len(rows))
+    rows["t_ns"] = np.rint((samples.t - samples.t[0]) * 1e9)
+    rows["p_meas"] = samples.p
+    same = np.flatnonzero(np.diff(rows["t_ns"]) <= 0)
+    if same.size:
+        line = samples.lines[same[0] + 1]
+        raise DataError(f"{samples.path.name}, line {line}: t is less than 1 ns after the line before")
+    return rows
+
+
+def _write(rows: Rows, path: Path, about: About) -> None:
+    file = RrdFile(path, about)
+    for begin in range(0, len(rows), BATCH):
+        file.write(rows[begin : begin + BATCH])
+    file.flush()
+    file.close()
+
+
+def _info(started: datetime) -> RigInfo:
+    """Where another lab's clock stood is not known: the first row is put at the time of the import."""
+    return RigInfo(
+        rig=IMPORT_RIG,
+        boot=0,
+        version=version("tendril"),
+        layout=layout_hash(Command, Telemetry),
+        wall_offset_ns=int(started.timestamp() * 1e9),
+        policy="none",
+        twin=False,
+        parameters=RigParameters(),
+    )

@@ -1,0 +1,204 @@
+"""What is exported, read back by programs that we did not write, is what rerun's own reader finds in the recording."""
+
+import json
+from collections import defaultdict
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow.parquet
+import pytest
+from mcap.reader import make_reader
+from rerun.chunk import RrdReader
+from scipy.io import loadmat
+
+from controller.errors import ParameterError
+from controller.parameters import Settings
+from controller.reference.path_file import read_samples
+from recordings.exporting.export import Format, export
+from recordings.exporting.signals import offered
+from recordings.exporting.table import Choice, Rows
+from recordings.exporting.tip_path import Wanted, tip_path, write_path
+from recordings.messages import Recording
+from recordings.rrd import About, RrdFile
+from tests.recordings.synthetic import batches, rig_info, telemetry_rows
+
+Record = Callable[..., Recording]
+COUNT = 3210
+WALL_NS = int(telemetry_rows(1)["t_ns"][0]) + rig_info().wall_offset_ns
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One recording for all tests that only read."""
+    path = tmp_path_factory.mktemp("exporting") / "source.rrd"
+    file = RrdFile(path, About("source", "source", rig_info(), Settings()))
+    for batch in batches(telemetry_rows(COUNT), 250):
+        file.write(batch)
+    file.close()
+    return path
+
+
+def exported(source: Path, kind: Format, *signals: str, start: float | None = None, stop: float | None = None) -> Path:
+    target = source.with_name(f"exported.{kind}")
+    export(source, target, kind, Choice(signals, start, stop))
+    return target
+
+
+def in_rerun(source: Path, entity: str) -> tuple[np.ndarray, np.ndarray]:
+    """Times [ns] and scalars (n, series) of an entity, by rerun's reader alone."""
+    t: list[int] = []
+    values: list[list[float]] = []
+    for chunk in RrdReader(source).stream().filter(content=[entity]):
+        batch = chunk.to_record_batch()
+        if "t" in batch.schema.names:
+            t += batch.column("t").cast("int64").to_pylist()
+            values += batch.column("Scalars:scalars").to_pylist()
+    order = np.argsort(t)
+    return np.array(t)[order], np.array(values)[order]
+
+
+def test_csv_has_every_digit_in_pandas_and_units_in_its_header(source: Path) -> None:
+    found = pd.read_csv(exported(source, "csv"))
+    t, pressures = in_rerun(source, "/pressures")
+    _, tip = in_rerun(source, "/tip/x")
+    assert found.columns[0] == "t [s]" and len(found) == COUNT
+    np.testing.assert_array_equal(found["t [s]"], t / 1e9)
+    np.testing.assert_array_equal(found[[f"pressure_meas_{i} [Pa]" for i in (1, 2, 3, 4)]], pressures[:, 4:])
+    np.testing.assert_array_equal(found["p_meas_x [m]"], tip[:, 2])
+    assert found["mode"].dtype == np.int64
+
+
+def test_what_is_slower_is_blank_between_its_values_and_nan_where_it_was_not_seen(source: Path) -> None:
+    file = exported(source, "csv", "markers_10_x", "markers_4_x", "tick")
+    lines = file.read_text().splitlines()
+    assert lines[0] == "t [s],markers_10_x [m],markers_4_x [m],tick"
+    assert [line.split(",")[1] == "" for line in lines[1:13]] == [False, *[True] * 9, False, True]
+    assert lines[1].split(",")[2] == "nan"
+    t, markers = in_rerun(source, "/markers")
+    kept = pd.read_csv(file).dropna(subset="markers_10_x [m]")
+    np.testing.assert_array_equal(kept["t [s]"], t / 1e9)
+    np.testing.assert_array_equal(kept["markers_10_x [m]"], markers[:, 18])
+
+
+def test_parquet_is_exact_with_types_and_units(source: Path) -> None:
+    found = pyarrow.parquet.read_table(exported(source, "parquet"))
+    t, torques = in_rerun(source, "/u")
+    units = {field.name: field.metadata[b"unit"].decode() for field in found.schema}
+    assert (units["t"], units["u_1"], units["pressure_cmd_3"], units["mode"]) == ("s", "N m", "Pa", "1")
+    np.testing.assert_array_equal(found["t"].to_numpy(), t / 1e9)
+    np.testing.assert_array_equal(np.column_stack([found["u_1"], found["u_2"]]), torques[:, :2])
+    assert found["backbone_20_x"].type == "float" and found["backbone_20_x"].null_count == COUNT - COUNT // 10
+
+
+def test_mat_is_exact_and_slow_signals_have_their_own_times(source: Path) -> None:
+    found = loadmat(exported(source, "mat"), simplify_cells=True)["tendril"]
+    t, tip = in_rerun(source, "/tip/y")
+    marked, markers = in_rerun(source, "/markers")
+    np.testing.assert_array_equal(found["t"], t / 1e9)
+    np.testing.assert_array_equal(found["p_ref_y"], tip[:, 1])
+    np.testing.assert_array_equal(found["markers_t"], marked / 1e9)
+    np.testing.assert_array_equal(found["markers_10_y"], markers[:, 19])
+    assert found["units"]["p_ref_y"] == "m" and found["started_unix_ns"] == WALL_NS
+
+
+def test_mcap_is_exact_on_topics_that_a_plotter_understands(source: Path) -> None:
+    said: dict[str, list[tuple[int, dict[str, Any]]]] = defaultdict(list)
+    with exported(source, "mcap").open("rb") as file:
+        for schema, channel, message in make_reader(file, validate_crcs=True).iter_messages():
+            assert schema and (schema.encoding, channel.message_encoding) == ("jsonschema", "json")
+            properties = json.loads(schema.data)["properties"]
+            text = json.loads(message.data)
+            assert set(text) <= set(properties)
+            said[channel.topic].append((message.log_time, text))
+    assert set(said) == {
+        *("/tip", "/torques", "/pressures", "/observer", "/timing", "/state"),
+        *("/markers", "/backbone", "/twin_backbone"),
+    }
+    t, pressures = in_rerun(source, "/pressures")
+    assert [at for at, _ in said["/pressures"]] == (t + WALL_NS).tolist()
+    for index in range(4):
+        name = f"pressure_cmd_{index + 1}"
+        np.testing.assert_array_equal([text[name] for _, text in said["/pressures"]], pressures[:, index])
+    marked, markers = in_rerun(source, "/markers")
+    assert [at for at, _ in said["/markers"]] == (marked + WALL_NS).tolist()
+    np.testing.assert_array_equal([text["markers_10_x"] for _, text in said["/markers"]], markers[:, 18])
+    assert "markers_4_x" not in said["/markers"][0][1], "nan is no JSON"
+
+
+def test_a_window_holds_the_rows_between_its_ends_and_slow_values_at_their_own_rows(source: Path) -> None:
+    whole = pd.read_csv(exported(source, "csv", "tick", "markers"))
+    part = pd.read_csv(exported(source, "csv", "tick", "markers", start=1.0, stop=2.0))
+    wanted = whole[(whole["t [s]"] >= 1.0) & (whole["t [s]"] <= 2.0)].reset_index(drop=True)
+    assert 990 < len(wanted) < 1010
+    pd.testing.assert_frame_equal(part, wanted)
+
+
+def test_rrd_is_the_file_itself(source: Path) -> None:
+    assert exported(source, "rrd").read_bytes() == source.read_bytes()
+    with pytest.raises(ParameterError, match="rrd is the whole file"):
+        exported(source, "rrd", "p_meas")
+
+
+@pytest.mark.parametrize(
+    ("choice", "told"),
+    [
+        (Choice(("p_maes",)), "signals = p_maes: this recording has no such signal"),
+        (Choice((), 7.0), r"from = 7 s is outside the recording's \[0, 3.2"),
+        (Choice((), -1.0), "from = -1 s is outside"),
+        (Choice((), float("nan")), "from = nan s is outside"),
+        (Choice((), 2.0, 1.0), "to = 1 s is before from = 2 s"),
+        (Choice((), 2.0, float("nan")), "to = nan s is before"),
+        (Choice((), 2.0001, 2.0002), "has no row there"),
+    ],
+)
+def test_what_a_recording_does_not_have_is_named(source: Path, choice: Choice, told: str) -> None:
+    with pytest.raises(ParameterError, match=told):
+        Rows(source).table(choice)
+
+
+def test_a_rig_without_a_twin_offers_no_twin(record: Record, tmp_path: Path) -> None:
+    rows = telemetry_rows(100)
+    rows["twin_backbone"] = np.nan
+    source = tmp_path / f"{record(rows).id}.rrd"
+    with pytest.raises(ParameterError, match="twin_backbone: this recording has no such signal"):
+        Rows(source).table(Choice(("twin_backbone",)))
+    assert len(Rows(source).table(Choice(("backbone",))).columns) == 42
+
+
+@pytest.mark.parametrize("twin", [True, False])
+def test_what_is_offered_can_be_had_whole_by_the_name_of_its_field(record: Record, twin: bool) -> None:
+    found = offered(record(telemetry_rows(10)).model_copy(update={"twin": twin}))
+    names = {field: [one.name for one in found if one.field == field] for field in {one.field for one in found}}
+    assert ("twin_backbone" in names) == twin
+    assert (names["u"], names["p_ref"], names["mode"]) == (["u_1", "u_2"], ["p_ref_x", "p_ref_y"], ["mode"])
+    assert len(names["pressure_meas"]) == 4 and names["markers"][-1] == "markers_10_y"
+    assert {one.unit for one in found if one.field == "power"} == {"W"}
+
+
+def test_ticks_that_begin_again_keep_their_own_markers(record: Record, tmp_path: Path) -> None:
+    before, after = telemetry_rows(95), telemetry_rows(60, first=10)
+    after["t_ns"] += 10**9
+    after["markers"] += 0.001
+    source = tmp_path / f"{record(np.concatenate([before, after])).id}.rrd"
+    (column,) = Rows(source).table(Choice(("markers_10_x",))).columns
+    assert column.at is not None and column.at.tolist() == [*range(0, 95, 10), *range(95, 155, 10)]
+
+
+@pytest.mark.parametrize("what", ["p_meas", "p_ref", "marker"])
+def test_a_recorded_path_can_be_tracked_again(source: Path, what: Any) -> None:
+    file, rows = source.with_suffix(".csv"), telemetry_rows(COUNT)
+    write_path(source, file, Wanted(what, rod=10, start=0.5))
+    samples, (t, p) = read_samples(file), tip_path(source, Wanted(what, rod=10, start=0.5))
+    np.testing.assert_allclose(samples.t, t, atol=1e-9)
+    np.testing.assert_allclose(samples.p, p, atol=1e-9)
+    field = "p_ref" if what == "p_ref" else "p_meas"
+    np.testing.assert_array_equal(p[-1], rows[field][-1] if what != "marker" else rows[field][COUNT - 10])
+    assert t[0] == 0.0
+
+
+def test_a_marker_that_was_never_seen_is_no_path(source: Path) -> None:
+    with pytest.raises(ParameterError, match="what = markers_4: it was seen at 0 times"):
+        tip_path(source, Wanted("marker", rod=4))

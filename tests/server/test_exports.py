@@ -1,0 +1,135 @@
+"""Recordings exported, followed again and imported over REST."""
+
+import io
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from controller.parameters import Settings
+from recordings.messages import Recording
+from recordings.writer import Recorder
+from server.drawings.messages import DrawingBody
+from server.recorded_path import drawing_name
+from tests.recordings.synthetic import batches, rig_info, telemetry_rows
+from tests.server.live_server import Page, TestServer, free_environment
+
+ROWS = telemetry_rows(6500)
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestServer]:
+    """A server that no rig has ever spoken to: recordings need none."""
+    free_environment()
+    found = TestServer(tmp_path_factory.mktemp("server"), "tcp/127.0.0.1:9")
+    yield found
+    found.close()
+
+
+@pytest.fixture(scope="module")
+def done(server: TestServer) -> Recording:
+    folder = server.settings.recordings
+    assert folder is not None
+    recorder = Recorder(folder)
+    recorder.start("Circle/0.5 Hz, ü", rig_info(), Settings())
+    for batch in batches(ROWS, 250):
+        recorder.rows(batch)
+    found = recorder.stop()
+    recorder.close()
+    return found
+
+
+@pytest.fixture
+def page(server: TestServer) -> Page:
+    return server.page().sign_in()
+
+
+def test_a_choice_in_a_window_comes_as_a_file_with_a_good_name(page: Page, done: Recording) -> None:
+    asked = {"format": "csv", "signals": "tick, p_meas", "from": 1.0, "to": 2.0}
+    answer = page.get(f"/api/recordings/{done.id}/export", params=asked)
+    assert answer.status_code == 200, answer.text
+    assert answer.headers["content-disposition"] == f'attachment; filename="{done.id}.csv"'
+    found = pd.read_csv(io.StringIO(answer.text))
+    assert [*found] == ["t [s]", "tick", "p_meas_x [m]", "p_meas_y [m]"]
+    rows = ROWS[found["tick"]]
+    assert 990 < len(found) < 1010 and (np.diff(found["tick"]) == 1).all()
+    np.testing.assert_array_equal(found["p_meas_x [m]"], rows["p_meas"][:, 0])
+
+
+def test_the_export_leaves_nothing_behind(
+    page: Page, done: Recording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    assert page.get(f"/api/recordings/{done.id}/export", params={"format": "rrd"}).status_code == 200
+    assert page.get(f"/api/recordings/{done.id}/export", params={"format": "mat", "signals": "x"}).status_code == 422
+    assert [*tmp_path.iterdir()] == []
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [
+        ({"format": "xls"}, "format"),
+        ({"format": "csv", "signals": "u,zz"}, "signals = zz: this recording has no such signal"),
+        ({"format": "csv", "from": "9"}, "from = 9 s is outside the recording's [0, 6.5"),
+        ({"format": "csv", "to": "inf"}, "to"),
+        ({"format": "rrd", "from": "1"}, "format = rrd is the whole file"),
+    ],
+)
+def test_what_cannot_be_exported_is_named(page: Page, done: Recording, asked: dict[str, str], told: str) -> None:
+    answer = page.get(f"/api/recordings/{done.id}/export", params=asked)
+    assert answer.status_code == 422 and told in answer.text
+
+
+@pytest.mark.parametrize("what", ["export?format=csv", "signals", "path"])
+def test_unknown_recordings_are_not_found_and_strangers_get_nothing(server: TestServer, page: Page, what: str) -> None:
+    for id in ("20200101-000000", "nothing", "..%2F..%2Fsecrets"):
+        assert page.get(f"/api/recordings/{id}/{what}").status_code == 404
+    assert server.page().get(f"/api/recordings/20200101-000000/{what}").status_code == 401
+
+
+def test_the_signals_on_offer_are_those_that_can_be_exported(page: Page, done: Recording) -> None:
+    offered = page.get(f"/api/recordings/{done.id}/signals").json()
+    asked = {"format": "csv", "to": 0.01}
+    text = page.get(f"/api/recordings/{done.id}/export", params=asked).text
+    assert [one["name"] for one in offered] == [title.split(" ")[0] for title in text.splitlines()[0].split(",")[1:]]
+
+
+def test_a_recorded_tip_comes_back_as_a_drawing_with_its_times(page: Page, done: Recording) -> None:
+    drawn = DrawingBody.model_validate(page.get(f"/api/recordings/{done.id}/path").json())
+    assert (drawn.name, drawn.timing.kind, len(drawn.points)) == ("Circle 0.5 Hz", "given", 5000)
+    assert drawn.times is not None and drawn.times[-1] == pytest.approx(done.seconds, abs=1e-6)
+    np.testing.assert_allclose(drawn.points[-1], ROWS["p_meas"][-1], atol=1e-6)
+    asked = {"what": "marker", "rod": 5, "from": 1, "to": 1.5}
+    marker = DrawingBody.model_validate(page.get(f"/api/recordings/{done.id}/path", params=asked).json())
+    assert len(marker.points) == pytest.approx(50, abs=1)
+    assert np.abs(ROWS["markers"][1000:1500, 4] - marker.points[3]).sum(axis=1).min() < 2e-6
+    unseen = page.get(f"/api/recordings/{done.id}/path", params={"what": "marker", "rod": 4})
+    assert unseen.status_code == 422 and "markers_4: it was seen at 0 times" in unseen.text
+
+
+def test_another_labs_file_is_imported_listed_and_exported(server: TestServer) -> None:
+    page = server.page().sign_in()
+    asked = {"name": "Their circle", "length_unit": "mm"}
+    text = b"time;x;y\n0;100,5;2\n0,5;101;3\n1;102;4\n"
+    assert page.post("/api/recordings/import", params=asked, content=text).status_code == 403
+    page.operate()
+    answer = page.post("/api/recordings/import", params=asked, content=text)
+    assert answer.status_code == 200, answer.text
+    id = answer.json()["id"]
+    assert any(one["id"] == id and one["imported"] for one in page.get("/api/recordings").json())
+    exported = page.get(f"/api/recordings/{id}/export", params={"format": "csv", "signals": "p_meas"}).text
+    wanted = [(0, 0.1005, 0.002), (0.5, 0.101, 0.003), (1, 0.102, 0.004)]
+    np.testing.assert_allclose(np.loadtxt(io.StringIO(exported), delimiter=",", skiprows=1), wanted, atol=1e-15)
+    page.operate()  # a slow machine may have taken longer than a lease without a sign of life
+    wrong = page.post("/api/recordings/import", params=asked, content=b"t,x,y\n0,1,2\n1,a,2\n")
+    assert (wrong.status_code, wrong.json()["detail"]) == (422, "the file, line 3: x = 'a' is not a number")
+
+
+@pytest.mark.parametrize(
+    ("name", "drawn"),
+    [("a/b.csv", "a b"), ("ü", "recorded"), ("  x  ", "x"), ("-.-", "recorded"), ("n" * 99, "n" * 80)],
+)
+def test_any_name_makes_one_that_a_drawing_may_have(name: str, drawn: str) -> None:
+    assert drawing_name(name) == drawn

@@ -1,0 +1,142 @@
+"""`tendril recordings` at the command line, on a folder without a server."""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from controller.errors import DataError, ParameterError, RecordingError, TendrilError
+from controller.parameters import Settings
+from controller.reference.path_file import read_samples
+from recordings import sidecar
+from recordings.comparing import apart
+from recordings.messages import Metrics, Recording
+from recordings.store import Store
+from recordings.writer import Recorder
+from server.cli import app
+from tests.recordings.synthetic import batches, rig_info, telemetry_rows
+
+ROWS = telemetry_rows(2000)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Recording]:
+    folder = tmp_path_factory.mktemp("recordings")
+    recorder = Recorder(folder)
+    recorder.start("Circle [red]", rig_info(), Settings())
+    for batch in batches(ROWS, 250):
+        recorder.rows(batch)
+    done = recorder.stop().model_copy(update={"tags": ("paper",), "metrics": Metrics(rmse=0.00321, lost=1)})
+    recorder.close()
+    sidecar.write(folder, done)
+    return folder, done
+
+
+def run(folder: Path, *arguments: object, answer: str = "") -> str:
+    """What the command prints; its error, if it has one."""
+    words = ["recordings", *map(str, arguments), "--folder", str(folder)]
+    result = CliRunner(env={"COLUMNS": "200"}).invoke(app, words, input=answer)
+    if isinstance(result.exception, TendrilError):
+        raise result.exception
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+def test_the_list_is_searched_by_words_and_reads_well(made: tuple[Path, Recording]) -> None:
+    folder, done = made
+    (line,) = [line for line in run(folder, "ls", "PAPER", "circle").splitlines() if done.id in line]
+    assert "Circle [red]" in line and "3.21" in line and "2.0" in line
+    assert [one["id"] for one in json.loads(run(folder, "ls", "--json"))] == [done.id]
+    assert json.loads(run(folder, "ls", "square", "--json")) == []
+
+
+def test_one_recording_is_shown_with_its_figures(made: tuple[Path, Recording]) -> None:
+    folder, done = made
+    text = run(folder, "show", done.id)
+    assert "2000 rows" in text and "RMSE [mm]" in text and "3.21" in text
+    assert Recording.model_validate_json(run(folder, "show", done.id, "--json")) == done
+    with pytest.raises(RecordingError, match="there is no recording '20200101-000000'"):
+        run(folder, "show", "20200101-000000")
+
+
+def test_numbers_and_paths_are_written_where_they_are_wanted(made: tuple[Path, Recording], tmp_path: Path) -> None:
+    folder, done = made
+    table, path = tmp_path / "some.csv", tmp_path / "path.csv"
+    run(folder, "export", done.id, "--out", table, "--signals", "tick,u", "--from", 0.5, "--to", 1)
+    assert table.read_text().splitlines()[0] == "t [s],tick,u_1 [N m],u_2 [N m]"
+    run(folder, "export", done.id, "--format", "path", "--what", "p_ref", "--out", path)
+    np.testing.assert_allclose(read_samples(path).p, ROWS["p_ref"], atol=1e-9)
+    with pytest.raises(ParameterError, match="signals = zz"):
+        run(folder, "export", done.id, "--signals", "zz", "--out", tmp_path / "none.csv")
+    with pytest.raises(RecordingError, match="is the recording itself"):
+        run(folder, "export", done.id, "--format", "rrd", "--out", folder / f"{done.id}.rrd")
+
+
+def test_another_labs_path_is_imported_and_held_against_ours(made: tuple[Path, Recording], tmp_path: Path) -> None:
+    folder, done = made
+    t = (ROWS["t_ns"] - ROWS["t_ns"][0])[::40] * 1e-9
+    lines = [f"{at},{1e3 * x + 3},{1e3 * y + 4}" for at, (x, y) in zip(t, ROWS["p_meas"][::40], strict=True)]
+    file = tmp_path / "lab.csv"
+    file.write_text("\n".join(["time,x,y", *lines]))
+    run(folder, "import", file, "--length-unit", "mm")
+    (theirs,) = [one for one in Store(folder).list() if one.imported]
+    assert theirs.name == "lab"
+    found = json.loads(run(folder, "compare", done.id, theirs.id, "--json"))
+    assert found[done.id]["rmse"] == 0.00321 and found[done.id]["apart_max"] == 0.0
+    assert found[theirs.id]["apart_rms"] == pytest.approx(0.005, abs=1e-6)
+    table = run(folder, "compare", done.id, theirs.id)
+    assert "5.00" in table and "SSE" not in table
+    with pytest.raises(RecordingError, match="1 recordings cannot be compared: give 2 to 4"):
+        run(folder, "compare", done.id)
+    file.write_text("t,x,y\n0,0,0\n0,0,0\n")
+    with pytest.raises(DataError, match="line 3: t = 0 s is not after"):
+        run(folder, "import", file)
+
+
+def test_paths_are_compared_along_straight_lines_at_common_times() -> None:
+    first = np.array([0.0, 1.0]), np.array([(0.0, 0.0), (2.0, 0.0)])
+    other = np.array([0.5, 1.0, 1.5]), np.array([(1.0, 3.0), (2.0, 4.0), (9.0, 9.0)])
+    assert apart(first, other) == {"apart_rms": pytest.approx(12.5**0.5), "apart_max": 4.0}
+    assert apart(first, (np.array([2.0]), np.zeros((1, 2)))) == {"apart_rms": None, "apart_max": None}
+
+
+def test_what_is_deleted_is_asked_for_and_a_star_protects(made: tuple[Path, Recording], tmp_path: Path) -> None:
+    _, done = made
+    for id, starred in ((done.id, False), ("20200101-000000", True)):
+        (tmp_path / f"{id}.rrd").write_bytes(b"x")
+        sidecar.write(tmp_path, done.model_copy(update={"id": id, "starred": starred}))
+    with pytest.raises(RecordingError, match="has a star"):
+        run(tmp_path, "rm", done.id, "20200101-000000", "--yes")
+    run(tmp_path, "rm", done.id, answer="n\n")
+    assert len(Store(tmp_path).list()) == 2
+    held = sidecar.lock(tmp_path / f"{done.id}.rrd")
+    assert held
+    with held, pytest.raises(RecordingError, match="is still being written"):
+        run(tmp_path, "rm", done.id, "--yes")
+    run(tmp_path, "rm", done.id, answer="y\n")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["20200101-000000.json", "20200101-000000.rrd"]
+
+
+def test_what_a_killed_writer_left_is_mended(made: tuple[Path, Recording], tmp_path: Path) -> None:
+    folder, done = made
+    (tmp_path / f"{done.id}.rrd").write_bytes((folder / f"{done.id}.rrd").read_bytes()[:-1000])
+    sidecar.write(tmp_path, done.model_copy(update={"complete": False}))
+    assert f"{done.id}: mended, " in run(tmp_path, "repair")
+    assert Store(tmp_path).find(done.id).recovered
+
+
+def test_without_a_display_the_viewer_says_so(made: tuple[Path, Recording], monkeypatch: pytest.MonkeyPatch) -> None:
+    folder, done = made
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    with pytest.raises(RecordingError, match="there is no display"):
+        run(folder, "play", done.id)
+
+
+def test_a_wrong_folder_is_named_and_not_made(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match="is not a folder"):
+        run(tmp_path / "typo", "ls")
+    assert os.listdir(tmp_path) == []
