@@ -14,6 +14,8 @@ from controller.modes import Cause, Mode
 from controller.parameters import Settings
 from recordings import plan
 from recordings.blueprint import blueprint
+from recordings.messages import Profile
+from recordings.profiles import TICKS, meaning, rounded
 from recordings.signals import GROUPS, MARKERS, MODE_COLORS, Group, rgba
 
 Rows = np.ndarray[Any, np.dtype[np.void]]
@@ -32,6 +34,7 @@ class About:
     name: str
     info: RigInfo
     settings: Settings
+    profile: Profile = "full"
 
 
 class RrdFile:
@@ -57,11 +60,10 @@ class RrdFile:
         """Append `rows` (n,) of Telemetry, in the order of their ticks, n >= 1."""
         if self._origin is None:
             self._begin(int(rows["t_ns"][0]))
-        times = self._times(rows)
-        for group in GROUPS:
-            self._stream.send_columns(group.path, times, rr.Scalars.columns(scalars=_matrix(rows, group)))
-        self._write_markers(rows)
+        rows = rounded(rows) if self._about.profile == "standard" else rows
         on_grid = rows[plan.on_grid(rows["tick"])]
+        self._write_groups(rows, on_grid)
+        self._write_markers(rows)
         if len(on_grid):
             plan.write(self._stream, self._times, on_grid)
         self._write_modes(rows)
@@ -98,12 +100,13 @@ class RrdFile:
                 rig=about.info.rig,
                 version=about.info.version,
                 actuator=about.info.parameters.actuator.name,
+                profile=about.profile,
                 info=about.info.model_dump_json(),
                 settings=about.settings.model_dump_json(),
             ),
         )
         stream.log("/about", rr.TextDocument(_description(about), media_type="text/markdown"), static=True)
-        for group in GROUPS:
+        for group in (*GROUPS, *((TICKS,) if about.profile == "standard" else ())):
             stream.log(group.path, _style(group), static=True)
         stream.log("/mode", _mode_style(), static=True)
         plan.write_static(stream, about.info.parameters.actuator)
@@ -117,6 +120,18 @@ class RrdFile:
             rr.TimeColumn("tick", sequence=rows["tick"].astype(np.int64)),
             rr.TimeColumn("time", timestamp=wall.astype("datetime64[ns]")),
         ]
+
+    def _write_groups(self, rows: Rows, on_grid: Rows) -> None:
+        if self._about.profile == "full":
+            return self._send(GROUPS, rows)
+        self._send((TICKS,), rows)
+        if len(on_grid):
+            self._send(GROUPS, on_grid)
+
+    def _send(self, groups: tuple[Group, ...], rows: Rows) -> None:
+        times = self._times(rows)
+        for group in groups:
+            self._stream.send_columns(group.path, times, rr.Scalars.columns(scalars=_matrix(rows, group)))
 
     def _write_markers(self, rows: Rows) -> None:
         fresh = rows[_changed(rows, self._last, "markers")]
@@ -185,7 +200,7 @@ def _description(about: About) -> str:
     lines = [
         f"# {about.name}",
         f"{info.parameters.actuator.name}, {source}, rig `{info.rig}`, Tendril {info.version}, loop {info.policy}.",
-        "Every tick is recorded; backbones at 100 Hz. SI units.",
+        f"Profile {about.profile}: {meaning(about.profile)}. SI units.",
         "Plan view: grid 50 mm; rerun's y points down, so y is negated there. Observer blue, measured green, reference "
         "amber with a trail of 2 s, target yellow, twin grey.",
         *(_table(title, part) for title, part in (("Settings at the start", about.settings), *info.parameters)),

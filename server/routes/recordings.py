@@ -9,6 +9,7 @@ from starlette.responses import FileResponse, StreamingResponse
 
 from controller.errors import CommandRefused, RecordingError
 from recordings.messages import Recording, RecordingState
+from recordings.session import Context
 from server.deps import Holder, Parts
 from server.messages import RecordingBody
 
@@ -29,8 +30,9 @@ async def recordings(parts: Parts) -> list[Recording]:
 async def start_recording(body: RecordingBody, parts: Parts, who: Holder) -> RecordingState:
     """Record every tick from now on; 409 when a recording runs or the disk has no room."""
     info, settings = parts.require_info(), parts.operator.settings
+    context = Context(profile=body.profile, operator=who.name)
     try:
-        state = await asyncio.to_thread(parts.recorder.start, body.name, info, settings)
+        state = await asyncio.to_thread(parts.recorder.start, body.name, info, settings, context)
     except RecordingError as error:
         raise CommandRefused(str(error)) from error
     parts.events.add(f"{who.name}: recording {state.id} started")
