@@ -62,8 +62,16 @@ def test_rerun_finds_nothing_wrong_before_and_after_compaction(standard: tuple[R
 
 
 def test_an_hour_of_standard_takes_less_than_700_mb(tmp_path: Path) -> None:
-    rows = twin_rows("circle_2hz")
+    rows = laps(twin_rows("circle_2hz")[2000:], 4)
     _, standard = megabytes_per_hour(rows, "standard", tmp_path)
     _, full = megabytes_per_hour(rows, "full", tmp_path)
     assert standard < 700 < full
     assert {info.name: info.megabytes_per_hour for info in PROFILES}["standard"] <= 700
+
+
+def laps(rows: Rows, count: int) -> Rows:
+    """The same rows `count` times, one after the other: in a short file the chunks' heads weigh too much."""
+    out = np.tile(rows, count)
+    for name, step in (("tick", 1), ("slot", 1), ("t_ns", 1_000_000)):
+        out[name] += np.repeat(np.arange(count), len(rows)) * len(rows) * step
+    return out
