@@ -3,7 +3,7 @@
 import shutil
 import tempfile
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -81,6 +81,12 @@ class Session:
         """Close the file and mark it complete."""
         self._file.flush()
         return self._release(complete=True)
+
+    def next(self) -> "Session":
+        """The recording's next part, after this one has ended."""
+        part_of = self._context.part_of or self.id
+        context = replace(self._context, part_of=part_of, earlier=None, after=self._last_tick)
+        return Session(self._folder, self._name, self._info, self._settings, context)
 
     def abandon(self, reason: str) -> Recording:
         """Close what can be closed after `reason`: the file stays readable as far as it goes."""
@@ -162,7 +168,8 @@ def check_room(folder: Path) -> None:
     """Raise `RecordingError` when the disk is nearly full."""
     free = shutil.disk_usage(folder).free
     if free < DISK_FREE_MIN:
-        raise RecordingError(f"only {free >> 20} MiB are free in {folder}: a recording needs {DISK_FREE_MIN >> 20} MiB")
+        least = f"a recording leaves at least {DISK_FREE_MIN >> 20} MiB"
+        raise RecordingError(f"the disk is nearly full: {free >> 20} MiB are free in {folder}, {least}")
 
 
 def warm_up() -> None:

@@ -31,6 +31,11 @@ class Store:
         folder.mkdir(parents=True, exist_ok=True)
         self._folder = folder
 
+    @property
+    def folder(self) -> Path:
+        """Where they are."""
+        return self._folder
+
     def list(self) -> list[Recording]:
         """Every recording, newest first, read from the sidecars alone; damaged ones are left out."""
         found = [recording for path in self._folder.glob("*.json") if (recording := self._listed(path.stem))]

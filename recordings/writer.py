@@ -30,6 +30,7 @@ QUEUE_BATCHES = 6000
 """A minute of batches at 100 Hz. A full queue makes the link wait, which then refills its gap from the rig's ring."""
 
 POLL_SECONDS = 0.05
+SPLIT_BYTES = 1_000_000_000
 PLAIN = Context()
 FIRST_ROWS = 1000
 """Rows from memory are written in batches of so many."""
@@ -43,15 +44,19 @@ Job = Callable[[], object]
 class Recorder:
     """Writes one recording at a time into `folder`. Its methods may be called from any thread."""
 
-    def __init__(self, folder: Path, before: Before | None = None) -> None:
-        """`before` holds what a recording begins with: the last 10 s when it is not given."""
+    def __init__(
+        self, folder: Path, split: int = SPLIT_BYTES, ended: Callable[[Recording], None] = lambda done: None
+    ) -> None:
+        """A file that reaches `split` bytes is `ended`, and the recording goes on in another one."""
         folder.mkdir(parents=True, exist_ok=True)
-        self._before = before or Before()
+        self._split_bytes, self._ended = split, ended
+        self._before = Before()
         self._hand_over = threading.Lock()
         """Held while rows go to memory and queue, and while a recording takes those in memory: none is lost between."""
         self._folder = folder
         self._queue: queue.Queue[Job | Rows | None] = queue.Queue(QUEUE_BATCHES)
         self._accepting = False
+        self._first = ""
         self._session: Session | None = None
         self._state = RecordingState(recording=False, id="", seconds=0.0, rows=0, gaps=0)
         self._pending: list[Rows] = []
@@ -89,6 +94,10 @@ class Recorder:
     def state(self) -> RecordingState:
         """What the recorder does now; `problem` says why the last recording ended by itself."""
         return self._state
+
+    def first(self) -> str:
+        """Id of the running recording's first part, "" when none runs."""
+        return self._first if self._state.recording else ""
 
     def close(self) -> None:
         """End a running recording and the recorder's thread."""
@@ -146,7 +155,7 @@ class Recorder:
         except Exception as error:
             self._fail(error)
             raise RecordingError(self._state.problem) from error
-        self._state = self._session.state()
+        self._state, self._first = self._session.state(), self._session.id
         return self._state
 
     def _accept(self, session: Session, context: Context) -> None:
@@ -195,7 +204,15 @@ class Recorder:
         rows, self._pending = self._pending, []
         if rows and self._session:
             self._session.write(np.concatenate(rows))
+            if self._session.bytes >= self._split_bytes:
+                self._split(self._session)
             self._state = self._session.state()
+
+    def _split(self, full: Session) -> None:
+        """Close the file and go on in another."""
+        self._session = None
+        self._ended(full.end())
+        self._session = full.next()
 
     def _fail(self, error: Exception) -> None:
         """End the recording because of `error` and keep the reason for `state`."""
