@@ -1,7 +1,5 @@
 """One .rrd file while it is written: telemetry rows in, rerun columns out. Not thread-safe: one thread owns it."""
 
-import json
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -9,14 +7,12 @@ import numpy as np
 import rerun as rr
 
 from controller.errors import RecordingError
-from controller.messages import RigInfo, Telemetry
 from controller.modes import Cause, Mode
-from controller.parameters import Settings
 from recordings import plan
+from recordings.about import About, description, mode_style, series_style, word
 from recordings.blueprint import blueprint
-from recordings.messages import Profile
-from recordings.profiles import TICKS, meaning, rounded
-from recordings.signals import GROUPS, MARKERS, MODE_COLORS, Group, rgba
+from recordings.profiles import TICKS, rounded
+from recordings.signals import GROUPS, MARKERS, Group
 
 Rows = np.ndarray[Any, np.dtype[np.void]]
 Level = Literal["info", "warning", "error"]
@@ -24,17 +20,6 @@ Level = Literal["info", "warning", "error"]
 APPLICATION = "tendril"
 FLUSH_TIMEOUT = 5.0
 MODE_LEVELS: dict[int, Level] = {Mode.FAULT: "warning", Mode.E_STOP: "error"}
-
-
-@dataclass(frozen=True)
-class About:
-    """What a recording says about itself beside its rows."""
-
-    id: str
-    name: str
-    info: RigInfo
-    settings: Settings
-    profile: Profile = "full"
 
 
 class RrdFile:
@@ -105,10 +90,10 @@ class RrdFile:
                 settings=about.settings.model_dump_json(),
             ),
         )
-        stream.log("/about", rr.TextDocument(_description(about), media_type="text/markdown"), static=True)
+        stream.log("/about", rr.TextDocument(description(about), media_type="text/markdown"), static=True)
         for group in (*GROUPS, *((TICKS,) if about.profile == "standard" else ())):
-            stream.log(group.path, _style(group), static=True)
-        stream.log("/mode", _mode_style(), static=True)
+            stream.log(group.path, series_style(group), static=True)
+        stream.log("/mode", mode_style(), static=True)
         plan.write_static(stream, about.info.parameters.actuator)
 
     def _times(self, rows: Rows) -> list[rr.TimeColumn]:
@@ -151,8 +136,8 @@ class RrdFile:
         for row in rows[_changed(rows, self._last, "mode")]:
             mode, cause = Mode(row["mode"]), Cause(row["cause"])
             at = row.reshape(1)
-            self._stream.send_columns("/mode", self._times(at), rr.StateChange.columns(state=[_word(mode)]))
-            self._log(at, f"{_word(mode)} ({_word(cause).lower()})", MODE_LEVELS.get(mode, "info"))
+            self._stream.send_columns("/mode", self._times(at), rr.StateChange.columns(state=[word(mode)]))
+            self._log(at, f"{word(mode)} ({word(cause).lower()})", MODE_LEVELS.get(mode, "info"))
 
     def _log(self, at: Rows, text: str, level: Level) -> None:
         """A line at the row `at` (1,), with its time in the text too: rerun's own column of times is too narrow."""
@@ -179,41 +164,3 @@ def _changed(rows: Rows, last: Rows | None, field: str) -> np.ndarray[Any, np.dt
     if last is not None:
         change[0] = bool((np.ascontiguousarray(last[field]).view(np.int64).reshape(-1) != now[0]).any())
     return change
-
-
-def _style(group: Group) -> rr.SeriesLines:
-    return rr.SeriesLines(
-        names=[series.name for series in group.series],
-        colors=rgba(series.color for series in group.series),
-        widths=[series.width for series in group.series],
-    )
-
-
-def _mode_style() -> rr.StateConfiguration:
-    words = [_word(mode) for mode in Mode]
-    return rr.StateConfiguration(values=words, labels=words, colors=rgba(MODE_COLORS[mode] for mode in Mode))
-
-
-def _word(value: Mode | Cause) -> str:
-    return "E-STOP" if value == Mode.E_STOP and isinstance(value, Mode) else value.name.replace("_", " ")
-
-
-def _description(about: About) -> str:
-    """The "About" tab: who, what, and every parameter."""
-    info = about.info
-    source = "twin (simulated actuator)" if info.twin else "hardware"
-    lines = [
-        f"# {about.name}",
-        f"{info.parameters.actuator.name}, {source}, rig `{info.rig}`, Tendril {info.version}, loop {info.policy}.",
-        f"Profile {about.profile}: {meaning(about.profile)}. SI units.",
-        "Plan view: grid 50 mm; rerun's y points down, so y is negated there. Observer blue, measured green, reference "
-        "amber with a trail of 2 s, target yellow, twin grey.",
-        *(_table(title, part) for title, part in (("Settings at the start", about.settings), *info.parameters)),
-        f"Record layout `{info.layout}` ({len(Telemetry.model_fields)} fields), boot `{info.boot}`.",
-    ]
-    return "\n\n".join(lines)
-
-
-def _table(title: str, part: Any) -> str:
-    rows = "\n".join(f"| {name} | `{json.dumps(value)}` |" for name, value in part.model_dump(mode="json").items())
-    return f"## {title.capitalize()}\n\n| parameter | value |\n|---|---|\n{rows}"

@@ -14,8 +14,9 @@ from controller.layout import record_dtype
 from controller.messages import RigInfo, Telemetry
 from controller.parameters import RigParameters, Settings
 from recordings import sidecar
+from recordings.about import About
 from recordings.messages import Hole, Profile, Recording, RecordingState
-from recordings.rrd import About, Level, Rows, RrdFile
+from recordings.rrd import Level, Rows, RrdFile
 
 REPORT_SECONDS = 1.0
 DISK_FREE_MIN = 256 << 20

@@ -9,9 +9,10 @@ from controller.experiments.run import run
 from controller.parameters import RigParameters, Settings
 from controller.reference import library
 from recordings import tool
+from recordings.about import About
 from recordings.messages import Profile
 from recordings.profiles import PROFILES, Rows
-from recordings.rrd import About, RrdFile
+from recordings.rrd import RrdFile
 from recordings.run_file import simulated_rig
 
 BATCH = 200
