@@ -17,7 +17,8 @@ from controller.messages import RigInfo, Telemetry
 from controller.parameters import Settings
 from recordings import frames
 from recordings.plan import LINES, flip
-from recordings.signals import GROUPS, MARKERS
+from recordings.profiles import SLOW_FIELDS, TICKS
+from recordings.signals import GROUPS, MARKERS, Group
 
 Array = np.ndarray[Any, Any]
 Batch = Any
@@ -32,25 +33,26 @@ SLOW = {MARKERS: ("markers", SCALARS)} | {path: (field, STRIPS) for path, field 
 def read_rows(path: Path) -> dict[str, Array]:
     """Every recorded telemetry field (n, ...) in the order of time, in Telemetry's own types and units.
 
-    `markers`, `backbone` and `twin_backbone` are slower: each comes with `<name>_tick` (k,), the ticks of its values.
+    `markers`, `backbone` and `twin_backbone` are slower, and so are `profiles.SLOW_FIELDS` in the profile `standard`:
+    each comes with `<name>_tick` (k,), the ticks of its values.
     A batch that a killed writer left half written is dropped.
     """
-    found = _collect(path, [*DENSE, *SLOW, CLOCK])
+    found = _collect(path, [*DENSE, TICKS.path, *SLOW, CLOCK])
+    groups = (TICKS,) if TICKS.path in found else GROUPS
     origin = int(found[CLOCK][0].column("t_ns_origin").flatten()[0].as_py()) if CLOCK in found else 0
-    tables = {entity: _Table(found.get(entity, []), SCALARS) for entity in DENSE}
+    tables = {group.path: _Table(found.get(group.path, []), SCALARS) for group in groups}
     whole = reduce(np.intersect1d, [table.t for table in tables.values()])
-    clock = tables[GROUPS[0].path].only(whole)
+    clock = tables[groups[0].path].only(whole)
     out: dict[str, Array] = {"tick": clock.tick, "t_ns": clock.t + origin}
-    for group in GROUPS:
-        table = tables[group.path].only(whole)
-        for column, series in enumerate(group.series):
-            _put(out, series.field, series.index, table.values(len(group.series))[:, column])
-    return out | _slow(found)
+    for group in groups:
+        _spread(tables[group.path].only(whole), group, out)
+    return out | (_thinned(found) if groups != GROUPS else {}) | _slow(found)
 
 
 def read_times(path: Path) -> tuple[Array, Array]:
     """Ticks and times since the start [ns] of the rows in the file: (n,), (n,); much cheaper than all rows."""
-    last = _Table(_collect(path, [GROUPS[-1].path]).get(GROUPS[-1].path, []), SCALARS)
+    found = _collect(path, [GROUPS[-1].path, TICKS.path])
+    last = _Table(found.get(TICKS.path if TICKS.path in found else GROUPS[-1].path, []), SCALARS)
     return last.tick, last.t
 
 
@@ -131,12 +133,25 @@ def _slow(found: dict[str, list[Batch]]) -> dict[str, Array]:
     return out
 
 
-def _put(out: dict[str, Array], field: str, index: int | None, column: Array) -> None:
-    kind = _kind(field)
-    if index is None:
-        out[field] = column.astype(kind.base)
-    else:
-        out.setdefault(field, np.empty((len(column), *kind.shape), kind.base))[:, index] = column
+def _thinned(found: dict[str, list[Batch]]) -> dict[str, Array]:
+    """SLOW_FIELDS with their ticks, from the groups that are written at 100 Hz."""
+    out: dict[str, Array] = {}
+    for group in GROUPS:
+        if slow := SLOW_FIELDS & {series.field for series in group.series}:
+            table = _Table(found.get(group.path, []), SCALARS)
+            _spread(table, group, out)
+            out |= {f"{name}_tick": table.tick for name in slow}
+    return {name: values for name, values in out.items() if name.removesuffix("_tick") in SLOW_FIELDS}
+
+
+def _spread(table: _Table, group: Group, out: dict[str, Array]) -> None:
+    """Put the group's columns into the telemetry fields (rows, ...) of `out` that they belong to."""
+    for column, series in zip(table.values(len(group.series)).T, group.series, strict=True):
+        kind = _kind(series.field)
+        if series.index is None:
+            out[series.field] = column.astype(kind.base)
+        else:
+            out.setdefault(series.field, np.empty((len(column), *kind.shape), kind.base))[:, series.index] = column
 
 
 def _kind(field: str) -> np.dtype[Any]:

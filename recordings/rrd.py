@@ -1,7 +1,5 @@
 """One .rrd file while it is written: telemetry rows in, rerun columns out. Not thread-safe: one thread owns it."""
 
-import json
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -9,12 +7,12 @@ import numpy as np
 import rerun as rr
 
 from controller.errors import RecordingError
-from controller.messages import RigInfo, Telemetry
 from controller.modes import Cause, Mode
-from controller.parameters import Settings
 from recordings import plan
+from recordings.about import About, description, mode_style, series_style, word
 from recordings.blueprint import blueprint
-from recordings.signals import GROUPS, MARKERS, MODE_COLORS, Group, rgba
+from recordings.profiles import TICKS, rounded
+from recordings.signals import GROUPS, MARKERS, Group
 
 Rows = np.ndarray[Any, np.dtype[np.void]]
 Level = Literal["info", "warning", "error"]
@@ -22,16 +20,6 @@ Level = Literal["info", "warning", "error"]
 APPLICATION = "tendril"
 FLUSH_TIMEOUT = 5.0
 MODE_LEVELS: dict[int, Level] = {Mode.FAULT: "warning", Mode.E_STOP: "error"}
-
-
-@dataclass(frozen=True)
-class About:
-    """What a recording says about itself beside its rows."""
-
-    id: str
-    name: str
-    info: RigInfo
-    settings: Settings
 
 
 class RrdFile:
@@ -57,11 +45,10 @@ class RrdFile:
         """Append `rows` (n,) of Telemetry, in the order of their ticks, n >= 1."""
         if self._origin is None:
             self._begin(int(rows["t_ns"][0]))
-        times = self._times(rows)
-        for group in GROUPS:
-            self._stream.send_columns(group.path, times, rr.Scalars.columns(scalars=_matrix(rows, group)))
-        self._write_markers(rows)
+        rows = rounded(rows) if self._about.profile == "standard" else rows
         on_grid = rows[plan.on_grid(rows["tick"])]
+        self._write_groups(rows, on_grid)
+        self._write_markers(rows)
         if len(on_grid):
             plan.write(self._stream, self._times, on_grid)
         self._write_modes(rows)
@@ -98,25 +85,43 @@ class RrdFile:
                 rig=about.info.rig,
                 version=about.info.version,
                 actuator=about.info.parameters.actuator.name,
+                profile=about.profile,
                 info=about.info.model_dump_json(),
                 settings=about.settings.model_dump_json(),
             ),
         )
-        stream.log("/about", rr.TextDocument(_description(about), media_type="text/markdown"), static=True)
-        for group in GROUPS:
-            stream.log(group.path, _style(group), static=True)
-        stream.log("/mode", _mode_style(), static=True)
+        stream.log("/about", rr.TextDocument(description(about), media_type="text/markdown"), static=True)
+        for group in (*GROUPS, *((TICKS,) if about.profile == "standard" else ())):
+            stream.log(group.path, series_style(group), static=True)
+        stream.log("/mode", mode_style(), static=True)
         plan.write_static(stream, about.info.parameters.actuator)
 
     def _times(self, rows: Rows) -> list[rr.TimeColumn]:
-        """Timelines: `t` since the first row, `tick`, and `time` in UTC. Exact integers, all of them."""
+        """Timelines, exact integers: `t` since the first row, `tick`, and but in `standard` `time` in UTC.
+
+        `time` is `t` and a constant (the recording's start is in its properties), for 60 MB an hour.
+        """
         t_ns = rows["t_ns"].astype(np.int64)
-        wall = t_ns + self._about.info.wall_offset_ns
-        return [
+        columns = [
             rr.TimeColumn("t", duration=(t_ns - (self._origin or 0)).astype("timedelta64[ns]")),
             rr.TimeColumn("tick", sequence=rows["tick"].astype(np.int64)),
-            rr.TimeColumn("time", timestamp=wall.astype("datetime64[ns]")),
         ]
+        if self._about.profile == "full":
+            wall = t_ns + self._about.info.wall_offset_ns
+            columns.append(rr.TimeColumn("time", timestamp=wall.astype("datetime64[ns]")))
+        return columns
+
+    def _write_groups(self, rows: Rows, on_grid: Rows) -> None:
+        if self._about.profile == "full":
+            return self._send(GROUPS, rows)
+        self._send((TICKS,), rows)
+        if len(on_grid):
+            self._send(GROUPS, on_grid)
+
+    def _send(self, groups: tuple[Group, ...], rows: Rows) -> None:
+        times = self._times(rows)
+        for group in groups:
+            self._stream.send_columns(group.path, times, rr.Scalars.columns(scalars=_matrix(rows, group)))
 
     def _write_markers(self, rows: Rows) -> None:
         fresh = rows[_changed(rows, self._last, "markers")]
@@ -131,8 +136,8 @@ class RrdFile:
         for row in rows[_changed(rows, self._last, "mode")]:
             mode, cause = Mode(row["mode"]), Cause(row["cause"])
             at = row.reshape(1)
-            self._stream.send_columns("/mode", self._times(at), rr.StateChange.columns(state=[_word(mode)]))
-            self._log(at, f"{_word(mode)} ({_word(cause).lower()})", MODE_LEVELS.get(mode, "info"))
+            self._stream.send_columns("/mode", self._times(at), rr.StateChange.columns(state=[word(mode)]))
+            self._log(at, f"{word(mode)} ({word(cause).lower()})", MODE_LEVELS.get(mode, "info"))
 
     def _log(self, at: Rows, text: str, level: Level) -> None:
         """A line at the row `at` (1,), with its time in the text too: rerun's own column of times is too narrow."""
@@ -159,41 +164,3 @@ def _changed(rows: Rows, last: Rows | None, field: str) -> np.ndarray[Any, np.dt
     if last is not None:
         change[0] = bool((np.ascontiguousarray(last[field]).view(np.int64).reshape(-1) != now[0]).any())
     return change
-
-
-def _style(group: Group) -> rr.SeriesLines:
-    return rr.SeriesLines(
-        names=[series.name for series in group.series],
-        colors=rgba(series.color for series in group.series),
-        widths=[series.width for series in group.series],
-    )
-
-
-def _mode_style() -> rr.StateConfiguration:
-    words = [_word(mode) for mode in Mode]
-    return rr.StateConfiguration(values=words, labels=words, colors=rgba(MODE_COLORS[mode] for mode in Mode))
-
-
-def _word(value: Mode | Cause) -> str:
-    return "E-STOP" if value == Mode.E_STOP and isinstance(value, Mode) else value.name.replace("_", " ")
-
-
-def _description(about: About) -> str:
-    """The "About" tab: who, what, and every parameter."""
-    info = about.info
-    source = "twin (simulated actuator)" if info.twin else "hardware"
-    lines = [
-        f"# {about.name}",
-        f"{info.parameters.actuator.name}, {source}, rig `{info.rig}`, Tendril {info.version}, loop {info.policy}.",
-        "Every tick is recorded; backbones at 100 Hz. SI units.",
-        "Plan view: grid 50 mm; rerun's y points down, so y is negated there. Observer blue, measured green, reference "
-        "amber with a trail of 2 s, target yellow, twin grey.",
-        *(_table(title, part) for title, part in (("Settings at the start", about.settings), *info.parameters)),
-        f"Record layout `{info.layout}` ({len(Telemetry.model_fields)} fields), boot `{info.boot}`.",
-    ]
-    return "\n\n".join(lines)
-
-
-def _table(title: str, part: Any) -> str:
-    rows = "\n".join(f"| {name} | `{json.dumps(value)}` |" for name, value in part.model_dump(mode="json").items())
-    return f"## {title.capitalize()}\n\n| parameter | value |\n|---|---|\n{rows}"

@@ -6,7 +6,8 @@ from pathlib import Path
 from controller.layout import layout_hash
 from controller.messages import Command, RigInfo, Telemetry
 from controller.parameters import RigParameters, Settings
-from recordings.rrd import About, Rows, RrdFile
+from recordings.about import About
+from recordings.rrd import Rows, RrdFile
 
 THINNED = 5
 """One tick of so many is recorded: 200 Hz, a third of the size of them all."""

@@ -3,6 +3,7 @@
 import shutil
 import tempfile
 import time
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -13,37 +14,60 @@ from controller.layout import record_dtype
 from controller.messages import RigInfo, Telemetry
 from controller.parameters import RigParameters, Settings
 from recordings import sidecar
-from recordings.messages import Recording, RecordingState
-from recordings.rrd import About, Level, Rows, RrdFile
+from recordings.about import About
+from recordings.messages import Hole, Profile, Recording, RecordingState
+from recordings.rrd import Level, Rows, RrdFile
 
 REPORT_SECONDS = 1.0
 DISK_FREE_MIN = 256 << 20
 """Room [B] that a recording leaves on the disk: it ends before the disk is full."""
 
 
+HOLES_MAX = 100
+"""So many holes are listed; all their ticks are counted."""
+OF_PEOPLE = ("name", "tags", "notes", "starred")
+"""Fields of the sidecar that people may change while it is written."""
+
+
+@dataclass(frozen=True)
+class Context:
+    """What a recording is told beside name, rig and settings."""
+
+    profile: Profile = "full"
+    operator: str = ""
+    reference: str = ""
+    part_of: str = ""
+    """Id of the recording that this one goes on."""
+    earlier: Rows | None = None
+    """Rows that come before those in memory; None takes the last 10 s."""
+    after: int | None = None
+    """The last tick of the part before it: what lies between is a hole."""
+
+
 class Session:
     """A recording that is being written. Not thread-safe."""
 
-    def __init__(self, folder: Path, name: str, info: RigInfo, settings: Settings) -> None:
+    def __init__(self, folder: Path, name: str, info: RigInfo, settings: Settings, context: Context) -> None:
         """Create the files; raises `RecordingError` when that fails or the disk has no room."""
         check_room(folder)
         self._folder = folder
-        self._info = info
+        self._info, self._settings, self._context = info, settings, context
         self._started = datetime.now(UTC)
         self._name = name.strip() or f"{info.parameters.actuator.name} on {info.rig}"
         self.id, self._lock = sidecar.claim(folder, name, self._started)
         self._path = sidecar.rrd_path(folder, self.id)
         self._first_ns = self._last_ns = 0
-        self._last_tick: int | None = None
+        self._last_tick = context.after
         self._rows = self._gaps = 0
+        self._holes: tuple[Hole, ...] = ()
         self._reported = time.monotonic()
-        self._file = RrdFile(self._path, About(self.id, self._name, info, settings))
+        self._file = RrdFile(self._path, About(self.id, self._name, info, settings, context.profile))
         self._file.flush()
-        sidecar.write(folder, self.recording(complete=False))
+        sidecar.write(folder, self._described(complete=False))
 
     def write(self, rows: Rows) -> None:
         """Append rows (n,) and count them; once a second see to disk and sidecar."""
-        if self._last_tick is None:
+        if not self._rows:
             self._first_ns = int(rows["t_ns"][0])
         self._file.write(rows)
         self._count(rows)
@@ -59,6 +83,12 @@ class Session:
         self._file.flush()
         return self._release(complete=True)
 
+    def next(self) -> "Session":
+        """The recording's next part, after this one has ended."""
+        part_of = self._context.part_of or self.id
+        context = replace(self._context, part_of=part_of, earlier=None, after=self._last_tick)
+        return Session(self._folder, self._name, self._info, self._settings, context)
+
     def abandon(self, reason: str) -> Recording:
         """Close what can be closed after `reason`: the file stays readable as far as it goes."""
         self._file.log(reason, "error")
@@ -69,7 +99,17 @@ class Session:
         return RecordingState(recording=True, id=self.id, seconds=self._seconds, rows=self._rows, gaps=self._gaps)
 
     def recording(self, complete: bool) -> Recording:
-        """The row of the list, as things stand."""
+        """The row of the list, as things stand, with what people wrote into it meanwhile."""
+        kept = sidecar.read(self._folder, self.id)
+        return self._described(complete).model_copy(update={field: getattr(kept, field) for field in OF_PEOPLE})
+
+    @property
+    def bytes(self) -> int:
+        """Size of the file so far."""
+        return self._path.stat().st_size
+
+    def _described(self, complete: bool) -> Recording:
+        context = self._context
         return Recording(
             id=self.id,
             name=self._name,
@@ -77,10 +117,17 @@ class Session:
             seconds=self._seconds,
             rows=self._rows,
             gaps=self._gaps,
-            bytes=self._path.stat().st_size,
+            bytes=self.bytes,
             actuator=self._info.parameters.actuator.name,
             twin=self._info.twin,
             complete=complete,
+            rig=self._info.rig,
+            operator=context.operator,
+            reference=context.reference,
+            profile=context.profile,
+            settings=self._settings,
+            holes=self._holes,
+            part_of=context.part_of,
         )
 
     @property
@@ -93,6 +140,8 @@ class Session:
         steps = np.diff(ticks)
         missing = int((steps[steps > 1] - 1).sum())
         if missing:
+            holes = [Hole(after=int(ticks[i]), ticks=int(steps[i]) - 1) for i in np.flatnonzero(steps > 1)]
+            self._holes = (*self._holes, *holes)[:HOLES_MAX]
             self.log(f"{missing} ticks before tick {ticks[-1]} were not delivered", "warning")
         if (steps <= 0).any():
             self.log("the rig was restarted: its ticks begin again", "warning")
@@ -120,7 +169,8 @@ def check_room(folder: Path) -> None:
     """Raise `RecordingError` when the disk is nearly full."""
     free = shutil.disk_usage(folder).free
     if free < DISK_FREE_MIN:
-        raise RecordingError(f"only {free >> 20} MiB are free in {folder}: a recording needs {DISK_FREE_MIN >> 20} MiB")
+        least = f"a recording leaves at least {DISK_FREE_MIN >> 20} MiB"
+        raise RecordingError(f"the disk is nearly full: {free >> 20} MiB are free in {folder}, {least}")
 
 
 def warm_up() -> None:

@@ -36,6 +36,11 @@ class Store:
         self._folder = folder
         self._catalogue = Catalogue(folder)
 
+    @property
+    def folder(self) -> Path:
+        """Where they are."""
+        return self._folder
+
     def list(self) -> list[Recording]:
         """Every recording, newest first, without opening any data; a damaged one says so as its `problem`."""
         return sorted(self._catalogue.list(), key=lambda recording: (recording.started, recording.id), reverse=True)

@@ -17,9 +17,10 @@ import numpy as np
 from controller.errors import RecordingError
 from controller.messages import RigInfo
 from controller.parameters import Settings
+from recordings.before import Before
 from recordings.messages import Recording, RecordingState
 from recordings.rrd import Level, Rows
-from recordings.session import Session, warm_up
+from recordings.session import Context, Session, warm_up
 
 BATCH_ROWS = 250
 BATCH_SECONDS = 0.2
@@ -29,6 +30,12 @@ QUEUE_BATCHES = 6000
 """A minute of batches at 100 Hz. A full queue makes the link wait, which then refills its gap from the rig's ring."""
 
 POLL_SECONDS = 0.05
+SPLIT_BYTES = 1_000_000_000
+PLAIN = Context()
+FIRST_ROWS = 1000
+"""Rows from memory are written in batches of so many."""
+NEVER = -1
+"""Before every tick."""
 
 T = TypeVar("T")
 Job = Callable[[], object]
@@ -37,11 +44,19 @@ Job = Callable[[], object]
 class Recorder:
     """Writes one recording at a time into `folder`. Its methods may be called from any thread."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(
+        self, folder: Path, split: int = SPLIT_BYTES, ended: Callable[[Recording], None] = lambda done: None
+    ) -> None:
+        """A file that reaches `split` bytes is `ended`, and the recording goes on in another one."""
         folder.mkdir(parents=True, exist_ok=True)
+        self._split_bytes, self._ended = split, ended
+        self._before = Before()
+        self._hand_over = threading.Lock()
+        """Held while rows go to memory and queue, and while a recording takes those in memory: none is lost between."""
         self._folder = folder
         self._queue: queue.Queue[Job | Rows | None] = queue.Queue(QUEUE_BATCHES)
         self._accepting = False
+        self._first = ""
         self._session: Session | None = None
         self._state = RecordingState(recording=False, id="", seconds=0.0, rows=0, gaps=0)
         self._pending: list[Rows] = []
@@ -49,14 +64,22 @@ class Recorder:
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
         self._thread.start()
 
-    def start(self, name: str, info: RigInfo, settings: Settings) -> RecordingState:
-        """Begin a recording; raises `RecordingError` when one runs already or the disk cannot take it."""
-        return self._ask(lambda: self._start(name, info, settings))
+    def start(self, name: str, info: RigInfo, settings: Settings, context: Context = PLAIN) -> RecordingState:
+        """Begin a recording with the rows before it that are in memory.
+
+        Raises `RecordingError` when one runs already or the disk cannot take it.
+        """
+        return self._ask(lambda: self._start(name, info, settings, context))
 
     def rows(self, rows: Rows) -> None:
         """Take telemetry rows (n,) in the order of their ticks. Cheap: they are copied and handed over."""
-        if self._accepting and len(rows):
-            self._queue.put(rows.copy())
+        if not len(rows):
+            return
+        own = rows.copy()
+        with self._hand_over:
+            self._before.add(own)
+            if self._accepting:
+                self._queue.put(own)
 
     def events(self, text: str, level: Level = "info") -> None:
         """Add a line to the log of the running recording, if any."""
@@ -71,6 +94,10 @@ class Recorder:
     def state(self) -> RecordingState:
         """What the recorder does now; `problem` says why the last recording ended by itself."""
         return self._state
+
+    def first(self) -> str:
+        """Id of the running recording's first part, "" when none runs."""
+        return self._first if self._state.recording else ""
 
     def close(self) -> None:
         """End a running recording and the recorder's thread."""
@@ -115,17 +142,32 @@ class Recorder:
         except Exception as error:
             self._fail(error)
 
-    def _start(self, name: str, info: RigInfo, settings: Settings) -> RecordingState:
+    def _start(self, name: str, info: RigInfo, settings: Settings, context: Context) -> RecordingState:
         if self._session:
             raise RecordingError(f"recording {self._session.id} is running already")
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
-            self._session = Session(self._folder, name, info, settings)
+            self._session = Session(self._folder, name, info, settings, context)
         except OSError as error:
             raise RecordingError(f"nothing can be written into {self._folder}: {error}") from error
-        self._state = self._session.state()
-        self._accepting = True
+        try:
+            self._accept(self._session, context)
+        except Exception as error:
+            self._fail(error)
+            raise RecordingError(self._state.problem) from error
+        self._state, self._first = self._session.state(), self._session.id
         return self._state
+
+    def _accept(self, session: Session, context: Context) -> None:
+        """Write what was before, and take all that comes from now on."""
+        earlier = [] if context.earlier is None or not len(context.earlier) else [context.earlier]
+        with self._hand_over:
+            before = self._before.since(int(earlier[0]["tick"][-1]) if earlier else NEVER)
+            self._accepting = True
+        if batches := [*earlier, *before]:
+            rows = np.concatenate(batches)
+            for begin in range(0, len(rows), FIRST_ROWS):
+                session.write(rows[begin : begin + FIRST_ROWS])
 
     def _stop(self) -> Recording:
         if not self._session:
@@ -162,7 +204,15 @@ class Recorder:
         rows, self._pending = self._pending, []
         if rows and self._session:
             self._session.write(np.concatenate(rows))
+            if self._session.bytes >= self._split_bytes:
+                self._split(self._session)
             self._state = self._session.state()
+
+    def _split(self, full: Session) -> None:
+        """Close the file and go on in another."""
+        self._session = None
+        self._ended(full.end())
+        self._session = full.next()
 
     def _fail(self, error: Exception) -> None:
         """End the recording because of `error` and keep the reason for `state`."""

@@ -18,6 +18,7 @@ from pydantic import Field as Bounds
 from controller.layout import Field, Model
 from controller.messages import CommandReply, Coordinate, RigInfo
 from controller.parameters import Settings
+from recordings.messages import Profile
 from recordings.messages import Recording as Recording
 from recordings.messages import RecordingState as RecordingState
 from server.plots.messages import PlotChannel, PlotChoice
@@ -82,6 +83,7 @@ class RecordingBody(Model):
     """Body of POST /api/recordings."""
 
     name: Annotated[str, Bounds(max_length=80)] = ""
+    profile: Profile = "standard"
 
 
 class Workspace(Model):

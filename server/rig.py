@@ -2,10 +2,14 @@
 
 from collections.abc import Callable
 
+import numpy as np
+
 from controller.actuator import Actuator
 from controller.kernels.rod import Array
+from controller.layout import record_dtype
 from controller.link import RigClient
-from controller.messages import Command, CommandReply, RigInfo, TwinFaults
+from controller.link.stream import CHUNK
+from controller.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults
 from controller.parameters import RigParameters
 from server.channels import Rows
 from server.history import History
@@ -54,6 +58,18 @@ class Rig:
     def send(self, command: Command) -> CommandReply:
         """Send a command and wait for the loop's answer; see `RigClient.command`."""
         return self._link.command(command)
+
+    def replay(self, first: int, stop: int) -> Rows:
+        """Telemetry rows (n,) of the ticks [first, stop) that the rig's ring still holds; see `RigClient.replay`."""
+        parts = [np.empty(0, record_dtype(Telemetry))]
+        while first < stop:
+            rows = self._link.replay(first, min(CHUNK, stop - first))
+            if not len(rows):
+                break
+            parts.append(rows)
+            first = int(rows["tick"][-1]) + 1
+        found = np.concatenate(parts)
+        return found[found["tick"] < stop]
 
     def plan(self, points: Array, again: int, ticks: int) -> None:
         """Give the rig the reference of its next TRACK run; see `RigClient.plan`."""

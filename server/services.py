@@ -7,12 +7,14 @@ from pathlib import Path
 from controller.errors import RigUnreachable
 from controller.messages import RigInfo
 from controller.parameters import Settings
+from recordings.messages import Recording
 from recordings.store import Store, default_folder
 from recordings.writer import Recorder
 from server.alarms.messages import AlarmLimits
 from server.alarms.store import Alarms
 from server.alarms.watch import AlarmWatch
 from server.auth import Identity, Sessions
+from server.automatic import Automatic, cut_off
 from server.channels import Rows
 from server.drawings.store import Drawings
 from server.event_file import EventFile
@@ -24,6 +26,7 @@ from server.loop_health import LoopWatch
 from server.messages import Health, Status
 from server.operator import Operator
 from server.plots.layouts import Layouts
+from server.quota_watch import QuotaWatch
 from server.review import Review
 from server.rig import Rig
 from server.runs.results import Results
@@ -54,6 +57,10 @@ class Services:
     events: EventLog
     layouts: Layouts
     alarms: Alarms
+    cut: Recording | None
+    """What the server before this one was writing when it was killed."""
+    automatic: Automatic = field(init=False)
+    quota: QuotaWatch = field(init=False)
     hub: Hub = field(init=False)
     watch: Watch = field(init=False)
     alarm_watch: AlarmWatch = field(init=False)
@@ -71,8 +78,10 @@ class Services:
         self.hub = Hub(self.history, self.status, self.status_key)
         self.watch = Watch(self.rig, self.history, self.lease, self.operator, self.events)
         self.alarm_watch = AlarmWatch(self.loop.lateness_p99, self.operators_limits, self.events)
+        self.automatic = Automatic(self.recorder, self.rig, self.review, self.events, lambda: self.operator.settings)
+        self.quota = QuotaWatch(self.store, self.settings.recordings_quota, self.events)
         results = Results(self.settings.state / f"runs-{self.settings.rig}.json")
-        self.runs = Runs(Tracker(self.rig, self.operator), self.lease, self.recorder, self.events, results)
+        self.runs = Runs(Tracker(self.rig, self.operator), self.lease, self.automatic, self.events, results)
         self.rig.listen(self.runs.inbox.put)
         self.events.listeners += [self.hub.tell, lambda event: self.recorder.events(event.text, event.level)]
 
@@ -115,6 +124,11 @@ class Services:
         """What is looked at 60 times a second, with or without viewers."""
         self.watch()
         self.runs.look()
+        self.automatic.look(self.settings.record_faults)
+        if self.cut and self.history.newest is not None and self.rig.boot() is not None:
+            self.automatic.go_on(self.store.path(self.cut.id), self.cut)
+            self.cut = None
+        self.quota()
         newest = self.history.newest if self.rig.boot() is not None else None
         self.alarm_watch(None if newest is None else newest[0])
 
@@ -143,8 +157,10 @@ def open_services(settings: ServerSettings) -> Services:
     """Connect to the rig and start everything that has a thread of its own."""
     secrets, history = load_secrets(settings), History()
     folder = settings.recordings or default_folder()
-    recorder, store = Recorder(folder), Store(folder)
-    loop = LoopWatch()
+    store = Store(folder)
+    cut = cut_off(store)  # before the review mends it
+    review, loop = Review(store), LoopWatch()
+    recorder = Recorder(folder, settings.recording_split, lambda done: review.stopped(done.id))
 
     def keep(rows: Rows) -> None:
         loop.add(rows)
@@ -162,7 +178,8 @@ def open_services(settings: ServerSettings) -> Services:
         operator=Operator(rig.send, rig.boot, lambda: history.newest, kept_settings(settings)),
         recorder=recorder,
         store=store,
-        review=Review(store),
+        review=review,
+        cut=cut,
         scene=Scene(lambda: history.newest, rig.actuator, settings.light_scene),
         events=EventLog(EventFile(settings.state / f"events-{settings.rig}.jsonl")),
         layouts=Layouts(UserFiles(settings.state / "layouts", "the layout")),

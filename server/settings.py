@@ -12,6 +12,7 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from controller.errors import ParameterError
 from controller.layout import Model
+from recordings.writer import SPLIT_BYTES
 
 
 def state_folder() -> Path:
@@ -36,6 +37,12 @@ class ServerSettings(BaseSettings):
     """Folder of the token, the cookie key and the last settings."""
     token: SecretStr | None = None
     """Access token; made at the first start and kept when not given."""
+    record_faults: bool = True
+    """A FAULT or E-STOP under pressure is recorded by itself, with the 10 s before and after it."""
+    recording_split: Annotated[int, Bounds(ge=1_000_000)] = SPLIT_BYTES
+    """Bytes at which a recording goes on in another file."""
+    recordings_quota: Annotated[int, Bounds(ge=0)] | None = None
+    """Bytes of all recordings; the oldest ones go first. None: 50 GB, or 80 % of a smaller disk."""
     orders: Path | None = None
     """File in which `tendril up` looks for another actuator to start its rig with; None: the rig is not its own."""
     light_scene: bool = False

@@ -14,6 +14,7 @@ from recordings.edits import Edit
 from recordings.messages import Recording, RecordingState
 from recordings.metrics import Measured
 from recordings.query import matching, ordered
+from recordings.session import Context
 from recordings.store import Store
 from server.deps import Holder, Me, Parts
 from server.messages import RecordingBody
@@ -41,8 +42,9 @@ async def recordings(
 async def start_recording(body: RecordingBody, parts: Parts, who: Holder) -> RecordingState:
     """Record every tick from now on; 409 when a recording runs or the disk has no room."""
     info, settings = parts.require_info(), parts.operator.settings
+    context = Context(profile=body.profile, operator=who.name)
     try:
-        state = await asyncio.to_thread(parts.recorder.start, body.name, info, settings)
+        state = await asyncio.to_thread(parts.recorder.start, body.name, info, settings, context)
     except RecordingError as error:
         raise CommandRefused(str(error)) from error
     parts.events.add(f"{who.name}: recording {state.id} started")

@@ -18,6 +18,8 @@ class RunBody(Wanted):
 
     laps: Laps | None = 1
     """Null: until stopped."""
+    record: bool = True
+    """The run gets a recording of its own, from before its approach to its end, unless one is going on."""
 
 
 class RunState(Model):

@@ -9,8 +9,8 @@ from controller.errors import CommandRefused, TendrilError
 from controller.kernels.inverse import StaticMap
 from controller.parameters import RigParameters, Settings
 from controller.reference.library import static_map
-from recordings.writer import Recorder
 from server.auth import Identity
+from server.automatic import Automatic
 from server.drawings.planned import wanted
 from server.events import EventLog, Level
 from server.lease import OperatorLease
@@ -31,10 +31,10 @@ class Runs:
     """At most one run at a time. Only the event loop uses it, but for `inbox`, which the link fills."""
 
     def __init__(
-        self, tracker: Tracker, lease: OperatorLease, recorder: Recorder, events: EventLog, results: Results
+        self, tracker: Tracker, lease: OperatorLease, automatic: Automatic, events: EventLog, results: Results
     ) -> None:
         self.inbox = Inbox()
-        self._tracker, self._lease, self._recorder = tracker, lease, recorder
+        self._tracker, self._lease, self._automatic = tracker, lease, automatic
         self._events, self._results = events, results
         self._run: Run | None = None
         self._who: Identity | None = None
@@ -52,7 +52,13 @@ class Runs:
             info, settings = self._tracker.require_ready(), self._tracker.settings
             lap = await asyncio.to_thread(_plan, body, info.parameters, settings)
             leg = first_leg(_map(info.parameters), lap, body.laps, await self._tracker.hold())
-            await self._track(leg)
+            if body.record:
+                await self._automatic.begin_run(lap.name, who.name)
+            try:
+                await self._track(leg)
+            except TendrilError:
+                self._automatic.end_run()
+                raise
             number, dt = self._results.next_id(), info.parameters.controller.dt
             run = Run(About(number, lap, body.laps, datetime.now(UTC), dt), leg, self._recording())
             self._run, self._who, self._life = run, who, info.boot
@@ -155,6 +161,7 @@ class Runs:
 
     def _finish(self, run: Run) -> None:
         self.inbox.close()
+        self._automatic.end_run()
         result = run.result()
         why = f": {result.reason}" if result.reason else ""
         error = "" if result.rmse is None else f", RMSE {1e3 * result.rmse:.2f} mm"
@@ -192,8 +199,7 @@ class Runs:
         return self._run
 
     def _recording(self) -> str | None:
-        state = self._recorder.state()
-        return state.id if state.recording else None
+        return self._automatic.recording()
 
     def _tell(self, text: str, level: Level = "info") -> None:
         assert self._run is not None

@@ -1,5 +1,6 @@
 """A recorder that is killed while it records at the rig's pace."""
 
+import random
 import subprocess
 import sys
 from pathlib import Path
@@ -11,10 +12,8 @@ from controller.errors import RecordingError
 from recordings import tool
 from recordings.reader import read_rows
 from recordings.store import Store
+from tests.recordings.kill_at_random import LOSS_MAX, kill_once
 from tests.recordings.synthetic import telemetry_rows
-
-LOSS_MAX = 300
-"""Ticks: 0.3 s."""
 
 
 def test_a_killed_recording_loses_little_and_is_mended(tmp_path: Path) -> None:
@@ -107,3 +106,8 @@ def _kill(process: "subprocess.Popen[str]") -> list[int]:
     process.kill()
     left, _ = process.communicate()
     return [int(line) for line in left.split()]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_killed_at_any_moment_at_most_0_3_s_are_lost(tmp_path: Path, seed: int) -> None:
+    assert kill_once(tmp_path, random.Random(seed).uniform(0.2, 2.0)) <= LOSS_MAX

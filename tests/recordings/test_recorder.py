@@ -12,11 +12,12 @@ from controller.errors import RecordingError
 from controller.messages import Telemetry
 from controller.parameters import Settings
 from recordings import tool
-from recordings.messages import Recording
+from recordings.messages import Hole, Recording
 from recordings.reader import read_about, read_log, read_rows
+from recordings.session import Context
 from recordings.store import Store
 from recordings.writer import Recorder
-from tests.recordings.synthetic import rig_info, telemetry_rows
+from tests.recordings.synthetic import batches, rig_info, telemetry_rows
 
 Record = Callable[..., Recording]
 SLOW = ("markers", "backbone", "twin_backbone")
@@ -101,8 +102,7 @@ def test_a_recording_without_rows_is_whole(record: Record, tmp_path: Path) -> No
     assert len(read_rows(tmp_path / f"{done.id}.rrd")["tick"]) == 0
 
 
-def test_two_recordings_at_once_are_refused_and_rows_outside_one_are_ignored(recorder: Recorder) -> None:
-    recorder.rows(telemetry_rows(10))
+def test_two_recordings_at_once_are_refused(recorder: Recorder) -> None:
     with pytest.raises(RecordingError, match="no recording is running"):
         recorder.stop()
     state = recorder.start("first", rig_info(), Settings())
@@ -131,6 +131,44 @@ def test_rows_may_be_overwritten_once_handed_over(recorder: Recorder, tmp_path: 
     recorder.rows(buffer)
     buffer["tick"] = -1
     assert read_rows(tmp_path / f"{recorder.stop().id}.rrd")["tick"].tolist() == list(range(50))
+
+
+def test_the_last_ten_seconds_before_the_button_are_in_the_file(recorder: Recorder, tmp_path: Path) -> None:
+    rows = telemetry_rows(13_000)
+    for batch in batches(rows[:12_345]):
+        recorder.rows(batch)
+    id = recorder.start("began before", rig_info(), Settings()).id
+    recorder.rows(rows[12_345:])
+    done = recorder.stop()
+    found = read_rows(tmp_path / f"{id}.rrd")
+    assert found["tick"].tolist() == list(range(2_345, 13_000))
+    np.testing.assert_array_equal(found["p_meas"], rows["p_meas"][2_345:])
+    assert (done.gaps, done.holes) == (0, ())
+
+
+def test_rows_of_the_rigs_life_before_are_not_what_came_before_the_button(recorder: Recorder, tmp_path: Path) -> None:
+    recorder.rows(telemetry_rows(500, first=4000))
+    recorder.rows(telemetry_rows(20))
+    recorder.start("new life", rig_info(), Settings())
+    assert read_rows(tmp_path / f"{recorder.stop().id}.rrd")["tick"].tolist() == list(range(20))
+
+
+def test_a_recording_that_goes_on_begins_after_the_last_tick_of_the_one_before(
+    recorder: Recorder, tmp_path: Path
+) -> None:
+    rows = telemetry_rows(400)
+    recorder.rows(rows[200:300])
+    whole = Context(part_of="20260101-000000-first", earlier=rows[100:250], after=99)
+    recorder.start("goes on", rig_info(), Settings(), whole)
+    recorder.rows(rows[300:])
+    done = recorder.stop()
+    assert read_rows(tmp_path / f"{done.id}.rrd")["tick"].tolist() == list(range(100, 400))
+    assert (done.gaps, done.part_of) == (0, "20260101-000000-first")
+
+
+def test_what_the_ring_no_longer_held_is_a_hole_of_the_recording_that_goes_on(recorder: Recorder) -> None:
+    recorder.start("torn", rig_info(), Settings(), Context(earlier=telemetry_rows(50, first=150), after=99))
+    assert recorder.stop().holes == (Hole(after=99, ticks=50),)
 
 
 def test_a_full_disk_ends_the_recording_says_so_and_leaves_it_readable(tmp_path: Path) -> None:

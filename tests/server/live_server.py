@@ -176,6 +176,7 @@ class TestServer:
             state=folder / "state",
             token=SecretStr(TOKEN),
             light_scene=True,
+            record_faults=False,  # every operator begins with an E-STOP
         )
         self.services: Services = open_services(self.settings)
         self.app = create_app(self.services)

@@ -13,9 +13,8 @@ from controller.layout import record_dtype
 from controller.messages import Telemetry
 from controller.modes import Cause, Mode
 from controller.parameters import RigParameters, Settings
-from recordings.messages import RecordingState
-from recordings.writer import Recorder
 from server.auth import Identity
+from server.automatic import Automatic
 from server.channels import Rows
 from server.events import EventLog
 from server.lease import OperatorLease
@@ -25,7 +24,6 @@ from server.runs.runs import GONE, Runs
 from server.runs.tracker import Tracker
 
 ANN, BOB = Identity("a", "ann"), Identity("b", "bob")
-IDLE = RecordingState(recording=False, id="", seconds=0.0, rows=0, gaps=0)
 CIRCLE = RunBody(reference="circle_1hz", laps=None)
 
 
@@ -67,14 +65,18 @@ class Rig:
         return rows
 
 
+async def nothing(*_: str) -> None:
+    """Instead of beginning a recording."""
+
+
 class Desk:
     """Runs on such a rig, with ann operating."""
 
     def __init__(self, folder: Path) -> None:
         self.rig, self.lease, self.events = Rig(), OperatorLease(lambda: 0.0), EventLog()
         self.results = Results(folder / "runs.json")
-        recorder = cast(Recorder, SimpleNamespace(state=lambda: IDLE))
-        self.runs = Runs(cast(Tracker, self.rig), self.lease, recorder, self.events, self.results)
+        automatic = cast(Automatic, SimpleNamespace(begin_run=nothing, end_run=lambda: None, recording=lambda: None))
+        self.runs = Runs(cast(Tracker, self.rig), self.lease, automatic, self.events, self.results)
         self.rig.runs = self.runs  # type: ignore[attr-defined]
         self.lease.acquire(ANN)
 

@@ -472,6 +472,26 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/recordings/profiles": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Recording Profiles
+     * @description The profiles, the default first, with their size per hour.
+     */
+    get: operations["recording_profiles"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/recordings": {
     parameters: {
       query?: never;
@@ -1944,6 +1964,24 @@ export interface components {
       laps: number;
     };
     /**
+     * ProfileInfo
+     * @description One profile, as the page offers it.
+     */
+    ProfileInfo: {
+      /**
+       * Name
+       * @enum {string}
+       */
+      name: "full" | "standard";
+      /** Meaning */
+      meaning: string;
+      /**
+       * Megabytes Per Hour
+       * @description Of a closed and compacted file of the twin in TRACK; measured by `python -m recordings.size`.
+       */
+      megabytes_per_hour: number;
+    };
+    /**
      * Recording
      * @description One row of the Review tab.
      */
@@ -2058,6 +2096,12 @@ export interface components {
        * @default
        */
       name: string;
+      /**
+       * Profile
+       * @default standard
+       * @enum {string}
+       */
+      profile: "full" | "standard";
     };
     /**
      * RecordingState
@@ -2372,6 +2416,12 @@ export interface components {
        * @default 1
        */
       laps: number | null;
+      /**
+       * Record
+       * @description The run gets a recording of its own, from before its approach to its end, unless one is going on.
+       * @default true
+       */
+      record: boolean;
     };
     /**
      * RunResult
@@ -3920,6 +3970,26 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["RunResult"][];
+        };
+      };
+    };
+  };
+  recording_profiles: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ProfileInfo"][];
         };
       };
     };

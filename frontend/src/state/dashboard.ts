@@ -10,7 +10,7 @@ import { Operations, type Notify } from "./operations";
 import { rest } from "../api/rest";
 import { EMPTY_PAGE, type Page } from "./page";
 import { References } from "./references";
-import { Runs } from "./run";
+import { keepRecord, Runs } from "./run";
 import { Store } from "./store";
 import { Ticker } from "./ticker";
 
@@ -42,6 +42,7 @@ export class Dashboard {
     });
     this.saved = new SavedDrawings(this.drawing, rest, this.operations);
     this.runs = new Runs(this.drawing.store, this.page, rest, this.operations);
+    keepRecord(this.runs, shelf);
     if (keepDrawing(this.drawing, shelf)) this.runs.choose("drawing");
     this.connection = new Connection(this.live, this.page, {
       answered: (id, refusal) => {

@@ -44,7 +44,7 @@ function put(shelf: Shelf, text: string): void {
 }
 
 /** A browser that keeps nothing is no trouble: the drawing then lasts as long as the page. */
-function quietly<T>(action: () => T): T | null {
+export function quietly<T>(action: () => T): T | null {
   try {
     return action();
   } catch {

@@ -8,11 +8,10 @@ import { stretches } from "../plan/sketch";
 import { Drawing } from "./drawing";
 import { pieceOf } from "./drawingPiece";
 import { EMPTY_PAGE, type Page } from "./page";
-import { Runs } from "./run";
+import { keepRecord, Runs } from "./run";
 import { Store } from "./store";
 
 const underWay = { state: "running", name: "vu" } as RunState;
-const idle = EMPTY_PAGE.recording;
 const preview = { rmse: 1.234e-3, max_error: 4e-3, saturated_share: 0.05, broken_off: "" } as Preview;
 
 function harness() {
@@ -26,11 +25,6 @@ function harness() {
       return Promise.resolve(underWay);
     },
     steerRun: (step: string) => Promise.resolve({ ...underWay, state: step === "pause" ? "paused" : "stopped" } as RunState), // prettier-ignore
-    startRecording: (name: string) => {
-      calls.push(`record ${name}`);
-      return Promise.resolve({ ...idle, recording: true, id: "7" });
-    },
-    stopRecording: () => Promise.resolve(calls.push("stop recording")),
   };
   const attempt = async (title: string, action: () => Promise<unknown>) => {
     await action().catch(() => calls.push(title));
@@ -47,28 +41,21 @@ test("a run of the library is asked by name, of the drawing with the drawing, un
   runs.choose("drawing");
   runs.store.patch({ endless: true });
   await runs.run();
-  expect(bodies[0]).toEqual({ drawing: null, reference: "vu", laps: 3 });
+  expect(bodies[0]).toEqual({ drawing: null, reference: "vu", laps: 3, record: true });
   expect(bodies[1]).toMatchObject({ drawing: { name: "Drawing" }, reference: null, laps: null });
 });
 
-test("a run gets a recording of its own, which ends with it", async () => {
-  const { page, runs, calls } = harness();
+test("the switch for recording goes with the run, and is as it was on the last visit", async () => {
+  const kept = new Map<string, string>();
+  const shelf = { getItem: (key: string) => kept.get(key) ?? null, setItem: (key: string, text: string) => void kept.set(key, text) }; // prettier-ignore
+  const { runs, bodies } = harness();
+  keepRecord(runs, shelf);
   await runs.run();
-  expect(calls).toEqual(["record vu"]);
-  await runs.steer("pause");
-  expect(calls).toHaveLength(1);
-  page.patch({ run: { ...underWay, state: "done" } });
-  expect(calls.at(-1)).toBe("stop recording");
-});
-
-test("a run that is refused leaves no recording behind, and one that was going on goes on", async () => {
-  const { page, runs, calls, port } = harness();
-  port.run = () => Promise.reject(new Error("VENTED"));
-  await runs.run();
-  expect(calls).toEqual(["record vu", "Not run", "stop recording"]);
-  page.patch({ recording: { ...idle, recording: true, id: "mine" } });
-  await runs.run();
-  expect(calls).toEqual(["record vu", "Not run", "stop recording", "Not run"]);
+  runs.store.patch({ record: false });
+  const later = harness();
+  keepRecord(later.runs, shelf);
+  await later.runs.run();
+  expect([bodies[0]?.record, later.bodies[0]?.record]).toEqual([true, false]);
 });
 
 test("a prediction is forgotten as soon as what would be run is another", async () => {

@@ -1,5 +1,6 @@
-import type { Preview, PreviewBody, RecordingState, RunBody, RunState } from "../api/types";
+import type { Preview, PreviewBody, RunBody, RunState } from "../api/types";
 import { bodyOf, type DrawingState } from "./drawing";
+import { quietly, type Shelf } from "./drawingKept";
 import { isSame, planInputs } from "./drawingPlan";
 import type { Operations } from "./operations";
 import type { Page } from "./page";
@@ -36,16 +37,11 @@ export interface RunPort {
   preview(body: PreviewBody): Promise<Preview>;
   run(body: RunBody): Promise<RunState>;
   steerRun(step: "pause" | "resume" | "stop"): Promise<RunState>;
-  startRecording(name: string): Promise<RecordingState>;
-  stopRecording(): Promise<unknown>;
 }
 
 /** Previews and runs of what is chosen: the drawing, or a reference of the library. */
 export class Runs {
   readonly store = new Store<RunChoice>(FIRST_CHOICE);
-  /** The recording begun for the run under way. */
-  private recording: string | null = null;
-  private underWay = false;
   private subject: readonly unknown[] = [];
 
   constructor(
@@ -54,9 +50,6 @@ export class Runs {
     private readonly port: RunPort,
     private readonly operations: Pick<Operations, "attempt">,
   ) {
-    page.subscribe(() => {
-      this.watchRun();
-    });
     for (const { subscribe } of [drawing, page, this.store])
       subscribe(() => {
         this.forgetOldPreview();
@@ -92,10 +85,8 @@ export class Runs {
   async run(): Promise<void> {
     const body = this.body();
     if (!body) return;
-    const { endless, laps } = this.store.get();
-    await this.startRecording(body.drawing?.name ?? body.reference ?? "");
-    await this.take("Not run", () => this.port.run({ ...body, laps: endless ? null : laps }));
-    if (!isUnderWay(this.page.get().run)) await this.stopRecording();
+    const { endless, laps, record } = this.store.get();
+    await this.take("Not run", () => this.port.run({ ...body, laps: endless ? null : laps, record }));
   }
 
   async steer(step: "pause" | "resume" | "stop"): Promise<void> {
@@ -109,31 +100,6 @@ export class Runs {
     });
   }
 
-  private async startRecording(name: string): Promise<void> {
-    if (!this.store.get().record || this.page.get().recording.recording) return;
-    await this.operations.attempt("Run not recorded", async () => {
-      const recording = await this.port.startRecording(name);
-      this.page.patch({ recording });
-      this.recording = recording.id;
-    });
-  }
-
-  /** End the recording that was begun for the run. */
-  private async stopRecording(): Promise<void> {
-    const { recording } = this.page.get();
-    const ours = recording.recording && recording.id === this.recording;
-    this.recording = null;
-    if (ours) await this.operations.attempt("Recording not stopped", () => this.port.stopRecording());
-  }
-
-  /** When the run that was recorded has ended, so has its recording. */
-  private watchRun(): void {
-    const { run } = this.page.get();
-    const underWay = isUnderWay(run);
-    if (this.underWay && !underWay && this.recording !== null) void this.stopRecording();
-    this.underWay = underWay;
-  }
-
   /** A prediction of something else is worth nothing. */
   private forgetOldPreview(): void {
     const choice = this.store.get();
@@ -143,6 +109,20 @@ export class Runs {
     this.subject = subject;
     this.store.patch({ preview: null });
   }
+}
+
+const RECORD = "tendril-record-runs";
+
+/** The switch "record each run" as it was on the last visit, and kept from now on. */
+export function keepRecord(runs: Runs, shelf: Pick<Shelf, "getItem" | "setItem">): void {
+  quietly(() => {
+    if (shelf.getItem(RECORD) === "off") runs.store.patch({ record: false });
+  });
+  runs.store.subscribe(() => {
+    quietly(() => {
+      shelf.setItem(RECORD, runs.store.get().record ? "on" : "off");
+    });
+  });
 }
 
 const STEERED = { pause: "paused", resume: "resumed", stop: "stopped" } as const;

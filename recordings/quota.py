@@ -1,0 +1,44 @@
+"""Room for recordings: the oldest ones go when all together take too much; starred and running ones stay."""
+
+import shutil
+from pathlib import Path
+
+from recordings import sidecar
+from recordings.messages import Recording
+from recordings.store import Store
+
+BYTES = 50_000_000_000
+SHARE = 0.8
+"""Of the disk."""
+
+
+def default_quota(folder: Path) -> int:
+    """The smaller one of 50 GB and 80 % of the disk that `folder` is on [B]."""
+    return min(BYTES, int(SHARE * shutil.disk_usage(folder).total))
+
+
+def enforce(store: Store, most: int) -> list[Recording]:
+    """Remove the oldest recordings until the rest takes `most` bytes at most; those removed, oldest first."""
+    listed = store.list()
+    over = sum(recording.bytes for recording in listed) - most
+    removed = []
+    for recording in reversed(listed):
+        if over <= 0:
+            break
+        if _remove(store, recording):
+            over -= recording.bytes
+            removed.append(recording)
+    return removed
+
+
+def _remove(store: Store, recording: Recording) -> bool:
+    path = store.path(recording.id)
+    held = sidecar.lock(path)
+    if held is None:
+        return False
+    with held:
+        if store.find(recording.id).starred:
+            return False
+        path.with_suffix(".json").unlink()
+        path.unlink()
+    return True

@@ -1,0 +1,65 @@
+"""`python -m tests.recordings.kill_at_random [TIMES]`: kill a recorder with -9 at random moments, and see what is left.
+
+Prints for each kill when it came, how many ticks are lost, and whether the mended file passes `rerun rrd verify`; ends
+with an error when one is not readable, or more than 0.3 s are lost.
+"""
+
+import random
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from recordings import tool
+from recordings.reader import read_rows
+from recordings.store import Store
+from tests.recordings.synthetic import telemetry_rows
+
+LOSS_MAX = 300
+"""Ticks: 0.3 s."""
+MOMENTS = (0.5, 4.0)
+"""After the first row [s]."""
+
+
+def main(times: int) -> None:
+    """Kill `times` recorders and print what each left."""
+    losses = []
+    for number in range(times):
+        wait = random.uniform(*MOMENTS)
+        with tempfile.TemporaryDirectory(prefix="tendril-kill-") as folder:
+            losses.append(loss := kill_once(Path(folder), wait))
+        print(f"{number + 1:3}: killed after {wait:.3f} s, {loss} ticks lost, mended and verified", flush=True)
+    print(f"{times} of {times} readable, worst loss {max(losses)} ms")
+
+
+def kill_once(folder: Path, wait: float) -> int:
+    """Ticks that are lost when a recorder is killed `wait` s after its first row; the mended file is checked."""
+    handed_over = _killed(folder, wait)
+    store = Store(folder)
+    [id] = store.broken()
+    mended = store.repair(id)
+    tool.run("rrd", "verify", str(store.path(id)), timeout=60.0)
+    found = read_rows(store.path(id))
+    np.testing.assert_array_equal(found["p_hat"], telemetry_rows(len(found["tick"]))["p_hat"])
+    lost = handed_over - int(found["tick"][-1])
+    assert mended.recovered and mended.gaps == 0 and lost <= LOSS_MAX, (mended, lost)
+    return lost
+
+
+def _killed(folder: Path, wait: float) -> int:
+    """The last tick that a recorder had been given when it was killed."""
+    program = [sys.executable, "-m", "tests.recordings.write_until_killed", str(folder)]
+    process = subprocess.Popen(program, stdout=subprocess.PIPE, text=True)
+    assert process.stdout
+    process.stdout.readline()
+    time.sleep(wait)
+    process.kill()
+    left, _ = process.communicate()
+    return max(map(int, left.split()))
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 20)

@@ -1,0 +1,83 @@
+"""Recordings that nobody pressed a button for, on a real rig."""
+
+import shutil
+
+import numpy as np
+
+from controller.modes import Mode
+from recordings.messages import Recording
+from recordings.reader import read_rows
+from tests.server.live_server import Page, RigProcess, TestServer, wait_for
+from tests.server.test_runs import armed, ring, wait_run
+
+
+def test_a_run_is_recorded_from_before_its_approach_to_its_end(server: TestServer) -> None:
+    with armed(server) as (page, live):
+        page.post("/api/run", json=ring(1.0))
+        wait_run(live, lambda state: state["state"] == "done")
+        found = closed(page)
+        run = page.get("/api/runs").json()[0]
+    assert (found.name, found.reference, found.profile, found.gaps) == ("ring", "ring", "standard", 0)
+    assert found.operator and found.settings == server.services.operator.settings
+    assert run["recording"] == found.id
+    mode = read_rows(server.services.store.path(found.id))["mode"]
+    assert mode[0] != Mode.TRACK and (mode == Mode.TRACK).sum() >= 3000 and mode[-1] == Mode.HOLD
+
+
+def test_a_run_that_is_refused_or_not_to_be_recorded_leaves_none(server: TestServer) -> None:
+    with armed(server) as (page, live):
+        assert page.post("/api/run", json={"reference": "no such thing"}).status_code != 200
+        page.post("/api/run", json={**ring(0.5), "record": False})
+        wait_run(live, lambda state: state["state"] == "done")
+        assert page.get("/api/runs").json()[0]["recording"] is None
+        assert page.get("/api/recordings").json() == []
+
+
+def test_a_stop_under_pressure_is_recorded_with_what_came_before_it(server: TestServer) -> None:
+    server.settings.record_faults = True
+    with armed(server) as (page, live):
+        page.command("e_stop")
+        wait_for(lambda: server.services.recorder.state().recording, "a recording of the stop")
+        live.wait_mode(Mode.E_STOP)
+        found = closed(page)
+    assert found.name.startswith("fault: ")
+    rows = read_rows(server.services.store.path(found.id))
+    stop = int(np.flatnonzero(rows["mode"] == Mode.HOLD)[-1]) + 1
+    assert rows["mode"][stop] == Mode.E_STOP
+    assert rows["t_ns"][-1] - rows["t_ns"][stop] > 9.5e9
+    assert (np.diff(rows["tick"]) == 1).all()
+
+
+def test_a_recording_of_a_killed_server_goes_on_without_a_missing_tick(
+    server: TestServer, shared_rig: RigProcess
+) -> None:
+    page = server.operator()
+    state = page.post("/api/recordings", json={"name": "two lives"}).json()
+    wait_for(lambda: page.get("/api/recordings").json()[0]["rows"] > 500, "rows")
+    folder = server.settings.state.parent / "after"
+    shutil.copytree(server.services.store.folder, folder / "recordings")  # as a kill -9 would leave it
+    wait_for(lambda: server.services.recorder.state().rows > 3000, "ticks that the copy does not have")
+    page.delete("/api/recordings/current")
+    later = TestServer(folder, shared_rig.endpoint)
+    try:
+        wait_for(lambda: later.services.recorder.state().recording, "the recording to go on")
+        done = Recording.model_validate(later.operator().delete("/api/recordings/current").json())
+        first = wait_for(lambda: (found := later.services.store.find(state["id"])).recovered and found, "the repair")
+        parts = [read_rows(later.services.store.path(id))["tick"] for id in (state["id"], done.id)]
+    finally:
+        later.close()
+    assert (done.name, done.part_of, done.gaps, done.holes) == ("two lives", state["id"], 0, ())
+    assert first.rows == len(parts[0])
+    assert (np.diff(np.concatenate(parts)) == 1).all()
+
+
+def closed(page: Page) -> Recording:
+    """The only recording, once it has ended."""
+
+    def look() -> Recording | None:
+        listed = [Recording.model_validate(row) for row in page.get("/api/recordings").json()]
+        return listed[0] if listed and listed[0].complete else None
+
+    found = wait_for(look, "the end of the recording")
+    assert isinstance(found, Recording)
+    return found
