@@ -3,7 +3,7 @@
 import tempfile
 import warnings
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import reduce
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from controller.messages import RigInfo, Telemetry
 from controller.parameters import Settings
 from recordings import frames
 from recordings.plan import LINES, flip
-from recordings.signals import GROUPS, MARKERS
+from recordings.signals import GROUPS, MARKERS, Group
 
 Array = np.ndarray[Any, Any]
 Batch = Any
@@ -52,6 +52,17 @@ def read_times(path: Path) -> tuple[Array, Array]:
     """Ticks and times since the start [ns] of the rows in the file: (n,), (n,); much cheaper than all rows."""
     last = _Table(_collect(path, [GROUPS[-1].path]).get(GROUPS[-1].path, []), SCALARS)
     return last.tick, last.t
+
+
+def read_groups(path: Path, groups: Sequence[Group]) -> dict[str, tuple[Array, Array]]:
+    """Times since the start [ns] (n,) and series (n, series) of the `groups` that are in the file, by path."""
+    found = _collect(path, [group.path for group in groups])
+    out = {}
+    for group in groups:
+        table = _Table(found.get(group.path, []), SCALARS)
+        if len(table.t):
+            out[group.path] = table.t, table.values(len(group.series))
+    return out
 
 
 def read_about(path: Path) -> tuple[RigInfo, Settings]:

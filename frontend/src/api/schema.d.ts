@@ -472,6 +472,26 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/recordings/{id}/quick": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Recording Quick
+     * @description The main signals as extremes of bins, and the tip's path; of a running recording, up to now. 404 without it.
+     */
+    get: operations["recording_quick"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/recordings": {
     parameters: {
       query?: never;
@@ -1873,6 +1893,55 @@ export interface components {
       laps: number;
     };
     /**
+     * Quick
+     * @description Times are in seconds since the first row.
+     */
+    Quick: {
+      /** Duration */
+      duration: number;
+      /** Rows */
+      rows: number;
+      /**
+       * T
+       * @description (n,): every row of a short recording; else two for each bin, which holds the lowest and the highest value.
+       */
+      t: number[];
+      /** Signals */
+      signals: components["schemas"]["QuickSignal"][];
+      /** Track T */
+      track_t: number[];
+      /** Tracks */
+      tracks: components["schemas"]["Track"][];
+      /**
+       * Period
+       * @description Of the reference [s]; null when it does not repeat.
+       */
+      period: number | null;
+      /**
+       * Cycle Start
+       * @description When a cycle of the reference begins [s]; the same place of the same reference in every recording.
+       */
+      cycle_start: number;
+    };
+    /**
+     * QuickSignal
+     * @description One line of a plot; `values` (n,) in SI units go with `Quick.t`.
+     */
+    QuickSignal: {
+      /** Key */
+      key: string;
+      /** Field */
+      field: string;
+      /** Index */
+      index: number | null;
+      /** Label */
+      label: string;
+      /** Unit */
+      unit: string;
+      /** Values */
+      values: (number | null)[];
+    };
+    /**
      * Recording
      * @description One row of the Review tab.
      */
@@ -2724,6 +2793,18 @@ export interface components {
       amber: number;
       /** Red */
       red: number;
+    };
+    /**
+     * Track
+     * @description A path in the plane [m]; x and y (m,) go with `Quick.track_t`.
+     */
+    Track: {
+      /** Field */
+      field: string;
+      /** X */
+      x: (number | null)[];
+      /** Y */
+      y: (number | null)[];
     };
     /**
      * Tracking
@@ -3843,6 +3924,40 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["RunResult"][];
+        };
+      };
+    };
+  };
+  recording_quick: {
+    parameters: {
+      query?: {
+        points?: number;
+        signals?: string[];
+      };
+      header?: never;
+      path: {
+        id: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Quick"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
         };
       };
     };
