@@ -16,6 +16,8 @@ export interface DrawnPath {
   readonly width: number;
   readonly t: readonly number[];
   readonly points: readonly (Point | null)[];
+  /** Index of the first point that is drawn: dashes of several laps would fill each other's gaps. */
+  readonly from: number;
 }
 
 /** Lets the plots' cursor be shown on the path without React. */
@@ -55,7 +57,7 @@ export function PathCanvas({ paths, mark }: Props) {
       g.strokeStyle = path.colour;
       g.lineWidth = path.width;
       g.setLineDash([...path.dash]);
-      for (const part of unbroken(path.points)) {
+      for (const part of unbroken(path.points.slice(path.from))) {
         polyline(sheet, part);
         g.stroke();
       }

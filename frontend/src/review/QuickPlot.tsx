@@ -22,6 +22,7 @@ export function QuickPlot({ chart, group, unitX, onCursor }: Props) {
   const host = useRef<HTMLDivElement>(null);
   const values = useRef<(HTMLElement | null)[]>([]);
   const ink = INK[useComputedColorScheme("dark")];
+  const named = chart.lines.map((line, i) => ({ line, i })).filter(({ line }) => line.look !== "thin");
   useEffect(() => {
     const element = host.current;
     if (!element) return;
@@ -51,7 +52,7 @@ export function QuickPlot({ chart, group, unitX, onCursor }: Props) {
           {chart.title}
           {chart.unit === "" ? "" : ` [${chart.unit}]`}
         </b>
-        {chart.lines.map((line, i) => (
+        {named.map(({ line, i }) => (
           <span key={line.label} className="quick-line">
             <Sample line={line} /> {line.label}{" "}
             <span

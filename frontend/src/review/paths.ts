@@ -13,7 +13,8 @@ const LOOKS: Partial<Record<string, Pick<DrawnPath, "label" | "colour" | "dash" 
 export function pathsOf(quick: Quick): DrawnPath[] {
   return quick.tracks.flatMap((track) => {
     const look = LOOKS[track.field];
-    return look ? [{ ...look, t: quick.track_t, points: pointsOf(track) }] : [];
+    const from = track.field === "p_ref" ? lastLap(quick) : 0;
+    return look ? [{ ...look, t: quick.track_t, points: pointsOf(track), from }] : [];
   });
 }
 
@@ -27,9 +28,18 @@ export function comparedPaths(runs: readonly Compared[]): DrawnPath[] {
     const track = quick.tracks.find(({ field }) => field === "p_meas");
     const { colour, dash } = RUN_STYLES[i];
     const label = `recording ${i + 1}`;
-    return track ? [{ label, colour, dash, width: 2, t: quick.track_t, points: pointsOf(track) }] : [];
+    return track
+      ? [{ label, colour, dash, width: 2, t: quick.track_t, points: pointsOf(track), from: lastLap(quick) }]
+      : [];
   });
   return [...wanted.map((path) => ({ ...path, colour: ROLE.twin })), ...measured];
+}
+
+/** Index of the first point of the last whole period; 0 where nothing repeats. */
+function lastLap({ track_t, period }: Quick): number {
+  if (period === null) return 0;
+  const end = track_t.at(-1) ?? 0;
+  return track_t.findIndex((t) => t >= end - period);
 }
 
 function pointsOf({ x, y }: Quick["tracks"][number]): DrawnPath["points"] {

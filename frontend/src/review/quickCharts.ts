@@ -86,18 +86,19 @@ export function comparedCharts(runs: readonly Compared[], common: Common): Quick
 
 const PHASES = 100;
 
-/** The median over all cycles at each phase: what one cycle is like, whatever came before the first. */
+/** The median over all cycles at each phase, of the middles of the bins: one cycle, whatever came before the first. */
 export function folded(
   { t, period, cycle_start }: Pick<Quick, "t" | "period" | "cycle_start">,
   values: readonly (number | null)[],
 ): Columns {
   const bins: number[][] = Array.from({ length: PHASES }, () => []);
   if (period !== null)
-    values.forEach((value, i) => {
-      if (value === null) return;
-      const turns = (t[i] - cycle_start) / period;
-      bins[Math.floor((turns - Math.floor(turns)) * PHASES) % PHASES].push(value);
-    });
+    for (let i = 0; i + 1 < values.length; i += 2) {
+      const [low, high] = [values[i], values[i + 1]];
+      if (low === null || high === null) continue;
+      const turns = ((t[i] + t[i + 1]) / 2 - cycle_start) / period;
+      bins[Math.floor((turns - Math.floor(turns)) * PHASES) % PHASES].push((low + high) / 2);
+    }
   return [bins.map((_, i) => (i + 0.5) / PHASES), bins.map(median)];
 }
 
