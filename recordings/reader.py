@@ -3,7 +3,7 @@
 import tempfile
 import warnings
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import reduce
 from pathlib import Path
 from typing import Any
@@ -54,6 +54,17 @@ def read_times(path: Path) -> tuple[Array, Array]:
     found = _collect(path, [GROUPS[-1].path, TICKS.path])
     last = _Table(found.get(TICKS.path if TICKS.path in found else GROUPS[-1].path, []), SCALARS)
     return last.tick, last.t
+
+
+def read_groups(path: Path, groups: Sequence[Group]) -> dict[str, tuple[Array, Array]]:
+    """Times since the start [ns] (n,) and series (n, series) of the `groups` that are in the file, by path."""
+    found = _collect(path, [group.path for group in groups])
+    out = {}
+    for group in groups:
+        table = _Table(found.get(group.path, []), SCALARS)
+        if len(table.t):
+            out[group.path] = table.t, table.values(len(group.series))
+    return out
 
 
 def read_about(path: Path) -> tuple[RigInfo, Settings]:

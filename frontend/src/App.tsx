@@ -20,7 +20,7 @@ import { useKeys } from "./panels/useKeys";
 import { PlanView } from "./plan/PlanView";
 import { PlotStrip } from "./plots/PlotStrip";
 
-const Review = lazy(() => import("./panels/Review"));
+const Review = lazy(() => import("./review/Review"));
 
 export function App() {
   const session = usePage((page) => page.session);

@@ -7,6 +7,7 @@ import { Notifications, notifications } from "@mantine/notifications";
 import { createRoot } from "react-dom/client";
 import { App } from "./App";
 import { DashboardContext } from "./panels/context";
+import { followAddress } from "./review/place";
 import { Dashboard } from "./state/dashboard";
 import type { Notify } from "./state/operations";
 
@@ -30,6 +31,7 @@ const theme = createTheme({
 });
 
 const dashboard = new Dashboard(notify, localStorage);
+followAddress(dashboard.page);
 void dashboard.connection.start();
 dashboard.gamepads.start();
 

@@ -101,8 +101,9 @@ def test_a_recording_of_a_run_opens_in_the_review_tab(operator: Page, product: P
     operator.get_by_text("Review", exact=True).click()
     rows = operator.get_by_test_id("recording")
     expect(rows.first).to_be_visible(timeout=10_000)
-    assert rows.first.get_by_role("cell").nth(5).inner_text() == "0", "no gap"
+    assert rows.first.get_by_test_id("recording-gaps").inner_text() == "0", "no gap"
     rows.first.click()
+    operator.get_by_test_id("sight").get_by_text("Signals").click()
     expect(operator.get_by_test_id("viewer-loading")).to_have_count(0, timeout=60_000)
     box = operator.get_by_test_id("viewer").bounding_box()
     assert box

@@ -101,7 +101,6 @@ export const rest = {
   keepLayout: (name: string, layout: PlotLayout) =>
     call<PlotLayout>("PUT", `/api/layouts/${encodeURIComponent(name)}`, layout),
   forgetLayout: (name: string) => call<null>("DELETE", `/api/layouts/${encodeURIComponent(name)}`),
-  recordings: () => call<Recording[]>("GET", "/api/recordings"),
   startRecording: (name: string) => call<RecordingState>("POST", "/api/recordings", { name }),
   stopRecording: () => call<Recording>("DELETE", "/api/recordings/current"),
 };

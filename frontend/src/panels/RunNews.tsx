@@ -99,7 +99,7 @@ function RecordingLink({ id }: { readonly id: string | null }) {
       variant="subtle"
       data-testid="run-recording"
       onClick={() => {
-        page.patch({ view: "review", reviewed: id });
+        page.patch({ view: "review", reviewed: id, compared: [] });
       }}
     >
       Recording

@@ -207,7 +207,8 @@ function valueAt(series: readonly (number | null)[], at: number, digits: number)
   return texts[0] === texts.at(-1) ? texts[0] : texts.join(" … ");
 }
 
-function seriesOf(line: Line): uPlot.Series {
+/** How uPlot draws a line of this look. */
+export function seriesOf(line: Line): uPlot.Series {
   const base = { stroke: line.colour, points: { show: false } };
   switch (line.look) {
     case "solid":

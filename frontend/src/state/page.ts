@@ -25,6 +25,8 @@ export interface Page {
   readonly view: "live" | "review";
   /** The recording that is open in Review. */
   readonly reviewed: string | null;
+  /** Those that are compared there. */
+  readonly compared: readonly string[];
   readonly session: "unknown" | "absent" | "present";
   readonly online: boolean;
   readonly rigLive: boolean;
@@ -62,6 +64,7 @@ export interface Page {
 export const EMPTY_PAGE: Page = {
   view: "live",
   reviewed: null,
+  compared: [],
   session: "unknown",
   online: false,
   rigLive: false,

@@ -1,0 +1,89 @@
+import { TagsInput, Textarea, TextInput } from "@mantine/core";
+import { useState } from "react";
+import type { Recording } from "../api/types";
+import { bytes, clock, millimetres, percent, wholeNumber } from "../state/format";
+import type { Recordings } from "./useRecordings";
+
+interface Props {
+  readonly recording: Recording;
+  readonly recordings: Recordings;
+}
+
+/** What is known about a recording, and what people write on it; kept when a field is left. */
+export function About({ recording, recordings }: Props) {
+  const [name, setName] = useState(recording.name);
+  const [notes, setNotes] = useState(recording.notes);
+  const { id, tags } = recording;
+  return (
+    <section className="review-about" aria-label="About the recording">
+      <dl className="facts">
+        {factsOf(recording).map(([term, fact]) => (
+          <div key={term}>
+            <dt>{term}</dt>
+            <dd className="number">{fact}</dd>
+          </div>
+        ))}
+      </dl>
+      <div className="row review-fields">
+        <TextInput
+          size="xs"
+          label="Name"
+          maxLength={80}
+          data-testid="recording-name"
+          value={name}
+          onChange={(event) => {
+            setName(event.currentTarget.value);
+          }}
+          onBlur={() => {
+            if (name !== recording.name) void recordings.change(id, { name });
+          }}
+        />
+        <TagsInput
+          size="xs"
+          label="Tags"
+          w={240}
+          maxTags={20}
+          data-testid="recording-tags"
+          value={[...tags]}
+          onChange={(next) => void recordings.change(id, { tags: next })}
+        />
+        <Textarea
+          size="xs"
+          label="Notes"
+          autosize
+          minRows={1}
+          maxRows={4}
+          maxLength={4000}
+          className="review-notes"
+          data-testid="recording-notes"
+          value={notes}
+          onChange={(event) => {
+            setNotes(event.currentTarget.value);
+          }}
+          onBlur={() => {
+            if (notes !== recording.notes) void recordings.change(id, { notes });
+          }}
+        />
+      </div>
+    </section>
+  );
+}
+
+/** Facts and figures; what is not known is left out. */
+function factsOf(recording: Recording): [string, string][] {
+  const { actuator, twin, operator, reference, seconds, rows, gaps, metrics, imported } = recording;
+  const facts: [string, string][] = [
+    ["Actuator", `${actuator}${twin ? " · twin" : ""}`],
+    ["Operator", operator],
+    ["Reference", reference],
+    ["Duration", clock(seconds)],
+    ["Rows", wholeNumber(rows)],
+    ["Gaps", wholeNumber(gaps)],
+    ["Size", bytes(recording.bytes)],
+    ["Kept", imported ? "" : recording.profile],
+    ["RMSE", metrics ? millimetres(metrics.rmse, 2) : ""],
+    ["Largest error", metrics ? millimetres(metrics.max_error, 2) : ""],
+    ["On time", metrics ? percent(metrics.on_time_share) : ""],
+  ];
+  return facts.filter(([, fact]) => fact !== "");
+}

@@ -1,0 +1,119 @@
+import { Button, SegmentedControl } from "@mantine/core";
+import { IconArrowLeft } from "@tabler/icons-react";
+import { useState } from "react";
+import type { Recording } from "../api/types";
+import { Replay3D } from "../panels/Replay3D";
+import { clock, localTime } from "../state/format";
+import { About } from "./About";
+import { DeleteButton } from "./DeleteButton";
+import { ExportMenu } from "./ExportMenu";
+import { FollowAgain } from "./FollowAgain";
+import { QuickLook } from "./QuickLook";
+import { Badges, Star } from "./RecordingRow";
+import { Signals } from "./Signals";
+import { useActive, type Recordings } from "./useRecordings";
+
+type Sight = "quick" | "plots" | "3d";
+
+interface Props {
+  readonly id: string;
+  readonly recordings: Recordings;
+  readonly onBack: () => void;
+}
+
+/** One recording: its facts, the quick look, its signals in rerun, its motion in 3D. */
+export function Detail({ id, recordings, onBack }: Props) {
+  const [sight, setSight] = useState<Sight>("quick");
+  const running = useActive() === id;
+  const recording = recordings.rows?.find((row) => row.id === id);
+  if (!recording) return <Unknown id={id} onBack={onBack} />;
+  return (
+    <main className="review">
+      <div className="bar review-bar">
+        <Back onBack={onBack} />
+        <Star row={recording} recordings={recordings} />
+        <h2 className="bar-title">
+          {recording.name || "unnamed"} · {localTime(recording.started)} · {clock(recording.seconds)}
+        </h2>
+        <Badges row={recording} running={running} />
+        <span className="spacer" />
+        <FollowAgain recording={recording} />
+        <ExportMenu recording={recording} />
+        <DeleteButton
+          row={recording}
+          running={running}
+          onDelete={async () => {
+            await recordings.remove(id);
+            onBack();
+          }}
+        />
+        <SegmentedControl
+          size="xs"
+          aria-label="Show the recording as"
+          data-testid="sight"
+          value={sight}
+          onChange={setSight}
+          data={[
+            { value: "quick", label: "Quick" },
+            { value: "plots", label: "Signals" },
+            { value: "3d", label: "3D" },
+          ]}
+        />
+      </div>
+      {sight === "quick" ? <About recording={recording} recordings={recordings} /> : null}
+      <Sighted sight={sight} recording={recording} running={running} />
+    </main>
+  );
+}
+
+interface SightedProps {
+  readonly sight: Sight;
+  readonly recording: Recording;
+  readonly running: boolean;
+}
+
+function Sighted({ sight, recording, running }: SightedProps) {
+  switch (sight) {
+    case "quick":
+      return <QuickLook id={recording.id} running={running} />;
+    case "plots":
+      return <Signals id={recording.id} />;
+    case "3d":
+      return <Replay3D recording={recording} />;
+  }
+}
+
+interface BackProps {
+  readonly onBack: () => void;
+}
+
+export function Back({ onBack }: BackProps) {
+  return (
+    <Button
+      variant="subtle"
+      size="xs"
+      leftSection={<IconArrowLeft size={16} />}
+      onClick={onBack}
+      data-testid="back"
+    >
+      Recordings
+    </Button>
+  );
+}
+
+interface UnknownProps extends BackProps {
+  readonly id: string;
+}
+
+export function Unknown({ id, onBack }: UnknownProps) {
+  return (
+    <main className="review">
+      <div className="bar">
+        <Back onBack={onBack} />
+      </div>
+      <p className="panel advice" role="alert" data-testid="unknown-recording">
+        There is no recording “{id}”: it was deleted, or the link is wrong.
+      </p>
+    </main>
+  );
+}

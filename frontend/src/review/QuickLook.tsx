@@ -1,0 +1,69 @@
+import { Loader } from "@mantine/core";
+import { useCallback, useMemo, useRef } from "react";
+import type { Quick } from "../api/types";
+import { PathCanvas, type DrawnPath, type PathMark } from "./PathCanvas";
+import { pathsOf } from "./paths";
+import { quickCharts, type QuickChart } from "./quickCharts";
+import { QuickPlot, Sample } from "./QuickPlot";
+import { useQuick } from "./useQuick";
+
+interface Props {
+  readonly id: string;
+  readonly running: boolean;
+}
+
+/** The main signals and the tip's path of a recording, without rerun. */
+export function QuickLook({ id, running }: Props) {
+  const { looks, problem } = useQuick([id], running);
+  const quick = looks?.at(0);
+  if (problem !== "") return <p className="panel advice" role="alert">No quick look: {problem}</p>; // prettier-ignore
+  if (!quick) return <Loader m="xl" data-testid="quick-loading" />;
+  if (quick.rows === 0) return <p className="panel note">Nothing is recorded in it.</p>;
+  return <Shown quick={quick} />;
+}
+
+function Shown({ quick }: { readonly quick: Quick }) {
+  const charts = useMemo(() => quickCharts(quick), [quick]);
+  const paths = useMemo(() => pathsOf(quick), [quick]);
+  return <PlotsAndPath charts={charts} paths={paths} group="quick" unitX="s" />;
+}
+
+interface PlotsProps {
+  readonly charts: readonly QuickChart[];
+  readonly paths: readonly DrawnPath[];
+  readonly group: string;
+  readonly unitX: string;
+}
+
+/** Plots beside the paths; where the cursor is on time, each path is marked. */
+export function PlotsAndPath({ charts, paths, group, unitX }: PlotsProps) {
+  const mark = useRef<PathMark>(null);
+  const follow = useCallback((x: number | null) => {
+    mark.current?.show(x);
+  }, []);
+  return (
+    <div className="quick" data-testid="quick">
+      <div className="quick-plots">
+        {charts.map((chart, i) => (
+          <QuickPlot
+            key={chart.title}
+            chart={chart}
+            group={group}
+            unitX={unitX}
+            onCursor={i === 0 && unitX === "s" ? follow : undefined}
+          />
+        ))}
+      </div>
+      <figure className="quick-side">
+        <figcaption>
+          {paths.map(({ label, colour, dash }) => (
+            <span key={label} className="quick-line">
+              <Sample line={{ label, colour, dash, look: "solid" }} /> {label}
+            </span>
+          ))}
+        </figcaption>
+        <PathCanvas paths={paths} mark={mark} />
+      </figure>
+    </div>
+  );
+}

@@ -1,0 +1,133 @@
+import { ActionIcon, Badge, Checkbox, Table, Tooltip } from "@mantine/core";
+import { IconDownload, IconStar, IconStarFilled } from "@tabler/icons-react";
+import type { MouseEvent } from "react";
+import { recordingUrl } from "../api/recordings";
+import type { Recording } from "../api/types";
+import { useDashboard } from "../panels/context";
+import { bytes, clock, DASH, localTime, millimetres, percent, wholeNumber } from "../state/format";
+import { DeleteButton } from "./DeleteButton";
+import { badgesOf } from "./listing";
+import type { Recordings } from "./useRecordings";
+
+interface Props {
+  readonly row: Recording;
+  readonly running: boolean;
+  readonly recordings: Recordings;
+  readonly ticked: boolean;
+  /** No more can be ticked. */
+  readonly full: boolean;
+  readonly onTick: (on: boolean) => void;
+}
+
+/** A click anywhere opens it, but on its own controls. */
+const own = (event: MouseEvent) => {
+  event.stopPropagation();
+};
+
+export function RecordingRow({ row, running, recordings, ticked, full, onTick }: Props) {
+  const { page } = useDashboard();
+  const name = row.name || "unnamed";
+  return (
+    <Table.Tr
+      className="review-row"
+      data-testid="recording"
+      data-id={row.id}
+      onClick={() => {
+        page.patch({ reviewed: row.id, compared: [] });
+      }}
+    >
+      <Table.Td onClick={own}>
+        <Checkbox
+          size="xs"
+          aria-label={`Compare ${name}`}
+          checked={ticked}
+          disabled={full && !ticked}
+          onChange={(event) => {
+            onTick(event.currentTarget.checked);
+          }}
+        />
+      </Table.Td>
+      <Table.Td onClick={own}>
+        <Star row={row} recordings={recordings} />
+      </Table.Td>
+      <Table.Td>
+        <button type="button" className="link">
+          {name}
+        </button>
+        <Badges row={row} running={running} />
+      </Table.Td>
+      <Table.Td className="number">{localTime(row.started)}</Table.Td>
+      <Table.Td>
+        {row.actuator}
+        {row.twin ? " · twin" : ""}
+      </Table.Td>
+      <Table.Td className="number right">{row.rows > 0 ? clock(row.seconds) : DASH}</Table.Td>
+      <Table.Td className="number right" data-testid="recording-gaps">
+        {wholeNumber(row.gaps)}
+      </Table.Td>
+      <Table.Td className="number right">{millimetres(row.metrics?.rmse, 2)}</Table.Td>
+      <Table.Td className="number right">{percent(row.metrics?.on_time_share)}</Table.Td>
+      <Table.Td className="number right">{bytes(row.bytes)}</Table.Td>
+      <Table.Td className="right review-actions" onClick={own}>
+        <Tooltip label="Download the .rrd file">
+          <ActionIcon
+            component="a"
+            variant="subtle"
+            color="gray"
+            aria-label={`Download ${name}`}
+            href={recordingUrl(row.id, ".rrd")}
+            download
+          >
+            <IconDownload size={16} />
+          </ActionIcon>
+        </Tooltip>
+        <DeleteButton row={row} running={running} onDelete={() => recordings.remove(row.id)} />
+      </Table.Td>
+    </Table.Tr>
+  );
+}
+
+interface StarProps {
+  readonly row: Recording;
+  readonly recordings: Recordings;
+}
+
+/** Starred recordings are never removed to make room. */
+export function Star({ row, recordings }: StarProps) {
+  const Icon = row.starred ? IconStarFilled : IconStar;
+  return (
+    <ActionIcon
+      variant="subtle"
+      color={row.starred ? "yellow" : "gray"}
+      size="sm"
+      aria-pressed={row.starred}
+      aria-label={`Star ${row.name || row.id}`}
+      data-testid="star"
+      onClick={() => void recordings.change(row.id, { starred: !row.starred })}
+    >
+      <Icon size={15} />
+    </ActionIcon>
+  );
+}
+
+interface BadgesProps {
+  readonly row: Recording;
+  readonly running: boolean;
+}
+
+export function Badges({ row, running }: BadgesProps) {
+  return (
+    <>
+      {badgesOf(row, running).map((text) => (
+        <Badge key={text} className="review-badge" size="sm" variant="default" tt="none">
+          {text}
+        </Badge>
+      ))}
+      {row.tags.map((tag) => (
+        <span key={tag} className="note review-tag">
+          #{tag}
+        </span>
+      ))}
+    </>
+  );
+}

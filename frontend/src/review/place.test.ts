@@ -1,0 +1,15 @@
+import { expect, test } from "vitest";
+import { hashOf, placeOf } from "./place";
+
+test.each(["", "#review", "#review/20261121-120000-run", "#review/compare/a,b,c"])(
+  "the address %s opens the place that has it",
+  (hash) => {
+    expect(hashOf(placeOf(hash))).toBe(hash);
+  },
+);
+
+test("what is no address of ours is Live, and no more than four are compared", () => {
+  expect(placeOf("#elsewhere/x").view).toBe("live");
+  expect(placeOf("#review/compare/a,b,b,c,d,e").compared).toEqual(["a", "b", "c", "d"]);
+  expect(placeOf("#review/%E0%A4%A").reviewed).toBe("%E0%A4%A");
+});

@@ -1,0 +1,175 @@
+"""The quick look at a recording: its main signals as extremes of a few thousand bins, small enough for a page."""
+
+from functools import lru_cache
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from controller.errors import ParameterError
+from controller.layout import Model, quantity
+from controller.messages import Telemetry
+from recordings.phase import find_phase
+from recordings.reader import read_groups
+from recordings.signals import GROUPS, Series
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+Numbers = list[float | None]
+"""What is not a number is null."""
+
+PATHS = ("/tip/x", "/tip/y", "/error", "/pressures", "/u", "/timing")
+TRACKS = ("p_ref", "p_meas", "p_hat")
+DIGITS = 6
+AT_ONCE_MAX = 256 << 20
+"""Larger files [B] are read one group after the other: that takes longer, but a fraction of the memory."""
+CACHED = 64
+
+
+class QuickSignal(Model):
+    """One line of a plot; `values` (n,) in SI units go with `Quick.t`."""
+
+    key: str
+    field: str
+    index: int | None
+    label: str
+    unit: str
+    values: Numbers
+
+
+class Track(Model):
+    """A path in the plane [m]; x and y (m,) go with `Quick.track_t`."""
+
+    field: str
+    x: Numbers
+    y: Numbers
+
+
+class Quick(Model):
+    """Times are in seconds since the first row."""
+
+    duration: float
+    rows: int
+    t: list[float]
+    """(n,): every row of a short recording; else two for each bin, which holds the lowest and the highest value."""
+    signals: list[QuickSignal]
+    track_t: list[float]
+    tracks: list[Track]
+    period: float | None
+    """Of the reference [s]; null when it does not repeat."""
+    cycle_start: float
+    """When a cycle of the reference begins [s]; the same place of the same reference in every recording."""
+
+
+def quick_look(path: Path, points: int, keys: tuple[str, ...] = ()) -> bytes:
+    """`Quick` as JSON, at most `points` values a signal, of the signals `keys` (none: all); kept for the next who asks.
+
+    Raises `RecordingError` when the file cannot be read, `ParameterError` for a key that is none.
+    """
+    state = path.stat()
+    unknown = sorted(set(keys) - {_key(series) for series in _all_series()} - {"error.norm"})
+    if unknown:
+        raise ParameterError(f"signals = {unknown[0]}: the quick look has no such signal")
+    return _quick(path, points, keys, (state.st_size, state.st_mtime_ns))
+
+
+def thinned(values: Array, points: int) -> Array:
+    """`values` (n, k) as they are when n <= points; else low and high of each of points/2 bins, (points, k).
+
+    A rising bin shows its low end first, a falling one its high end: else a ramp would look like a saw.
+    """
+    if len(values) <= points:
+        return values
+    starts = _starts(len(values), points)
+    low, high = np.fmin.reduceat(values, starts), np.fmax.reduceat(values, starts)
+    middle = low + high
+    rising = np.vstack([middle[1:2] >= middle[:1], middle[1:] >= middle[:-1]])
+    out = np.empty((2 * len(starts), values.shape[1]))
+    out[0::2], out[1::2] = np.where(rising, low, high), np.where(rising, high, low)
+    return out
+
+
+@lru_cache(maxsize=CACHED)
+def _quick(path: Path, points: int, keys: tuple[str, ...], state: tuple[int, int]) -> bytes:
+    """`state` of the file is part of the key: a recording that grew is read again."""
+    t, columns = _columns(path)
+    picked = _starts(len(t), points) if len(t) > points else np.arange(len(t))
+    period, start = find_phase(t, columns.get("p_ref.0"), columns.get("p_ref.1"))
+    wanted = [series for series in _all_series() if _key(series) in columns and (not keys or _key(series) in keys)]
+    look = Quick(
+        duration=float(t[-1]) if len(t) else 0.0,
+        rows=len(t),
+        t=np.round(_bin_times(t, points), 6).tolist(),
+        signals=[_signal(series, columns[_key(series)], points) for series in wanted],
+        track_t=np.round(t[picked], 6).tolist(),
+        tracks=[_track(name, columns, picked) for name in TRACKS if f"{name}.0" in columns],
+        period=period,
+        cycle_start=start,
+    )
+    return look.model_dump_json().encode()
+
+
+def _columns(path: Path) -> tuple[Array, dict[str, Array]]:
+    """Times [s] (n,) and each series (n,) by its key; a killed writer's last rows may lack some: they are left out."""
+    groups = [group for group in GROUPS if group.path in PATHS]
+    parts = [groups] if path.stat().st_size <= AT_ONCE_MAX else [[group] for group in groups]
+    found = {entity: table for part in parts for entity, table in read_groups(path, part).items()}
+    count = min((len(t) for t, _ in found.values()), default=0)
+    times = next((t for t, _ in found.values()), np.zeros(0))
+    columns: dict[str, Array] = {}
+    for group in groups:
+        if group.path in found:
+            values = found[group.path][1][:count]
+            columns |= {_key(series): values[:, column] for column, series in enumerate(group.series)}
+    if "error.0" in columns:
+        columns["error.norm"] = np.hypot(columns["error.0"], columns["error.1"])
+    return times[:count] * 1e-9, columns
+
+
+def _all_series() -> list[Series]:
+    series = [series for group in GROUPS if group.path in PATHS for series in group.series]
+    return [*series, Series("error", None, "error", 0)]
+
+
+def _key(series: Series) -> str:
+    """As the live plots name it: "p_ref.0", "error.norm", "residual"."""
+    if series.index is None:
+        return "error.norm" if series.field == "error" else series.field
+    return f"{series.field}.{series.index}"
+
+
+def _signal(series: Series, values: Array, points: int) -> QuickSignal:
+    return QuickSignal(
+        key=_key(series),
+        field=series.field,
+        index=series.index,
+        label=series.label,
+        unit=quantity(Telemetry, series.field).unit,
+        values=_rounded(thinned(values[:, None], points)[:, 0]),
+    )
+
+
+def _track(name: str, columns: dict[str, Array], picked: np.ndarray[Any, np.dtype[np.int64]]) -> Track:
+    x, y = (_rounded(columns[f"{name}.{axis}"][picked]) for axis in (0, 1))
+    return Track(field=name, x=x, y=y)
+
+
+def _bin_times(t: Array, points: int) -> Array:
+    """Where the values of `thinned` stand: a quarter and three quarters into each bin."""
+    if len(t) <= points:
+        return t
+    edges = [*_starts(len(t), points), len(t) - 1]
+    return np.array([t[a] + part * (t[b] - t[a]) for a, b in pairwise(edges) for part in (0.25, 0.75)])
+
+
+def _starts(count: int, points: int) -> np.ndarray[Any, np.dtype[np.int64]]:
+    """First rows of points/2 bins of `count` rows, as equal as they can be."""
+    return np.linspace(0, count, points // 2, endpoint=False).astype(np.int64)
+
+
+def _rounded(values: Array) -> Numbers:
+    """To six digits of the largest, for a short text."""
+    finite = np.isfinite(values)
+    largest = float(np.abs(values[finite]).max(initial=0.0))
+    digits = DIGITS - int(np.ceil(np.log10(largest))) if largest > 0 else 0
+    return [value if ok else None for value, ok in zip(np.round(values, digits).tolist(), finite.tolist(), strict=True)]

@@ -1,0 +1,75 @@
+"""Measures how long a recording of 60 s takes to open in the Review tab, and prints JSON. Needs a quiet machine.
+
+Run from the root of the repository: `.venv/bin/python -m tests.e2e.measure_review`. From the click on its row until all
+plots are painted: cold (the server reads the file) and warm (the server has the bins), the median of `--runs`. With
+`--rows` more recordings in the list: from the click on a title until the list stands in the new order.
+"""
+
+import argparse
+import json
+import statistics
+import tempfile
+from pathlib import Path
+
+from playwright.sync_api import Page, expect
+
+from server.browser import launch_chromium
+from tests.e2e.product import Product, open_page
+from tests.e2e.recorded import list_many, record_circle
+
+CLICK_UNTIL = """([click, sign, count]) => new Promise((say) => {
+  const start = performance.now();
+  const look = () => {
+    if (document.querySelectorAll(sign).length < count) return requestAnimationFrame(look);
+    const channel = new MessageChannel();
+    channel.port1.onmessage = () => say((performance.now() - start) / 1e3);
+    requestAnimationFrame(() => channel.port2.postMessage(0));
+  };
+  document.querySelector(click).click();
+  look();
+})"""
+"""The message comes once the frame with what was waited for is painted."""
+PLOTS = ["[data-testid=quick-plot] canvas", 6]
+
+
+def opened(page: Page, id: str) -> float:
+    """Seconds from the click on a row to the painted plots; leaves the list open again."""
+    page.get_by_test_id("recording-search").fill(id)
+    expect(page.get_by_test_id("recording")).to_have_count(1)
+    seconds = float(page.evaluate(CLICK_UNTIL, [f"[data-id='{id}']", *PLOTS]))
+    page.get_by_test_id("back").click()
+    return seconds
+
+
+def sorted_in(page: Page) -> float:
+    """Seconds until the whole list is in another order."""
+    page.get_by_test_id("recording-search").fill("")
+    page.get_by_test_id("sort-started").click()
+    return float(page.evaluate(CLICK_UNTIL, ["[data-testid=sort-bytes]", "[aria-sort=descending]", 1]))
+
+
+def main() -> None:
+    """Measure and print."""
+    asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    asked.add_argument("--runs", type=int, default=5)
+    asked.add_argument("--rows", type=int, default=5000)
+    options = asked.parse_args()
+    with tempfile.TemporaryDirectory() as folder, launch_chromium() as browser, Product(Path(folder)) as product:
+        made = [record_circle(product.recordings, f"circle {n}", 60.0) for n in range(options.runs)]
+        list_many(product.recordings, made[0], options.rows)
+        context = browser.new_context(viewport={"width": 1280, "height": 720})
+        page = open_page(context, product)
+        page.get_by_text("Review", exact=True).click()
+        expect(page.get_by_test_id("recording").first).to_be_visible(timeout=30_000)
+        cold = [opened(page, recording.id) for recording in made]
+        warm = [opened(page, recording.id) for recording in made]
+        order = [sorted_in(page) for _ in made]
+        context.close()
+    figures = {"quick_cold_s": cold, "quick_warm_s": warm, "sort_s": order}
+    print(
+        json.dumps({name: {"median": statistics.median(of), "max": max(of)} for name, of in figures.items()}, indent=2)
+    )
+
+
+if __name__ == "__main__":
+    main()

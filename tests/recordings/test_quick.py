@@ -1,0 +1,98 @@
+"""The quick look shows every extreme of the recorded numbers, and finds the period of the reference."""
+
+import json
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from controller.errors import ParameterError
+from controller.parameters import Settings
+from recordings.messages import Recording
+from recordings.phase import find_phase
+from recordings.quick import quick_look, thinned
+from recordings.reader import read_rows
+from recordings.store import Store
+from recordings.writer import Recorder
+from tests.recordings.synthetic import batches, rig_info, telemetry_rows
+
+
+def test_every_bin_shows_its_lowest_and_its_highest_value() -> None:
+    values = np.random.default_rng(1).normal(size=(10_000, 2))
+    values[1234, 0], values[:100, 1] = 50.0, np.nan
+    shown = thinned(values, 200)
+    assert shown.shape == (200, 2)
+    for i, part in enumerate(np.split(values, 100)):
+        expected = [[np.nan, np.nan], [part[:, 1].min(), part[:, 1].max()]][bool(i)]
+        np.testing.assert_array_equal(np.sort(shown[2 * i : 2 * i + 2, 1]), expected)
+    assert shown[:, 0].max() == 50.0
+    np.testing.assert_array_equal(thinned(values, 10_000), values)
+
+
+def test_a_ramp_stays_a_ramp() -> None:
+    ramp = np.arange(1000.0)[:, None]
+    assert (np.diff(thinned(ramp, 100)[:, 0]) > 0).all()
+    assert (np.diff(thinned(-ramp, 100)[:, 0]) < 0).all()
+
+
+def test_the_quick_look_holds_the_recorded_numbers(record: Callable[..., Recording], tmp_path: Path) -> None:
+    done = record(telemetry_rows(6000))
+    path = Store(tmp_path).path(done.id)
+    rows, look = read_rows(path), json.loads(quick_look(path, 400))
+    assert look["rows"] == 6000
+    assert look["duration"] == pytest.approx(done.seconds)
+    signals = {signal["key"]: signal for signal in look["signals"]}
+    assert {len(signal["values"]) for signal in signals.values()} == {len(look["t"])} == {400}
+    np.testing.assert_allclose(max(signals["p_ref.1"]["values"]), rows["p_ref"][:, 1].max(), atol=1e-6)
+    np.testing.assert_allclose(max(signals["lateness_ns"]["values"]), rows["lateness_ns"].max(), rtol=1e-5)
+    error = np.hypot(*rows["error"].T)
+    np.testing.assert_allclose(max(signals["error.norm"]["values"]), np.nanmax(error), rtol=1e-5)
+    track = {track["field"]: track for track in look["tracks"]}["p_ref"]
+    elapsed = (rows["t_ns"] - rows["t_ns"][0]) * 1e-9
+    at = np.searchsorted(elapsed, np.array(look["track_t"]) - 1e-6)
+    np.testing.assert_allclose(np.column_stack([track["x"], track["y"]]), rows["p_ref"][at], atol=1e-6)
+
+
+def test_only_the_signals_asked_for_are_given_and_an_unknown_one_is_named(
+    record: Callable[..., Recording], tmp_path: Path
+) -> None:
+    path = Store(tmp_path).path(record(telemetry_rows(300)).id)
+    look = json.loads(quick_look(path, 2000, ("residual", "u.0")))
+    assert {signal["key"] for signal in look["signals"]} == {"residual", "u.0"}
+    assert len(look["t"]) == 300
+    with pytest.raises(ParameterError, match="nonsense"):
+        quick_look(path, 2000, ("nonsense",))
+
+
+def test_a_running_recording_is_shown_up_to_now(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path)
+    try:
+        recorder.start("running", rig_info(), Settings())
+        id, shown = recorder.state().id, [0]
+        for batch in batches(telemetry_rows(3000), 500):
+            recorder.rows(batch)
+            deadline = time.monotonic() + 10.0
+            while shown[-1] < int(batch["tick"][-1]) - 1000 and time.monotonic() < deadline:
+                time.sleep(0.05)
+                shown.append(json.loads(quick_look(Store(tmp_path).path(id), 2000))["rows"])
+        assert shown[-1] >= 1500
+    finally:
+        recorder.close()
+
+
+@pytest.mark.parametrize("period", [0.5, 2.0, 7.0])
+def test_the_period_and_the_beginning_of_a_cycle_are_found(period: float) -> None:
+    t = np.arange(0.0, 30.0, 1e-3)
+    turn = 2 * np.pi * (t - 0.3) / period
+    found, start = find_phase(t, 0.2 + 0.02 * np.cos(turn), 0.01 * np.sin(turn) + 0.004 * np.sin(2 * turn))
+    assert found == pytest.approx(period, rel=2e-3)
+    assert (start - 0.3 + period / 2) % period - period / 2 == pytest.approx(0.0, abs=0.03 * period)
+
+
+def test_what_does_not_repeat_has_no_period() -> None:
+    t = np.arange(0.0, 10.0, 1e-3)
+    assert find_phase(t, 0.01 * t, np.zeros_like(t)) == (None, 0.0)
+    assert find_phase(t, np.zeros_like(t), np.zeros_like(t)) == (None, 0.0)
+    assert find_phase(t, None, None) == (None, 0.0)
