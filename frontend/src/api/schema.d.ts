@@ -492,6 +492,26 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/recordings/{id}/quick": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Recording Quick
+     * @description The main signals as extremes of bins, and the tip's path; of a running recording, up to now. 404 without it.
+     */
+    get: operations["recording_quick"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/recordings": {
     parameters: {
       query?: never;
@@ -598,6 +618,86 @@ export interface paths {
     get: operations["recording_metrics"];
     put?: never;
     post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/recordings/{id}/signals": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Recording Signals
+     * @description What can be chosen for an export; 404 without such a recording.
+     */
+    get: operations["recording_signals"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/recordings/{id}/export": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Export Recording
+     * @description Signals (names joined by commas; all without) from `from` to `to` [s] as a file; 404, or 422 with the reason.
+     */
+    get: operations["export_recording"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/recordings/{id}/path": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Recording Path
+     * @description The path of the tip, its reference or a marker as a drawing with times; 404, or 422 says what is wrong.
+     */
+    get: operations["recording_path"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/recordings/import": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Import Recording
+     * @description A CSV file with columns time, x, y as a recording; the units hold where its header has none; operator only.
+     */
+    post: operations["import_recording"];
     delete?: never;
     options?: never;
     head?: never;
@@ -1982,6 +2082,55 @@ export interface components {
       megabytes_per_hour: number;
     };
     /**
+     * Quick
+     * @description Times are in seconds since the first row.
+     */
+    Quick: {
+      /** Duration */
+      duration: number;
+      /** Rows */
+      rows: number;
+      /**
+       * T
+       * @description (n,): every row of a short recording; else two for each bin, which holds the lowest and the highest value.
+       */
+      t: number[];
+      /** Signals */
+      signals: components["schemas"]["QuickSignal"][];
+      /** Track T */
+      track_t: number[];
+      /** Tracks */
+      tracks: components["schemas"]["Track"][];
+      /**
+       * Period
+       * @description Of the reference [s]; null when it does not repeat.
+       */
+      period: number | null;
+      /**
+       * Cycle Start
+       * @description When a cycle of the reference begins [s]; the same place of the same reference in every recording.
+       */
+      cycle_start: number;
+    };
+    /**
+     * QuickSignal
+     * @description One line of a plot; `values` (n,) in SI units go with `Quick.t`.
+     */
+    QuickSignal: {
+      /** Key */
+      key: string;
+      /** Field */
+      field: string;
+      /** Index */
+      index: number | null;
+      /** Label */
+      label: string;
+      /** Unit */
+      unit: string;
+      /** Values */
+      values: (number | null)[];
+    };
+    /**
      * Recording
      * @description One row of the Review tab.
      */
@@ -2744,6 +2893,26 @@ export interface components {
       red: number;
     };
     /**
+     * SignalInfo
+     * @description One signal of a recording, as the page offers it for export.
+     */
+    SignalInfo: {
+      /** Name */
+      name: string;
+      /**
+       * Field
+       * @description Field of telemetry that it is a number of; its name stands for all of them.
+       */
+      field: string;
+      /**
+       * Unit
+       * @description SI; "1" where there is none.
+       */
+      unit: string;
+      /** Group */
+      group: string;
+    };
+    /**
      * Speed
      * @description Constant speed, corners included.
      */
@@ -2851,6 +3020,18 @@ export interface components {
       amber: number;
       /** Red */
       red: number;
+    };
+    /**
+     * Track
+     * @description A path in the plane [m]; x and y (m,) go with `Quick.track_t`.
+     */
+    Track: {
+      /** Field */
+      field: string;
+      /** X */
+      x: (number | null)[];
+      /** Y */
+      y: (number | null)[];
     };
     /**
      * Tracking
@@ -3994,6 +4175,40 @@ export interface operations {
       };
     };
   };
+  recording_quick: {
+    parameters: {
+      query?: {
+        points?: number;
+        signals?: string[];
+      };
+      header?: never;
+      path: {
+        id: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Quick"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
   recordings: {
     parameters: {
       query?: {
@@ -4222,6 +4437,144 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["Measured"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  recording_signals: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        id: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["SignalInfo"][];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  export_recording: {
+    parameters: {
+      query: {
+        format: "csv" | "parquet" | "mat" | "mcap" | "rrd";
+        signals?: string;
+        from?: number | null;
+        to?: number | null;
+      };
+      header?: never;
+      path: {
+        id: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  recording_path: {
+    parameters: {
+      query?: {
+        what?: "p_meas" | "p_ref" | "marker";
+        rod?: number;
+        from?: number | null;
+        to?: number | null;
+      };
+      header?: never;
+      path: {
+        id: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["DrawingBody"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  import_recording: {
+    parameters: {
+      query: {
+        name: string;
+        time_unit?: "s" | "ms" | "us" | "ns";
+        length_unit?: "m" | "cm" | "mm";
+      };
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "text/csv": string;
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Recording"];
         };
       };
       /** @description Validation Error */
