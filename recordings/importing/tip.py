@@ -13,7 +13,8 @@ from controller.parameters import RigParameters, Settings
 from controller.reference.path_file import Samples
 from recordings import sidecar
 from recordings.messages import Recording
-from recordings.rrd import About, Rows, RrdFile
+from recordings.about import About
+from recordings.rrd import Rows, RrdFile
 
 IMPORT_RIG = "import"
 """The rig that an imported recording names."""
