@@ -39,7 +39,7 @@ class Catalogue:
 
     def list(self) -> list[Recording]:
         """All of them in no order; `problem` says what is wrong with one."""
-        with self._lock:
+        with self._lock, _no_collection():
             marks, data = self._scan()
             entries = self._refreshed(marks)
         listed = [_shown(entry.recording, id in data) for id, entry in entries.items()]
@@ -53,15 +53,17 @@ class Catalogue:
         data: set[str] = set()
         with os.scandir(self._folder) as files:
             for file in files:
-                id, kind = os.path.splitext(file.name)
-                if kind not in (".json", ".rrd") or not sidecar.is_id(id):
+                id, _, kind = file.name.rpartition(".")
+                if kind not in ("json", "rrd") or not sidecar.is_id(id):
                     continue
-                if kind == ".rrd":
+                if kind == "rrd":
                     data.add(id)
                     continue
-                with contextlib.suppress(FileNotFoundError):  # removed this moment
+                try:
                     found = file.stat()
-                    marks[id] = found.st_ino, found.st_mtime_ns, found.st_size
+                except FileNotFoundError:  # removed this moment
+                    continue
+                marks[id] = found.st_ino, found.st_mtime_ns, found.st_size
         return marks, data
 
     def _refreshed(self, marks: dict[str, tuple[int, int, int]]) -> dict[str, Entry]:
@@ -81,8 +83,7 @@ class Catalogue:
 
     def _load(self) -> dict[str, Entry]:
         try:
-            with _no_collection():
-                return ENTRIES.validate_json((self._folder / INDEX).read_bytes())
+            return ENTRIES.validate_json((self._folder / INDEX).read_bytes())
         except (OSError, ValueError):  # none yet, or of another version: it can be made again
             return {}
 
@@ -95,7 +96,7 @@ class Catalogue:
 
 @contextlib.contextmanager
 def _no_collection() -> Iterator[None]:
-    """Thousands of new objects and no garbage: looking for it would take longer than reading the file."""
+    """Thousands of new objects and no garbage: looking for it would take longer than making them."""
     was_on = gc.isenabled()
     gc.disable()
     try:
