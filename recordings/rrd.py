@@ -32,7 +32,7 @@ class RrdFile:
         self._last: Rows | None = None
         rr.set_strict_mode(True)
         self._stream = rr.RecordingStream(
-            APPLICATION, recording_id=about.id, batcher_config=rr.ChunkBatcherConfig(flush_tick=0.05)
+            APPLICATION, recording_id=about.id, batcher_config=rr.ChunkBatcherConfig(flush_tick=0.03)
         )
         layout = blueprint(about.info.parameters.actuator.length)
         try:

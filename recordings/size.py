@@ -15,7 +15,7 @@ from recordings.profiles import PROFILES, Rows
 from recordings.rrd import RrdFile
 from recordings.run_file import simulated_rig
 
-BATCH = 200
+BATCH = 130
 """Rows handed over at once, as the recorder does at 1 kHz."""
 LATE_NS, STEP_NS = 60_000, 30_000
 """Typical lateness and duration of a tick: a simulated clock is never late, and its zeros would cost nothing."""

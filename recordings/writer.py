@@ -23,7 +23,7 @@ from recordings.rrd import Level, Rows
 from recordings.session import Context, Session, warm_up
 
 BATCH_ROWS = 250
-BATCH_SECONDS = 0.2
+BATCH_SECONDS = 0.13
 """A batch is written when it has so many rows or is so old: the most that a killed writer loses."""
 
 QUEUE_BATCHES = 6000
