@@ -14,6 +14,7 @@ from controller.reference.path_file import Samples
 from recordings import sidecar
 from recordings.messages import Recording
 from recordings.rrd import About, Rows, RrdFile
+from recordings.session import check_room
 
 IMPORT_RIG = "import"
 """The rig that an imported recording names."""
@@ -21,8 +22,13 @@ BATCH = 1000
 
 
 def import_tip(folder: Path, name: str, samples: Samples) -> Recording:
-    """`samples` as a new recording in `folder`, started now; DataError for times that are one to the nanosecond."""
+    """`samples` as a new recording in `folder`, started now.
+
+    DataError for times that are one to the nanosecond; RecordingError when the disk is nearly full or takes no more.
+    """
     rows = tip_rows(samples)
+    folder.mkdir(parents=True, exist_ok=True)
+    check_room(folder)
     started = datetime.now(UTC)
     id, lock = sidecar.claim(folder, name, started)
     path = sidecar.rrd_path(folder, id)
