@@ -15,6 +15,7 @@ from recordings import sidecar
 from recordings.messages import Recording
 from recordings.about import About
 from recordings.rrd import Rows, RrdFile
+from recordings.session import check_room
 
 IMPORT_RIG = "import"
 """The rig that an imported recording names."""
@@ -22,8 +23,13 @@ BATCH = 1000
 
 
 def import_tip(folder: Path, name: str, samples: Samples) -> Recording:
-    """`samples` as a new recording in `folder`, started now; DataError for times that are one to the nanosecond."""
+    """`samples` as a new recording in `folder`, started now.
+
+    DataError for times that are one to the nanosecond; RecordingError when the disk is nearly full or takes no more.
+    """
     rows = tip_rows(samples)
+    folder.mkdir(parents=True, exist_ok=True)
+    check_room(folder)
     started = datetime.now(UTC)
     id, lock = sidecar.claim(folder, name, started)
     path = sidecar.rrd_path(folder, id)

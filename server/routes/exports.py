@@ -10,6 +10,7 @@ from fastapi import APIRouter, Body, Query
 from starlette.background import BackgroundTask
 from starlette.responses import FileResponse
 
+from controller.errors import CommandRefused, RecordingError
 from controller.parameters import SENSORS
 from recordings.exporting.apart import apart
 from recordings.exporting.export import Format, export
@@ -87,9 +88,12 @@ async def import_recording(
     time_unit: Literal["s", "ms", "us", "ns"] = "s",
     length_unit: Literal["m", "cm", "mm"] = "m",
 ) -> Recording:
-    """A CSV file with columns time, x, y as a recording; the units hold where its header has none; operator only."""
+    """A CSV file with columns time, x, y as a recording; the units hold where its header has none; 409 without room."""
     units = {"t": time_unit, "x": length_unit, "y": length_unit}
     folder = parts.settings.recordings or default_folder()
-    found = await asyncio.to_thread(import_text, folder, name, text, units)
+    try:
+        found = await asyncio.to_thread(import_text, folder, name, text, units)
+    except RecordingError as error:
+        raise CommandRefused(str(error)) from error
     parts.events.add(f"{who.name}: {name} imported as recording {found.id}, {found.rows} rows")
     return found

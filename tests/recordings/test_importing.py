@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controller.errors import DataError
+from controller.errors import DataError, RecordingError
 from controller.reference.path_file import read_samples
 from recordings import tool
 from recordings.exporting.export import export
@@ -64,4 +64,11 @@ def test_units_that_the_header_does_not_name_can_be_said(tmp_path: Path) -> None
 def test_times_that_cannot_be_told_apart_are_refused_and_leave_nothing(tmp_path: Path) -> None:
     with pytest.raises(DataError, match=r"lab.csv, line 3: t is less than 1 ns after the line before"):
         imported(tmp_path, "t,x,y\n1,0,0\n1.0000000001,0,0\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["lab.csv"]
+
+
+def test_a_disk_that_is_nearly_full_takes_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("recordings.session.DISK_FREE_MIN", 1 << 62)
+    with pytest.raises(RecordingError, match="MiB are free"):
+        imported(tmp_path, "t,x,y\n1,0,0\n2,0,0\n")
     assert [path.name for path in tmp_path.iterdir()] == ["lab.csv"]

@@ -695,7 +695,7 @@ export interface paths {
     put?: never;
     /**
      * Import Recording
-     * @description A CSV file with columns time, x, y as a recording; the units hold where its header has none; operator only.
+     * @description A CSV file with columns time, x, y as a recording; the units hold where its header has none; 409 without room.
      */
     post: operations["import_recording"];
     delete?: never;
