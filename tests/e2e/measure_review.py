@@ -35,7 +35,7 @@ PLOTS = ["[data-testid=quick-plot] canvas", 6]
 def opened(page: Page, id: str) -> float:
     """Seconds from the click on a row to the painted plots; leaves the list open again."""
     page.get_by_test_id("recording-search").fill(id)
-    expect(page.get_by_test_id("recording")).to_have_count(1)
+    expect(page.locator(f"[data-id='{id}']")).to_be_visible()
     seconds = float(page.evaluate(CLICK_UNTIL, [f"[data-id='{id}']", *PLOTS]))
     page.get_by_test_id("back").click()
     return seconds

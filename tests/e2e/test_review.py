@@ -49,6 +49,7 @@ def test_the_cursor_is_common_and_a_drag_zooms_every_plot(page: Page, made: list
     open_link(page, f"#review/{made[0].id}")
     plots = page.get_by_test_id("quick-plot")
     expect(plots).to_have_count(6)
+    expect(plots.first.locator(".u-over")).to_be_visible()
     over = plots.first.locator(".u-over").bounding_box()
     assert over
     middle = over["y"] + over["height"] / 2

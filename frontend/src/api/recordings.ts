@@ -24,7 +24,11 @@ export function recordingUrl(id: string, part = ""): string {
 
 export const recordings = {
   list: () => call<Recording[]>("GET", "/api/recordings"),
-  quick: (id: string, points: number) => call<Quick>("GET", recordingUrl(id, `/quick?points=${points}`)),
+  /** The quick look with at most `points` values of each of the signals `keys`. */
+  quick: (id: string, points: number, keys: readonly string[]) => {
+    const query = new URLSearchParams([["points", String(points)], ...keys.map((key) => ["signals", key])]);
+    return call<Quick>("GET", recordingUrl(id, `/quick?${query.toString()}`));
+  },
   change: (id: string, changes: RecordingChanges) => call<Recording>("PATCH", recordingUrl(id), changes),
   remove: (id: string) => call<unknown>("DELETE", recordingUrl(id)),
   path: (id: string) => call<RecordedPath>("GET", recordingUrl(id, "/path")),

@@ -29,6 +29,9 @@ const PLOTS: readonly (readonly [string, readonly string[]])[] = [
   ["Timing", ["lateness_ns", "step_ns"]],
 ];
 
+/** All signals that are drawn. */
+export const DRAWN: readonly string[] = PLOTS.flatMap(([, keys]) => keys);
+
 /** The plots of one recording in the colours of the live plots; what it does not hold is left out. */
 export function quickCharts(quick: Quick): QuickChart[] {
   const channels = quick.signals.map(channelOf);

@@ -1,6 +1,7 @@
 import { useEffect, useState } from "react";
 import { recordings } from "../api/recordings";
 import type { Quick } from "../api/types";
+import { DRAWN } from "./quickCharts";
 
 const POINTS = 2000;
 /** How often a recording that is being written is read again [ms]. */
@@ -20,7 +21,7 @@ export function useQuick(ids: readonly string[], running: boolean): QuickState {
     let gone = false;
     const read = async () => {
       try {
-        const looks = await Promise.all(wanted.split(",").map((id) => recordings.quick(id, POINTS)));
+        const looks = await Promise.all(wanted.split(",").map((id) => recordings.quick(id, POINTS, DRAWN)));
         if (!gone) setState({ looks, problem: "" });
       } catch (error) {
         if (!gone) setState({ looks: null, problem: error instanceof Error ? error.message : String(error) });
