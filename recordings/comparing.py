@@ -1,6 +1,5 @@
 """Several recordings side by side: the figures of each, and how far its tip is from the first one's."""
 
-import importlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -8,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from recordings.messages import Metrics, Recording
+from recordings.metrics import metrics_of
 from recordings.reader import read_rows
 from recordings.store import Store
 
@@ -60,8 +60,4 @@ def apart(first: tuple[Array, Array], other: tuple[Array, Array]) -> Figures:
 
 def _metrics(rows: dict[str, Array], recording: Recording) -> Metrics:
     """Those of a recording whose figures were not taken yet; of an imported one there are none."""
-    try:
-        metrics = importlib.import_module("recordings.metrics")
-    except ModuleNotFoundError:
-        return Metrics()
-    return Metrics() if recording.imported else metrics.metrics_of(rows)
+    return Metrics() if recording.imported else metrics_of(rows)

@@ -11,6 +11,7 @@ from controller.errors import ParameterError
 from controller.layout import Model, quantity
 from controller.messages import Telemetry
 from recordings.phase import find_phase
+from recordings.profiles import TICKS
 from recordings.reader import read_groups
 from recordings.signals import GROUPS, Series
 
@@ -112,8 +113,10 @@ def _quick(path: Path, points: int, keys: tuple[str, ...], state: tuple[int, int
 def _columns(path: Path) -> tuple[Array, dict[str, Array]]:
     """Times [s] (n,) and each series (n,) by its key; a killed writer's last rows may lack some: they are left out."""
     groups = [group for group in GROUPS if group.path in PATHS]
-    parts = [groups] if path.stat().st_size <= AT_ONCE_MAX else [[group] for group in groups]
+    parts = [[*groups, TICKS]] if path.stat().st_size <= AT_ONCE_MAX else [[group] for group in (TICKS, *groups)]
     found = {entity: table for part in parts for entity, table in read_groups(path, part).items()}
+    if TICKS.path in found:  # the profile `standard`: what the viewer plots is at 100 Hz there
+        groups, found = [TICKS], {TICKS.path: found[TICKS.path]}
     count = min((len(t) for t, _ in found.values()), default=0)
     times = next((t for t, _ in found.values()), np.zeros(0))
     columns: dict[str, Array] = {}

@@ -10,7 +10,6 @@ from rich.console import Console
 from controller.errors import RecordingError
 
 if TYPE_CHECKING:
-    from recordings.messages import Recording
     from recordings.store import Store
 
 app = typer.Typer(no_args_is_help=True, help=__doc__)
@@ -33,9 +32,10 @@ def ls(
     as_json: Json = False,
 ) -> None:
     """List recordings, the newest first."""
+    from recordings.query import matching
     from server.recordings_tables import listing
 
-    found = [one for one in _store(folder).list() if _has(one, words or [])]
+    found = matching(_store(folder).list(), " ".join(words or []))
     if as_json:
         _print_json([one.model_dump(mode="json") for one in found[:limit]])
         return
@@ -140,12 +140,11 @@ def rm(
     folder: Folder = None,
 ) -> None:
     """Delete recordings for good; those with a star stay."""
-    from recordings.removing import remove, require_removable
-
     store = _store(folder)
-    for found in [require_removable(store, id) for id in ids]:
+    starred_first = sorted((store.find(id) for id in ids), key=lambda found: not found.starred)
+    for found in starred_first:  # one that is refused is met before any is deleted
         if yes or typer.confirm(f"Delete {found.id} ({found.name}, {found.bytes / 1e6:.1f} MB)?"):
-            remove(store, found.id)
+            store.remove(found.id)
             _say(f"Deleted: {found.id}")
 
 
@@ -171,12 +170,6 @@ def _store(folder: Path | None) -> "Store":
     if folder is not None and not folder.is_dir():
         raise RecordingError(f"{folder} is not a folder")
     return Store(_folder(folder))
-
-
-def _has(recording: "Recording", words: list[str]) -> bool:
-    text = " ".join([recording.id, recording.name, recording.actuator, recording.operator, recording.reference])
-    text = " ".join([text, recording.notes, *recording.tags]).lower()
-    return all(word.lower() in text for word in words)
 
 
 def _print_json(value: object) -> None:

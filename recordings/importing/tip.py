@@ -12,8 +12,8 @@ from controller.messages import Command, RigInfo, Telemetry
 from controller.parameters import RigParameters, Settings
 from controller.reference.path_file import Samples
 from recordings import sidecar
-from recordings.messages import Recording
 from recordings.about import About
+from recordings.messages import Recording
 from recordings.rrd import Rows, RrdFile
 from recordings.session import check_room
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from controller.errors import DataError, ParameterError, RecordingError, TendrilError
+from controller.errors import CommandRefused, DataError, ParameterError, RecordingError, TendrilError
 from controller.parameters import Settings
 from controller.reference.path_file import read_samples
 from recordings import sidecar
@@ -108,16 +108,16 @@ def test_what_is_deleted_is_asked_for_and_a_star_protects(made: tuple[Path, Reco
     for id, starred in ((done.id, False), ("20200101-000000", True)):
         (tmp_path / f"{id}.rrd").write_bytes(b"x")
         sidecar.write(tmp_path, done.model_copy(update={"id": id, "starred": starred}))
-    with pytest.raises(RecordingError, match="has a star"):
+    with pytest.raises(CommandRefused, match="is starred"):
         run(tmp_path, "rm", done.id, "20200101-000000", "--yes")
     run(tmp_path, "rm", done.id, answer="n\n")
     assert len(Store(tmp_path).list()) == 2
     held = sidecar.lock(tmp_path / f"{done.id}.rrd")
     assert held
-    with held, pytest.raises(RecordingError, match="is still being written"):
+    with held, pytest.raises(CommandRefused, match="is still being written"):
         run(tmp_path, "rm", done.id, "--yes")
     run(tmp_path, "rm", done.id, answer="y\n")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["20200101-000000.json", "20200101-000000.rrd"]
+    assert sorted(path.name for path in tmp_path.glob("[!.]*")) == ["20200101-000000.json", "20200101-000000.rrd"]
 
 
 def test_what_a_killed_writer_left_is_mended(made: tuple[Path, Recording], tmp_path: Path) -> None:
