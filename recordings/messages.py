@@ -38,7 +38,7 @@ class Metrics(Model):
     rmse: float | None = None
     max_error: float | None = None
     sse: float | None = None
-    """Sum of the squared errors [m^2]."""
+    """Steady-state error: mean length of the error over the last tenth [m] (paper, "SSE")."""
     ise: float | None = None
     """Integral of the squared error over time [m^2 s]."""
     lag_deg_x: float | None = None
@@ -49,7 +49,7 @@ class Metrics(Model):
     unsensed_rms: float | None = None
     """RMS distance between the observer's rods and the twin's at rods that are not sensed [m]; null on hardware."""
     feedback_share: float | None = None
-    """RMS of u_fb over RMS of u."""
+    """Mean |u_fb| / mean (|u_ff| + |u_fb|)."""
     lost: int | None = None
     """Slots of the time grid without their tick."""
     on_time_share: float | None = None

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from controller.experiments.metrics import DT, ise, phase_lags, rmse
+from controller.experiments.metrics import DT, feedback_share, ise, phase_lags, rmse, sse
 from controller.layout import Model
 from controller.modes import Mode
 from controller.parameters import SENSORS
@@ -51,14 +51,14 @@ def followed(rows: Rows) -> Rows:
 def errors(p_ref: Array, p_meas: Array, dt: float) -> dict[str, float]:
     """Of e = p_ref - p_meas (n, 2) [m] where the tip was seen; rows are dt [s] apart. Empty where it never was.
 
-    rmse = sqrt(mean |e|^2), max_error = max |e|, sse = sum |e|^2, ise = dt sum |e|^2.
+    rmse = sqrt(mean |e|^2), max_error = max |e|, sse = mean |e| over the last tenth, ise = dt sum |e|^2.
     """
     e = p_ref - p_meas
     e = e[np.isfinite(e).all(axis=1)]
     if not len(e):
         return {}
     largest = float(np.linalg.norm(e, axis=1).max())
-    return {"rmse": rmse(e), "max_error": largest, "sse": ise(e, 1.0), "ise": ise(e, dt)}
+    return {"rmse": rmse(e), "max_error": largest, "sse": sse(e), "ise": ise(e, dt)}
 
 
 def saturated_share(saturated: Array) -> float | None:
@@ -71,12 +71,6 @@ def rms(values: Array) -> float | None:
     rows = values.reshape(len(values), math.prod(values.shape[1:]))
     seen = rows[np.isfinite(rows).all(axis=1)]
     return math.sqrt(float(np.mean(np.sum(seen**2, axis=1)))) if len(seen) else None
-
-
-def feedback_share(u_fb: Array, u: Array) -> float | None:
-    """sqrt(mean |u_fb|^2) / sqrt(mean |u|^2) of torques (n, 2) [N m]; None where nothing was sent."""
-    part, whole = rms(u_fb), rms(u)
-    return part / whole if part is not None and whole else None
 
 
 def lost_ticks(slot: Array, tick: Array) -> tuple[int, float | None]:
@@ -110,8 +104,8 @@ def _metrics(rows: Rows, period: Period | None) -> Metrics:
         found["saturated_share"] = saturated_share(rows["saturated"])
     if "residual" in rows:
         found["residual_rms"] = rms(rows["residual"])
-    if "u" in rows and "u_fb" in rows:
-        found["feedback_share"] = feedback_share(rows["u_fb"], rows["u"])
+    if "u_ff" in rows and rows["u_fb"].any():
+        found["feedback_share"] = feedback_share(rows["u_ff"], rows["u_fb"])
     if _count(rows) and "slot" in rows:
         found["lost"], found["on_time_share"] = lost_ticks(rows["slot"], rows["tick"])
     return Metrics(**found, unsensed_rms=unsensed_rms(rows))

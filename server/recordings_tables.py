@@ -13,7 +13,7 @@ MILLI = 1e3
 ROWS: dict[str, tuple[str, float]] = {
     "rmse": ("RMSE [mm]", MILLI),
     "max_error": ("largest error [mm]", MILLI),
-    "sse": ("SSE [mm^2]", MILLI**2),
+    "sse": ("SSE [mm]", MILLI),
     "ise": ("ISE [mm^2 s]", MILLI**2),
     "lag_deg_x": ("lag in x [deg]", 1.0),
     "lag_deg_y": ("lag in y [deg]", 1.0),

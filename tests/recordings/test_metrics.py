@@ -33,7 +33,7 @@ def test_a_constant_offset_of_3_and_4_mm_has_an_error_of_5_mm() -> None:
     found = metrics_of(rows_of(np.zeros((2000, 2)), np.full((2000, 2), (0.003, -0.004))))
     assert found.rmse == pytest.approx(0.005)
     assert found.max_error == pytest.approx(0.005)
-    assert found.sse == pytest.approx(2000 * 25e-6)
+    assert found.sse == pytest.approx(0.005)
     assert found.ise == pytest.approx(2.0 * 25e-6)
     assert (found.lag_deg_x, found.lag_deg_y) == (None, None)
     assert (found.lost, found.on_time_share) == (0, 1.0)
@@ -45,11 +45,17 @@ def test_rmse_is_not_the_mean_and_the_largest_error_is_one_row() -> None:
     assert found.max_error == pytest.approx(0.004)
 
 
+def test_the_steady_state_error_is_the_mean_of_the_last_tenth() -> None:
+    p_meas = np.full((20, 2), (0.0, 0.001))
+    p_meas[18:] = (0.003, 0.0), (0.0, -0.005)
+    assert metrics_of(rows_of(np.zeros((20, 2)), p_meas)).sse == pytest.approx(0.004)
+
+
 def test_a_row_without_its_marker_counts_for_no_error() -> None:
     p_meas = np.array([(0.003, 0.004), (np.nan, np.nan), (0.0, 0.0)])
     found = metrics_of(rows_of(np.zeros((3, 2)), p_meas, residual=np.array([0.001, np.nan, 0.003])))
     assert found.rmse == pytest.approx(math.sqrt(25e-6 / 2))
-    assert found.sse == pytest.approx(25e-6)
+    assert found.sse == 0.0
     assert found.residual_rms == pytest.approx(math.sqrt(5e-6))
 
 
@@ -74,11 +80,11 @@ def test_the_share_of_saturation_counts_ticks() -> None:
     assert metrics_of({"tick": np.arange(8), "saturated": saturated}).saturated_share == 0.25
 
 
-def test_the_share_of_the_feedback_is_a_ratio_of_rms_lengths() -> None:
-    u_fb, u = np.array([(0.0, 0.003), (0.004, 0.0)]), np.full((2, 2), (0.03, 0.04))
-    found = metrics_of({"tick": np.arange(2), "u_fb": u_fb, "u": u}).feedback_share
-    assert found == pytest.approx(math.sqrt(12.5e-6) / 0.05)
-    assert metrics_of({"tick": np.arange(2), "u_fb": 0 * u, "u": 0 * u}).feedback_share is None
+def test_the_share_of_the_feedback_is_a_ratio_of_mean_lengths() -> None:
+    u_fb, u_ff = np.array([(0.0, 0.003), (0.004, 0.0)]), np.full((2, 2), (0.03, 0.04))
+    found = metrics_of({"tick": np.arange(2), "u_fb": u_fb, "u_ff": u_ff}).feedback_share
+    assert found == pytest.approx(0.0035 / 0.0535)
+    assert metrics_of({"tick": np.arange(2), "u_fb": 0 * u_ff, "u_ff": 0 * u_ff}).feedback_share is None
 
 
 def test_slots_are_lost_and_ticks_missing_in_the_file_are_not() -> None:

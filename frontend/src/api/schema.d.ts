@@ -1789,7 +1789,7 @@ export interface components {
       max_error: number | null;
       /**
        * Sse
-       * @description Sum of the squared errors [m^2].
+       * @description Steady-state error: mean length of the error over the last tenth [m] (paper, "SSE").
        */
       sse: number | null;
       /**
@@ -1815,7 +1815,7 @@ export interface components {
       unsensed_rms: number | null;
       /**
        * Feedback Share
-       * @description RMS of u_fb over RMS of u.
+       * @description Mean |u_fb| / mean (|u_ff| + |u_fb|).
        */
       feedback_share: number | null;
       /**
