@@ -1,9 +1,10 @@
 """Room for recordings: the oldest ones go when all together take too much; starred and running ones stay."""
 
+import contextlib
 import shutil
 from pathlib import Path
 
-from recordings import sidecar
+from controller.errors import TendrilError
 from recordings.messages import Recording
 from recordings.store import Store
 
@@ -25,20 +26,8 @@ def enforce(store: Store, most: int) -> list[Recording]:
     for recording in reversed(listed):
         if over <= 0:
             break
-        if _remove(store, recording):
+        with contextlib.suppress(TendrilError):  # starred, or being written
+            store.remove(recording.id)
             over -= recording.bytes
             removed.append(recording)
     return removed
-
-
-def _remove(store: Store, recording: Recording) -> bool:
-    path = store.path(recording.id)
-    held = sidecar.lock(path)
-    if held is None:
-        return False
-    with held:
-        if store.find(recording.id).starred:
-            return False
-        path.with_suffix(".json").unlink()
-        path.unlink()
-    return True
