@@ -18,8 +18,6 @@ from recordings.period import Period, find_period
 
 Array = np.ndarray[Any, Any]
 Rows = Mapping[str, Array]
-SLOW = ("markers", "backbone", "twin_backbone")
-"""Each of these has ticks of its own."""
 
 
 class Measured(Model):
@@ -134,11 +132,11 @@ def _count(rows: Rows, name: str = "tick") -> int:
 
 
 def _only(rows: Rows, which: Array | slice) -> Rows:
-    """The rows picked by `which`, and of the slower values those of their ticks."""
-    slower = {*SLOW, *(f"{name}_tick" for name in SLOW)}
+    """The rows picked by `which`, and of the slower values, which have ticks of their own, those of their ticks."""
+    slow = [name for name in rows if f"{name}_tick" in rows]
+    slower = {*slow, *(f"{name}_tick" for name in slow)}
     out = {name: values[which] for name, values in rows.items() if name not in slower}
-    for name in SLOW:
-        if name in rows:
-            keep = np.isin(rows[f"{name}_tick"], out["tick"])
-            out |= {name: rows[name][keep], f"{name}_tick": rows[f"{name}_tick"][keep]}
+    for name in slow:
+        keep = np.isin(rows[f"{name}_tick"], out["tick"])
+        out |= {name: rows[name][keep], f"{name}_tick": rows[f"{name}_tick"][keep]}
     return out

@@ -8,7 +8,7 @@ import pytest
 
 from controller.modes import Mode
 from recordings.messages import Metrics
-from recordings.metrics import cycles_of, lost_ticks, metrics_of, rms, unsensed_rms
+from recordings.metrics import cycles_of, followed, lost_ticks, metrics_of, rms, unsensed_rms
 from recordings.period import find_period
 from server.channels import Rows as TelemetryRows
 from server.runs.tally import Tally
@@ -183,3 +183,12 @@ def test_a_run_has_the_figures_of_its_result_card() -> None:
 def test_rms_of_vectors_is_that_of_their_lengths() -> None:
     assert rms(np.array([(3.0, 4.0), (0.0, 5.0), (np.nan, 1.0)])) == 5.0
     assert rms(np.zeros((0, 2))) is None
+
+
+def test_what_was_recorded_at_fewer_ticks_is_cut_by_its_own_ticks() -> None:
+    rows = rows_of(np.zeros((100, 2)), np.full((100, 2), (0.003, 0.004)), mode=np.repeat([Mode.HOLD, Mode.TRACK], 50))
+    slow = {"energy": np.arange(10.0), "energy_tick": np.arange(0, 100, 10)}
+    part = followed(rows | slow)
+    assert part["tick"].tolist() == list(range(50, 100))
+    assert (part["energy"].tolist(), part["energy_tick"].tolist()) == ([5, 6, 7, 8, 9], [50, 60, 70, 80, 90])
+    assert metrics_of(rows | slow).rmse == pytest.approx(0.005)
