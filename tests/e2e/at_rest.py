@@ -26,7 +26,7 @@ class Caretaker:
         self._client.close()
 
     def put_to_rest(self) -> None:
-        """Vented, nothing recorded, injected or changed, and nobody operates."""
+        """Vented, nothing recorded, injected, drawn or changed, and nobody operates."""
         wait_until(lambda: self._client.post("/api/lease").is_success, 30.0)
         self._client.delete("/api/recordings/current")  # 409 where nothing is recorded
         wait_until(self._vented, 30.0)
@@ -35,6 +35,8 @@ class Caretaker:
         if self._read("/api/rig")["parameters"]["actuator"]["name"] != self._actuator:
             self._operate("PUT", "/api/rig/actuator", name=self._actuator)
             wait_until(lambda: self._read("/api/rig")["parameters"]["actuator"]["name"] == self._actuator, 60.0)
+        for drawing in self._read("/api/drawings"):
+            self._operate("DELETE", f"/api/drawings/{drawing['name']}")
         now = self._read("/api/settings")
         if changes := {name: value for name, value in self._settings.items() if now[name] != value}:
             self._operate("PATCH", "/api/settings", changes=changes)
