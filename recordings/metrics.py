@@ -82,6 +82,13 @@ def lost_ticks(slot: Array, tick: Array) -> tuple[int, float | None]:
     return all_slots - all_ticks, all_ticks / all_slots if all_slots else None
 
 
+def share_of_feedback(u_ff: Array, u_fb: Array) -> float | None:
+    """mean |u_fb| / mean (|u_ff| + |u_fb|) over the rows (n, 2) [N m] that are known; None without any torque."""
+    known = np.isfinite(u_ff).all(axis=1) & np.isfinite(u_fb).all(axis=1)
+    u_ff, u_fb = u_ff[known], u_fb[known]
+    return feedback_share(u_ff, u_fb) if u_ff.any() or u_fb.any() else None
+
+
 def unsensed_rms(rows: Rows) -> float | None:
     """sqrt(mean |r_i - r_i twin|^2) over the rods i that were not sensed, wherever both backbones are known [m]."""
     if "sensed" not in rows or not _count(rows, "backbone") or not _count(rows, "twin_backbone"):
@@ -102,8 +109,8 @@ def _metrics(rows: Rows, period: Period | None) -> Metrics:
         found["saturated_share"] = saturated_share(rows["saturated"])
     if "residual" in rows:
         found["residual_rms"] = rms(rows["residual"])
-    if "u_ff" in rows and rows["u_fb"].any():
-        found["feedback_share"] = feedback_share(rows["u_ff"], rows["u_fb"])
+    if "u_ff" in rows:
+        found["feedback_share"] = share_of_feedback(rows["u_ff"], rows["u_fb"])
     if _count(rows) and "slot" in rows:
         found["lost"], found["on_time_share"] = lost_ticks(rows["slot"], rows["tick"])
     return Metrics(**found, unsensed_rms=unsensed_rms(rows))

@@ -85,6 +85,12 @@ def test_the_share_of_the_feedback_is_a_ratio_of_mean_lengths() -> None:
     found = metrics_of({"tick": np.arange(2), "u_fb": u_fb, "u_ff": u_ff}).feedback_share
     assert found == pytest.approx(0.0035 / 0.0535)
     assert metrics_of({"tick": np.arange(2), "u_fb": 0 * u_ff, "u_ff": 0 * u_ff}).feedback_share is None
+    assert metrics_of({"tick": np.arange(2), "u_fb": 0 * u_fb, "u_ff": u_ff}).feedback_share == 0.0
+
+
+def test_an_import_without_torques_has_no_share_of_the_feedback() -> None:
+    unknown = np.full((2, 2), np.nan)
+    assert metrics_of({"tick": np.arange(2), "u_fb": unknown, "u_ff": unknown}).feedback_share is None
 
 
 def test_slots_are_lost_and_ticks_missing_in_the_file_are_not() -> None:
