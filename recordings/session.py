@@ -21,12 +21,8 @@ from recordings.rrd import Level, Rows, RrdFile
 REPORT_SECONDS = 1.0
 DISK_FREE_MIN = 256 << 20
 """Room [B] that a recording leaves on the disk: it ends before the disk is full."""
-
-
 HOLES_MAX = 100
 """So many holes are listed; all their ticks are counted."""
-OF_PEOPLE = ("name", "tags", "notes", "starred")
-"""Fields of the sidecar that people may change while it is written."""
 
 
 @dataclass(frozen=True)
@@ -98,17 +94,13 @@ class Session:
         """The recorder's state while this session runs."""
         return RecordingState(recording=True, id=self.id, seconds=self._seconds, rows=self._rows, gaps=self._gaps)
 
-    def recording(self, complete: bool) -> Recording:
-        """The row of the list, as things stand, with what people wrote into it meanwhile."""
-        kept = sidecar.read(self._folder, self.id)
-        return self._described(complete).model_copy(update={field: getattr(kept, field) for field in OF_PEOPLE})
-
     @property
     def bytes(self) -> int:
         """Size of the file so far."""
         return self._path.stat().st_size
 
     def _described(self, complete: bool) -> Recording:
+        """The row of the list, as things stand."""
         context = self._context
         return Recording(
             id=self.id,
@@ -153,16 +145,14 @@ class Session:
         self._reported = time.monotonic()
         self._file.flush()
         check_room(self._folder)
-        sidecar.write(self._folder, self.recording(complete=False))
+        sidecar.write(self._folder, self._described(complete=False))
 
     def _release(self, complete: bool) -> Recording:
         try:
             self._file.close()
-            done = self.recording(complete)
-            sidecar.write(self._folder, done)
+            return sidecar.write(self._folder, self._described(complete))
         finally:
             self._lock.close()
-        return done
 
 
 def check_room(folder: Path) -> None:

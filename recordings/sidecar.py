@@ -94,8 +94,8 @@ def turn(folder: Path) -> Iterator[None]:
         yield
 
 
-def write(folder: Path, recording: Recording) -> None:
-    """Write the sidecar of `recording` as its writer knows it: what people have edited meanwhile stays."""
+def write(folder: Path, recording: Recording) -> Recording:
+    """Write the sidecar of `recording` as its writer knows it, and return it: what people have edited meanwhile stays."""
     with turn(folder):
         try:
             kept = read(folder, recording.id)
@@ -107,7 +107,9 @@ def write(folder: Path, recording: Recording) -> None:
             "notes": kept.notes or recording.notes,
             "starred": kept.starred or recording.starred,
         }
-        _put(folder, recording.model_copy(update=edits))
+        written = recording.model_copy(update=edits)
+        _put(folder, written)
+    return written
 
 
 def update(folder: Path, id: str, **changes: object) -> Recording:

@@ -109,6 +109,17 @@ def test_an_edit_outlives_what_the_writer_knows(tmp_path: Path) -> None:
     assert not Store(tmp_path).edit(edited.id, Edit(starred=False)).starred
 
 
+def test_a_star_taken_away_during_a_recording_stays_away(recorder: Recorder, tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    id = recorder.start("x", rig_info(), Settings()).id
+    recorder.rows(telemetry_rows(10))
+    store.edit(id, Edit(starred=True, name="y"))
+    store.edit(id, Edit(starred=False))
+    done = recorder.stop()
+    assert (done.starred, done.name) == (False, "y")
+    assert store.find(id) == done
+
+
 def test_edits_of_many_threads_and_a_writer_lose_nothing(tmp_path: Path) -> None:
     store, names = Store(tmp_path), ("name", "notes", "tags", "starred")
     sidecar.write(tmp_path, _recording(1))
