@@ -19,7 +19,6 @@ from recordings.exporting.table import Choice
 from recordings.exporting.tip_path import Wanted, What
 from recordings.importing.text import import_text
 from recordings.messages import Recording
-from recordings.store import default_folder
 from server.deps import Holder, Parts
 from server.drawings.messages import DrawingBody
 from server.recorded_path import recorded_drawing
@@ -90,9 +89,8 @@ async def import_recording(
 ) -> Recording:
     """A CSV file with columns time, x, y as a recording; the units hold where its header has none; 409 without room."""
     units = {"t": time_unit, "x": length_unit, "y": length_unit}
-    folder = parts.settings.recordings or default_folder()
     try:
-        found = await asyncio.to_thread(import_text, folder, name, text, units)
+        found = await asyncio.to_thread(import_text, parts.store.folder, name, text, units)
     except RecordingError as error:
         raise CommandRefused(str(error)) from error
     parts.events.add(f"{who.name}: {name} imported as recording {found.id}, {found.rows} rows")
