@@ -45,7 +45,7 @@ class Catalogue:
         listed = [_shown(entry.recording, id in data) for id, entry in entries.items()]
         # A writer that begins has data before it has a sidecar, and holds them.
         left = [id for id in data - marks.keys() if sidecar.is_free(sidecar.rrd_path(self._folder, id))]
-        return listed + [_damaged(id, "its description is missing") for id in left]
+        return listed + [sidecar.blank(id, problem="its description is missing") for id in left]
 
     def _scan(self) -> tuple[dict[str, tuple[int, int, int]], set[str]]:
         """Marks of all sidecars by id, and the ids of all data."""
@@ -79,7 +79,7 @@ class Catalogue:
         try:
             return sidecar.read(self._folder, id)
         except RecordingError as error:
-            return _damaged(id, str(error))
+            return sidecar.blank(id, problem=str(error))
 
     def _load(self) -> dict[str, Entry]:
         try:
@@ -110,20 +110,3 @@ def _shown(recording: Recording, has_data: bool) -> Recording:
     if has_data or recording.problem:
         return recording
     return recording.model_copy(update={"problem": "its data is missing"})
-
-
-def _damaged(id: str, problem: str) -> Recording:
-    """What can be said of a recording without its description."""
-    return Recording(
-        id=id,
-        name=id,
-        started=sidecar.started(id),
-        seconds=0.0,
-        rows=0,
-        gaps=0,
-        bytes=0,
-        actuator="",
-        twin=False,
-        complete=False,
-        problem=problem,
-    )

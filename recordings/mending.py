@@ -32,17 +32,5 @@ def count(path: Path) -> dict[str, float]:
 def from_data(id: str, path: Path) -> Recording:
     """What the data say of themselves; they still have to be counted."""
     info, settings = read_about(path)
-    return Recording(
-        id=id,
-        name=id,
-        started=sidecar.started(id),
-        seconds=0.0,
-        rows=0,
-        gaps=0,
-        bytes=path.stat().st_size,
-        actuator=info.parameters.actuator.name,
-        twin=info.twin,
-        complete=False,
-        rig=info.rig,
-        settings=settings,
-    )
+    known = {"bytes": path.stat().st_size, "twin": info.twin, "rig": info.rig, "settings": settings}
+    return sidecar.blank(id, actuator=info.parameters.actuator.name).model_copy(update=known)

@@ -83,7 +83,7 @@ def lost_ticks(slot: Array, tick: Array) -> tuple[int, float | None]:
 
 
 def share_of_feedback(u_ff: Array, u_fb: Array) -> float | None:
-    """mean |u_fb| / mean (|u_ff| + |u_fb|) over the rows (n, 2) [N m] that are known; None without any torque."""
+    """Mean |u_fb| / mean (|u_ff| + |u_fb|) over the rows (n, 2) [N m] that are known; None without any torque."""
     known = np.isfinite(u_ff).all(axis=1) & np.isfinite(u_fb).all(axis=1)
     u_ff, u_fb = u_ff[known], u_fb[known]
     return feedback_share(u_ff, u_fb) if u_ff.any() or u_fb.any() else None

@@ -19,6 +19,8 @@ Level = Literal["info", "warning", "error"]
 
 APPLICATION = "tendril"
 FLUSH_TIMEOUT = 5.0
+BATCH = 1000
+"""Rows in one batch of columns, where all are known already."""
 MODE_LEVELS: dict[int, Level] = {Mode.FAULT: "warning", Mode.E_STOP: "error"}
 
 
@@ -145,6 +147,15 @@ class RrdFile:
         word = {"warning": "WARN"}.get(level, level.upper())
         line = rr.TextLog.columns(text=[f"{seconds:.2f} s  {text}"], level=[word])
         self._stream.send_columns("/log", self._times(at), line)
+
+
+def write_whole(path: Path, about: About, rows: Rows) -> None:
+    """All of a recording that is known already, `rows` (n,), into `path`; errors as of `RrdFile`."""
+    file = RrdFile(path, about)
+    for begin in range(0, len(rows), BATCH):
+        file.write(rows[begin : begin + BATCH])
+    file.flush()
+    file.close()
 
 
 def _matrix(rows: Rows, group: Group) -> np.ndarray[Any, np.dtype[np.float64]]:

@@ -7,12 +7,10 @@ from controller.layout import layout_hash
 from controller.messages import Command, RigInfo, Telemetry
 from controller.parameters import RigParameters, Settings
 from recordings.about import About
-from recordings.rrd import Rows, RrdFile
+from recordings.rrd import Rows, write_whole
 
 THINNED = 5
 """One tick of so many is recorded: 200 Hz, a third of the size of them all."""
-BATCH = 500
-"""Rows in one batch of columns."""
 
 
 def write_run(rows: Rows, path: Path, name: str, parameters: RigParameters, settings: Settings) -> None:
@@ -21,12 +19,7 @@ def write_run(rows: Rows, path: Path, name: str, parameters: RigParameters, sett
     A simulated clock has no date: the time line `time` begins in 1970.
     """
     about = About(path.stem, f"{name}, every {THINNED}th tick", simulated_rig(parameters), settings)
-    file = RrdFile(path, about)
-    thin = rows[rows["tick"] % THINNED == 0]
-    for begin in range(0, len(thin), BATCH):
-        file.write(thin[begin : begin + BATCH])
-    file.flush()
-    file.close()
+    write_whole(path, about, rows[rows["tick"] % THINNED == 0])
 
 
 def simulated_rig(parameters: RigParameters) -> RigInfo:

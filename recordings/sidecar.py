@@ -42,6 +42,23 @@ def started(id: str) -> datetime:
         return datetime.fromtimestamp(0, UTC)
 
 
+def blank(id: str, actuator: str = "", problem: str = "") -> Recording:
+    """What can be said of a recording without its description."""
+    return Recording(
+        id=id,
+        name=id,
+        started=started(id),
+        seconds=0.0,
+        rows=0,
+        gaps=0,
+        bytes=0,
+        actuator=actuator,
+        twin=False,
+        complete=False,
+        problem=problem,
+    )
+
+
 def rrd_path(folder: Path, id: str) -> Path:
     """Where the data of recording `id` is."""
     return folder / f"{check_id(id)}.rrd"
@@ -95,7 +112,7 @@ def turn(folder: Path) -> Iterator[None]:
 
 
 def write(folder: Path, recording: Recording) -> Recording:
-    """Write the sidecar of `recording` as its writer knows it, and return it: what people have edited meanwhile stays."""
+    """Write the sidecar of `recording` as its writer knows it, and return it: what people edited meanwhile stays."""
     with turn(folder):
         try:
             kept = read(folder, recording.id)

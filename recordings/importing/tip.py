@@ -14,12 +14,11 @@ from controller.reference.path_file import Samples
 from recordings import sidecar
 from recordings.about import About
 from recordings.messages import Recording
-from recordings.rrd import Rows, RrdFile
+from recordings.rrd import Rows, write_whole
 from recordings.session import check_room
 
 IMPORT_RIG = "import"
 """The rig that an imported recording names."""
-BATCH = 1000
 
 
 def import_tip(folder: Path, name: str, samples: Samples) -> Recording:
@@ -35,7 +34,7 @@ def import_tip(folder: Path, name: str, samples: Samples) -> Recording:
     path = sidecar.rrd_path(folder, id)
     with lock:
         try:
-            _write(rows, path, About(id, name, _info(started), Settings()))
+            write_whole(path, About(id, name, _info(started), Settings()), rows)
         except BaseException:
             path.unlink()
             raise
@@ -71,14 +70,6 @@ def tip_rows(samples: Samples) -> Rows:
         line = samples.lines[same[0] + 1]
         raise DataError(f"{samples.path.name}, line {line}: t is less than 1 ns after the line before")
     return rows
-
-
-def _write(rows: Rows, path: Path, about: About) -> None:
-    file = RrdFile(path, about)
-    for begin in range(0, len(rows), BATCH):
-        file.write(rows[begin : begin + BATCH])
-    file.flush()
-    file.close()
 
 
 def _info(started: datetime) -> RigInfo:
