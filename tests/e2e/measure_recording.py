@@ -1,9 +1,9 @@
 """Measures what a long recording costs with three browsers on, and prints JSON. Needs a quiet machine.
 
 Run from the root of the repository: `.venv/bin/python -m tests.e2e.measure_recording`. The twin follows a circle until
-stopped, one page operates, two watch. Before, during and after the recording, each `WINDOW` seconds: the p99 of the rig's
-lateness and the ticks that it lost (its own ring), and the server's processor time. What the recorder costs is the
-server's share of a core with it less that without it: rerun's threads are in it too.
+stopped, one page operates, two watch. Before, during and after the recording, each `WINDOW` seconds: the p99 of the
+rig's lateness and the ticks that it lost (its own ring), and the server's processor time. What the recorder costs is
+the server's share of a core with it less that without it: rerun's threads are in it too.
 """
 
 import argparse
