@@ -5,6 +5,7 @@ Rows are what `recordings.reader.read_rows` gives. What a profile or an import d
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -37,7 +38,10 @@ def cycles_of(rows: Rows) -> list[Metrics]:
     """One for each whole period of a reference that was periodic to the end; none for any other."""
     part = followed(rows)
     found = _period(part)
-    return [_metrics(_only(part, slice(*cycle)), found) for cycle in found.cycles(_count(part))] if found else []
+    if found is None:
+        return []
+    alone = replace(found, start=0)
+    return [_metrics(_only(part, slice(*cycle)), alone) for cycle in found.cycles(_count(part))]
 
 
 def followed(rows: Rows) -> Rows:
@@ -113,13 +117,12 @@ def _lags(rows: Rows, period: Period | None) -> dict[str, float]:
     """Phase lags over the rows that are periodic; a phase is the same whatever the time between two rows."""
     if period is None:
         return {}
-    x, y = (harmonic / (period.rows * DT) for harmonic in period.harmonics)
-    begin = period.start if _count(rows) > period.rows else 0
-    return phase_lags(rows["p_ref"][begin:], rows["p_meas"][begin:], (x, y))
+    x, y = (swing / DT for swing in period.swings)
+    return phase_lags(rows["p_ref"][period.start :], rows["p_meas"][period.start :], (x, y))
 
 
 def _period(rows: Rows) -> Period | None:
-    return find_period(rows["p_ref"]) if "p_ref" in rows else None
+    return find_period(rows["p_ref"], _dt(rows)) if "p_ref" in rows else None
 
 
 def _dt(rows: Rows) -> float:

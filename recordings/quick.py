@@ -10,9 +10,10 @@ import numpy as np
 from controller.errors import ParameterError
 from controller.layout import Model, quantity
 from controller.messages import Telemetry
-from recordings.phase import find_phase
+from controller.modes import Mode
+from recordings.period import find_phase
 from recordings.profiles import TICKS
-from recordings.reader import read_groups
+from recordings.reader import read_groups, read_modes
 from recordings.signals import GROUPS, Series
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -95,7 +96,7 @@ def _quick(path: Path, points: int, keys: tuple[str, ...], state: tuple[int, int
     """`state` of the file is part of the key: a recording that grew is read again."""
     t, columns = _columns(path)
     picked = _starts(len(t), points) if len(t) > points else np.arange(len(t))
-    period, start = find_phase(t, columns.get("p_ref.0"), columns.get("p_ref.1"))
+    period, start = _phase(path, t, columns)
     wanted = [series for series in _all_series() if _key(series) in columns and (not keys or _key(series) in keys)]
     look = Quick(
         duration=float(t[-1]) if len(t) else 0.0,
@@ -127,6 +128,17 @@ def _columns(path: Path) -> tuple[Array, dict[str, Array]]:
     if "error.0" in columns:
         columns["error.norm"] = np.hypot(columns["error.0"], columns["error.1"])
     return times[:count] * 1e-9, columns
+
+
+def _phase(path: Path, t: Array, columns: dict[str, Array]) -> tuple[float | None, float]:
+    """`find_phase` of the reference while it was tracked, or of all of it where none was, as `metrics.followed`."""
+    x, y = columns.get("p_ref.0"), columns.get("p_ref.1")
+    if x is None or y is None:
+        return None, 0.0
+    since, modes = read_modes(path)
+    tracked = np.isin(np.searchsorted(since * 1e-9, t, side="right") - 1, np.flatnonzero(modes == Mode.TRACK))
+    part = tracked if tracked.any() else slice(None)
+    return find_phase(t[part], x[part], y[part])
 
 
 def _all_series() -> list[Series]:
