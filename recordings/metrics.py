@@ -29,9 +29,9 @@ class Measured(Model):
 
 
 def metrics_of(rows: Rows) -> Metrics:
-    """Of the whole recording: the rows in which a run was tracked, its approach included; of all where none was."""
+    """Of the whole recording: the rows in which a run was followed; of all where there was none."""
     part = followed(rows)
-    return _metrics(part, _period(part))
+    return _metrics(part, _period(part)).model_copy(update={"approach": approach(rows)})
 
 
 def cycles_of(rows: Rows) -> list[Metrics]:
@@ -45,9 +45,16 @@ def cycles_of(rows: Rows) -> list[Metrics]:
 
 
 def followed(rows: Rows) -> Rows:
-    """The rows in mode TRACK; all of them where there is none, or where the mode is not recorded."""
-    tracked = rows["mode"] == Mode.TRACK if "mode" in rows else np.zeros(0, bool)
-    return _only(rows, tracked) if tracked.any() else rows
+    """The rows in mode TRACK, without those that are known to lead into a run; all where no row is in that mode."""
+    tracked = _tracked(rows)
+    if not tracked.any():
+        return rows
+    return _only(rows, tracked & ~rows["approach"] if "approach" in rows else tracked)
+
+
+def approach(rows: Rows) -> float | None:
+    """How long runs were led into [s], which `followed` leaves out; None where the recording does not say."""
+    return float(np.count_nonzero(rows["approach"] & _tracked(rows))) * _dt(rows) if "approach" in rows else None
 
 
 def errors(p_ref: Array, p_meas: Array, dt: float) -> dict[str, float]:
@@ -119,6 +126,10 @@ def _lags(rows: Rows, period: Period | None) -> dict[str, float]:
         return {}
     x, y = (swing / DT for swing in period.swings)
     return phase_lags(rows["p_ref"][period.start :], rows["p_meas"][period.start :], (x, y))
+
+
+def _tracked(rows: Rows) -> Array:
+    return np.asarray(rows["mode"] == Mode.TRACK) if "mode" in rows else np.zeros(_count(rows), bool)
 
 
 def _period(rows: Rows) -> Period | None:

@@ -21,7 +21,7 @@ from recordings import frames
 from recordings.about import word
 from recordings.plan import LINES, flip
 from recordings.profiles import SLOW_FIELDS, TICKS
-from recordings.signals import GROUPS, MARKERS, Group
+from recordings.signals import APPROACH, GROUPS, MARKERS, Group
 
 Array = np.ndarray[Any, Any]
 Batch = Any
@@ -37,10 +37,11 @@ def read_rows(path: Path) -> dict[str, Array]:
     """Every recorded telemetry field (n, ...) in the order of time, in Telemetry's own types and units.
 
     `markers`, `backbone` and `twin_backbone` are slower, and so are `profiles.SLOW_FIELDS` in the profile `standard`:
-    each comes with `<name>_tick` (k,), the ticks of its values.
+    each comes with `<name>_tick` (k,), the ticks of its values. `approach` (n,) of bool says which rows lead into a run
+    and are no part of it; it is left out where the recording says nothing of that.
     A batch that a killed writer left half written is dropped.
     """
-    found = _collect(path, [*DENSE, TICKS.path, *SLOW, CLOCK])
+    found = _collect(path, [*DENSE, TICKS.path, *SLOW, CLOCK, APPROACH])
     groups = (TICKS,) if TICKS.path in found else GROUPS
     origin = int(found[CLOCK][0].column("t_ns_origin").flatten()[0].as_py()) if CLOCK in found else 0
     tables = {group.path: _Table(found.get(group.path, []), SCALARS) for group in groups}
@@ -49,6 +50,9 @@ def read_rows(path: Path) -> dict[str, Array]:
     out: dict[str, Array] = {"tick": clock.tick, "t_ns": clock.t + origin}
     for group in groups:
         _spread(tables[group.path].only(whole), group, out)
+    if APPROACH in found:
+        spans = _Table(found[APPROACH], SCALARS).values(2)
+        out["approach"] = np.any([(first <= clock.tick) & (clock.tick < end) for first, end in spans], axis=0)
     return out | (_thinned(found) if groups != GROUPS else {}) | _slow(found)
 
 
