@@ -1,5 +1,6 @@
 """The thread behind the Review tab: what is left behind by a killed writer is mended, or said to be damaged."""
 
+import multiprocessing
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -7,6 +8,7 @@ from recordings import sidecar
 from recordings.messages import Recording
 from recordings.store import Store
 from server.review import Review
+from tests.e2e.recorded import record_circle
 from tests.server.live_server import wait_for
 
 
@@ -33,3 +35,21 @@ def test_what_cannot_be_mended_is_listed_with_the_reason(tmp_path: Path) -> None
     Review(store)
     assert "verify failed" in wait_for(lambda: store.list()[0].problem, "the reason")
     assert not store.list()[0].recovered
+
+
+def test_a_killed_helper_loses_no_recording_and_the_next_one_is_finished(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    done = [record_circle(tmp_path, f"circle {n}", 10.0) for n in range(2)]
+    before = store.path(done[0].id).read_bytes()
+    review = Review(store)
+    wait_for(lambda: review.viewer or review.problem, "the viewer's files")
+    review.stopped(done[0].id)
+    wait_for(lambda: (tmp_path / f".draft-{done[0].id}").exists(), "a draft")
+    for helper in multiprocessing.active_children():
+        helper.kill()
+    review.stopped(done[1].id)
+    finished = wait_for(lambda: (found := store.find(done[1].id)).metrics and found, "the next one's metrics")
+    assert finished.bytes < done[1].bytes
+    assert store.find(done[0].id) == done[0]
+    assert store.path(done[0].id).read_bytes() == before
+    assert not [*tmp_path.glob(".draft-*/*.rrd")]
