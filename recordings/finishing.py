@@ -4,13 +4,14 @@ from pathlib import Path
 
 from controller.errors import TendrilError
 from recordings.metrics import Measured
+from recordings.quick import prepare
 from recordings.store import Store
 
 
 def finish(folder: Path, id: str) -> tuple[str, ...]:
-    """Compact and measure it; what of that could not be done, and why."""
+    """Compact it, measure it and prepare its quick look; what of that could not be done, and why."""
     store, problems = Store(folder), []
-    for work in (store.compact, store.measure):
+    for work in (store.compact, store.measure, lambda id: prepare(store.path(id))):
         try:
             work(id)
         except (TendrilError, OSError) as error:

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from controller.errors import CommandRefused, RecordingError
-from recordings import mending, sidecar, tool
+from recordings import mending, prepared, sidecar, tool
 from recordings.catalogue import Catalogue
 from recordings.edits import Edit
 from recordings.messages import Recording
@@ -95,6 +95,7 @@ class Store:
                 raise CommandRefused(f"recording {id!r} is starred: take its star away first")
             if not sidecar.is_free(data):
                 raise CommandRefused(f"recording {id!r} is still being written")
+            prepared.forget(data)
             data.unlink(missing_ok=True)
             described.unlink(missing_ok=True)
 
