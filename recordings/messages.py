@@ -35,6 +35,8 @@ class Hole(Model):
 class Metrics(Model):
     """What a run's rows come to (`recordings.metrics`); null where there is nothing to measure. SI units."""
 
+    approach: float | None = None
+    """So long runs were led into [s], which does not count; null where the recording does not say, and it counts."""
     rmse: float | None = None
     max_error: float | None = None
     sse: float | None = None

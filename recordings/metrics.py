@@ -5,6 +5,7 @@ Rows are what `recordings.reader.read_rows` gives. What a profile or an import d
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -28,22 +29,32 @@ class Measured(Model):
 
 
 def metrics_of(rows: Rows) -> Metrics:
-    """Of the whole recording: the rows in which a run was tracked, its approach included; of all where none was."""
+    """Of the whole recording: the rows in which a run was followed; of all where there was none."""
     part = followed(rows)
-    return _metrics(part, _period(part))
+    return _metrics(part, _period(part)).model_copy(update={"approach": approach(rows)})
 
 
 def cycles_of(rows: Rows) -> list[Metrics]:
     """One for each whole period of a reference that was periodic to the end; none for any other."""
     part = followed(rows)
     found = _period(part)
-    return [_metrics(_only(part, slice(*cycle)), found) for cycle in found.cycles(_count(part))] if found else []
+    if found is None:
+        return []
+    alone = replace(found, start=0)
+    return [_metrics(_only(part, slice(*cycle)), alone) for cycle in found.cycles(_count(part))]
 
 
 def followed(rows: Rows) -> Rows:
-    """The rows in mode TRACK; all of them where there is none, or where the mode is not recorded."""
-    tracked = rows["mode"] == Mode.TRACK if "mode" in rows else np.zeros(0, bool)
-    return _only(rows, tracked) if tracked.any() else rows
+    """The rows in mode TRACK, without those that are known to lead into a run; all where no row is in that mode."""
+    tracked = _tracked(rows)
+    if not tracked.any():
+        return rows
+    return _only(rows, tracked & ~rows["approach"] if "approach" in rows else tracked)
+
+
+def approach(rows: Rows) -> float | None:
+    """How long runs were led into [s], which `followed` leaves out; None where the recording does not say."""
+    return float(np.count_nonzero(rows["approach"] & _tracked(rows))) * _dt(rows) if "approach" in rows else None
 
 
 def errors(p_ref: Array, p_meas: Array, dt: float) -> dict[str, float]:
@@ -120,13 +131,16 @@ def _lags(rows: Rows, period: Period | None) -> dict[str, float]:
     """Phase lags over the rows that are periodic; a phase is the same whatever the time between two rows."""
     if period is None:
         return {}
-    x, y = (harmonic / (period.rows * DT) for harmonic in period.harmonics)
-    begin = period.start if _count(rows) > period.rows else 0
-    return phase_lags(rows["p_ref"][begin:], rows["p_meas"][begin:], (x, y))
+    x, y = (swing / DT for swing in period.swings)
+    return phase_lags(rows["p_ref"][period.start :], rows["p_meas"][period.start :], (x, y))
+
+
+def _tracked(rows: Rows) -> Array:
+    return np.asarray(rows["mode"] == Mode.TRACK) if "mode" in rows else np.zeros(_count(rows), bool)
 
 
 def _period(rows: Rows) -> Period | None:
-    return find_period(rows["p_ref"]) if "p_ref" in rows else None
+    return find_period(rows["p_ref"], _dt(rows)) if "p_ref" in rows else None
 
 
 def _dt(rows: Rows) -> float:

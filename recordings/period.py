@@ -2,77 +2,98 @@
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from controller.experiments.metrics import SWING_MIN
+from controller.experiments.metrics import DT
+from controller.reference.period import repeats_from, repetition, strongest
 
 Array = np.ndarray[Any, Any]
-TOLERANCE = 0.02
-"""Rows one period apart agree to this share of the swing: a period need not end on a tick."""
+
+CYCLES_MIN = 2
+"""So many whole cycles are to be there."""
+SEARCHED = 100_000
+"""In so many of the last rows a period is sought: it takes time."""
+POINTS = 512
+"""Of one cycle, for its harmonics."""
+CLEAR = 0.25
+"""A harmonic counts that has this share of the largest one."""
+SHORT = 0.5
+"""So much may be missing to a whole cycle [rows]: a period is good for about that."""
+ON_ROW = 1e-6
+"""So near to a row a cycle ends on it [rows]."""
+AFTER = 0.07
+"""So much of a cycle later passes that look the same have parted, in any harmonic that matters."""
+BREAK = 10.0
+"""Rows that are so many times further apart than others have a pause between them."""
 
 
 @dataclass(frozen=True)
 class Period:
-    """A reference that repeats itself every `rows` rows from row `start` on, to the end."""
+    """A reference that repeats itself every `rows` rows (not whole) from row `start` on, to the end."""
 
-    rows: int
+    rows: float
     start: int
-    harmonics: tuple[int, int]
-    """How often x and y swing in one period, by their largest harmonic."""
+    swings: tuple[float, float]
+    """How often x and y swing from row to row, where they swing most."""
 
     def cycles(self, n: int) -> list[tuple[int, int]]:
         """First row and end of every whole cycle among n rows."""
-        return list(pairwise(range(self.start, n + 1, self.rows)))
+        count, length = math.floor((n - self.start + SHORT) / self.rows), math.ceil(self.rows - ON_ROW)
+        begins = (min(self.start + math.floor(k * self.rows), n - length) for k in range(count))
+        return [(begin, begin + length) for begin in begins]
 
 
-def find_period(p_ref: Array) -> Period | None:
-    """The shortest period that the last two cycles of p_ref (n, 2) [m] agree on; None where there is none.
+def find_period(p_ref: Array, dt: float = DT) -> Period | None:
+    """How p_ref (n, 2) [m], with rows every dt [s], repeats at its end as `repetition` sees it; None if it does not.
 
-    The row at which the reference moves fastest near its end is sought in the rows before: each T at which it was
-    there already is tried, and is the period if p_ref[i] = p_ref[i - T] over the last T rows.
+    It has to do so twice.
     """
-    n = len(p_ref)
-    if n < 4 or not np.isfinite(p_ref).all():
+    if not np.isfinite(p_ref).all():
         return None
-    speed = np.linalg.norm(np.diff(p_ref, axis=0), axis=1)
-    anchor = n - n // 4 + int(np.argmax(speed[n - n // 4 - 1 :]))
-    distance = np.linalg.norm(p_ref[max(0, anchor - n // 2) : anchor + 1] - p_ref[anchor], axis=1)[::-1]
-    for rows in _visits(distance, TOLERANCE * _swing(p_ref[n // 2 :])):
-        last = p_ref[n - rows :]
-        if n >= 2 * rows and _swing(last) >= SWING_MIN and _apart(p_ref[n - 2 * rows :], rows).max() <= _bound(last):
-            return Period(rows, _begin(p_ref, rows, _bound(last)), _harmonics(last))
-    return None
+    found = repetition(p_ref[-SEARCHED:], dt)
+    if found is None:
+        return None
+    rows, start = found
+    if len(p_ref) > SEARCHED:
+        start = repeats_from(p_ref, rows) or 0
+    if len(p_ref) - start < CYCLES_MIN * rows - 1.0:
+        return None
+    x, y = (strongest(p_ref[start:, axis], 1.0 / rows, 1.0) for axis in range(2))
+    return Period(rows, start, (x, y))
 
 
-def _visits(distance: Array, near: float) -> list[int]:
-    """Where `distance` is smallest in each stretch of it that is below `near`, but for the first, at 0."""
-    edges = np.flatnonzero(np.diff((distance <= near).astype(np.int8), prepend=0, append=0))
-    return [int(begin + np.argmin(distance[begin:end])) for begin, end in edges.reshape(-1, 2)[1:]]
+def find_phase(t: Array, x: Array | None, y: Array | None) -> tuple[float | None, float]:
+    """Period [s] of the reference x, y (n,) [m] at t (n,) [s], and when a cycle begins; (None, 0) if it has none."""
+    if x is None or y is None or len(t) < CYCLES_MIN:
+        return None, 0.0
+    p, steps = np.column_stack([x, y]), np.diff(t)
+    steps = np.where(steps < BREAK * np.median(steps), steps, np.nan)
+    found = find_period(p, float(np.nanmedian(steps)))
+    if found is None:
+        return None, 0.0
+    period = found.rows * float(np.nanmean(steps[found.start :]))
+    begin = t[-1] - (1.0 - cycle_start(last_cycle(p, found.rows))) * period
+    return period, float(begin % period)
 
 
-def _begin(p_ref: Array, rows: int, bound: float) -> int:
-    """The first row from which on p_ref repeats itself."""
-    unlike = np.flatnonzero(_apart(p_ref, rows) > bound)
-    return int(unlike[-1]) + 1 if len(unlike) else 0
+def last_cycle(p: Array, rows: float) -> Array:
+    """The last `rows` rows of p (n, 2) as POINTS, evenly: (POINTS, 2)."""
+    at = len(p) - 1 - rows * (1.0 - np.arange(POINTS) / POINTS)
+    return np.column_stack([np.interp(at, np.arange(len(p)), p[:, axis]) for axis in range(2)])
 
 
-def _harmonics(p: Array) -> tuple[int, int]:
-    """The largest harmonic of each axis of one period p (n, 2)."""
-    x, y = (1 + int(np.argmax(np.abs(np.fft.rfft(p[:, j]))[1:])) for j in range(2))
-    return x, y
+def cycle_start(cycle: Array) -> float:
+    """The place [0, 1) in one cycle (n, 2) of a path at which it is said to begin, wherever that cycle was cut.
 
-
-def _apart(p: Array, rows: int) -> Array:
-    return np.asarray(np.linalg.norm(p[rows:] - p[:-rows], axis=1))
-
-
-def _bound(p: Array) -> float:
-    return TOLERANCE * _swing(p)
-
-
-def _swing(p: Array) -> float:
-    """Diagonal of the box around p (n, 2) [m]."""
-    return math.hypot(*(float(extent) for extent in np.ptp(p, axis=0)))
+    A maximum of x, or of y where x does not swing so, in the lowest harmonic that is clear. Where that has several in
+    a cycle, the one after which x + y is largest.
+    """
+    swings = np.fft.rfft(cycle, axis=0)[1 : len(cycle) // 4]
+    k, axis = np.argwhere(np.abs(swings) >= CLEAR * np.abs(swings).max())[0]
+    order = int(k) + 1
+    first = -float(np.angle(swings[k, axis])) / (2.0 * math.pi)
+    maxima = (first + np.arange(order)) / order % 1.0
+    after = np.round((maxima + AFTER) * len(cycle)).astype(int) % len(cycle)
+    return float(maxima[np.argmax(cycle[after].sum(axis=1))])

@@ -6,13 +6,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import ValidationError
 
 from controller.errors import ParameterError
 from controller.layout import Model, quantity
 from controller.messages import Telemetry
-from recordings.phase import find_phase
+from controller.modes import Mode
+from recordings import prepared
+from recordings.period import find_phase
 from recordings.profiles import TICKS
-from recordings.reader import read_groups
+from recordings.reader import read_groups, read_modes
 from recordings.signals import GROUPS, Series
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -25,6 +28,8 @@ DIGITS = 6
 AT_ONCE_MAX = 256 << 20
 """Larger files [B] are read one group after the other: that takes longer, but a fraction of the memory."""
 CACHED = 64
+POINTS = 2000
+"""Values of a signal in what is prepared, and unless another number is asked for."""
 
 
 class QuickSignal(Model):
@@ -67,11 +72,16 @@ def quick_look(path: Path, points: int, keys: tuple[str, ...] = ()) -> bytes:
 
     Raises `RecordingError` when the file cannot be read, `ParameterError` for a key that is none.
     """
-    state = path.stat()
     unknown = sorted(set(keys) - {_key(series) for series in _all_series()} - {"error.norm"})
     if unknown:
         raise ParameterError(f"signals = {unknown[0]}: the quick look has no such signal")
-    return _quick(path, points, keys, (state.st_size, state.st_mtime_ns))
+    return _quick(path, points, keys, prepared.mark(path))
+
+
+def prepare(path: Path) -> None:
+    """Keep the quick look at a closed recording beside its data, for the first who asks. RecordingError as above."""
+    made_from = prepared.mark(path)
+    prepared.keep(path, made_from, _look(path, POINTS, ()).model_dump_json().encode())
 
 
 def thinned(values: Array, points: int) -> Array:
@@ -91,13 +101,29 @@ def thinned(values: Array, points: int) -> Array:
 
 
 @lru_cache(maxsize=CACHED)
-def _quick(path: Path, points: int, keys: tuple[str, ...], state: tuple[int, int]) -> bytes:
-    """`state` of the file is part of the key: a recording that grew is read again."""
+def _quick(path: Path, points: int, keys: tuple[str, ...], mark: prepared.Mark) -> bytes:
+    """The file's `mark` is part of the key: a recording that grew is read again."""
+    look = (_prepared(path, mark) if points == POINTS else None) or _look(path, points, keys)
+    signals = [signal for signal in look.signals if not keys or signal.key in keys]
+    return look.model_copy(update={"signals": signals}).model_dump_json().encode()
+
+
+def _prepared(path: Path, mark: prepared.Mark) -> Quick | None:
+    """What `prepare` has kept; None where there is none, or none that this version understands."""
+    text = prepared.kept(path, mark)
+    try:
+        return None if text is None else Quick.model_validate_json(text)
+    except ValidationError:
+        return None
+
+
+def _look(path: Path, points: int, keys: tuple[str, ...]) -> Quick:
+    """From the data; `keys` of the signals, none: all."""
     t, columns = _columns(path)
     picked = _starts(len(t), points) if len(t) > points else np.arange(len(t))
-    period, start = find_phase(t, columns.get("p_ref.0"), columns.get("p_ref.1"))
+    period, start = _phase(path, t, columns)
     wanted = [series for series in _all_series() if _key(series) in columns and (not keys or _key(series) in keys)]
-    look = Quick(
+    return Quick(
         duration=float(t[-1]) if len(t) else 0.0,
         rows=len(t),
         t=np.round(_bin_times(t, points), 6).tolist(),
@@ -107,7 +133,6 @@ def _quick(path: Path, points: int, keys: tuple[str, ...], state: tuple[int, int
         period=period,
         cycle_start=start,
     )
-    return look.model_dump_json().encode()
 
 
 def _columns(path: Path) -> tuple[Array, dict[str, Array]]:
@@ -127,6 +152,17 @@ def _columns(path: Path) -> tuple[Array, dict[str, Array]]:
     if "error.0" in columns:
         columns["error.norm"] = np.hypot(columns["error.0"], columns["error.1"])
     return times[:count] * 1e-9, columns
+
+
+def _phase(path: Path, t: Array, columns: dict[str, Array]) -> tuple[float | None, float]:
+    """`find_phase` of the reference while it was tracked, or of all of it where none was, as `metrics.followed`."""
+    x, y = columns.get("p_ref.0"), columns.get("p_ref.1")
+    if x is None or y is None:
+        return None, 0.0
+    since, modes = read_modes(path)
+    tracked = np.isin(np.searchsorted(since * 1e-9, t, side="right") - 1, np.flatnonzero(modes == Mode.TRACK))
+    part = tracked if tracked.any() else slice(None)
+    return find_phase(t[part], x[part], y[part])
 
 
 def _all_series() -> list[Series]:

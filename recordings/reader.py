@@ -1,5 +1,6 @@
 """Reads a recording back into numpy, whether it was closed or its writer was killed."""
 
+import contextlib
 import tempfile
 import warnings
 from collections import defaultdict
@@ -14,18 +15,20 @@ from rerun.chunk import RrdReader
 from controller.errors import RecordingError
 from controller.layout import record_dtype
 from controller.messages import RigInfo, Telemetry
+from controller.modes import Mode
 from controller.parameters import Settings
 from recordings import frames
+from recordings.about import word
 from recordings.plan import LINES, flip
 from recordings.profiles import SLOW_FIELDS, TICKS
-from recordings.signals import GROUPS, MARKERS, Group
+from recordings.signals import APPROACH, GROUPS, MARKERS, Group
 
 Array = np.ndarray[Any, Any]
 Batch = Any
 """A pyarrow RecordBatch (pyarrow has no types)."""
 
 TENDRIL, CLOCK = "/__properties/tendril", "/__properties/clock"
-SCALARS, STRIPS, LOG = "Scalars:scalars", "LineStrips2D:strips", "/log"
+SCALARS, STRIPS, LOG, MODE = "Scalars:scalars", "LineStrips2D:strips", "/log", "/mode"
 DENSE = {group.path: SCALARS for group in GROUPS}
 SLOW = {MARKERS: ("markers", SCALARS)} | {path: (field, STRIPS) for path, field in LINES.items()}
 
@@ -34,10 +37,11 @@ def read_rows(path: Path) -> dict[str, Array]:
     """Every recorded telemetry field (n, ...) in the order of time, in Telemetry's own types and units.
 
     `markers`, `backbone` and `twin_backbone` are slower, and so are `profiles.SLOW_FIELDS` in the profile `standard`:
-    each comes with `<name>_tick` (k,), the ticks of its values.
+    each comes with `<name>_tick` (k,), the ticks of its values. `approach` (n,) of bool says which rows lead into a run
+    and are no part of it; it is left out where the recording says nothing of that.
     A batch that a killed writer left half written is dropped.
     """
-    found = _collect(path, [*DENSE, TICKS.path, *SLOW, CLOCK])
+    found = _collect(path, [*DENSE, TICKS.path, *SLOW, CLOCK, APPROACH])
     groups = (TICKS,) if TICKS.path in found else GROUPS
     origin = int(found[CLOCK][0].column("t_ns_origin").flatten()[0].as_py()) if CLOCK in found else 0
     tables = {group.path: _Table(found.get(group.path, []), SCALARS) for group in groups}
@@ -46,6 +50,9 @@ def read_rows(path: Path) -> dict[str, Array]:
     out: dict[str, Array] = {"tick": clock.tick, "t_ns": clock.t + origin}
     for group in groups:
         _spread(tables[group.path].only(whole), group, out)
+    if APPROACH in found:
+        spans = _Table(found[APPROACH], SCALARS).values(2)
+        out["approach"] = np.any([(first <= clock.tick) & (clock.tick < end) for first, end in spans], axis=0)
     return out | (_thinned(found) if groups != GROUPS else {}) | _slow(found)
 
 
@@ -65,6 +72,16 @@ def read_groups(path: Path, groups: Sequence[Group]) -> dict[str, tuple[Array, A
         if len(table.t):
             out[group.path] = table.t, table.values(len(group.series))
     return out
+
+
+def read_modes(path: Path) -> tuple[Array, Array]:
+    """Times since the start [ns] (k,) at which the mode changed, the first row's included, and `Mode` then (k,)."""
+    component, numbers = "StateChange:state", {word(mode): int(mode) for mode in Mode}
+    batches = [batch for batch in _collect(path, [MODE]).get(MODE, []) if component in batch.schema.names]
+    t = _joined([batch.column("t").cast("int64").to_numpy() for batch in batches], np.int64)
+    words = [word for batch in batches for word in batch.column(component).flatten().to_pylist()]
+    order = np.argsort(t, kind="stable")
+    return t[order], np.array([numbers[word] for word in words], np.int64)[order]
 
 
 def read_about(path: Path) -> tuple[RigInfo, Settings]:
@@ -111,15 +128,15 @@ class _Table:
 
 def _collect(path: Path, entities: list[str]) -> dict[str, list[Batch]]:
     """One pass through the file: the batches of `entities`."""
-    try:
+    with contextlib.suppress(RuntimeError):
         return _batches(path, entities)
-    except RuntimeError as error:
-        if frames.whole_length(path) == path.stat().st_size:
-            raise RecordingError(f"{path.name} cannot be read: {error}") from error
-    with tempfile.TemporaryDirectory(prefix="tendril-torn-") as folder:
+    with tempfile.TemporaryDirectory(prefix="tendril-torn-") as folder:  # its writer was killed, or writes it now
         whole = Path(folder, path.name)
         frames.copy_whole(path, whole)
-        return _batches(whole, entities)
+        try:
+            return _batches(whole, entities)
+        except RuntimeError as error:
+            raise RecordingError(f"{path.name} cannot be read: {error}") from error
 
 
 def _batches(path: Path, entities: list[str]) -> dict[str, list[Batch]]:

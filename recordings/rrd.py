@@ -12,7 +12,7 @@ from recordings import plan
 from recordings.about import About, description, mode_style, series_style, word
 from recordings.blueprint import blueprint
 from recordings.profiles import TICKS, rounded
-from recordings.signals import GROUPS, MARKERS, Group
+from recordings.signals import APPROACH, GROUPS, MARKERS, Group
 
 Rows = np.ndarray[Any, np.dtype[np.void]]
 Level = Literal["info", "warning", "error"]
@@ -60,6 +60,11 @@ class RrdFile:
         """Add a line to the log at the time of the newest row; before the first row it stands at the start."""
         at = self._last if self._last is not None else np.zeros(1, [(n, "<i8") for n in ("tick", "t_ns")])
         self._log(at, text, level)
+
+    def approach(self, first: int, end: int) -> None:
+        """Note that the ticks [first, end) lead into a run and are no part of it; after the first row."""
+        if self._last is not None:
+            self._stream.send_columns(APPROACH, self._times(self._last), rr.Scalars.columns(scalars=[[first, end]]))
 
     def flush(self) -> None:
         """Hand everything to the operating system; raises `RecordingError` when the file takes no more."""

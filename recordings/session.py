@@ -74,6 +74,10 @@ class Session:
         """Add a line to the log, at the newest row."""
         self._file.log(text, level)
 
+    def approach(self, first: int, end: int) -> None:
+        """Note that the ticks [first, end) lead into a run."""
+        self._file.approach(first, end)
+
     def end(self) -> Recording:
         """Close the file and mark it complete."""
         self._file.flush()

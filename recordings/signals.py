@@ -149,5 +149,8 @@ GROUPS = (
 MARKERS = "/markers"
 """Entity with the markers [m] as they were measured, written whenever they change."""
 
+APPROACH = "/approach"
+"""Entity with the first tick and the end of every stretch that leads into a run."""
+
 PLAN_PERIOD = 10
 """Backbones and points of the plan view are written at every tick that this number divides: 100 Hz."""

@@ -1,13 +1,13 @@
 """The recordings on disk: list, find, edit, check, measure, and mend what a killed writer left behind."""
 
 import os
-import tempfile
+import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from controller.errors import CommandRefused, RecordingError
-from recordings import mending, sidecar, tool
+from recordings import mending, prepared, sidecar, tool
 from recordings.catalogue import Catalogue
 from recordings.edits import Edit
 from recordings.messages import Recording
@@ -16,6 +16,7 @@ from recordings.reader import Array, read_rows
 
 COMPACT_BYTES_MAX = 1 << 30
 """Larger files stay in small chunks: rerun's optimiser holds twice the file in memory."""
+DRAFT = ".draft-"
 MEASURED_BYTES_MAX = 1 << 28
 """Larger files have no metrics: all their rows at once would take some GB of memory."""
 
@@ -94,6 +95,7 @@ class Store:
                 raise CommandRefused(f"recording {id!r} is starred: take its star away first")
             if not sidecar.is_free(data):
                 raise CommandRefused(f"recording {id!r} is still being written")
+            prepared.forget(data)
             data.unlink(missing_ok=True)
             described.unlink(missing_ok=True)
 
@@ -118,6 +120,24 @@ class Store:
         """Its metrics, whole and by cycle, taken anew; raises `RecordingError` if there is none, or a too large one."""
         rows = self._rows(id)
         return Measured(whole=metrics_of(rows), cycles=tuple(cycles_of(rows)))
+
+    def sweep(self) -> None:
+        """Remove the drafts of data that killed processes left behind."""
+        for left in self._folder.glob(f"{DRAFT}*"):
+            id = left.name.removeprefix(DRAFT)
+            if sidecar.is_id(id) and sidecar.is_free(sidecar.rrd_path(self._folder, id)):
+                shutil.rmtree(left, ignore_errors=True)
+
+    @contextmanager
+    def _draft(self, id: str) -> Iterator[Path]:
+        """Where better data for `id`, which is held, may be written."""
+        scratch = self._folder / f"{DRAFT}{id}"
+        shutil.rmtree(scratch, ignore_errors=True)
+        scratch.mkdir()
+        try:
+            yield scratch / f"{id}.rrd"
+        finally:
+            shutil.rmtree(scratch, ignore_errors=True)
 
     def _rows(self, id: str) -> dict[str, Array]:
         path = self.path(id)
@@ -155,8 +175,7 @@ class Store:
     def _replaced(self, recording: Recording, make: Callable[[Path, Path], None]) -> Recording:
         """Put a better file in the place of the data once it is verified, and count what it holds."""
         path = self.path(recording.id)
-        with tempfile.TemporaryDirectory(prefix=".draft-", dir=self._folder) as scratch:
-            draft = Path(scratch, path.name)
+        with self._draft(recording.id) as draft:
             make(path, draft)
             tool.run("rrd", "verify", str(draft), timeout=mending.TIMEOUT)
             counted = mending.count(draft) | {"bytes": draft.stat().st_size}

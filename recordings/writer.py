@@ -86,6 +86,11 @@ class Recorder:
         if self._accepting:
             self._queue.put(lambda: self._log(text, level))
 
+    def approach(self, first: int, end: int) -> None:
+        """Note in the running recording, if any, that the ticks [first, end) lead into a run and are no part of it."""
+        if self._accepting:
+            self._queue.put(lambda: self._approach(first, end))
+
     def stop(self) -> Recording:
         """End the recording, whole and closed; raises `RecordingError` when none runs or it failed."""
         self._accepting = False
@@ -186,6 +191,11 @@ class Recorder:
         if self._session:
             self._write_pending()
             self._session.log(text, level)
+
+    def _approach(self, first: int, end: int) -> None:
+        if self._session:
+            self._write_pending()
+            self._session.approach(first, end)
 
     def _pend(self, rows: Rows) -> None:
         if not self._session:

@@ -57,6 +57,10 @@ class Automatic:
         if self.recording() is None:
             self._run = await self._start(name, Context(profile="standard", operator=operator, reference=name))
 
+    def approach(self, first: int, end: int) -> None:
+        """The ticks [first, end) lead into the run: a recording that goes on is told."""
+        self._recorder.approach(first, end)
+
     def end_run(self) -> None:
         """The run is over, and so is the recording that was begun for it."""
         id, self._run = self._run, ""

@@ -11,6 +11,7 @@ from server.tables import empty, number
 
 MILLI = 1e3
 ROWS: dict[str, tuple[str, float]] = {
+    "approach": ("approach, left out [s]", 1.0),
     "rmse": ("RMSE [mm]", MILLI),
     "max_error": ("largest error [mm]", MILLI),
     "sse": ("SSE [mm]", MILLI),

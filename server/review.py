@@ -7,6 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from controller.errors import TendrilError
+from recordings.apart import Killed, apart
+from recordings.finishing import finish
 from recordings.messages import Recording
 from recordings.store import Store
 from recordings.viewer import viewer_files
@@ -34,6 +36,7 @@ class Review:
         except (TendrilError, OSError) as error:
             self.problem = str(error)
             log.warning("rerun's viewer cannot be served: %s", error)
+        self._store.sweep()
         for broken in self._store.broken():
             if not self._improve(self._store.repair, broken):
                 self._improve(self._store.check, broken)  # the list says what is wrong with it
@@ -42,8 +45,14 @@ class Review:
             self._finish(self._stopped.get())
 
     def _finish(self, id: str) -> None:
-        self._improve(self._store.compact, id)
-        self._improve(self._store.measure, id)
+        """In a process of its own: reading the data would keep this one from serving."""
+        try:
+            problems = apart(finish, self._store.folder, id)
+        except Killed as error:
+            problems = (str(error),)
+            self._store.sweep()
+        for problem in problems:
+            log.warning("recording %s stays as it is: %s", id, problem)
 
     def _improve(self, work: Callable[[str], Recording], id: str) -> bool:
         try:

@@ -49,7 +49,16 @@ class Rhythm(NamedTuple):
 
 
 def rhythm(p: Array, dt: float) -> Rhythm | None:
-    """How p (n, 2) [m], sampled every dt [s], repeats at its end; None unless half of it does, or all after LEAD.
+    """How p (n, 2) [m], sampled every dt [s], repeats at its end; None unless half of it does, or all after LEAD."""
+    found = repetition(p, dt)
+    if found is None:
+        return None
+    period, start = found
+    return Rhythm(float(f"{1.0 / (period * dt):.{DIGITS}g}"), start)
+
+
+def repetition(p: Array, dt: float) -> tuple[float, int] | None:
+    """Period [rows, not whole] and first row of a `rhythm`; its DIGITS would drift over thousands of periods.
 
     The lowest lag at which the end comes back on itself, refined over all its repetitions.
     """
@@ -59,7 +68,7 @@ def rhythm(p: Array, dt: float) -> Rhythm | None:
         period = refined(p, best(p, *stretch))
         start = repeats_from(p, period)
         if start is not None and start <= max(len(p) / 2, LEAD / dt) and not drifts(p, period):
-            return Rhythm(float(f"{1.0 / (period * dt):.{DIGITS}g}"), start)
+            return period, start
     return None
 
 

@@ -1,17 +1,13 @@
-"""Exports in a process of their own, at low priority: the server goes on serving, and its memory stays as it is."""
+"""Exports in a process of their own."""
 
-import os
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import get_context
 from typing import ParamSpec, TypeVar
 
 from controller.errors import TendrilError
+from recordings import apart as process
 
 P = ParamSpec("P")
 T = TypeVar("T")
-NICE = 19
 
 
 class ExportKilled(TendrilError):
@@ -19,9 +15,8 @@ class ExportKilled(TendrilError):
 
 
 def apart(work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
-    """`work(*arguments, **named)` elsewhere: its result or its error; ExportKilled when it was killed."""
-    with ProcessPoolExecutor(1, get_context("spawn"), initializer=os.nice, initargs=(NICE,)) as pool:
-        try:
-            return pool.submit(work, *arguments, **named).result()
-        except BrokenProcessPool:
-            raise ExportKilled("the export was killed, perhaps for want of memory: choose fewer signals") from None
+    """`recordings.apart.apart`; ExportKilled when it was killed."""
+    try:
+        return process.apart(work, *arguments, **named)
+    except process.Killed:
+        raise ExportKilled("the export was killed, perhaps for want of memory: choose fewer signals") from None

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query, Response
 
-from recordings.quick import Quick, quick_look
+from recordings.quick import POINTS, Quick, quick_look
 from server.deps import Parts
 
 router = APIRouter(tags=["recordings"])
@@ -15,7 +15,7 @@ Keys = Annotated[list[str], Query(max_length=64)]
 
 
 @router.get("/api/recordings/{id}/quick", response_model=Quick)
-async def recording_quick(id: str, parts: Parts, points: Points = 2000, signals: Keys = []) -> Response:  # noqa: B006
+async def recording_quick(id: str, parts: Parts, points: Points = POINTS, signals: Keys = []) -> Response:  # noqa: B006
     """The main signals as extremes of bins, and the tip's path; of a running recording, up to now. 404 without it."""
     text = await asyncio.to_thread(quick_look, parts.store.path(id), points, tuple(signals))
     return Response(text, media_type="application/json", headers={"cache-control": "no-store"})

@@ -10,7 +10,9 @@ from pydantic import TypeAdapter
 from starlette.responses import FileResponse, StreamingResponse
 
 from controller.errors import CommandRefused, RecordingError
+from recordings.apart import apart
 from recordings.edits import Edit
+from recordings.finishing import measured
 from recordings.messages import Recording, RecordingState
 from recordings.metrics import Measured
 from recordings.query import matching, ordered
@@ -84,7 +86,9 @@ async def recording(id: str, parts: Parts) -> Recording:
 @router.get("/api/recordings/{id}/metrics")
 async def recording_metrics(id: str, parts: Parts) -> Measured:
     """How well the tip followed, over all and in each cycle, from the data; 404 when there is no such recording."""
-    return await asyncio.to_thread(parts.store.measured, id)
+    parts.store.path(id)  # what is no recording costs no process
+    async with parts.export_lock:
+        return await asyncio.to_thread(apart, measured, parts.store.folder, id)
 
 
 @router.patch("/api/recordings/{id}")

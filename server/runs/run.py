@@ -56,6 +56,11 @@ class Run:
         """Whether nothing more comes of it."""
         return not self.moving and self.phase != "paused"
 
+    @property
+    def approach(self) -> tuple[int, int] | None:
+        """First tick and end of what led into the shape since the start or the last pause; None before it began."""
+        return None if self._first is None else (self._first, self._first + self._leg.again)
+
     def begin(self, leg: Leg) -> None:
         """The rig tracks another leg, after a pause."""
         self.phase, self.reason = "approach", ""

@@ -142,8 +142,11 @@ class Runs:
             return
         batches = list(self.inbox.batches())  # before the life: a new one is known before its rows come
         self._look_around(run)
+        before = run.approach
         for rows in batches:
             run.take(rows)
+        if run.approach and run.approach != before:
+            self._automatic.approach(*run.approach)
         run.recording = run.recording or self._recording()
         if run.ended:
             self._finish(run)

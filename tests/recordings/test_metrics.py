@@ -198,3 +198,15 @@ def test_what_was_recorded_at_fewer_ticks_is_cut_by_its_own_ticks() -> None:
     assert part["tick"].tolist() == list(range(50, 100))
     assert (part["energy"].tolist(), part["energy_tick"].tolist()) == ([5, 6, 7, 8, 9], [50, 60, 70, 80, 90])
     assert metrics_of(rows | slow).rmse == pytest.approx(0.005)
+
+
+def test_what_leads_into_a_run_does_not_count_where_the_recording_knows_it() -> None:
+    mode = np.repeat([Mode.HOLD, Mode.TRACK, Mode.HOLD], 100)
+    p_meas = np.zeros((300, 2))
+    p_meas[100:150], p_meas[150:200] = (1.0, 1.0), (0.003, 0.004)
+    rows = rows_of(np.zeros((300, 2)), p_meas, mode=mode)
+    assert metrics_of(rows).approach is None
+    found = metrics_of(rows | {"approach": np.isin(np.arange(300), np.arange(100, 150))})
+    assert (found.approach, found.rmse) == (pytest.approx(0.05), pytest.approx(0.005))
+    led_in_only = metrics_of(rows | {"approach": mode == Mode.TRACK})
+    assert (led_in_only.approach, led_in_only.rmse) == (pytest.approx(0.1), None)

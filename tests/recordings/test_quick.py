@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from controller.errors import ParameterError
+from controller.modes import Mode
 from controller.parameters import Settings
 from recordings.messages import Recording
-from recordings.phase import find_phase
+from recordings.period import find_phase
 from recordings.quick import quick_look, thinned
 from recordings.reader import read_rows
 from recordings.store import Store
@@ -96,3 +97,26 @@ def test_what_does_not_repeat_has_no_period() -> None:
     assert find_phase(t, 0.01 * t, np.zeros_like(t)) == (None, 0.0)
     assert find_phase(t, np.zeros_like(t), np.zeros_like(t)) == (None, 0.0)
     assert find_phase(t, None, None) == (None, 0.0)
+
+
+@pytest.mark.parametrize("x, y", [(1, 1), (1, 2), (2, 1), (2, 3), (3, 2), (3, 4)])
+def test_a_cycle_begins_at_the_same_place_wherever_the_recording_was_begun(x: int, y: int) -> None:
+    t, begins = np.arange(0.0, 30.0, 1e-3), []
+    for since in (0.0, 0.5, 1.7, 3.9):
+        turn = 2 * np.pi * (t + since) / 4.0
+        found, start = find_phase(t, *np.round([0.03 * np.cos(x * turn), 0.03 * np.sin(y * turn)], 5))
+        assert found == pytest.approx(4.0, rel=1e-4)
+        begins.append((start + since) / 4.0)
+    apart = np.array(begins) - begins[0]
+    np.testing.assert_allclose(apart - np.round(apart), 0.0, atol=1e-3)
+
+
+def test_the_period_is_that_of_the_run_whatever_came_before_and_after(
+    record: Callable[..., Recording], tmp_path: Path
+) -> None:
+    rows = telemetry_rows(12_000)
+    still = (rows["tick"] < 3000) | (rows["tick"] >= 11_000)
+    rows["p_ref"][still], rows["mode"] = (0.05, 0.1), np.where(still, Mode.HOLD, Mode.TRACK)
+    look = json.loads(quick_look(Store(tmp_path).path(record(rows).id), 400))
+    assert look["period"] == pytest.approx(2.0, rel=1e-3)
+    assert (look["cycle_start"] + 1.0) % 2.0 == pytest.approx(1.0, abs=0.02)  # x is largest at even seconds

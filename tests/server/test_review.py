@@ -1,12 +1,15 @@
 """The thread behind the Review tab: what is left behind by a killed writer is mended, or said to be damaged."""
 
+import json
+import multiprocessing
 from datetime import UTC, datetime
 from pathlib import Path
 
-from recordings import sidecar
+from recordings import prepared, quick, sidecar
 from recordings.messages import Recording
 from recordings.store import Store
 from server.review import Review
+from tests.e2e.recorded import record_circle
 from tests.server.live_server import wait_for
 
 
@@ -33,3 +36,43 @@ def test_what_cannot_be_mended_is_listed_with_the_reason(tmp_path: Path) -> None
     Review(store)
     assert "verify failed" in wait_for(lambda: store.list()[0].problem, "the reason")
     assert not store.list()[0].recovered
+
+
+def test_a_killed_helper_loses_no_recording_and_the_next_one_is_finished(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    done = [record_circle(tmp_path, f"circle {n}", 10.0) for n in range(2)]
+    before = store.path(done[0].id).read_bytes()
+    review = Review(store)
+    wait_for(lambda: review.viewer or review.problem, "the viewer's files")
+    review.stopped(done[0].id)
+    wait_for(lambda: (tmp_path / f".draft-{done[0].id}").exists(), "a draft")
+    for helper in multiprocessing.active_children():
+        helper.kill()
+    review.stopped(done[1].id)
+    finished = wait_for(lambda: (found := store.find(done[1].id)).metrics and found, "the next one's metrics")
+    assert finished.bytes < done[1].bytes
+    assert store.find(done[0].id) == done[0]
+    assert store.path(done[0].id).read_bytes() == before
+    assert not [*tmp_path.glob(".draft-*/*.rrd")]
+
+
+def test_a_finished_recording_opens_from_what_was_kept_beside_it_until_its_data_change(tmp_path: Path) -> None:
+    store, id = Store(tmp_path), record_circle(tmp_path, "circle", 3.0).id
+    path = store.path(id)
+    read = quick.quick_look(path, 2000, ("u.0",))
+    Review(store).stopped(id)
+    wait_for(lambda: prepared.kept(path, prepared.mark(path)), "the quick look")
+    quick._quick.cache_clear()
+    kept = tmp_path / f".{id}.quick"
+    assert quick.quick_look(path, 2000, ("u.0",)) == read
+    kept.write_bytes(kept.read_bytes().replace(b'"rows":3000', b'"rows":4321'))
+    quick._quick.cache_clear()
+    assert json.loads(quick.quick_look(path, 2000))["rows"] == 4321  # so it was not read from the data
+    kept.write_bytes(kept.read_bytes()[:-1])
+    quick._quick.cache_clear()
+    assert quick.quick_look(path, 2000, ("u.0",)) == read
+    quick.prepare(path)
+    path.touch()
+    assert prepared.kept(path, prepared.mark(path)) is None
+    store.remove(id)
+    assert not kept.exists()

@@ -80,14 +80,45 @@ def test_a_run_is_paused_resumed_and_finished_and_its_result_is_that_of_its_rows
     assert Results(server.settings.state / "runs-test.json").newest == server.services.runs.last()
 
 
-def shape(rows: Rows) -> Rows:
+def shape(rows: Rows, leads: tuple[int, ...] = (2000, 500)) -> Rows:
     """Rows of the shape: those in TRACK but for the approach of 2 s, and of 0.5 s after a pause."""
     on = rows["mode"] == Mode.TRACK
     begins = np.flatnonzero(on & ~np.roll(on, 1))
-    for begin, ticks in zip(begins, (2000, 500), strict=True):
+    for begin, ticks in zip(begins, leads, strict=True):
         on[begin : begin + ticks] = False
     found: Rows = rows[on]
     return found
+
+
+@pytest.mark.parametrize("paused", [False, True])
+def test_a_recordings_metrics_are_those_of_its_runs_card(server: TestServer, paused: bool) -> None:
+    batches: list[Rows] = []
+    server.services.rig.listen(batches.append)
+    with armed(server) as (page, live):
+        page.post("/api/run", json=ring(1.0, laps=2))
+        if paused:
+            wait_run(live, lambda state: state["progress"] > 0.1)
+            page.post("/api/run/pause")
+            page.post("/api/run/resume")
+        wait_run(live, lambda state: state["state"] == "done")
+        card = page.get("/api/runs").json()[0]
+        kept = wait_for(lambda: page.get(f"/api/recordings/{card['recording']}").json()["metrics"], "the metrics")
+    e = judged_errors(np.concatenate(batches), (2000, 500) if paused else (2000,))
+    assert kept["approach"] == pytest.approx(2.5 if paused else 2.0, rel=1e-2)
+    for name in ("rmse", "max_error"):
+        assert kept[name] == pytest.approx(card[name], abs=1e-5), name  # the profile `standard` rounds to 7.6 um
+    assert kept["rmse"] == pytest.approx(card["rmse"], rel=5e-3)
+    assert kept["sse"] == pytest.approx(np.linalg.norm(e[-len(e) // 10 :], axis=1).mean(), abs=1e-5)
+    assert kept["saturated_share"] == card["saturated_share"]
+    for name in ("lag_deg_x", "lag_deg_y"):
+        assert kept[name] == pytest.approx(card[name], abs=0.2), name
+
+
+def judged_errors(rows: Rows, leads: tuple[int, ...]) -> np.ndarray:
+    """Errors (k, 2) [m] of a run's rows but for so many that lead into it, where the tip was seen."""
+    judged = shape(rows, leads)
+    e: np.ndarray = judged["p_ref"] - judged["p_meas"]
+    return e[np.isfinite(e).all(axis=1)]
 
 
 def test_without_its_operator_a_run_is_broken_off_and_nothing_goes_on_by_itself(server: TestServer) -> None:

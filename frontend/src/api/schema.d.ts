@@ -1783,6 +1783,11 @@ export interface components {
      * @description What a run's rows come to (`recordings.metrics`); null where there is nothing to measure. SI units.
      */
     Metrics: {
+      /**
+       * Approach
+       * @description So long runs were led into [s], which does not count; null where the recording does not say, and it counts.
+       */
+      approach: number | null;
       /** Rmse */
       rmse: number | null;
       /** Max Error */

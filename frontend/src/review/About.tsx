@@ -83,6 +83,10 @@ function factsOf(recording: Recording): [string, string][] {
     ["Kept", imported ? "" : recording.profile],
     ["RMSE", metrics ? millimetres(metrics.rmse, 2) : ""],
     ["Largest error", metrics ? millimetres(metrics.max_error, 2) : ""],
+    [
+      "Figures",
+      reference && metrics ? (metrics.approach === null ? "with the approach" : "after the approach") : "",
+    ],
     ["On time", metrics ? percent(metrics.on_time_share) : ""],
   ];
   return facts.filter(([, fact]) => fact !== "");
