@@ -1,15 +1,18 @@
 """The quick look at a recording: its main signals as extremes of a few thousand bins, small enough for a page."""
 
+import math
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from controller.errors import ParameterError
 from controller.layout import Model, quantity
 from controller.messages import Telemetry
+from controller.modes import Mode
+from recordings.period import find_period
 from recordings.phase import find_phase
 from recordings.profiles import TICKS
 from recordings.reader import read_groups
@@ -20,6 +23,8 @@ Numbers = list[float | None]
 """What is not a number is null."""
 
 PATHS = ("/tip/x", "/tip/y", "/error", "/pressures", "/u", "/timing")
+STATE = "/state"
+"""Tells when a run was tracked; nothing of it is drawn."""
 TRACKS = ("p_ref", "p_meas", "p_hat")
 DIGITS = 6
 AT_ONCE_MAX = 256 << 20
@@ -59,7 +64,9 @@ class Quick(Model):
     period: float | None
     """Of the reference [s]; null when it does not repeat."""
     cycle_start: float
-    """When a cycle of the reference begins [s]; the same place of the same reference in every recording."""
+    """When the first whole cycle begins [s]: the same place of the same reference in every recording."""
+    cycle_end: float
+    """Until when it repeats [s]."""
 
 
 def quick_look(path: Path, points: int, keys: tuple[str, ...] = ()) -> bytes:
@@ -95,7 +102,7 @@ def _quick(path: Path, points: int, keys: tuple[str, ...], state: tuple[int, int
     """`state` of the file is part of the key: a recording that grew is read again."""
     t, columns = _columns(path)
     picked = _starts(len(t), points) if len(t) > points else np.arange(len(t))
-    period, start = find_phase(t, columns.get("p_ref.0"), columns.get("p_ref.1"))
+    cycle = _cycle(t, columns)
     wanted = [series for series in _all_series() if _key(series) in columns and (not keys or _key(series) in keys)]
     look = Quick(
         duration=float(t[-1]) if len(t) else 0.0,
@@ -104,15 +111,16 @@ def _quick(path: Path, points: int, keys: tuple[str, ...], state: tuple[int, int
         signals=[_signal(series, columns[_key(series)], points) for series in wanted],
         track_t=np.round(t[picked], 6).tolist(),
         tracks=[_track(name, columns, picked) for name in TRACKS if f"{name}.0" in columns],
-        period=period,
-        cycle_start=start,
+        period=cycle.period,
+        cycle_start=cycle.start,
+        cycle_end=cycle.end,
     )
     return look.model_dump_json().encode()
 
 
 def _columns(path: Path) -> tuple[Array, dict[str, Array]]:
     """Times [s] (n,) and each series (n,) by its key; a killed writer's last rows may lack some: they are left out."""
-    groups = [group for group in GROUPS if group.path in PATHS]
+    groups = [group for group in GROUPS if group.path in (*PATHS, STATE)]
     parts = [[*groups, TICKS]] if path.stat().st_size <= AT_ONCE_MAX else [[group] for group in (TICKS, *groups)]
     found = {entity: table for part in parts for entity, table in read_groups(path, part).items()}
     if TICKS.path in found:  # the profile `standard`: what the viewer plots is at 100 Hz there
@@ -127,6 +135,28 @@ def _columns(path: Path) -> tuple[Array, dict[str, Array]]:
     if "error.0" in columns:
         columns["error.norm"] = np.hypot(columns["error.0"], columns["error.1"])
     return times[:count] * 1e-9, columns
+
+
+class Cycle(NamedTuple):
+    """When a reference repeats itself [s]."""
+
+    period: float | None
+    start: float
+    end: float
+
+
+def _cycle(t: Array, columns: dict[str, Array]) -> Cycle:
+    """Of the reference in what was tracked, once it repeats itself: neither what was before it nor the way to it."""
+    if "p_ref.0" not in columns or not len(t):
+        return Cycle(None, 0.0, 0.0)
+    p_ref = np.column_stack([columns["p_ref.0"], columns["p_ref.1"]])
+    tracked = np.flatnonzero(columns["mode"] == Mode.TRACK) if "mode" in columns else np.zeros(0, np.intp)
+    rows = tracked if len(tracked) else np.arange(len(t))
+    repeats = find_period(p_ref[rows])
+    rows = rows[repeats.start :] if repeats else rows
+    period, start = find_phase(t[rows], p_ref[rows, 0], p_ref[rows, 1])
+    begin, end = float(t[rows[0]]), float(t[rows[-1]])
+    return Cycle(period, start + period * math.ceil((begin - start) / period) if period else 0.0, end)
 
 
 def _all_series() -> list[Series]:

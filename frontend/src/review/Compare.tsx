@@ -30,10 +30,7 @@ interface KnownProps {
 function Known({ recordings, onBack }: KnownProps) {
   const { looks, problem } = useQuick(recordings.map(({ id }) => id), false); // prettier-ignore
   const [wish, setWish] = useState<Common>("time");
-  const runs = useMemo(
-    () => looks?.map((quick, i): Compared => ({ quick, recording: recordings[i] })) ?? [],
-    [looks, recordings],
-  );
+  const runs = useMemo(() => looks?.map((quick): Compared => ({ quick })) ?? [], [looks]);
   const periodic = runs.length > 0 && runs.every(({ quick }) => quick.period !== null);
   const common = periodic ? wish : "time";
   const charts = useMemo(() => comparedCharts(runs, common), [runs, common]);
