@@ -1,5 +1,5 @@
 import { call } from "./rest";
-import type { Point, Quick, Recording } from "./types";
+import type { Point, ProfileInfo, Quick, Recording } from "./types";
 
 /** What people may change of a recording. */
 export type RecordingChanges = Partial<Pick<Recording, "name" | "tags" | "notes" | "starred">>;
@@ -31,5 +31,7 @@ export const recordings = {
   },
   change: (id: string, changes: RecordingChanges) => call<Recording>("PATCH", recordingUrl(id), changes),
   remove: (id: string) => call<unknown>("DELETE", recordingUrl(id)),
+  /** What a recording may keep of every tick, the default first. */
+  profiles: () => call<ProfileInfo[]>("GET", "/api/recordings/profiles"),
   path: (id: string) => call<RecordedPath>("GET", recordingUrl(id, "/path")),
 };
