@@ -6,6 +6,7 @@ export type RecordingChanges = Partial<Pick<Recording, "name" | "tags" | "notes"
 
 /** A recorded path [m] over time [s], ready to be followed. */
 export interface RecordedPath {
+  readonly name: string;
   readonly points: Point[];
   readonly times: number[];
 }
@@ -33,5 +34,7 @@ export const recordings = {
   remove: (id: string) => call<unknown>("DELETE", recordingUrl(id)),
   /** What a recording may keep of every tick, the default first. */
   profiles: () => call<ProfileInfo[]>("GET", "/api/recordings/profiles"),
-  path: (id: string) => call<RecordedPath>("GET", recordingUrl(id, "/path")),
+  /** The recorded path of the tip or of its reference. */
+  path: (id: string, what: "p_meas" | "p_ref") =>
+    call<RecordedPath>("GET", recordingUrl(id, `/path?what=${what}`)),
 };
