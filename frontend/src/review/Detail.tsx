@@ -25,7 +25,7 @@ interface Props {
 export function Detail({ id, recordings, onBack }: Props) {
   const [sight, setSight] = useState<Sight>("quick");
   const running = useActive() === id;
-  const recording = recordings.rows?.find((row) => row.id === id);
+  const recording = recordings.find(id);
   if (!recording) return <Unknown id={id} onBack={onBack} />;
   return (
     <main className="review">
