@@ -2,6 +2,7 @@ import { ActionIcon, Button, Table, TextInput, Tooltip } from "@mantine/core";
 import { IconRefresh } from "@tabler/icons-react";
 import type { Listed } from "../api/recordings";
 import { useDashboard } from "../panels/context";
+import { ImportButton } from "./ImportButton";
 import { COMPARED_MAX } from "./place";
 import { RecordingRow } from "./RecordingRow";
 import { Titles } from "./Titles";
@@ -97,6 +98,7 @@ function ListBar({ recordings, search, onSearch, ticked }: BarProps) {
         {recordings.problem === "" ? countOf(recordings.listed ?? NONE) : `Not read: ${recordings.problem}`}
       </span>
       <span className="spacer" />
+      <ImportButton recordings={recordings} />
       <Button
         size="compact-sm"
         variant="default"
