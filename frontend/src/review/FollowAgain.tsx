@@ -1,5 +1,6 @@
 import { Button, Menu } from "@mantine/core";
 import { IconRoute } from "@tabler/icons-react";
+import { useState } from "react";
 import { recordings } from "../api/recordings";
 import type { Recording } from "../api/types";
 import { useDashboard } from "../panels/context";
@@ -15,8 +16,10 @@ const SMOOTHING = { p_ref: 0, p_meas: 0.001 };
 /** Puts a recorded path into the Run tab as a drawing, with its own timing. */
 export function FollowAgain({ recording }: { readonly recording: Recording }) {
   const { drawing, operations, page, runs } = useDashboard();
-  const follow = (what: What) =>
-    operations.attempt("Path not taken", async () => {
+  const [busy, setBusy] = useState(false);
+  const follow = async (what: What) => {
+    setBusy(true);
+    await operations.attempt("Path not taken", async () => {
       const { name, points, times } = await recordings.path(recording.id, what);
       drawing.load({
         name,
@@ -30,12 +33,15 @@ export function FollowAgain({ recording }: { readonly recording: Recording }) {
       runs.choose("drawing");
       page.patch({ view: "live" });
     });
+    setBusy(false);
+  };
   return (
     <Menu position="bottom-end" shadow="md">
       <Menu.Target>
         <Button
           size="compact-sm"
           variant="default"
+          loading={busy}
           leftSection={<IconRoute size={14} />}
           title="Take a recorded path into the Run tab"
           data-testid="follow-again"
