@@ -65,7 +65,7 @@ def find_period(p_ref: Array, dt: float = DT) -> Period | None:
 
 
 def find_phase(t: Array, x: Array | None, y: Array | None) -> tuple[float | None, float]:
-    """Period [s] of the reference x, y (n,) [m] at t (n,) [s], and when a cycle begins; (None, 0) if it has none."""
+    """Period [s] of the reference x, y (n,) [m] at t (n,) [s], and when its first cycle begins; (None, 0) for none."""
     if x is None or y is None or len(t) < CYCLES_MIN:
         return None, 0.0
     p, steps = np.column_stack([x, y]), np.diff(t)
@@ -75,7 +75,8 @@ def find_phase(t: Array, x: Array | None, y: Array | None) -> tuple[float | None
         return None, 0.0
     period = found.rows * float(np.nanmean(steps[found.start :]))
     begin = t[-1] - (1.0 - cycle_start(last_cycle(p, found.rows))) * period
-    return period, float(begin % period)
+    first = float(t[found.start])
+    return period, first + float((begin - first) % period)
 
 
 def last_cycle(p: Array, rows: float) -> Array:

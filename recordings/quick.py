@@ -3,7 +3,7 @@
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydantic import ValidationError
@@ -64,7 +64,9 @@ class Quick(Model):
     period: float | None
     """Of the reference [s]; null when it does not repeat."""
     cycle_start: float
-    """When a cycle of the reference begins [s]; the same place of the same reference in every recording."""
+    """When the first whole cycle begins [s]: the same place of the same reference in every recording."""
+    cycle_end: float
+    """Until when it repeats [s]."""
 
 
 def quick_look(path: Path, points: int, keys: tuple[str, ...] = ()) -> bytes:
@@ -121,7 +123,7 @@ def _look(path: Path, points: int, keys: tuple[str, ...]) -> Quick:
     """From the data; `keys` of the signals, none: all."""
     t, columns = _columns(path)
     picked = _starts(len(t), points) if len(t) > points else np.arange(len(t))
-    period, start = _phase(path, t, columns)
+    cycle = _cycle(path, t, columns)
     wanted = [series for series in _all_series() if _key(series) in columns and (not keys or _key(series) in keys)]
     return Quick(
         duration=float(t[-1]) if len(t) else 0.0,
@@ -130,8 +132,9 @@ def _look(path: Path, points: int, keys: tuple[str, ...]) -> Quick:
         signals=[_signal(series, columns[_key(series)], points) for series in wanted],
         track_t=np.round(t[picked], 6).tolist(),
         tracks=[_track(name, columns, picked) for name in TRACKS if f"{name}.0" in columns],
-        period=period,
-        cycle_start=start,
+        period=cycle.period,
+        cycle_start=cycle.start,
+        cycle_end=cycle.end,
     )
 
 
@@ -154,15 +157,23 @@ def _columns(path: Path) -> tuple[Array, dict[str, Array]]:
     return times[:count] * 1e-9, columns
 
 
-def _phase(path: Path, t: Array, columns: dict[str, Array]) -> tuple[float | None, float]:
-    """`find_phase` of the reference while it was tracked, or of all of it where none was, as `metrics.followed`."""
+class Cycle(NamedTuple):
+    """When a reference repeats itself: from the start of a first cycle to the end of what was tracked [s]."""
+
+    period: float | None
+    start: float
+    end: float
+
+
+def _cycle(path: Path, t: Array, columns: dict[str, Array]) -> Cycle:
+    """Of the reference while it was tracked, or of all of it where none was, as `metrics.followed`."""
     x, y = columns.get("p_ref.0"), columns.get("p_ref.1")
-    if x is None or y is None:
-        return None, 0.0
+    if x is None or y is None or not len(t):
+        return Cycle(None, 0.0, 0.0)
     since, modes = read_modes(path)
     tracked = np.isin(np.searchsorted(since * 1e-9, t, side="right") - 1, np.flatnonzero(modes == Mode.TRACK))
     part = tracked if tracked.any() else slice(None)
-    return find_phase(t[part], x[part], y[part])
+    return Cycle(*find_phase(t[part], x[part], y[part]), float(t[part][-1]))
 
 
 def _all_series() -> list[Series]:

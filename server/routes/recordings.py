@@ -36,7 +36,10 @@ async def recordings(
     sort: Annotated[str, Query(max_length=40)] = "-started",
     limit: Annotated[int | None, Query(ge=1)] = None,
 ) -> Response:
-    """Every recording, newest first; those with every word of `search`, by any column, at most `limit` of them."""
+    """Every recording, newest first; those with every word of `search`, by any column, at most `limit` of them.
+
+    The headers `x-found` and `x-in-all` say how many fit, and how many there are.
+    """
     return await asyncio.to_thread(_listed, parts.store, search, sort, limit)
 
 
@@ -106,8 +109,10 @@ async def remove_recording(id: str, parts: Parts, who: Me) -> None:
 
 def _listed(store: Store, search: str, sort: str, limit: int | None) -> Response:
     """Written as JSON at once: the framework's own way checks every one of them again."""
-    found = ordered(matching(store.list(), search), sort)[:limit]
-    return Response(LIST.dump_json(found), media_type="application/json")
+    everything = store.list()
+    found = ordered(matching(everything, search), sort)
+    counts = {"x-found": str(len(found)), "x-in-all": str(len(everything))}
+    return Response(LIST.dump_json(found[:limit]), media_type="application/json", headers=counts)
 
 
 def _first(path: Path, size: int) -> Iterator[bytes]:

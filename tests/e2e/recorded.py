@@ -5,15 +5,16 @@ from pathlib import Path
 import numpy as np
 
 from controller.parameters import Settings
-from recordings.messages import Recording
+from recordings.messages import Profile, Recording
+from recordings.session import Context
 from recordings.writer import Recorder
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows
 
 
-def record_circle(folder: Path, name: str, seconds: float, first: int = 0) -> Recording:
+def record_circle(folder: Path, name: str, seconds: float, first: int = 0, profile: Profile = "full") -> Recording:
     """A circle of 0.5 Hz with noise, every tick of it; `first` is its first tick."""
     recorder = Recorder(folder)
-    recorder.start(name, rig_info(), Settings())
+    recorder.start(name, rig_info(), Settings(), Context(profile=profile))
     for batch in batches(telemetry_rows(round(seconds * 1e3), first), 500):
         recorder.rows(batch)
     done = recorder.stop()
@@ -21,10 +22,13 @@ def record_circle(folder: Path, name: str, seconds: float, first: int = 0) -> Re
     return done
 
 
-def list_many(folder: Path, like: Recording, count: int) -> None:
-    """`count` more rows in the list, each with an empty file."""
+def list_many(folder: Path, like: Recording, count: int) -> list[Path]:
+    """`count` more rows in the list, each with an empty file: all files made."""
+    made: list[Path] = []
     for n in range(count):
         id = f"20200101-{n // 3600:02d}{n // 60 % 60:02d}{n % 60:02d}"
         row = like.model_copy(update={"id": id, "name": f"old {n}", "bytes": int(np.sin(n) ** 2 * 1e9)})
-        (folder / f"{id}.json").write_text(row.model_dump_json())
-        (folder / f"{id}.rrd").touch()
+        made += [folder / f"{id}.json", folder / f"{id}.rrd"]
+        made[-2].write_text(row.model_dump_json())
+        made[-1].touch()
+    return made

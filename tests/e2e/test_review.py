@@ -1,26 +1,36 @@
 """The Review tab: the list, the quick look, comparison, links, and what people write on recordings."""
 
-import json
 import re
 from collections.abc import Iterator
+from typing import Any
 
+import numpy as np
 import pytest
-from playwright.sync_api import BrowserContext, Page, Route, expect
+from playwright.sync_api import BrowserContext, FilePayload, Page, Request, expect
 
 from recordings.messages import Recording
 from tests.e2e.product import Product, open_page, pixels_of, shot
-from tests.e2e.recorded import record_circle
+from tests.e2e.recorded import list_many, record_circle
 from tests.e2e.test_accessibility import AXE, look
 
+COLOURED = """() => [...document.querySelectorAll("[data-testid=quick-plot] canvas")].map((canvas) => {
+  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  let found = 0;
+  for (let i = 0; i < data.length; i += 4) {
+    const [low, high] = [Math.min(data[i], data[i + 1], data[i + 2]), Math.max(data[i], data[i + 1], data[i + 2])];
+    if (data[i + 3] > 128 && high - low > 40) found += 1;
+  }
+  return found;
+})"""
 OBSERVER_BLUE = (0x56, 0xB4, 0xE9)
 
 
 @pytest.fixture(scope="module")
 def made(product: Product) -> Iterator[list[Recording]]:
-    """Two recordings of the same circle, begun at different times."""
+    """Two recordings of the same circle, begun at different times: one keeps everything, one what is standard."""
     yield [
         record_circle(product.recordings, "Circle slow", 20.0),
-        record_circle(product.recordings, "Circle pump", 14.0, 700),
+        record_circle(product.recordings, "Circle pump", 14.0, 700, "standard"),
     ]
 
 
@@ -30,19 +40,44 @@ def test_the_list_is_searched_and_sorted_and_a_click_opens_the_quick_look(page: 
     page.get_by_test_id("recording-search").fill("circle")
     expect(rows).to_have_count(2)
     page.get_by_test_id("sort-seconds").click()
-    assert rows.first.get_attribute("data-id") == made[0].id
+    expect(rows.first).to_have_attribute("data-id", made[0].id)
     page.get_by_test_id("sort-seconds").click()
-    assert rows.first.get_attribute("data-id") == made[1].id
+    expect(rows.first).to_have_attribute("data-id", made[1].id)
     page.get_by_test_id("recording-search").fill("CIRCLE pu")
     expect(rows).to_have_count(1)
     rows.first.get_by_role("button", name="Circle pump", exact=True).press("Enter")
     expect(page.get_by_test_id("quick-plot")).to_have_count(6)
+    assert min(coloured(page)) > 100, "every plot of the standard profile has its curves"
     shot(page, "quick-look")
     box = page.get_by_test_id("quick-path").bounding_box()
     assert box
     assert len(pixels_of(page, OBSERVER_BLUE, box)) > 50, "the path is drawn"
     page.get_by_test_id("back").click()
     expect(page.get_by_test_id("recording-search")).to_have_value("CIRCLE pu")
+
+
+def test_the_server_finds_a_hundred_at_a_time_and_what_is_ticked_stays_ticked(
+    page: Page, product: Product, made: list[Recording]
+) -> None:
+    many = list_many(product.recordings, made[0], 105)
+    review(page)
+    rows = page.get_by_test_id("recording")
+    expect(rows).to_have_count(100)
+    page.get_by_test_id("show-more").click()
+    expect(rows.filter(has_text="old")).to_have_count(105)
+    expect(page.get_by_test_id("show-more")).to_have_count(0)
+    for word in ("old 77", "old 99"):
+        page.get_by_test_id("recording-search").fill(word)
+        expect(rows).to_have_count(1)
+        page.get_by_role("checkbox", name=f"Compare {word}").check()
+    expect(page.get_by_test_id("recordings-found")).to_contain_text("1 found")
+    expect(page.get_by_test_id("compare")).to_have_text("Compare 2")
+    many[1].unlink()
+    page.get_by_test_id("recording-search").fill(many[1].stem)
+    expect(rows.get_by_test_id("mark").filter(has_text="problem")).to_have_count(1)
+    expect(rows).to_contain_text("its data is missing")
+    for file in many:
+        file.unlink(missing_ok=True)
 
 
 def test_the_cursor_is_common_and_a_drag_zooms_every_plot(page: Page, made: list[Recording]) -> None:
@@ -110,46 +145,145 @@ def test_a_link_is_kept_through_the_sign_in(context: BrowserContext, product: Pr
     expect(page.locator("h2.bar-title")).to_contain_text("Circle slow", timeout=20_000)
 
 
-def test_name_and_notes_are_sent_when_the_field_is_left_and_deletion_asks(page: Page, made: list[Recording]) -> None:
+def test_name_and_notes_are_sent_when_the_field_is_left_and_deletion_asks(page: Page, product: Product) -> None:
+    row = record_circle(product.recordings, "Mine", 1.0)
+    place = f"/api/recordings/{row.id}"
     asked: list[tuple[str, object]] = []
-    row = made[0]
 
-    def answer(route: Route) -> None:
-        nonlocal row
-        if route.request.method not in ("PATCH", "DELETE"):
-            route.fallback()
-            return
-        asked.append((route.request.method, route.request.post_data_json if route.request.post_data else None))
-        if route.request.method == "PATCH":
-            row = row.model_copy(update=json.loads(route.request.post_data or "{}"))
-        route.fulfill(json=row.model_dump(mode="json"))
+    def note(request: Request) -> None:
+        if request.method in ("PATCH", "DELETE") and request.url.endswith(place):
+            asked.append((request.method, request.post_data_json if request.post_data else None))
 
-    page.route(f"**/api/recordings/{row.id}", answer)
+    def kept() -> dict[str, Any]:
+        return page.request.get(product.origin + place).json()  # type: ignore[no-any-return]
+
+    page.on("request", note)
     open_link(page, f"#review/{row.id}")
     page.get_by_test_id("recording-notes").fill("valve 2 sticks")
     page.get_by_test_id("recording-notes").press("Tab")
     page.get_by_test_id("star").click()
     expect(page.get_by_test_id("star")).to_have_attribute("aria-pressed", "true")
+    assert (kept()["notes"], kept()["starred"]) == ("valve 2 sticks", True)
     page.get_by_test_id("delete-recording").click()
     expect(page.get_by_test_id("delete-confirm")).to_be_disabled()
     page.keyboard.press("Escape")
     page.get_by_test_id("star").click()
+    expect(page.get_by_test_id("star")).to_have_attribute("aria-pressed", "false")
+    field = page.locator(".review").get_by_test_id("recording-name")
+    field.fill("Mine again")
+    field.press("Tab")
+    page.get_by_test_id("recording-tags").fill("good")
+    page.get_by_test_id("recording-tags").press("Enter")
+    expect(page.locator("h2.bar-title")).to_contain_text("Mine again")
+    expect(page.locator(".review-tag")).to_have_text("#good")
+    assert (kept()["name"], kept()["tags"]) == ("Mine again", ["good"])
     page.get_by_test_id("delete-recording").click()
     page.get_by_test_id("delete-confirm").click()
     expect(page.get_by_test_id("recordings")).to_be_visible()
+    expect(page.locator(f"[data-id='{row.id}']")).to_have_count(0)
+    assert page.request.get(product.origin + place).status == 404
     assert asked == [
         ("PATCH", {"notes": "valve 2 sticks"}),
         ("PATCH", {"starred": True}),
         ("PATCH", {"starred": False}),
+        ("PATCH", {"name": "Mine again"}),
+        ("PATCH", {"tags": ["good"]}),
         ("DELETE", None),
     ]
 
 
+def test_figures_stand_whole_and_by_cycle_as_the_server_measures_them(
+    page: Page, product: Product, made: list[Recording]
+) -> None:
+    open_link(page, f"#review/{made[1].id}")
+    page.get_by_test_id("sight").get_by_text("Figures").click()
+    rows = page.get_by_test_id("figures").locator("tbody tr")
+    measured = page.request.get(f"{product.origin}/api/recordings/{made[1].id}/metrics").json()
+    assert len(measured["cycles"]) >= 3
+    expect(rows).to_have_count(1 + len(measured["cycles"]))
+    for row, metrics in zip(rows.all(), [measured["whole"], *measured["cycles"]], strict=True):
+        expect(row.locator("td.right").first).to_have_text(f"{1e3 * metrics['rmse']:.2f}")
+        expect(row.locator("td.right").last).to_have_text(f"{100 * metrics['on_time_share']:.2f}")
+    shot(page, "figures")
+
+
+def test_a_recorded_path_is_a_drawing_of_the_run_tab_with_its_own_times(page: Page, made: list[Recording]) -> None:
+    open_link(page, f"#review/{made[1].id}")
+    page.get_by_test_id("follow-again").click()
+    page.get_by_test_id("follow-p_ref").click()
+    page.get_by_role("tab", name="Run").click()
+    expect(page.get_by_role("radio", name="Drawing")).to_be_checked()
+    expect(page.get_by_test_id("drawing-name")).to_have_value("Circle pump")
+    facts = page.get_by_test_id("drawing-facts")
+    expect(facts.locator("div:has(dt:text-is('Duration')) dd")).to_have_text("14.0 s")
+    shot(page, "follow-again")
+    page.get_by_test_id("clear-drawing").click()
+
+
+def test_another_labs_csv_asks_for_its_units_says_what_is_wrong_and_is_compared(
+    page: Page, product: Product, made: list[Recording]
+) -> None:
+    page.get_by_test_id("lease-take").click()
+    review(page)
+    choose_csv(page, "time;x;y\n0;70;140\n1;a;150\n")
+    expect(page.get_by_test_id("unit-time")).to_be_visible()
+    page.get_by_test_id("unit-length").get_by_text("mm", exact=True).click()
+    page.get_by_test_id("import-send").click()
+    expect(page.get_by_test_id("import-problem")).to_contain_text("line 3: x = 'a' is not a number")
+    page.keyboard.press("Escape")
+    t = np.arange(0.0, 8.0, 0.02)
+    lines = [f"{a:.2f};{30 + 40 * np.cos(np.pi * a):.3f};{140 + 40 * np.sin(np.pi * a):.3f}" for a in t]
+    choose_csv(page, "\n".join(["t_s;x;y", *lines]))
+    expect(page.get_by_test_id("unit-time")).to_have_count(0)
+    page.get_by_test_id("import-name").fill("Lab B circle")
+    page.get_by_test_id("unit-length").get_by_text("mm", exact=True).click()
+    page.get_by_test_id("import-send").click()
+    row = page.get_by_test_id("recording").filter(has_text="Lab B circle")
+    expect(row.get_by_test_id("mark")).to_contain_text("imported")
+    for name in ("Lab B circle", made[0].name):
+        page.get_by_role("checkbox", name=f"Compare {name}").check()
+    page.get_by_test_id("compare").click()
+    expect(page.get_by_test_id("compare-table").locator("tbody tr")).to_have_count(2)
+    expect(page.get_by_test_id("quick-plot").first.locator(".quick-line")).to_have_count(2)
+    shot(page, "compare-imported")
+    id = page.evaluate("location.hash").split("/")[-1].split(",")[0]
+    assert page.request.delete(f"{product.origin}/api/recordings/{id}", headers={"origin": product.origin}).ok
+    page.get_by_test_id("lease-release").click()
+
+
+def test_a_recording_keeps_what_was_chosen_and_is_seen_while_it_grows(page: Page, product: Product) -> None:
+    page.get_by_test_id("lease-take").click()
+    page.get_by_test_id("record-profile").click()
+    full = page.get_by_test_id("profile-full")
+    expect(full).to_contain_text("1.96 GB/h")
+    expect(page.get_by_test_id("profile-standard")).to_contain_text("580.0 MB/h")
+    shot(page, "record-profile")
+    full.click()
+    page.keyboard.press("Escape")
+    page.get_by_test_id("record").click()
+    expect(page.get_by_test_id("record")).to_contain_text("REC")
+    review(page)
+    row = page.get_by_test_id("recording").first
+    expect(row.get_by_test_id("mark")).to_have_text([re.compile("recording now"), re.compile("full")])
+    with page.expect_response(re.compile("/quick")) as first:
+        row.click()
+    before = first.value.json()["rows"]
+    with page.expect_response(lambda answer: "/quick" in answer.url and answer.json()["rows"] > before + 500):
+        pass
+    expect(page.get_by_test_id("quick-plot")).to_have_count(6)
+    id = page.evaluate("location.hash").split("/")[-1]
+    page.get_by_test_id("record").click()
+    expect(page.locator(".review").get_by_test_id("mark").filter(has_text="recording now")).to_have_count(0)
+    assert page.request.get(f"{product.origin}/api/recordings/{id}").json()["profile"] == "full"
+    page.get_by_test_id("lease-release").click()
+
+
 def test_a_list_that_cannot_be_read_says_why_and_can_be_asked_again(page: Page, made: list[Recording]) -> None:
-    page.route("**/api/recordings", lambda route: route.fulfill(status=503, json={"detail": "the disk sleeps"}))
+    asked = re.compile(r"/api/recordings\?")
+    page.route(asked, lambda route: route.fulfill(status=503, json={"detail": "the disk sleeps"}))
     review(page)
     expect(page.get_by_role("alert")).to_contain_text("the disk sleeps")
-    page.unroute("**/api/recordings")
+    page.unroute(asked)
     page.get_by_role("button", name="Try again").click()
     expect(page.get_by_test_id("recording").first).to_be_visible()
 
@@ -174,3 +308,16 @@ def review(page: Page) -> None:
 def open_link(page: Page, hash: str) -> None:
     """As a link within the page does."""
     page.evaluate("(hash) => { location.hash = hash; }", hash)
+
+
+def choose_csv(page: Page, text: str) -> None:
+    """Take a file by the button over the list."""
+    with page.expect_file_chooser() as chooser:
+        page.get_by_test_id("import-recording").click()
+    chooser.value.set_files(FilePayload(name="theirs.csv", mimeType="text/csv", buffer=text.encode()))
+    expect(page.get_by_test_id("import")).to_be_visible()
+
+
+def coloured(page: Page) -> list[int]:
+    """How many pixels of each quick plot have a colour: its curves, not its grid."""
+    return page.evaluate(COLOURED)  # type: ignore[no-any-return]

@@ -13,8 +13,10 @@ from controller.modes import Mode
 from controller.parameters import Settings
 from recordings.messages import Recording
 from recordings.period import find_phase
+from recordings.profiles import PROFILES, ProfileInfo
 from recordings.quick import quick_look, thinned
 from recordings.reader import read_rows
+from recordings.session import Context
 from recordings.store import Store
 from recordings.writer import Recorder
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows
@@ -81,6 +83,28 @@ def test_a_running_recording_is_shown_up_to_now(tmp_path: Path) -> None:
         assert shown[-1] >= 1500
     finally:
         recorder.close()
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_a_cycle_is_found_in_what_was_tracked_whatever_came_before_it_and_after(
+    tmp_path: Path, profile: ProfileInfo
+) -> None:
+    rows = telemetry_rows(30_000)  # a circle of 0.5 Hz
+    t = np.arange(len(rows)) * 1e-3
+    rows["mode"] = np.select([t < 12.0, t < 26.0], [Mode.HOLD, Mode.TRACK], Mode.HOLD)
+    rows["p_ref"][t < 14.0] = [0.25, 0.0] + (rows["p_ref"][14_000] - [0.25, 0.0]) * np.clip(t[t < 14.0] - 12, 0, 2)[
+        :, None
+    ] / 2
+    rows["p_ref"][t >= 26.0] = [0.1, 0.1]
+    recorder = Recorder(tmp_path)
+    recorder.start("run", rig_info(), Settings(), Context(profile=profile.name))
+    for batch in batches(rows, 500):
+        recorder.rows(batch)
+    look = json.loads(quick_look(Store(tmp_path).path(recorder.stop().id), 400))
+    recorder.close()
+    assert look["period"] == pytest.approx(2.0, rel=2e-3)
+    assert 14.0 <= look["cycle_start"] < 16.1
+    assert look["cycle_end"] == pytest.approx(26.0, abs=0.05)
 
 
 @pytest.mark.parametrize("period", [0.5, 2.0, 7.0])

@@ -43,6 +43,8 @@ def test_the_list_is_searched_sorted_and_cut(page: Page) -> None:
     assert _names(page, search="circle slow p1") == ["Circle slow"]
     assert _names(page, sort="name") == ["circle fast", "Circle slow", "eight"]
     assert _names(page, sort="-name", limit=1) == ["eight"]
+    counted = page.get("/api/recordings", params={"search": "circle", "limit": 1})
+    assert (len(counted.json()), counted.headers["x-found"], counted.headers["x-in-all"]) == (1, "2", "3")
     for wrong in ({"sort": "nothing"}, {"limit": 0}, {"search": "x" * 201}):
         assert page.get(LIST, params=wrong).status_code == 422
 

@@ -1,11 +1,29 @@
-import { call } from "./rest";
-import type { Point, Quick, Recording } from "./types";
+import { ask, call } from "./rest";
+import type { Measured, Point, ProfileInfo, Quick, Recording } from "./types";
 
 /** What people may change of a recording. */
 export type RecordingChanges = Partial<Pick<Recording, "name" | "tags" | "notes" | "starred">>;
 
+/** Some of the recordings, how many fit what was searched, and how many there are. */
+export interface Listed {
+  readonly rows: readonly Recording[];
+  readonly found: number;
+  readonly inAll: number;
+  /** The order in which they are. */
+  readonly sort: string;
+}
+
+export const TIME_UNITS = ["s", "ms", "us", "ns"] as const;
+export const LENGTH_UNITS = ["m", "cm", "mm"] as const;
+
+export interface Units {
+  readonly time: (typeof TIME_UNITS)[number];
+  readonly length: (typeof LENGTH_UNITS)[number];
+}
+
 /** A recorded path [m] over time [s], ready to be followed. */
 export interface RecordedPath {
+  readonly name: string;
   readonly points: Point[];
   readonly times: number[];
 }
@@ -23,7 +41,16 @@ export function recordingUrl(id: string, part = ""): string {
 }
 
 export const recordings = {
-  list: () => call<Recording[]>("GET", "/api/recordings"),
+  /** The first `limit` of those with every word of `search`, in the order `sort`: a column, "-" before it falls. */
+  list: async (search: string, sort: string, limit: number): Promise<Listed> => {
+    const query = new URLSearchParams({ search, sort, limit: String(limit) });
+    const { body, headers } = await ask<Recording[]>("GET", `/api/recordings?${query.toString()}`);
+    const count = (name: string) => Number(headers.get(name) ?? body.length);
+    return { rows: body, found: count("x-found"), inAll: count("x-in-all"), sort };
+  },
+  /** Its figures, taken anew. */
+  metrics: (id: string) => call<Measured>("GET", recordingUrl(id, "/metrics")),
+  find: (id: string) => call<Recording>("GET", recordingUrl(id)),
   /** The quick look with at most `points` values of each of the signals `keys`. */
   quick: (id: string, points: number, keys: readonly string[]) => {
     const query = new URLSearchParams([["points", String(points)], ...keys.map((key) => ["signals", key])]);
@@ -31,5 +58,14 @@ export const recordings = {
   },
   change: (id: string, changes: RecordingChanges) => call<Recording>("PATCH", recordingUrl(id), changes),
   remove: (id: string) => call<unknown>("DELETE", recordingUrl(id)),
-  path: (id: string) => call<RecordedPath>("GET", recordingUrl(id, "/path")),
+  /** The recorded path of the tip or of its reference. */
+  path: (id: string, what: "p_meas" | "p_ref") =>
+    call<RecordedPath>("GET", recordingUrl(id, `/path?what=${what}`)),
+  /** What a recording may keep of every tick, the default first. */
+  profiles: () => call<ProfileInfo[]>("GET", "/api/recordings/profiles"),
+  /** A CSV file of another lab; `units` hold where its header names none. */
+  take: (file: File, name: string, units: Units) => {
+    const query = new URLSearchParams({ name, time_unit: units.time, length_unit: units.length });
+    return call<Recording>("POST", `/api/recordings/import?${query.toString()}`, file);
+  },
 };

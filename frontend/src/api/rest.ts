@@ -10,6 +10,7 @@ import type {
   PlotLayout,
   Preview,
   PreviewBody,
+  Profile,
   Recording,
   RecordingState,
   ReferenceInfo,
@@ -39,10 +40,24 @@ export class Unreachable extends Error {}
 
 export type Method = "GET" | "POST" | "PUT" | "PATCH" | "DELETE";
 
+/** What the server answered, with what it says beside it. */
+export interface Answer<T> {
+  readonly body: T;
+  readonly headers: Headers;
+}
+
 /** Ask the server; raises Refusal with its own words, or Unreachable. */
 export async function call<T>(method: Method, path: string, body?: unknown): Promise<T> {
+  return (await ask<T>(method, path, body)).body;
+}
+
+/** As `call`, with the headers too. A file goes as it is, anything else as JSON. */
+export async function ask<T>(method: Method, path: string, body?: unknown): Promise<Answer<T>> {
   const init: RequestInit = { method, credentials: "same-origin" };
-  if (body !== undefined) {
+  if (body instanceof File) {
+    init.body = body;
+    init.headers = { "content-type": "text/csv" };
+  } else if (body !== undefined) {
     init.body = JSON.stringify(body);
     init.headers = { "content-type": "application/json" };
   }
@@ -52,7 +67,7 @@ export async function call<T>(method: Method, path: string, body?: unknown): Pro
   const answer: unknown = await response.json().catch(() => null);
   if (!response.ok)
     throw new Refusal(response.status, refusalText(answer, response.statusText), method !== "GET");
-  return answer as T;
+  return { body: answer as T, headers: response.headers };
 }
 
 /** The sentence in an error body: `{detail: "..."}`, FastAPI's list of field errors, or a refused CommandReply. */
@@ -101,7 +116,8 @@ export const rest = {
   keepLayout: (name: string, layout: PlotLayout) =>
     call<PlotLayout>("PUT", `/api/layouts/${encodeURIComponent(name)}`, layout),
   forgetLayout: (name: string) => call<null>("DELETE", `/api/layouts/${encodeURIComponent(name)}`),
-  startRecording: (name: string) => call<RecordingState>("POST", "/api/recordings", { name }),
+  startRecording: (name: string, profile: Profile) =>
+    call<RecordingState>("POST", "/api/recordings", { name, profile }),
   stopRecording: () => call<Recording>("DELETE", "/api/recordings/current"),
 };
 

@@ -522,6 +522,8 @@ export interface paths {
     /**
      * Recordings
      * @description Every recording, newest first; those with every word of `search`, by any column, at most `limit` of them.
+     *
+     *     The headers `x-found` and `x-in-all` say how many fit, and how many there are.
      */
     get: operations["recordings"];
     put?: never;
@@ -2113,9 +2115,14 @@ export interface components {
       period: number | null;
       /**
        * Cycle Start
-       * @description When a cycle of the reference begins [s]; the same place of the same reference in every recording.
+       * @description When the first whole cycle begins [s]: the same place of the same reference in every recording.
        */
       cycle_start: number;
+      /**
+       * Cycle End
+       * @description Until when it repeats [s].
+       */
+      cycle_end: number;
     };
     /**
      * QuickSignal

@@ -6,17 +6,9 @@ import {
   useComputedColorScheme,
   useMantineColorScheme,
 } from "@mantine/core";
-import {
-  IconHandStop,
-  IconKeyboard,
-  IconMoon,
-  IconPlayerRecordFilled,
-  IconPlayerStopFilled,
-  IconSun,
-  IconUser,
-} from "@tabler/icons-react";
-import { clock } from "../state/format";
+import { IconHandStop, IconKeyboard, IconMoon, IconSun, IconUser } from "@tabler/icons-react";
 import { ControlButton } from "./ControlButton";
+import { RecordButton } from "./RecordButton";
 import { StatePill } from "./StatePill";
 import { useDashboard, usePage } from "./context";
 
@@ -108,28 +100,6 @@ function LeaseControl() {
         </ControlButton>
       )}
     </span>
-  );
-}
-
-function RecordButton() {
-  const dashboard = useDashboard();
-  const recording = usePage((page) => page.recording.recording);
-  const time = usePage((page) => clock(page.recording.seconds));
-  const gaps = usePage((page) => page.recording.gaps);
-  return (
-    <ControlButton
-      control="record"
-      variant="default"
-      className={recording ? "recording" : ""}
-      testId="record"
-      meaning={recording ? `Stop recording (R); ${gaps} ticks missing` : "Record every tick (R)"}
-      leftSection={
-        recording ? <IconPlayerStopFilled size={14} /> : <IconPlayerRecordFilled size={14} color="#e03131" />
-      }
-      onClick={() => void dashboard.operations.toggleRecording()}
-    >
-      <span className="number record-label">{recording ? `REC ${time}` : "Record"}</span>
-    </ControlButton>
   );
 }
 

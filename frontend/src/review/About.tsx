@@ -2,20 +2,30 @@ import { TagsInput, Textarea, TextInput } from "@mantine/core";
 import { useState } from "react";
 import type { Recording } from "../api/types";
 import { bytes, clock, millimetres, percent, wholeNumber } from "../state/format";
+import { marksOf } from "./listing";
 import type { Recordings } from "./useRecordings";
 
 interface Props {
   readonly recording: Recording;
+  readonly running: boolean;
   readonly recordings: Recordings;
 }
 
 /** What is known about a recording, and what people write on it; kept when a field is left. */
-export function About({ recording, recordings }: Props) {
+export function About({ recording, running, recordings }: Props) {
   const [name, setName] = useState(recording.name);
   const [notes, setNotes] = useState(recording.notes);
   const { id, tags } = recording;
+  const reasons = marksOf(recording, running).filter(({ bad }) => bad);
   return (
     <section className="review-about" aria-label="About the recording">
+      {reasons.length === 0 ? null : (
+        <ul className="review-reasons" data-testid="reasons">
+          {reasons.map(({ text, reason }) => (
+            <li key={text}>{reason}</li>
+          ))}
+        </ul>
+      )}
       <dl className="facts">
         {factsOf(recording).map(([term, fact]) => (
           <div key={term}>
@@ -73,7 +83,7 @@ export function About({ recording, recordings }: Props) {
 function factsOf(recording: Recording): [string, string][] {
   const { actuator, twin, operator, reference, seconds, rows, gaps, metrics, imported } = recording;
   const facts: [string, string][] = [
-    ["Actuator", `${actuator}${twin ? " · twin" : ""}`],
+    ["Actuator", actuator === "" ? "" : `${actuator}${twin ? " · twin" : ""}`],
     ["Operator", operator],
     ["Reference", reference],
     ["Duration", clock(seconds)],

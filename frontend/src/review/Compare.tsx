@@ -7,19 +7,20 @@ import { comparedPaths } from "./paths";
 import { comparedCharts, type Common, type Compared } from "./quickCharts";
 import { PlotsAndPath } from "./QuickLook";
 import { useQuick } from "./useQuick";
+import type { Recordings } from "./useRecordings";
 
 interface Props {
   readonly ids: readonly string[];
-  readonly rows: readonly Recording[];
+  readonly recordings: Recordings;
   readonly onBack: () => void;
 }
 
 /** Up to four recordings on common time or phase, their paths together, their figures in a table. */
-export function Compare({ ids, rows, onBack }: Props) {
-  const found = ids.map((id) => rows.find((row) => row.id === id));
-  const unknown = found.indexOf(undefined);
+export function Compare({ ids, recordings, onBack }: Props) {
+  const found = ids.map(recordings.find);
+  const unknown = found.findIndex((row) => !row);
   if (unknown >= 0) return <Unknown id={ids[unknown]} onBack={onBack} />;
-  return <Known recordings={found.filter((row) => row !== undefined)} onBack={onBack} />;
+  return <Known recordings={found.filter((row) => row !== null && row !== undefined)} onBack={onBack} />;
 }
 
 interface KnownProps {
@@ -30,10 +31,7 @@ interface KnownProps {
 function Known({ recordings, onBack }: KnownProps) {
   const { looks, problem } = useQuick(recordings.map(({ id }) => id), false); // prettier-ignore
   const [wish, setWish] = useState<Common>("time");
-  const runs = useMemo(
-    () => looks?.map((quick, i): Compared => ({ quick, recording: recordings[i] })) ?? [],
-    [looks, recordings],
-  );
+  const runs = useMemo(() => looks?.map((quick): Compared => ({ quick })) ?? [], [looks]);
   const periodic = runs.length > 0 && runs.every(({ quick }) => quick.period !== null);
   const common = periodic ? wish : "time";
   const charts = useMemo(() => comparedCharts(runs, common), [runs, common]);

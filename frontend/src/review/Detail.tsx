@@ -7,13 +7,14 @@ import { clock, localTime } from "../state/format";
 import { About } from "./About";
 import { DeleteButton } from "./DeleteButton";
 import { ExportMenu } from "./ExportMenu";
+import { Figures } from "./Figures";
 import { FollowAgain } from "./FollowAgain";
 import { QuickLook } from "./QuickLook";
 import { Badges, Star } from "./RecordingRow";
 import { Signals } from "./Signals";
 import { useActive, type Recordings } from "./useRecordings";
 
-type Sight = "quick" | "plots" | "3d";
+type Sight = "quick" | "figures" | "plots" | "3d";
 
 interface Props {
   readonly id: string;
@@ -25,7 +26,7 @@ interface Props {
 export function Detail({ id, recordings, onBack }: Props) {
   const [sight, setSight] = useState<Sight>("quick");
   const running = useActive() === id;
-  const recording = recordings.rows?.find((row) => row.id === id);
+  const recording = recordings.find(id);
   if (!recording) return <Unknown id={id} onBack={onBack} />;
   return (
     <main className="review">
@@ -55,12 +56,13 @@ export function Detail({ id, recordings, onBack }: Props) {
           onChange={setSight}
           data={[
             { value: "quick", label: "Quick" },
+            { value: "figures", label: "Figures" },
             { value: "plots", label: "Signals" },
             { value: "3d", label: "3D" },
           ]}
         />
       </div>
-      {sight === "quick" ? <About recording={recording} recordings={recordings} /> : null}
+      {sight === "quick" ? <About recording={recording} running={running} recordings={recordings} /> : null}
       <Sighted sight={sight} recording={recording} running={running} />
     </main>
   );
@@ -76,6 +78,8 @@ function Sighted({ sight, recording, running }: SightedProps) {
   switch (sight) {
     case "quick":
       return <QuickLook id={recording.id} running={running} />;
+    case "figures":
+      return running ? <p className="panel note">Figures are taken after its end.</p> : <Figures id={recording.id} />; // prettier-ignore
     case "plots":
       return <Signals id={recording.id} />;
     case "3d":

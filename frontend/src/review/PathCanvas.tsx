@@ -16,8 +16,8 @@ export interface DrawnPath {
   readonly width: number;
   readonly t: readonly number[];
   readonly points: readonly (Point | null)[];
-  /** Index of the first point that is drawn: dashes of several laps would fill each other's gaps. */
-  readonly from: number;
+  /** First point that is drawn, and the one after the last: dashes of several laps would fill each other's gaps. */
+  readonly part: readonly [number, number];
 }
 
 /** Lets the plots' cursor be shown on the path without React. */
@@ -44,7 +44,7 @@ export function PathCanvas({ paths, mark }: Props) {
     const element = canvas.current;
     if (!element || width === 0 || height === 0) return;
     const size = { width, height };
-    const box = boundingBox(paths.flatMap(({ points }) => points));
+    const box = boundingBox(paths.flatMap(({ points, part }) => points.slice(...part)));
     const g = resize(element, size, devicePixelRatio);
     if (!g) return;
     const middle = box ?? { left: 0, right: 0.2, bottom: -0.1, top: 0.1 };
@@ -57,7 +57,7 @@ export function PathCanvas({ paths, mark }: Props) {
       g.strokeStyle = path.colour;
       g.lineWidth = path.width;
       g.setLineDash([...path.dash]);
-      for (const part of unbroken(path.points.slice(path.from))) {
+      for (const part of unbroken(path.points.slice(...path.part))) {
         polyline(sheet, part);
         g.stroke();
       }

@@ -1,183 +1,127 @@
-import { ActionIcon, Button, Pagination, Table, TextInput, Tooltip } from "@mantine/core";
-import { IconArrowDown, IconArrowUp, IconRefresh } from "@tabler/icons-react";
-import { useDeferredValue } from "react";
-import type { Recording } from "../api/types";
+import { ActionIcon, Button, Table, TextInput, Tooltip } from "@mantine/core";
+import { IconRefresh } from "@tabler/icons-react";
+import type { Listed } from "../api/recordings";
 import { useDashboard } from "../panels/context";
-import { listed, nextOrder, type Column, type Order } from "./listing";
+import { ImportButton } from "./ImportButton";
 import { COMPARED_MAX } from "./place";
 import { RecordingRow } from "./RecordingRow";
-import { useActive, type Recordings } from "./useRecordings";
+import { Titles } from "./Titles";
+import { useActive, type Recordings, type Search } from "./useRecordings";
 
-const SHELF = 100;
-const COLUMNS: readonly (readonly [Column, string])[] = [
-  ["starred", "★"],
-  ["name", "Name"],
-  ["started", "Time"],
-  ["actuator", "Actuator"],
-  ["seconds", "Duration"],
-  ["gaps", "Gaps"],
-  ["rmse", "RMSE"],
-  ["on_time_share", "On time"],
-  ["bytes", "Size"],
-];
-const NUMBERS = new Set<Column>(["seconds", "rmse", "on_time_share", "gaps", "bytes"]);
-const SPOKEN: Partial<Record<Column, string>> = { starred: "Star" };
-
-export interface Search {
-  readonly query: string;
-  readonly order: Order;
-  /** Which hundred of the rows found, from 1 on. */
-  readonly shelf: number;
-}
+/** So many rows at once: thousands of recordings stay fluid. */
+export const SHELF = 100;
+const NONE: Listed = { rows: [], found: 0, inAll: 0, sort: "" };
 
 interface Props {
   readonly recordings: Recordings;
-  readonly rows: readonly Recording[];
   readonly search: Search;
   readonly onSearch: (change: Partial<Search>) => void;
   readonly ticked: readonly string[];
   readonly onTick: (ids: readonly string[]) => void;
 }
 
-/** The list with search, sorting and ticks; a hundred rows at a time, so that thousands stay fluid. */
-export function RecordingList({ recordings, rows, search, onSearch, ticked, onTick }: Props) {
-  const { page } = useDashboard();
+/** The list with search, order and ticks, as the server finds it. */
+export function RecordingList({ recordings, search, onSearch, ticked, onTick }: Props) {
   const active = useActive();
-  const query = useDeferredValue(search.query);
-  const found = listed(rows, query, search.order);
-  const shelves = Math.max(1, Math.ceil(found.length / SHELF));
-  const shelf = Math.min(search.shelf, shelves);
-  const shown = found.slice((shelf - 1) * SHELF, shelf * SHELF);
-  const compared = ticked.filter((id) => rows.some((row) => row.id === id));
+  const { rows, found, inAll, sort } = recordings.listed ?? NONE;
   return (
     <main className="review">
-      <div className="bar review-bar">
-        <h2 className="bar-title">Recordings</h2>
-        <TextInput
-          size="xs"
-          w={260}
-          type="search"
-          aria-label="Search recordings"
-          placeholder="Name, tag, note, operator, reference"
-          data-testid="recording-search"
-          value={search.query}
-          onChange={(event) => {
-            onSearch({ query: event.currentTarget.value, shelf: 1 });
-          }}
-        />
-        <span className="note" role="status" data-testid="recordings-found">
-          {found.length === rows.length ? `${rows.length} in all` : `${found.length} of ${rows.length}`}
-        </span>
-        <span className="spacer" />
-        <Button
-          size="compact-sm"
-          variant="default"
-          data-testid="compare"
-          disabled={compared.length < 2}
-          onClick={() => {
-            page.patch({ compared, reviewed: null });
-          }}
-        >
-          Compare {compared.length || ""}
-        </Button>
-        <Tooltip label="Read the list again">
-          <ActionIcon
-            variant="subtle"
-            color="gray"
-            aria-label="Refresh"
-            onClick={() => void recordings.load()}
-          >
-            <IconRefresh size={18} />
-          </ActionIcon>
-        </Tooltip>
-      </div>
-      {rows.length === 0 ? (
+      <ListBar recordings={recordings} search={search} onSearch={onSearch} ticked={ticked} />
+      {inAll === 0 ? (
         <p className="panel note">No recordings yet. Press Record (R) on the Live page.</p>
       ) : (
         <div className="review-list">
-          <Table highlightOnHover stickyHeader verticalSpacing={4} data-testid="recordings">
-            <Table.Thead>
-              <Table.Tr>
-                <Table.Th>
-                  <span className="sr-only">Compare</span>
-                </Table.Th>
-                {COLUMNS.map(([column, title]) => (
-                  <Title
-                    key={column}
-                    column={column}
-                    title={title}
-                    order={search.order}
-                    onSearch={onSearch}
-                  />
-                ))}
-                <Table.Th>
-                  <span className="sr-only">Actions</span>
-                </Table.Th>
-              </Table.Tr>
-            </Table.Thead>
+          <Table highlightOnHover stickyHeader verticalSpacing={4} data-testid="recordings" data-sort={sort}>
+            <Titles
+              order={search.order}
+              onOrder={(order) => {
+                onSearch({ order, limit: SHELF });
+              }}
+            />
             <Table.Tbody>
-              {shown.map((row) => (
+              {rows.map((row) => (
                 <RecordingRow
                   key={row.id}
                   row={row}
                   running={row.id === active}
                   recordings={recordings}
-                  ticked={compared.includes(row.id)}
-                  full={compared.length >= COMPARED_MAX}
+                  ticked={ticked.includes(row.id)}
+                  full={ticked.length >= COMPARED_MAX}
                   onTick={(on) => {
-                    onTick(on ? [...compared, row.id] : compared.filter((id) => id !== row.id));
+                    onTick(on ? [...ticked, row.id] : ticked.filter((id) => id !== row.id));
                   }}
                 />
               ))}
             </Table.Tbody>
           </Table>
-          {found.length === 0 ? <p className="panel note">Nothing fits “{query}”.</p> : null}
+          {found === 0 ? <p className="panel note">Nothing fits “{search.query}”.</p> : null}
+          {rows.length < found ? (
+            <Button
+              className="review-more"
+              size="xs"
+              variant="default"
+              data-testid="show-more"
+              onClick={() => {
+                onSearch({ limit: rows.length + SHELF });
+              }}
+            >
+              Show {Math.min(SHELF, found - rows.length)} more
+            </Button>
+          ) : null}
         </div>
       )}
-      {shelves > 1 ? (
-        <Pagination
-          className="review-shelves"
-          size="sm"
-          total={shelves}
-          value={shelf}
-          onChange={(next) => {
-            onSearch({ shelf: next });
-          }}
-          getControlProps={(control) => ({ "aria-label": `${control} page` })}
-          getItemProps={(number) => ({ "aria-label": `Page ${number}` })}
-        />
-      ) : null}
     </main>
   );
 }
 
-interface TitleProps {
-  readonly column: Column;
-  readonly title: string;
-  readonly order: Order;
-  readonly onSearch: (change: Partial<Search>) => void;
-}
+type BarProps = Omit<Props, "onTick">;
 
-function Title({ column, title, order, onSearch }: TitleProps) {
-  const chosen = order.column === column;
-  const Arrow = order.falling ? IconArrowDown : IconArrowUp;
+function ListBar({ recordings, search, onSearch, ticked }: BarProps) {
+  const { page } = useDashboard();
   return (
-    <Table.Th
-      className={NUMBERS.has(column) ? "right" : ""}
-      aria-sort={chosen ? (order.falling ? "descending" : "ascending") : "none"}
-    >
-      <button
-        type="button"
-        className="link"
-        aria-label={SPOKEN[column]}
-        data-testid={`sort-${column}`}
+    <div className="bar review-bar">
+      <h2 className="bar-title">Recordings</h2>
+      <TextInput
+        size="xs"
+        w={260}
+        type="search"
+        aria-label="Search recordings"
+        placeholder="Name, tag, note, operator, reference"
+        data-testid="recording-search"
+        maxLength={200}
+        value={search.query}
+        onChange={(event) => {
+          onSearch({ query: event.currentTarget.value, limit: SHELF });
+        }}
+      />
+      <span className="note" role="status" data-testid="recordings-found">
+        {recordings.problem === "" ? countOf(recordings.listed ?? NONE) : `Not read: ${recordings.problem}`}
+      </span>
+      <span className="spacer" />
+      <ImportButton recordings={recordings} />
+      <Button
+        size="compact-sm"
+        variant="default"
+        data-testid="compare"
+        disabled={ticked.length < 2}
+        title={ticked.length < 2 ? `Tick two to ${COMPARED_MAX} recordings` : ""}
         onClick={() => {
-          onSearch({ order: nextOrder(order, column), shelf: 1 });
+          page.patch({ compared: ticked, reviewed: null });
         }}
       >
-        {title}
-        {chosen ? <Arrow size={12} aria-hidden /> : null}
-      </button>
-    </Table.Th>
+        Compare {ticked.length || ""}
+      </Button>
+      <Tooltip label="Read the list again">
+        <ActionIcon variant="subtle" color="gray" aria-label="Refresh" onClick={() => void recordings.load()}>
+          <IconRefresh size={18} />
+        </ActionIcon>
+      </Tooltip>
+    </div>
   );
+}
+
+/** "100 of 5002", "2 found, 5002 in all" */
+function countOf({ rows, found, inAll }: Listed): string {
+  const shown = rows.length < found ? `${rows.length} of ` : "";
+  return found === inAll ? `${shown}${inAll} in all` : `${shown}${found} found, ${inAll} in all`;
 }

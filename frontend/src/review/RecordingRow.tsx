@@ -1,4 +1,4 @@
-import { ActionIcon, Badge, Checkbox, Table, Tooltip } from "@mantine/core";
+import { ActionIcon, Badge, Checkbox, Table, Tooltip, VisuallyHidden } from "@mantine/core";
 import { IconDownload, IconStar, IconStarFilled } from "@tabler/icons-react";
 import type { MouseEvent } from "react";
 import { recordingUrl } from "../api/recordings";
@@ -6,7 +6,7 @@ import type { Recording } from "../api/types";
 import { useDashboard } from "../panels/context";
 import { bytes, clock, DASH, localTime, millimetres, percent, wholeNumber } from "../state/format";
 import { DeleteButton } from "./DeleteButton";
-import { badgesOf } from "./listing";
+import { marksOf } from "./listing";
 import type { Recordings } from "./useRecordings";
 
 interface Props {
@@ -55,19 +55,21 @@ export function RecordingRow({ row, running, recordings, ticked, full, onTick }:
           {name}
         </button>
         <Badges row={row} running={running} />
+        {row.problem === "" ? null : <p className="note review-reason">{row.problem}</p>}
       </Table.Td>
       <Table.Td className="number">{localTime(row.started)}</Table.Td>
       <Table.Td>
-        {row.actuator}
+        {row.actuator || DASH}
         {row.twin ? " · twin" : ""}
       </Table.Td>
+      <Table.Td>{row.reference || DASH}</Table.Td>
       <Table.Td className="number right">{row.rows > 0 ? clock(row.seconds) : DASH}</Table.Td>
       <Table.Td className="number right" data-testid="recording-gaps">
         {wholeNumber(row.gaps)}
       </Table.Td>
       <Table.Td className="number right">{millimetres(row.metrics?.rmse, 2)}</Table.Td>
       <Table.Td className="number right">{percent(row.metrics?.on_time_share)}</Table.Td>
-      <Table.Td className="number right">{bytes(row.bytes)}</Table.Td>
+      <Table.Td className="number right">{row.bytes > 0 ? bytes(row.bytes) : DASH}</Table.Td>
       <Table.Td className="right review-actions" onClick={own}>
         <Tooltip label="Download the .rrd file">
           <ActionIcon
@@ -118,10 +120,20 @@ interface BadgesProps {
 export function Badges({ row, running }: BadgesProps) {
   return (
     <>
-      {badgesOf(row, running).map((text) => (
-        <Badge key={text} className="review-badge" size="sm" variant="default" tt="none">
-          {text}
-        </Badge>
+      {marksOf(row, running).map(({ text, reason, bad }) => (
+        <Tooltip key={text} label={reason} multiline maw={420}>
+          <Badge
+            className={bad ? "review-badge review-bad" : "review-badge"}
+            size="sm"
+            variant="default"
+            tt="none"
+            data-testid="mark"
+          >
+            {bad ? "▲ " : ""}
+            {text}
+            <VisuallyHidden>: {reason}</VisuallyHidden>
+          </Badge>
+        </Tooltip>
       ))}
       {row.tags.map((tag) => (
         <span key={tag} className="note review-tag">

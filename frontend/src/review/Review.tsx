@@ -4,44 +4,45 @@ import { useDashboard, usePage } from "../panels/context";
 import { Compare } from "./Compare";
 import { Detail } from "./Detail";
 import { NEWEST } from "./listing";
-import { RecordingList } from "./RecordingList";
-import { useRecordings } from "./useRecordings";
+import { RecordingList, SHELF } from "./RecordingList";
+import { useRecordings, type Search } from "./useRecordings";
 
-/** The recordings: all of them, one, or up to four side by side. */
+/** The recordings: as a list, one, or up to four side by side. */
 export default function Review() {
   const { page } = useDashboard();
   const reviewed = usePage((state) => state.reviewed);
   const compared = usePage((state) => state.compared);
-  const recordings = useRecordings();
-  const [search, setSearch] = useState({ query: "", order: NEWEST, shelf: 1 });
+  const [search, setSearch] = useState<Search>({ query: "", order: NEWEST, limit: SHELF });
   const [ticked, setTicked] = useState<readonly string[]>([]);
+  const opened = compared.length > 0 ? compared : reviewed === null ? [] : [reviewed];
+  const recordings = useRecordings(search, opened);
   const back = () => {
     page.patch({ reviewed: null, compared: [] });
   };
-  if (recordings.rows === null)
-    return recordings.problem === "" ? <Loader m="xl" /> : <Unlisted {...recordings} />;
-  if (compared.length > 0) return <Compare ids={compared} rows={recordings.rows} onBack={back} />;
+  const known = opened.map(recordings.find);
+  const waits = opened.length > 0 ? known.includes(undefined) : recordings.listed === null;
+  if (waits) return recordings.problem === "" ? <Loader m="xl" /> : <Unread {...recordings} />;
+  if (compared.length > 0) return <Compare ids={compared} recordings={recordings} onBack={back} />;
   if (reviewed !== null) return <Detail key={reviewed} id={reviewed} recordings={recordings} onBack={back} />;
   return (
     <RecordingList
       recordings={recordings}
-      rows={recordings.rows}
       search={search}
       onSearch={(change) => {
         setSearch({ ...search, ...change });
       }}
-      ticked={ticked}
+      ticked={ticked.filter((id) => recordings.find(id) !== null)}
       onTick={setTicked}
     />
   );
 }
 
-interface UnlistedProps {
+interface UnreadProps {
   readonly problem: string;
   readonly load: () => Promise<void>;
 }
 
-function Unlisted({ problem, load }: UnlistedProps) {
+function Unread({ problem, load }: UnreadProps) {
   return (
     <main className="review">
       <div className="panel" role="alert">

@@ -1,7 +1,16 @@
 import type { Recording } from "../api/types";
 
 export type Column =
-  "starred" | "name" | "started" | "actuator" | "seconds" | "rmse" | "on_time_share" | "gaps" | "bytes";
+  | "starred"
+  | "name"
+  | "started"
+  | "actuator"
+  | "reference"
+  | "seconds"
+  | "rmse"
+  | "on_time_share"
+  | "gaps"
+  | "bytes";
 
 export interface Order {
   readonly column: Column;
@@ -10,65 +19,62 @@ export interface Order {
 
 export const NEWEST: Order = { column: "started", falling: true };
 
-/** The recordings that have every word of `query` somewhere, in `order`; what has no value comes last either way. */
-export function listed(rows: readonly Recording[], query: string, { column, falling }: Order): Recording[] {
-  const words = query.toLowerCase().split(/\s+/).filter(Boolean);
-  const sign = falling ? -1 : 1;
-  return rows
-    .filter((row) => {
-      const text = textOf(row);
-      return words.every((word) => text.includes(word));
-    })
-    .sort((a, b) => compared(valueOf(a, column), valueOf(b, column), sign) || compared(a.id, b.id, -1));
+const WORDS = new Set<Column>(["name", "actuator", "reference"]);
+
+/** As the server takes it. */
+export function sortOf({ column, falling }: Order): string {
+  return `${falling ? "-" : ""}${column}`;
 }
 
 /** A click on a title: fall first where large is interesting, turn round at the second. */
 export function nextOrder(order: Order, column: Column): Order {
   if (order.column === column) return { column, falling: !order.falling };
-  return { column, falling: column !== "name" && column !== "actuator" };
+  return { column, falling: !WORDS.has(column) };
 }
 
-/** What is remarkable about a recording, in words. */
-export function badgesOf(row: Recording, running: boolean): string[] {
-  return [
-    ...(running ? ["recording now"] : []),
-    ...(row.recovered ? ["recovered"] : []),
-    ...(!running && !row.complete && !row.recovered ? ["cut short"] : []),
-    ...(row.gaps > 0 ? [`${row.gaps} ticks missing`] : []),
-    ...(row.imported ? ["imported"] : []),
-    ...(row.part_of === "" ? [] : ["part"]),
+/** How long after its end a recording may wait for its figures [ms]. */
+const MEASURING_MS = 120_000;
+
+/** Nothing of it changes by itself any more: its figures were taken, or nobody will take them. */
+export function isSettled({ metrics, imported, problem, started, seconds }: Recording, now: number): boolean {
+  const end = Date.parse(started) + 1e3 * seconds;
+  return metrics !== null || imported || problem !== "" || now - end > MEASURING_MS;
+}
+
+/** What is remarkable about a recording: a word or two, and what that means. */
+export interface Mark {
+  readonly text: string;
+  readonly reason: string;
+  /** Something is lost or wrong. */
+  readonly bad: boolean;
+}
+
+export function marksOf(row: Recording, running: boolean): Mark[] {
+  const { complete, recovered, gaps, imported, part_of, problem, profile } = row;
+  const cut = !running && !complete && !recovered && problem === "";
+  const marks: (Mark | false)[] = [
+    running && mark("recording now", "It is being written."),
+    problem !== "" && mark("problem", problem, true),
+    recovered &&
+      mark("recovered", "Its writer was killed; the file was mended and holds what was written.", true),
+    cut && mark("cut short", "Its writer was killed: the file is readable up to its last batch.", true),
+    gaps > 0 && mark(`${gaps} ticks missing`, holesText(row), true),
+    imported && mark("imported", "Made elsewhere: time, x and y alone."),
+    part_of !== "" && mark("part", `It goes on the recording ${part_of}.`),
+    profile === "full" && !imported && problem === "" && mark("full", "Every number of every tick as it is."),
   ];
+  return marks.filter((one) => one !== false);
 }
 
-type Value = string | number | null;
-
-function valueOf(row: Recording, column: Column): Value {
-  switch (column) {
-    case "rmse":
-    case "on_time_share":
-      return row.metrics?.[column] ?? null;
-    case "starred":
-      return Number(row.starred);
-    case "name":
-    case "actuator":
-      return row[column].toLowerCase();
-    case "started":
-      return Date.parse(row.started);
-    case "seconds":
-    case "gaps":
-    case "bytes":
-      return row[column];
-  }
+function mark(text: string, reason: string, bad = false): Mark {
+  return { text, reason, bad };
 }
 
-function compared(a: Value, b: Value, sign: number): number {
-  if (a === b) return 0;
-  if (a === null) return 1;
-  if (b === null) return -1;
-  return a < b ? -sign : sign;
-}
+const HOLES_SHOWN = 3;
 
-function textOf(row: Recording): string {
-  const { id, name, actuator, operator, reference, notes, tags } = row;
-  return [id, name, actuator, operator, reference, notes, ...tags].join("\n").toLowerCase();
+/** Where ticks are missing. */
+function holesText({ gaps, holes }: Recording): string {
+  const places = holes.slice(0, HOLES_SHOWN).map(({ after, ticks }) => `${ticks} after tick ${after}`);
+  const rest = holes.length > HOLES_SHOWN ? [`${holes.length - HOLES_SHOWN} more holes`] : [];
+  return `${gaps} ticks are not in the file: ${[...places, ...rest].join(", ")}.`;
 }

@@ -13,8 +13,8 @@ const LOOKS: Partial<Record<string, Pick<DrawnPath, "label" | "colour" | "dash" 
 export function pathsOf(quick: Quick): DrawnPath[] {
   return quick.tracks.flatMap((track) => {
     const look = LOOKS[track.field];
-    const from = track.field === "p_ref" ? lastLap(quick) : 0;
-    return look ? [{ ...look, t: quick.track_t, points: pointsOf(track), from }] : [];
+    const part = track.field === "p_ref" ? lastLap(quick) : WHOLE;
+    return look ? [{ ...look, t: quick.track_t, points: pointsOf(track), part }] : [];
   });
 }
 
@@ -29,17 +29,20 @@ export function comparedPaths(runs: readonly Compared[]): DrawnPath[] {
     const { colour, dash } = RUN_STYLES[i];
     const label = `recording ${i + 1}`;
     return track
-      ? [{ label, colour, dash, width: 2, t: quick.track_t, points: pointsOf(track), from: lastLap(quick) }]
+      ? [{ label, colour, dash, width: 2, t: quick.track_t, points: pointsOf(track), part: lastLap(quick) }]
       : [];
   });
   return [...wanted.map((path) => ({ ...path, colour: ROLE.twin })), ...measured];
 }
 
-/** Index of the first point of the last whole period; 0 where nothing repeats. */
-function lastLap({ track_t, period }: Quick): number {
-  if (period === null) return 0;
-  const end = track_t.at(-1) ?? 0;
-  return track_t.findIndex((t) => t >= end - period);
+const WHOLE = [0, Infinity] as const;
+
+/** The points of the last whole period; all of them where nothing repeats. */
+function lastLap({ track_t, period, cycle_end }: Quick): DrawnPath["part"] {
+  if (period === null) return WHOLE;
+  const after = track_t.findIndex((t) => t > cycle_end);
+  const first = track_t.findIndex((t) => t >= cycle_end - period);
+  return [Math.max(0, first), after < 0 ? Infinity : after];
 }
 
 function pointsOf({ x, y }: Quick["tracks"][number]): DrawnPath["points"] {

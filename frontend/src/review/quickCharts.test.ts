@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { Quick } from "../api/types";
-import { comparedCharts, folded, joined, nearest, quickCharts, type Compared } from "./quickCharts";
+import { comparedCharts, folded, joined, nearest, quickCharts } from "./quickCharts";
 
 function quickOf(start: number): Quick {
   const t = Array.from({ length: 400 }, (_, i) => i * 0.05);
@@ -18,7 +18,17 @@ function quickOf(start: number): Quick {
       t.map(() => null),
     ),
   ];
-  return { t, duration: 20, rows: 400, signals, track_t: [], tracks: [], period: 4, cycle_start: start };
+  return {
+    t,
+    duration: 20,
+    rows: 400,
+    signals,
+    track_t: [],
+    tracks: [],
+    period: 4,
+    cycle_start: start,
+    cycle_end: 20,
+  };
 }
 
 test("plots are in display units, and what a recording does not hold is left out", () => {
@@ -51,7 +61,7 @@ test("runs on common time share one x, each with its own points only", () => {
   expect(x).toEqual([0, 1, 2]);
   expect([a[0], a[1], a[2]]).toEqual([1, undefined, 3]);
   expect([b[0], b[1], b[2]]).toEqual([undefined, 5, null]);
-  const runs = [quickOf(0), quickOf(1)].map((quick) => ({ quick }) as Compared);
+  const runs = [quickOf(0), quickOf(1)].map((quick) => ({ quick }));
   const [chart] = comparedCharts(runs, "time");
   expect(chart.lines.map(({ label }) => label)).toEqual(["1", "2"]);
   expect(chart.lines[0].dash).not.toEqual(chart.lines[1].dash);

@@ -1,4 +1,4 @@
-import type { PlotChannel, Quick, QuickSignal, Recording } from "../api/types";
+import type { PlotChannel, Quick, QuickSignal } from "../api/types";
 import { chartOf, type Look } from "../plots/charts";
 import { displayOf } from "../plots/signals";
 
@@ -20,13 +20,18 @@ export interface QuickChart {
   readonly columns: Columns;
 }
 
-const PLOTS: readonly (readonly [string, readonly string[]])[] = [
-  ["Tip x", ["p_ref.0", "p_meas.0", "p_hat.0"]],
-  ["Tip y", ["p_ref.1", "p_meas.1", "p_hat.1"]],
-  ["Error and observer residual", ["error.norm", "residual"]],
-  ["Torque", ["u.0", "u.1"]],
-  ["Pressures", [0, 1, 2, 3].flatMap((i) => [`pressure_meas.${i}`, `pressure_cmd.${i}`])],
-  ["Timing", ["lateness_ns", "step_ns"]],
+/** Title, signals, and what of their names the title says already. */
+const PLOTS: readonly (readonly [string, readonly string[], RegExp])[] = [
+  ["Tip x", ["p_ref.0", "p_meas.0", "p_hat.0"], / x$/],
+  ["Tip y", ["p_ref.1", "p_meas.1", "p_hat.1"], / y$/],
+  ["Error and residual", ["error.norm", "residual"], /^observer /],
+  ["Torque sent", ["u.0", "u.1"], / sent$/],
+  [
+    "Chamber pressures",
+    [0, 1, 2, 3].flatMap((i) => [`pressure_meas.${i}`, `pressure_cmd.${i}`]),
+    /^chamber | measured$/g,
+  ],
+  ["Timing", ["lateness_ns", "step_ns"], / duration$/],
 ];
 
 /** All signals that are drawn. */
@@ -35,10 +40,14 @@ export const DRAWN: readonly string[] = PLOTS.flatMap(([, keys]) => keys);
 /** The plots of one recording in the colours of the live plots; what it does not hold is left out. */
 export function quickCharts(quick: Quick): QuickChart[] {
   const channels = quick.signals.map(channelOf);
-  return PLOTS.flatMap(([title, wanted]) => {
+  return PLOTS.flatMap(([title, wanted, said]) => {
     const chart = chartOf({ title, channels: wanted.filter((key) => holds(quick, key)) }, channels);
     if (chart.lines.length === 0) return [];
-    const lines = chart.lines.map(({ name, colour, look }) => ({ label: name, colour, look }));
+    const lines = chart.lines.map(({ name, colour, look }) => ({
+      label: name.replace(said, ""),
+      colour,
+      look,
+    }));
     const series = chart.lines.map(({ channel }) => scaled(quick.signals[channel].values, chart.scale));
     return [{ title, unit: chart.unit, lines, columns: [quick.t, ...series] }];
   });
@@ -46,7 +55,6 @@ export function quickCharts(quick: Quick): QuickChart[] {
 
 /** A recording beside others. */
 export interface Compared {
-  readonly recording: Recording;
   readonly quick: Quick;
 }
 
@@ -74,7 +82,7 @@ export function comparedCharts(runs: readonly Compared[], common: Common): Quick
   return COMPARED.flatMap(([title, key]) => {
     const present = runs.flatMap(({ quick }, place) => {
       const signal = quick.signals.find((one) => one.key === key);
-      return signal ? [{ quick, signal, place }] : [];
+      return signal && holds(quick, key) ? [{ quick, signal, place }] : [];
     });
     if (present.length === 0) return [];
     const { unit, scale } = displayOf(present[0].signal.unit);
@@ -89,9 +97,9 @@ export function comparedCharts(runs: readonly Compared[], common: Common): Quick
 
 const PHASES = 100;
 
-/** The median over all cycles at each phase, of the middles of the bins: one cycle, whatever came before the first. */
+/** The median over all cycles at each phase, of the middles of the bins: one cycle, whatever came before the first and after the last. */
 export function folded(
-  { t, period, cycle_start }: Pick<Quick, "t" | "period" | "cycle_start">,
+  { t, period, cycle_start, cycle_end }: Pick<Quick, "t" | "period" | "cycle_start" | "cycle_end">,
   values: readonly (number | null)[],
 ): Columns {
   const bins: number[][] = Array.from({ length: PHASES }, () => []);
@@ -99,7 +107,9 @@ export function folded(
     for (let i = 0; i + 1 < values.length; i += 2) {
       const [low, high] = [values[i], values[i + 1]];
       if (low === null || high === null) continue;
-      const turns = ((t[i] + t[i + 1]) / 2 - cycle_start) / period;
+      const middle = (t[i] + t[i + 1]) / 2;
+      if (middle < cycle_start || middle > cycle_end) continue;
+      const turns = (middle - cycle_start) / period;
       bins[Math.floor((turns - Math.floor(turns)) * PHASES) % PHASES].push((low + high) / 2);
     }
   return [bins.map((_, i) => (i + 0.5) / PHASES), bins.map(median)];

@@ -9,6 +9,7 @@ import { Live } from "./live";
 import { Operations, type Notify } from "./operations";
 import { rest } from "../api/rest";
 import { EMPTY_PAGE, type Page } from "./page";
+import { keepProfile } from "./recordProfile";
 import { References } from "./references";
 import { keepRecord, Runs } from "./run";
 import { Store } from "./store";
@@ -43,6 +44,7 @@ export class Dashboard {
     this.saved = new SavedDrawings(this.drawing, rest, this.operations);
     this.runs = new Runs(this.drawing.store, this.page, rest, this.operations);
     keepRecord(this.runs, shelf);
+    keepProfile(this.page, shelf);
     if (keepDrawing(this.drawing, shelf)) this.runs.choose("drawing");
     this.connection = new Connection(this.live, this.page, {
       answered: (id, refusal) => {

@@ -85,12 +85,12 @@ export class Operations {
 
   async toggleRecording(): Promise<void> {
     const reason = this.whyNot("record");
-    const { recording, recordingName } = this.page.get();
+    const { recording, recordingName, recordingProfile } = this.page.get();
     if (reason !== null) this.notify("warning", "Recording", reason);
     else if (recording.recording) await this.attempt("Recording not stopped", () => rest.stopRecording());
     else
       await this.attempt("Recording not started", async () => {
-        this.page.patch({ recording: await rest.startRecording(recordingName) });
+        this.page.patch({ recording: await rest.startRecording(recordingName, recordingProfile) });
       });
   }
 

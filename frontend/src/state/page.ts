@@ -5,6 +5,7 @@ import type {
   Health,
   Lease,
   Mode,
+  Profile,
   RecordingState,
   ReferenceInfo,
   ReferencePath,
@@ -59,6 +60,8 @@ export interface Page {
   readonly gamepad: string;
   /** Name that the next recording gets. */
   readonly recordingName: string;
+  /** How much of every tick the next recording keeps. */
+  readonly recordingProfile: Profile;
 }
 
 export const EMPTY_PAGE: Page = {
@@ -88,6 +91,7 @@ export const EMPTY_PAGE: Page = {
   hint: "",
   gamepad: "",
   recordingName: "",
+  recordingProfile: "standard",
 };
 
 const LOG_KEPT = 1000;
