@@ -12,7 +12,7 @@ import pandas as pd
 import pyarrow.parquet
 import pytest
 from mcap.reader import make_reader
-from rerun.chunk import RrdReader
+from rerun.chunk import McapReader, RrdReader
 from scipy.io import loadmat
 
 from controller.errors import ParameterError
@@ -130,6 +130,15 @@ def test_mcap_is_exact_on_topics_that_a_plotter_understands(source: Path) -> Non
     assert [at for at, _ in said["/markers"]] == (marked + WALL_NS).tolist()
     np.testing.assert_array_equal([text["markers_10_x"] for _, text in said["/markers"]], markers[:, 18])
     assert "markers_4_x" not in said["/markers"][0][1], "nan is no JSON"
+
+
+def test_reruns_reader_of_mcap_finds_the_topics_messages_and_times(source: Path) -> None:
+    info = McapReader(exported(source, "mcap")).info()
+    counts = {channel.topic: channel.message_count for channel in info.channels}
+    assert (counts["/tip"], counts["/pressures"], counts["/backbone"]) == (COUNT, COUNT, COUNT // 10)
+    assert sum(counts.values()) == info.message_count and info.summary_source == "embedded"
+    assert info.message_start_time_ns == WALL_NS
+    assert {channel.schema.encoding for channel in info.channels if channel.schema} == {"jsonschema"}
 
 
 def test_a_window_holds_the_rows_between_its_ends_and_slow_values_at_their_own_rows(source: Path) -> None:
