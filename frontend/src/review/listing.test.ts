@@ -12,6 +12,7 @@ const base = {
   notes: "",
   tags: [] as string[],
   gaps: 0,
+  restarts: [],
   part_of: "",
   complete: true,
   metrics: null,
@@ -41,4 +42,5 @@ test("badges say what is wrong or special", () => {
   expect(badgesOf({ ...rows[0], complete: false }, true)).toEqual(["recording now"]);
   expect(badgesOf({ ...rows[0], complete: false, gaps: 3 }, false)).toEqual(["cut short", "3 ticks missing"]);
   expect(badgesOf({ ...rows[0], complete: false, recovered: true }, false)).toEqual(["recovered"]);
+  expect(badgesOf({ ...rows[0], restarts: [{ after: 7, seconds: 1.5 }] }, false)).toEqual(["rig restarted"]);
 });

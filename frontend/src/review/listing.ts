@@ -35,6 +35,7 @@ export function badgesOf(row: Recording, running: boolean): string[] {
     ...(row.recovered ? ["recovered"] : []),
     ...(!running && !row.complete && !row.recovered ? ["cut short"] : []),
     ...(row.gaps > 0 ? [`${row.gaps} ticks missing`] : []),
+    ...(row.restarts.length > 0 ? ["rig restarted"] : []),
     ...(row.imported ? ["imported"] : []),
     ...(row.part_of === "" ? [] : ["part"]),
   ];
