@@ -177,7 +177,7 @@ def check_room(folder: Path) -> None:
     free = shutil.disk_usage(folder).free
     if free < DISK_FREE_MIN:
         least = f"a recording leaves at least {DISK_FREE_MIN >> 20} MiB"
-        raise RecordingError(f"the disk is nearly full: {free >> 20} MiB are free in {folder}, {least}")
+        raise RecordingError(f"the disk is nearly full: {free >> 20} MiB are free, {least}, in {folder}")
 
 
 def warm_up() -> None:
