@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from recordings.messages import Metrics, Recording
-from recordings.metrics import metrics_of
+from recordings.metrics import FIELDS, metrics_of
 from recordings.reader import read_rows
 from recordings.store import Store
 
@@ -29,7 +29,7 @@ def compared(store: Store, ids: Sequence[str]) -> list[Compared]:
     first: tuple[Array, Array] | None = None
     for id in ids:
         recording = store.find(id)
-        rows = read_rows(store.path(id))
+        rows = read_rows(store.path(id), ("p_meas",) if recording.metrics else FIELDS)
         tip = seen_tip(rows)
         first = first or tip
         metrics = recording.metrics or _metrics(rows, recording)

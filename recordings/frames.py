@@ -7,6 +7,7 @@ whole file: so the end of the last whole frame is what counts.
 import os
 import struct
 from pathlib import Path
+from typing import NamedTuple
 
 from controller.errors import RecordingError
 
@@ -21,9 +22,20 @@ END = 0
 COPY_BYTES = 1 << 20
 
 
-def whole_length(path: Path) -> int:
+class Extent(NamedTuple):
+    """How far an .rrd file goes."""
+
+    length: int
     """Bytes up to the end of the last whole frame; the size of the file when it is closed or not torn."""
-    size = path.stat().st_size
+    closed: bool
+    """It has its proper end: nobody writes it any more, and no writer was killed."""
+    frames: int
+    """Chunks and a few others."""
+
+
+def extent(path: Path) -> Extent:
+    """How far `path` goes; RecordingError when it is no .rrd file."""
+    size, count = path.stat().st_size, 0
     with path.open("rb") as file:
         if file.read(HEADER_BYTES)[:4] != MAGIC:
             raise RecordingError(f"{path.name} is not an .rrd file")
@@ -31,11 +43,17 @@ def whole_length(path: Path) -> int:
         while len(head := file.read(FRAME.size)) == FRAME.size:
             kind, length = FRAME.unpack(head)
             if end + FRAME.size + length > size:
-                return end
+                break
+            count += 1
             if kind == END:
-                return size
+                return Extent(size, True, count)
             end = file.seek(length, os.SEEK_CUR)
-    return end
+    return Extent(end, False, count)
+
+
+def whole_length(path: Path) -> int:
+    """`extent`'s length."""
+    return extent(path).length
 
 
 def copy_whole(path: Path, target: Path) -> None:

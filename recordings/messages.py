@@ -32,6 +32,15 @@ class Hole(Model):
     """How many are missing."""
 
 
+class Restart(Model):
+    """The rig ended, killed perhaps, and began again: its ticks begin anew, and none are counted as missing."""
+
+    after: int
+    """The last tick of its life before."""
+    seconds: float
+    """From that tick to the first of the new life."""
+
+
 class Metrics(Model):
     """What a run's rows come to (`recordings.metrics`); null where there is nothing to measure. SI units."""
 
@@ -83,6 +92,8 @@ class Recording(Model):
     """Gains, law, limits and sensed rods at the start."""
     holes: tuple[Hole, ...] = ()
     """Where ticks are missing, the first 100."""
+    restarts: tuple[Restart, ...] = ()
+    """Where the rig restarted while it was recorded, the first 100."""
     part_of: str = ""
     """Id of the first part, of a recording that was split by size; "" for that one and for all others."""
     imported: bool = False

@@ -21,6 +21,13 @@ Array = np.ndarray[Any, Any]
 Rows = Mapping[str, Array]
 
 
+FIELDS = (
+    *("slot", "mode", "sensed", "p_ref", "p_meas", "u_ff", "u_fb", "saturated", "residual"),
+    *("backbone", "twin_backbone"),
+)
+"""All that is needed of a recording."""
+
+
 class Measured(Model):
     """A recording's metrics, and those of each cycle of a periodic reference."""
 

@@ -1,4 +1,4 @@
-"""Room for recordings: the oldest ones go when all together take too much; starred and running ones stay."""
+"""Room for recordings: the oldest go when all together take too much; the newest, starred and running ones stay."""
 
 import contextlib
 import shutil
@@ -19,11 +19,14 @@ def default_quota(folder: Path) -> int:
 
 
 def enforce(store: Store, most: int) -> list[Recording]:
-    """Remove the oldest recordings until the rest takes `most` bytes at most; those removed, oldest first."""
+    """Remove the oldest recordings until the rest takes `most` bytes at most; those removed, oldest first.
+
+    The newest one stays even where it alone is larger: whoever made it wants to see it.
+    """
     listed = store.list()
     over = sum(recording.bytes for recording in listed) - most
     removed = []
-    for recording in reversed(listed):
+    for recording in reversed(listed[1:]):
         if over <= 0:
             break
         with contextlib.suppress(TendrilError):  # starred, or being written
@@ -31,3 +34,9 @@ def enforce(store: Store, most: int) -> list[Recording]:
             over -= recording.bytes
             removed.append(recording)
     return removed
+
+
+def too_large(store: Store, most: int) -> Recording | None:
+    """The newest recording, if it takes more than `most` bytes alone."""
+    newest = next(iter(store.list()), None)
+    return newest if newest and newest.bytes > most else None

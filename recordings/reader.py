@@ -1,31 +1,27 @@
 """Reads a recording back into numpy, whether it was closed or its writer was killed."""
 
 import contextlib
-import tempfile
-import warnings
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from functools import reduce
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
-from rerun.chunk import RrdReader
 
 from controller.errors import RecordingError
 from controller.layout import record_dtype
 from controller.messages import RigInfo, Telemetry
 from controller.modes import Mode
 from controller.parameters import Settings
-from recordings import frames
 from recordings.about import word
+from recordings.chunks import Array, Batch, Chunks, common, numbers, opened
+from recordings.messages import Profile
 from recordings.plan import LINES, flip
 from recordings.profiles import SLOW_FIELDS, TICKS
 from recordings.signals import APPROACH, GROUPS, MARKERS, Group
 
-Array = np.ndarray[Any, Any]
-Batch = Any
-"""A pyarrow RecordBatch (pyarrow has no types)."""
+T = TypeVar("T")
 
 TENDRIL, CLOCK = "/__properties/tendril", "/__properties/clock"
 SCALARS, STRIPS, LOG, MODE = "Scalars:scalars", "LineStrips2D:strips", "/log", "/mode"
@@ -33,19 +29,31 @@ DENSE = {group.path: SCALARS for group in GROUPS}
 SLOW = {MARKERS: ("markers", SCALARS)} | {path: (field, STRIPS) for path, field in LINES.items()}
 
 
-def read_rows(path: Path) -> dict[str, Array]:
-    """Every recorded telemetry field (n, ...) in the order of time, in Telemetry's own types and units.
+class Origin(NamedTuple):
+    """What a recording says of itself: who recorded, the settings at the start, how much is kept."""
+
+    info: RigInfo
+    settings: Settings
+    profile: Profile
+
+
+def read_rows(path: Path, fields: Collection[str] = ()) -> dict[str, Array]:
+    """Recorded telemetry fields (n, ...) in the order of time, in Telemetry's own types and units; all without names.
 
     `markers`, `backbone` and `twin_backbone` are slower, and so are `profiles.SLOW_FIELDS` in the profile `standard`:
     each comes with `<name>_tick` (k,), the ticks of its values. `approach` (n,) of bool says which rows lead into a run
-    and are no part of it; it is left out where the recording says nothing of that.
-    A batch that a killed writer left half written is dropped.
+    and are no part of it; it is left out where the recording says nothing of that. What is at every tick comes with its
+    whole group. A batch that a killed writer left half written is dropped.
     """
-    found = _collect(path, [*DENSE, TICKS.path, *SLOW, CLOCK, APPROACH])
-    groups = (TICKS,) if TICKS.path in found else GROUPS
+    wanted = tuple(group for group in GROUPS if not fields or _holds(group, fields))
+    slow = [entity for entity, (field, _) in SLOW.items() if not fields or field in fields]
+    last = GROUPS[-1]  # what has its row there has it in all groups
+    groups = wanted if last in wanted else (*wanted, last)
+    found = _collect(path, [*(group.path for group in groups), TICKS.path, *slow, CLOCK, APPROACH])
+    thinned, groups = (wanted, (TICKS,)) if TICKS.path in found else ((), groups)
     origin = int(found[CLOCK][0].column("t_ns_origin").flatten()[0].as_py()) if CLOCK in found else 0
     tables = {group.path: _Table(found.get(group.path, []), SCALARS) for group in groups}
-    whole = reduce(np.intersect1d, [table.t for table in tables.values()])
+    whole = reduce(common, [table.t for table in tables.values()])
     clock = tables[groups[0].path].only(whole)
     out: dict[str, Array] = {"tick": clock.tick, "t_ns": clock.t + origin}
     for group in groups:
@@ -53,7 +61,11 @@ def read_rows(path: Path) -> dict[str, Array]:
     if APPROACH in found:
         spans = _Table(found[APPROACH], SCALARS).values(2)
         out["approach"] = np.any([(first <= clock.tick) & (clock.tick < end) for first, end in spans], axis=0)
-    return out | (_thinned(found) if groups != GROUPS else {}) | _slow(found)
+    return out | _thinned(found, thinned) | _slow(found, slow)
+
+
+def _holds(group: Group, fields: Collection[str]) -> bool:
+    return any(series.field in fields for series in group.series)
 
 
 def read_times(path: Path) -> tuple[Array, Array]:
@@ -76,22 +88,32 @@ def read_groups(path: Path, groups: Sequence[Group]) -> dict[str, tuple[Array, A
 
 def read_modes(path: Path) -> tuple[Array, Array]:
     """Times since the start [ns] (k,) at which the mode changed, the first row's included, and `Mode` then (k,)."""
-    component, numbers = "StateChange:state", {word(mode): int(mode) for mode in Mode}
+    component, modes = "StateChange:state", {word(mode): int(mode) for mode in Mode}
     batches = [batch for batch in _collect(path, [MODE]).get(MODE, []) if component in batch.schema.names]
     t = _joined([batch.column("t").cast("int64").to_numpy() for batch in batches], np.int64)
     words = [word for batch in batches for word in batch.column(component).flatten().to_pylist()]
     order = np.argsort(t, kind="stable")
-    return t[order], np.array([numbers[word] for word in words], np.int64)[order]
+    return t[order], np.array([modes[word] for word in words], np.int64)[order]
 
 
 def read_about(path: Path) -> tuple[RigInfo, Settings]:
     """Who recorded, with every parameter, and the settings at the start."""
-    found = _collect(path, [TENDRIL])
-    if TENDRIL not in found:
+    about = _reading(path, lambda chunks: about_of(chunks, path))
+    return about.info, about.settings
+
+
+def about_of(chunks: Chunks, path: Path) -> Origin:
+    """What the file `path` says of itself; RecordingError when it is none of ours."""
+    said = chunks.properties(TENDRIL, ("info", "settings", "profile"))
+    if not {"info", "settings"} <= set(said):
         raise RecordingError(f"{path} is not a recording of Tendril")
-    batch = found[TENDRIL][0]
-    info, settings = (batch.column(name).flatten()[0].as_py() for name in ("info", "settings"))
-    return RigInfo.model_validate_json(info), Settings.model_validate_json(settings)
+    info, settings = RigInfo.model_validate_json(said["info"]), Settings.model_validate_json(said["settings"])
+    return Origin(info, settings, said.get("profile", "full"))
+
+
+def origin_of(chunks: Chunks) -> int:
+    """The rig's clock at t = 0 [ns]."""
+    return int(chunks.properties(CLOCK, ("t_ns_origin",)).get("t_ns_origin", 0))
 
 
 def read_log(path: Path) -> list[tuple[int, str, str]]:
@@ -111,7 +133,7 @@ class _Table:
         moving = [batch for batch in batches if "t" in batch.schema.names]
         self.t = _joined([batch.column("t").cast("int64").to_numpy() for batch in moving], np.int64)
         self.tick = _joined([batch.column("tick").to_numpy() for batch in moving], np.int64)
-        self._flat = _joined([_numbers(batch.column(component)) for batch in moving], np.float64)
+        self._flat = _joined([numbers(batch.column(component)) for batch in moving], np.float64)
         self._order = np.argsort(self.t, kind="stable")
         self.t, self.tick = self.t[self._order], self.tick[self._order]
 
@@ -121,37 +143,35 @@ class _Table:
 
     def only(self, t: Array) -> "_Table":
         """The rows at the times `t`."""
-        keep = np.isin(self.t, t)
+        keep = np.isin(self.t, t, assume_unique=True)
         self.t, self.tick, self._order = self.t[keep], self.tick[keep], self._order[keep]
         return self
 
 
 def _collect(path: Path, entities: list[str]) -> dict[str, list[Batch]]:
     """One pass through the file: the batches of `entities`."""
+
+    def work(chunks: Chunks) -> dict[str, list[Batch]]:
+        found: dict[str, list[Batch]] = defaultdict(list)
+        for chunk in chunks.of(entities):
+            found[str(chunk.entity_path)].append(chunk.to_record_batch())
+        return found
+
+    return _reading(path, work)
+
+
+def _reading(path: Path, work: Callable[[Chunks], T]) -> T:
+    """`work` on the file, on its whole frames where that is written or torn; RecordingError when rerun cannot."""
     with contextlib.suppress(RuntimeError):
-        return _batches(path, entities)
-    with tempfile.TemporaryDirectory(prefix="tendril-torn-") as folder:  # its writer was killed, or writes it now
-        whole = Path(folder, path.name)
-        frames.copy_whole(path, whole)
-        try:
-            return _batches(whole, entities)
-        except RuntimeError as error:
-            raise RecordingError(f"{path.name} cannot be read: {error}") from error
+        return work(Chunks(path))
+    with opened(path) as chunks:
+        return work(chunks)
 
 
-def _batches(path: Path, entities: list[str]) -> dict[str, list[Batch]]:
-    found: dict[str, list[Batch]] = defaultdict(list)
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "RRD file has no footer")  # a killed writer's file: readable all the same
-        reader = RrdReader(path)
-    for chunk in reader.stream().filter(content=entities):
-        found[str(chunk.entity_path)].append(chunk.to_record_batch())
-    return found
-
-
-def _slow(found: dict[str, list[Batch]]) -> dict[str, Array]:
+def _slow(found: dict[str, list[Batch]], wanted: Iterable[str]) -> dict[str, Array]:
     out: dict[str, Array] = {}
-    for entity, (field, component) in SLOW.items():
+    for entity in wanted:
+        field, component = SLOW[entity]
         kind = _kind(field)
         table = _Table([batch for batch in found.get(entity, []) if component in batch.schema.names], component)
         width = int(np.prod(kind.shape))
@@ -161,10 +181,10 @@ def _slow(found: dict[str, list[Batch]]) -> dict[str, Array]:
     return out
 
 
-def _thinned(found: dict[str, list[Batch]]) -> dict[str, Array]:
+def _thinned(found: dict[str, list[Batch]], groups: Iterable[Group]) -> dict[str, Array]:
     """SLOW_FIELDS with their ticks, from the groups that are written at 100 Hz."""
     out: dict[str, Array] = {}
-    for group in GROUPS:
+    for group in groups:
         if slow := SLOW_FIELDS & {series.field for series in group.series}:
             table = _Table(found.get(group.path, []), SCALARS)
             _spread(table, group, out)
@@ -185,13 +205,6 @@ def _spread(table: _Table, group: Group, out: dict[str, Array]) -> None:
 def _kind(field: str) -> np.dtype[Any]:
     """Type and shape of a telemetry field."""
     return record_dtype(Telemetry)[field]
-
-
-def _numbers(column: Any) -> Array:
-    """All numbers of nested lists, flat."""
-    while hasattr(column.type, "value_type"):
-        column = column.flatten()
-    return np.asarray(column.to_numpy(zero_copy_only=False))
 
 
 def _joined(parts: list[Array], kind: type) -> Array:

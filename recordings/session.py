@@ -15,14 +15,14 @@ from controller.messages import RigInfo, Telemetry
 from controller.parameters import RigParameters, Settings
 from recordings import sidecar
 from recordings.about import About
-from recordings.messages import Hole, Profile, Recording, RecordingState
+from recordings.messages import Hole, Profile, Recording, RecordingState, Restart
 from recordings.rrd import Level, Rows, RrdFile
 
 REPORT_SECONDS = 1.0
 DISK_FREE_MIN = 256 << 20
 """Room [B] that a recording leaves on the disk: it ends before the disk is full."""
 HOLES_MAX = 100
-"""So many holes are listed; all their ticks are counted."""
+"""So many holes are listed, and so many restarts; all missing ticks are counted."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,7 @@ class Session:
         self._last_tick = context.after
         self._rows = self._gaps = 0
         self._holes: tuple[Hole, ...] = ()
+        self._restarts: tuple[Restart, ...] = ()
         self._reported = time.monotonic()
         self._file = RrdFile(self._path, About(self.id, self._name, info, settings, context.profile))
         self._file.flush()
@@ -123,6 +124,7 @@ class Session:
             profile=context.profile,
             settings=self._settings,
             holes=self._holes,
+            restarts=self._restarts,
             part_of=context.part_of,
         )
 
@@ -133,17 +135,22 @@ class Session:
     def _count(self, rows: Rows) -> None:
         """Count rows and missing ticks; both a gap and a restart of the rig are written into the log."""
         ticks = rows["tick"] if self._last_tick is None else np.concatenate(([self._last_tick], rows["tick"]))
+        t_ns = np.concatenate(([self._last_ns or rows["t_ns"][0]], rows["t_ns"]))[-len(ticks) :]
         steps = np.diff(ticks)
         missing = int((steps[steps > 1] - 1).sum())
         if missing:
             holes = [Hole(after=int(ticks[i]), ticks=int(steps[i]) - 1) for i in np.flatnonzero(steps > 1)]
             self._holes = (*self._holes, *holes)[:HOLES_MAX]
             self.log(f"{missing} ticks before tick {ticks[-1]} were not delivered", "warning")
-        if (steps <= 0).any():
-            self.log("the rig was restarted: its ticks begin again", "warning")
+        for i in np.flatnonzero(steps <= 0):
+            self._count_restart(int(ticks[i]), max(0, int(t_ns[i + 1] - t_ns[i])) * 1e-9)
         self._gaps += missing
         self._rows += len(rows)
         self._last_tick, self._last_ns = int(rows["tick"][-1]), int(rows["t_ns"][-1])
+
+    def _count_restart(self, after: int, seconds: float) -> None:
+        self._restarts = (*self._restarts, Restart(after=after, seconds=seconds))[:HOLES_MAX]
+        self.log(f"the rig was restarted: its ticks begin again, {seconds:.3f} s after tick {after}", "warning")
 
     def _report(self) -> None:
         self._reported = time.monotonic()
@@ -164,7 +171,7 @@ def check_room(folder: Path) -> None:
     free = shutil.disk_usage(folder).free
     if free < DISK_FREE_MIN:
         least = f"a recording leaves at least {DISK_FREE_MIN >> 20} MiB"
-        raise RecordingError(f"the disk is nearly full: {free >> 20} MiB are free in {folder}, {least}")
+        raise RecordingError(f"the disk is nearly full: {free >> 20} MiB are free, {least}, in {folder}")
 
 
 def warm_up() -> None:

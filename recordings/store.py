@@ -9,10 +9,11 @@ from pathlib import Path
 from controller.errors import CommandRefused, RecordingError
 from recordings import mending, prepared, sidecar, tool
 from recordings.catalogue import Catalogue
+from recordings.chunks import Array
 from recordings.edits import Edit
 from recordings.messages import Recording
-from recordings.metrics import Measured, cycles_of, metrics_of
-from recordings.reader import Array, read_rows
+from recordings.metrics import FIELDS, Measured, cycles_of, metrics_of
+from recordings.reader import read_rows
 
 COMPACT_BYTES_MAX = 1 << 30
 """Larger files stay in small chunks: rerun's optimiser holds twice the file in memory."""
@@ -143,7 +144,7 @@ class Store:
         path = self.path(id)
         if path.stat().st_size > MEASURED_BYTES_MAX:
             raise RecordingError(f"recording {id!r} is larger than {MEASURED_BYTES_MAX >> 20} MiB: it is not measured")
-        return read_rows(path)
+        return read_rows(path, FIELDS)
 
     def _is_left(self, id: str) -> bool:
         data = sidecar.rrd_path(self._folder, id)

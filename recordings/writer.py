@@ -8,16 +8,14 @@ import queue
 import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import Future
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 
 from controller.errors import RecordingError
 from controller.messages import RigInfo
 from controller.parameters import Settings
-from recordings.before import Before
+from recordings.intake import Intake, Job
 from recordings.messages import Recording, RecordingState
 from recordings.rrd import Level, Rows
 from recordings.session import Context, Session, warm_up
@@ -26,9 +24,6 @@ BATCH_ROWS = 250
 BATCH_SECONDS = 0.13
 """A batch is written when it has so many rows or is so old: the most that a killed writer loses."""
 
-QUEUE_BATCHES = 6000
-"""A minute of batches at 100 Hz. A full queue makes the link wait, which then refills its gap from the rig's ring."""
-
 POLL_SECONDS = 0.05
 SPLIT_BYTES = 1_000_000_000
 PLAIN = Context()
@@ -36,9 +31,6 @@ FIRST_ROWS = 1000
 """Rows from memory are written in batches of so many."""
 NEVER = -1
 """Before every tick."""
-
-T = TypeVar("T")
-Job = Callable[[], object]
 
 
 class Recorder:
@@ -50,12 +42,8 @@ class Recorder:
         """A file that reaches `split` bytes is `ended`, and the recording goes on in another one."""
         folder.mkdir(parents=True, exist_ok=True)
         self._split_bytes, self._ended = split, ended
-        self._before = Before()
-        self._hand_over = threading.Lock()
-        """Held while rows go to memory and queue, and while a recording takes those in memory: none is lost between."""
+        self._intake = Intake()
         self._folder = folder
-        self._queue: queue.Queue[Job | Rows | None] = queue.Queue(QUEUE_BATCHES)
-        self._accepting = False
         self._first = ""
         self._session: Session | None = None
         self._state = RecordingState(recording=False, id="", seconds=0.0, rows=0, gaps=0)
@@ -69,32 +57,27 @@ class Recorder:
 
         Raises `RecordingError` when one runs already or the disk cannot take it.
         """
-        return self._ask(lambda: self._start(name, info, settings, context))
+        return self._intake.ask(lambda: self._start(name, info, settings, context))
 
     def rows(self, rows: Rows) -> None:
         """Take telemetry rows (n,) in the order of their ticks. Cheap: they are copied and handed over."""
-        if not len(rows):
-            return
-        own = rows.copy()
-        with self._hand_over:
-            self._before.add(own)
-            if self._accepting:
-                self._queue.put(own)
+        if len(rows):
+            self._intake.rows(rows.copy())
 
     def events(self, text: str, level: Level = "info") -> None:
         """Add a line to the log of the running recording, if any."""
-        if self._accepting:
-            self._queue.put(lambda: self._log(text, level))
+        if self._intake.is_open:
+            self._intake.later(lambda: self._log(text, level))
 
     def approach(self, first: int, end: int) -> None:
         """Note in the running recording, if any, that the ticks [first, end) lead into a run and are no part of it."""
-        if self._accepting:
-            self._queue.put(lambda: self._approach(first, end))
+        if self._intake.is_open:
+            self._intake.later(lambda: self._approach(first, end))
 
     def stop(self) -> Recording:
         """End the recording, whole and closed; raises `RecordingError` when none runs or it failed."""
-        self._accepting = False
-        return self._ask(self._stop)
+        self._intake.is_open = False
+        return self._intake.ask(self._stop)
 
     def state(self) -> RecordingState:
         """What the recorder does now; `problem` says why the last recording ended by itself."""
@@ -106,22 +89,9 @@ class Recorder:
 
     def close(self) -> None:
         """End a running recording and the recorder's thread."""
-        self._accepting = False
-        self._queue.put(None)
+        self._intake.is_open = False
+        self._intake.later(None)
         self._thread.join()
-
-    def _ask(self, work: Callable[[], T]) -> T:
-        """Let the recorder's thread do `work` after all that was handed over before; its result or its error."""
-        answer: Future[T] = Future()
-
-        def job() -> None:
-            try:
-                answer.set_result(work())
-            except Exception as error:
-                answer.set_exception(error)
-
-        self._queue.put(job)
-        return answer.result()
 
     def _run(self) -> None:
         warm_up()
@@ -133,7 +103,7 @@ class Recorder:
     def _next(self) -> Job | Rows | None:
         """The next thing handed over; writing what is due when nothing is."""
         try:
-            return self._queue.get(timeout=POLL_SECONDS if self._pending else None)
+            return self._intake.next(POLL_SECONDS if self._pending else None)
         except queue.Empty:
             return self._write_due
 
@@ -166,9 +136,7 @@ class Recorder:
     def _accept(self, session: Session, context: Context) -> None:
         """Write what was before, and take all that comes from now on."""
         earlier = [] if context.earlier is None or not len(context.earlier) else [context.earlier]
-        with self._hand_over:
-            before = self._before.since(int(earlier[0]["tick"][-1]) if earlier else NEVER)
-            self._accepting = True
+        before = self._intake.open(int(earlier[0]["tick"][-1]) if earlier else NEVER)
         if batches := [*earlier, *before]:
             rows = np.concatenate(batches)
             for begin in range(0, len(rows), FIRST_ROWS):
@@ -226,7 +194,7 @@ class Recorder:
 
     def _fail(self, error: Exception) -> None:
         """End the recording because of `error` and keep the reason for `state`."""
-        self._accepting, self._pending = False, []
+        self._intake.is_open, self._pending = False, []
         session, self._session = self._session, None
         self._state = self._session_over(f"the recording ended by itself: {error}")
         if session:

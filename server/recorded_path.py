@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from controller.errors import ParameterError, sentence
-from recordings.exporting.table import Array
+from recordings.chunks import Array
 from recordings.exporting.tip_path import Wanted, tip_path
 from server.drawings.messages import DrawingBody, Given
 

@@ -52,6 +52,7 @@ def details(one: Recording) -> Table:
         "name": one.name,
         "started": one.started.isoformat(sep=" ", timespec="seconds"),
         "length": f"{one.seconds:.3f} s, {one.rows} rows, {one.gaps} missing ticks",
+        "rig restarted": ", ".join(f"{at.seconds:.1f} s after tick {at.after}" for at in one.restarts) or "-",
         "size": f"{one.bytes / 1e6:.1f} MB, {one.profile}",
         "source": f"{one.actuator or '-'}, {source}, rig {one.rig or '-'}",
         "operator": one.operator or "-",

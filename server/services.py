@@ -27,6 +27,7 @@ from server.messages import Health, Status
 from server.operator import Operator
 from server.plots.layouts import Layouts
 from server.quota_watch import QuotaWatch
+from server.recorder_watch import RecorderWatch
 from server.review import Review
 from server.rig import Rig
 from server.runs.results import Results
@@ -61,6 +62,7 @@ class Services:
     """What the server before this one was writing when it was killed."""
     automatic: Automatic = field(init=False)
     quota: QuotaWatch = field(init=False)
+    recorder_watch: RecorderWatch = field(init=False)
     hub: Hub = field(init=False)
     watch: Watch = field(init=False)
     alarm_watch: AlarmWatch = field(init=False)
@@ -79,6 +81,7 @@ class Services:
         self.watch = Watch(self.rig, self.history, self.lease, self.operator, self.events)
         self.alarm_watch = AlarmWatch(self.loop.lateness_p99, self.operators_limits, self.events)
         self.automatic = Automatic(self.recorder, self.rig, self.review, self.events, lambda: self.operator.settings)
+        self.recorder_watch = RecorderWatch(self.recorder, self.events)
         self.quota = QuotaWatch(self.store, self.settings.recordings_quota, self.events)
         results = Results(self.settings.state / f"runs-{self.settings.rig}.json")
         self.runs = Runs(Tracker(self.rig, self.operator), self.lease, self.automatic, self.events, results)
@@ -128,6 +131,7 @@ class Services:
         if self.cut and self.history.newest is not None and self.rig.boot() is not None:
             self.automatic.go_on(self.store.path(self.cut.id), self.cut)
             self.cut = None
+        self.recorder_watch()
         self.quota()
         newest = self.history.newest if self.rig.boot() is not None else None
         self.alarm_watch(None if newest is None else newest[0])

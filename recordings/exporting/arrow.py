@@ -1,6 +1,7 @@
 """CSV and Parquet, piece by piece through Arrow: the numbers are exact, those that are not there are blank or null."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -11,29 +12,34 @@ import pyarrow.parquet
 
 from recordings.exporting.table import Column, Table
 
-PIECE = 50_000
-"""Rows that are converted at once."""
 Batch = Any
 """A pyarrow RecordBatch (pyarrow has no types)."""
 
 
-def write_csv(table: Table, target: Path) -> None:
+def write_csv(tables: Iterable[Table], target: Path) -> None:
     """One header line with `name [unit]`, t first; every number with all its digits."""
-    schema = _schema(table)
+    schema, tables = _with_schema(tables)
     options = pa.csv.WriteOptions(include_header=False, quoting_style="none")
     with target.open("wb") as file:
         file.write((",".join(map(_title, schema)) + "\n").encode())
         with pa.csv.CSVWriter(file, schema, write_options=options) as writer:
-            for batch in _batches(table, schema):
-                writer.write_batch(batch)
+            for table in tables:
+                writer.write_batch(_batch(table, schema))
 
 
-def write_parquet(table: Table, target: Path) -> None:
-    """One row group a piece; the unit of a column is in the metadata of its field."""
-    schema = _schema(table)
+def write_parquet(tables: Iterable[Table], target: Path) -> None:
+    """One row group a table; the unit of a column is in the metadata of its field."""
+    schema, tables = _with_schema(tables)
     with pa.parquet.ParquetWriter(target, schema, compression="zstd") as writer:
-        for batch in _batches(table, schema):
-            writer.write_batch(batch)
+        for table in tables:
+            writer.write_batch(_batch(table, schema))
+
+
+def _with_schema(tables: Iterable[Table]) -> tuple[Any, Iterable[Table]]:
+    """The schema that all of `tables` have in common, and they themselves."""
+    later = iter(tables)
+    first = next(later)
+    return _schema(first), chain([first], later)
 
 
 def _schema(table: Table) -> Any:
@@ -49,18 +55,14 @@ def _title(field: Any) -> str:
     return field.name if unit == "1" else f"{field.name} [{unit}]"
 
 
-def _batches(table: Table, schema: Any) -> Iterator[Batch]:
-    for first in range(0, len(table.t), PIECE):
-        t = table.t[first : first + PIECE]
-        columns = [pa.array(t), *(_array(column, first, len(t)) for column in table.columns)]
-        yield pa.record_batch(columns, schema=schema)
+def _batch(table: Table, schema: Any) -> Batch:
+    return pa.record_batch([pa.array(table.t), *(_array(one, len(table.t)) for one in table.columns)], schema=schema)
 
 
-def _array(column: Column, first: int, count: int) -> Any:
-    """The column over `count` rows from `first` on, null where it has no value; nan stays nan."""
-    values, at = column.part(first, first + count)
-    if at is None:
-        return pa.array(values, from_pandas=False)
-    whole, blank = np.zeros(count, values.dtype), np.ones(count, bool)
-    whole[at], blank[at] = values, False
+def _array(column: Column, count: int) -> Any:
+    """The column over the table's `count` rows, null where it has no value; nan stays nan."""
+    if column.at is None:
+        return pa.array(column.values, from_pandas=False)
+    whole, blank = np.zeros(count, column.values.dtype), np.ones(count, bool)
+    whole[column.at], blank[column.at] = column.values, False
     return pa.array(whole, mask=blank, from_pandas=False)

@@ -1,18 +1,18 @@
 """One recording into one file of the format that is asked for."""
 
-import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Literal
 
 from controller.errors import ParameterError
+from recordings import frames
 from recordings.exporting.arrow import write_csv, write_parquet
 from recordings.exporting.matlab import write_mat
 from recordings.exporting.mcap_file import write_mcap
 from recordings.exporting.table import Choice, Rows, Table
 
 Format = Literal["csv", "parquet", "mat", "mcap", "rrd"]
-WRITERS: dict[Format, Callable[[Table, Path], None]] = {
+WRITERS: dict[Format, Callable[[Iterable[Table], Path], None]] = {
     "csv": write_csv,
     "parquet": write_parquet,
     "mat": write_mat,
@@ -21,15 +21,15 @@ WRITERS: dict[Format, Callable[[Table, Path], None]] = {
 
 
 def export(source: Path, target: Path, kind: Format, choice: Choice) -> None:
-    """Write what is chosen of the .rrd file `source` to `target`.
+    """Write what is chosen of the .rrd file `source` to `target`; of one that is being written, all that is there.
 
     ParameterError for a signal or window that it does not have; RecordingError when it cannot be read.
     """
     if kind == "rrd":
         require_whole(choice)
-        shutil.copyfile(source, target)
+        frames.copy_whole(source, target)
     else:
-        WRITERS[kind](Rows(source).table(choice), target)
+        WRITERS[kind](Rows(source).pieces(choice), target)
 
 
 def require_whole(choice: Choice) -> None:

@@ -1,66 +1,87 @@
 """MCAP for Foxglove and PlotJuggler: JSON messages, a topic for each group of signals, log time on the wall clock."""
 
 import json
-import math
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from itertools import chain
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
 from mcap.writer import Writer
 
-from recordings.exporting.table import Array, Column, Table
+from recordings.chunks import Array
+from recordings.exporting.table import Column, Table
 
+CHUNK_BYTES = 4 << 20
+"""Of messages that are compressed together: a player reads so much at once."""
 PIECE = 2_000
 """Rows of one topic that are written before the next topic's turn."""
 
 
 class Topic(NamedTuple):
-    """Columns that have their values at the same rows, and their channel in the file."""
+    """Columns, by their place in the table, that have their values at the same rows, and their channel in the file."""
 
-    columns: list[Column]
+    columns: list[int]
     channel: int
 
 
-def write_mcap(table: Table, target: Path) -> None:
+def write_mcap(tables: Iterable[Table], target: Path) -> None:
     """A message per topic and row, with t [s] and its signals by name; what is not known (nan) is left out of it."""
+    later = iter(tables)
+    first = next(later)
     with target.open("wb") as file:
-        writer = Writer(file)
+        writer = Writer(file, chunk_size=CHUNK_BYTES)
         writer.start(profile="", library="tendril")
-        topics = [_topic(writer, name, columns) for name, columns in _by_topic(table).items()]
-        for first in range(0, len(table.t), PIECE):
-            for topic in topics:
-                for at, text in _messages(table, topic, first):
-                    writer.add_message(topic.channel, at, text, at)
+        topics = [_topic(writer, name, first, columns) for name, columns in _by_topic(first).items()]
+        for table in chain([first], later):
+            for begin in range(0, len(table.t), PIECE):
+                for topic in topics:
+                    for at, text in _messages(table, topic, begin):
+                        writer.add_message(topic.channel, at, text, at)
         writer.finish()  # type: ignore[no-untyped-call]
 
 
-def _by_topic(table: Table) -> dict[str, list[Column]]:
+def _by_topic(table: Table) -> dict[str, list[int]]:
     """What is not at every tick has a topic of its own."""
-    found: dict[str, list[Column]] = defaultdict(list)
-    for column in table.columns:
-        found[f"/{column.signal.group if column.at is None else column.signal.field}"].append(column)
+    found: dict[str, list[int]] = defaultdict(list)
+    for place, column in enumerate(table.columns):
+        found[f"/{column.signal.group if column.at is None else column.signal.field}"].append(place)
     return found
 
 
-def _topic(writer: Writer, name: str, columns: list[Column]) -> Topic:
-    units = {"t": "s"} | {column.signal.name: column.signal.unit for column in columns}
+def _topic(writer: Writer, name: str, table: Table, columns: list[int]) -> Topic:
+    signals = [table.columns[place].signal for place in columns]
+    units = {"t": "s"} | {signal.name: signal.unit for signal in signals}
     properties = {signal: {"type": "number", "description": f"[{unit}]"} for signal, unit in units.items()}
     schema = {"type": "object", "title": name.removeprefix("/"), "properties": properties}
     id = writer.register_schema(f"tendril{name.replace('/', '.')}", "jsonschema", json.dumps(schema).encode())
     return Topic(columns, writer.register_channel(name, "json", id, {"units": json.dumps(units)}))
 
 
-def _messages(table: Table, topic: Topic, first: int) -> Iterator[tuple[int, bytes]]:
-    """Log times [Unix ns] and messages of PIECE rows from `first` on."""
-    parts = [column.part(first, first + PIECE) for column in topic.columns]
-    t_ns = _at(table.t_ns[first : first + PIECE], parts[0][1])
-    t = (t_ns / 1e9).tolist()
-    names = ["t", *(column.signal.name for column in topic.columns)]
-    rows = zip(t, *(values.tolist() for values, _ in parts), strict=True)
-    for at, row in zip(t_ns.tolist(), rows, strict=True):
-        known = {name: value for name, value in zip(names, row, strict=True) if not math.isnan(value)}
-        yield table.wall_ns + at, json.dumps(known).encode()
+def _messages(table: Table, topic: Topic, begin: int) -> Iterator[tuple[int, bytes]]:
+    """Log times [Unix ns] and messages of PIECE rows from `begin` on."""
+    columns = [table.columns[place] for place in topic.columns]
+    parts = [column.part(begin, begin + PIECE) for column in columns]
+    t_ns = _at(table.t_ns[begin : begin + PIECE], parts[0][1])
+    pairs = [_pairs(column, values) for column, (values, _) in zip(columns, parts, strict=True)]
+    texts = pc.binary_join_element_wise('{"t":', _digits(t_ns / 1e9), *pairs, "}", "")
+    yield from zip((t_ns + table.wall_ns).tolist(), texts.cast(pa.binary()).to_pylist(), strict=True)
+
+
+def _pairs(column: Column, values: Array) -> Any:
+    """`,"name":value` of each value (n,), "" where it is not known: Arrow's strings are made many at once."""
+    pairs = pc.binary_join_element_wise(f',"{column.signal.name}":', _digits(values), "")
+    known = np.isfinite(values)
+    return pairs if known.all() else pc.if_else(pa.array(known), pairs, "")
+
+
+def _digits(values: Array) -> Any:
+    """Numbers as text that reads back exactly; float32 with the digits of the same float64."""
+    wide = values.astype(np.float64) if values.dtype.kind == "f" else values
+    return pa.array(wide, from_pandas=False).cast(pa.string())
 
 
 def _at(values: Array, rows: Array | None) -> Array:

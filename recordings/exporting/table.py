@@ -1,19 +1,25 @@
-"""A time window of chosen signals of a recording, in memory: what every format is written from."""
+"""A time window of chosen signals of a recording, piece by piece: what every format is written from."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from controller.errors import ParameterError, RecordingError
-from recordings.exporting.signals import TIP, Signal, chosen
+from controller.layout import record_dtype
+from controller.messages import Telemetry
+from recordings.chunks import Array, Chunks, Part, opened
+from recordings.exporting.feed import feed
+from recordings.exporting.places import Layout, Place
+from recordings.exporting.signals import SIGNALS, TIP, Signal, chosen
+from recordings.exporting.survey import Survey, surveyed
 from recordings.importing.tip import IMPORT_RIG
-from recordings.reader import read_about, read_rows
+from recordings.reader import about_of, origin_of
 
-Array = np.ndarray[Any, Any]
+PIECE = 50_000
+"""Rows that are in memory at once."""
 
 
 @dataclass(frozen=True)
@@ -55,61 +61,107 @@ class Table:
         return np.asarray(self.t_ns / 1e9)
 
 
+def joined(tables: Iterable[Table]) -> Table:
+    """One table of pieces that follow one another, at least one."""
+    parts = list(tables)
+    starts = np.cumsum([0, *(len(part.t_ns) for part in parts)])
+    columns = []
+    for place, pattern in enumerate(parts[0].columns):
+        pieces = [part.columns[place] for part in parts]
+        rows = [piece.at + start for piece, start in zip(pieces, starts[:-1], strict=True) if piece.at is not None]
+        values = np.concatenate([piece.values for piece in pieces])
+        columns.append(Column(pattern.signal, values, np.concatenate(rows) if rows else None))
+    return Table(np.concatenate([part.t_ns for part in parts]), parts[0].wall_ns, columns)
+
+
 class Rows:
-    """All rows of one recording; RecordingError when `path` cannot be read or holds none."""
+    """The rows of one recording, read from its file chunk by chunk."""
 
     def __init__(self, path: Path) -> None:
-        self._rows = read_rows(path)
-        about, _ = read_about(path)
-        clock = self._rows["t_ns"]
-        if not len(clock):
-            raise RecordingError(f"{path.name} holds no rows")
-        self._fields = TIP if about.rig == IMPORT_RIG else tuple(filter(self._is_known, self._rows))
-        self.t_ns = clock - clock[0]
-        self.wall_ns = int(clock[0]) + about.wall_offset_ns
+        self._path = path
+
+    def pieces(self, choice: Choice, most: int = PIECE) -> Iterator[Table]:
+        """What is asked for, `most` rows at a time, at least one piece.
+
+        ParameterError for an unknown signal or a window without rows; RecordingError when the file cannot be read or
+        holds no rows.
+        """
+        with opened(self._path) as chunks:
+            about = about_of(chunks, self._path)
+            layout = Layout(about.profile)
+            signals, survey = _looked_up(chunks, layout, choice.signals, TIP if about.info.rig == IMPORT_RIG else ())
+            first, origin = int(survey.rows[0]), origin_of(chunks)
+            rows = survey.rows[_window(survey.rows - first, choice)]
+            places = [(signal, layout.place(signal)) for signal in signals]
+            for t, parts in feed(chunks, survey, rows, most):
+                piece = Piece(t, origin, parts, layout.clock)
+                columns = [piece.column(signal, place) for signal, place in places]
+                yield Table(t - first, origin + first + about.info.wall_offset_ns, columns)
 
     def table(self, choice: Choice) -> Table:
-        """What is asked for; ParameterError for an unknown signal or a window without rows."""
-        window = self._window(choice)
-        columns = [self._column(signal, window) for signal in chosen(choice.signals, self._fields)]
-        return Table(self.t_ns[window], self.wall_ns, columns)
-
-    def _is_known(self, name: str) -> bool:
-        """Whether any value of this field was recorded: a rig without a twin has no backbone of one."""
-        values = self._rows[name]
-        return len(values) > 0 and not (values.dtype.kind == "f" and np.isnan(values).all())
-
-    def _window(self, choice: Choice) -> slice:
-        length = self.t_ns[-1] / 1e9
-        start, stop = (choice.start or 0.0), (length if choice.stop is None else choice.stop)
-        if not 0.0 <= start <= length:
-            raise ParameterError(f"from = {start:g} s is outside the recording's [0, {length:.3f}] s")
-        if not start <= stop:
-            raise ParameterError(f"to = {stop:g} s is before from = {start:g} s")
-        seconds = self.t_ns / 1e9
-        window = slice(int(np.searchsorted(seconds, start)), int(np.searchsorted(seconds, stop, side="right")))
-        if window.start == window.stop:
-            raise ParameterError(f"from = {start:g} s to {stop:g} s: the recording has no row there")
-        return window
-
-    def _column(self, signal: Signal, window: slice) -> Column:
-        place: Any = (slice(None), *signal.index)
-        values = self._rows[signal.field][place]
-        if f"{signal.field}_tick" not in self._rows:
-            return Column(signal, values[window], None)
-        at, there = _places(self._rows["tick"], self._rows[f"{signal.field}_tick"])
-        inside = there & (at >= window.start) & (at < window.stop)
-        return Column(signal, values[inside], at[inside] - window.start)
+        """All of it at once; errors as `pieces`."""
+        return joined(self.pieces(choice))
 
 
-def _places(tick: Array, slow: Array) -> tuple[Array, Array]:
-    """Rows (k,) at the ticks `slow` (k,), and which of them are there: a killed writer may have lost some rows."""
-    rows, wanted = _unique(tick), _unique(slow)
-    at = np.minimum(np.searchsorted(rows, wanted), len(rows) - 1)
-    return at, rows[at] == wanted
+@dataclass(frozen=True)
+class Piece:
+    """Rows at the times `t` (n,) since `origin` [ns], as their entities hold them."""
+
+    t: Array
+    origin: int
+    parts: Mapping[str, Part]
+    clock: str
+
+    def column(self, signal: Signal, place: Place) -> Column:
+        """One signal of these rows."""
+        if signal.field == "t_ns":
+            return Column(signal, self.t + self.origin, None)
+        if signal.field == "tick":
+            return Column(signal, self.parts[self.clock].tick, None)
+        kind = record_dtype(Telemetry)[signal.field].base
+        if place.entity not in self.parts:
+            return Column(signal, np.empty(0, kind), np.empty(0, np.intp))
+        part = self.parts[place.entity]
+        values = np.multiply(part.values[:, place.column], place.sign).astype(kind)
+        return Column(signal, values, None if place.dense else np.searchsorted(self.t, part.t))
 
 
-def _unique(tick: Array) -> Array:
-    """Ticks that rise for ever: those of a rig that was restarted begin again."""
-    life = np.cumsum(np.diff(tick, prepend=tick[:1]) < 0)
-    return np.asarray((life << 44) + tick)
+def _looked_up(
+    chunks: Chunks, layout: Layout, names: Sequence[str], only: Sequence[str]
+) -> tuple[tuple[Signal, ...], Survey]:
+    """The signals of these names, and the survey of their entities; ParameterError names one that is not there."""
+    there = [signal for signal in SIGNALS if not only or signal.field in only]
+    fields = {signal.field for signal in there if not names or {signal.name, signal.field} & set(names)}
+    asked = [signal for signal in there if signal.field in fields]
+    survey = surveyed(chunks, layout.components_of(asked), layout.dense(asked))
+    if not len(survey.rows):
+        raise RecordingError("the recording holds no rows")
+    try:
+        return chosen(names, _known(layout, asked, survey)), survey
+    except ParameterError:  # the reason lists all that is there
+        whole = surveyed(chunks, layout.components_of(there), layout.dense(there))
+        chosen(names, _known(layout, there, whole))
+        raise
+
+
+def _known(layout: Layout, signals: Sequence[Signal], survey: Survey) -> set[str]:
+    """The fields of which any value was recorded: a rig without a twin has no backbone of one."""
+    places = [(signal.field, layout.place(signal)) for signal in signals]
+    return {
+        field for field, place in places if place.entity in survey.known and survey.known[place.entity][place.column]
+    }
+
+
+def _window(t_ns: Array, choice: Choice) -> slice:
+    """Which rows, at `t_ns` (n,) since the first one, are asked for."""
+    length = t_ns[-1] / 1e9
+    start, stop = (choice.start or 0.0), (length if choice.stop is None else choice.stop)
+    if not 0.0 <= start <= length:
+        raise ParameterError(f"from = {start:g} s is outside the recording's [0, {length:.3f}] s")
+    if not start <= stop:
+        raise ParameterError(f"to = {stop:g} s is before from = {start:g} s")
+    seconds = t_ns / 1e9
+    window = slice(int(np.searchsorted(seconds, start)), int(np.searchsorted(seconds, stop, side="right")))
+    if window.start == window.stop:
+        raise ParameterError(f"from = {start:g} s to {stop:g} s: the recording has no row there")
+    return window

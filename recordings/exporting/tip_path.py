@@ -8,7 +8,8 @@ import numpy as np
 
 from controller.errors import ParameterError
 from controller.parameters import SENSORS
-from recordings.exporting.table import Array, Choice, Rows
+from recordings.chunks import Array
+from recordings.exporting.table import Choice, Rows
 
 What = Literal["p_meas", "p_ref", "marker"]
 

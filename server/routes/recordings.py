@@ -10,6 +10,7 @@ from pydantic import TypeAdapter
 from starlette.responses import FileResponse, StreamingResponse
 
 from controller.errors import CommandRefused, RecordingError
+from recordings import frames
 from recordings.apart import apart
 from recordings.edits import Edit
 from recordings.finishing import measured
@@ -70,11 +71,11 @@ async def stop_recording(parts: Parts, who: Holder) -> Recording:
 
 @router.get("/api/recordings/{id}.rrd", response_class=FileResponse)
 async def recording_file(id: str, parts: Parts) -> Response:
-    """The recording's file, for rerun's viewer or for download; 404 when there is none."""
+    """The recording's file, for rerun's viewer or for download, as far as it is written; 404 when there is none."""
     path = parts.store.path(id)
     state = parts.recorder.state()
     if state.recording and state.id == id:
-        size = path.stat().st_size
+        size = await asyncio.to_thread(frames.whole_length, path)
         headers = {"content-length": str(size), "content-disposition": f'attachment; filename="{id}.rrd"'}
         return StreamingResponse(_first(path, size), headers=headers, media_type=BINARY)
     return FileResponse(path, media_type=BINARY, filename=f"{id}.rrd")

@@ -1,14 +1,16 @@
-"""`python -m tests.recordings.kill_at_random [TIMES]`: kill a recorder with -9 at random moments, and see what is left.
+"""`python -m tests.recordings.kill_at_random [--times N] [--victim recorder|rig]`: kill with -9 at random moments.
 
-Prints for each kill when it came, how many ticks are lost, and whether the mended file passes `rerun rrd verify`; ends
-with an error when one is not readable, or more than 0.3 s are lost.
+Prints for each kill when it came, how many ticks are lost, and, of a recorder, whether the mended file passes `rerun
+rrd verify`; ends with an error when one is not readable, or more than 0.3 s are lost.
 """
 
+import argparse
 import random
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +18,7 @@ import numpy as np
 from recordings import tool
 from recordings.reader import read_rows
 from recordings.store import Store
+from tests.recordings.kill_rig import kill_rig_once
 from tests.recordings.synthetic import telemetry_rows
 
 LOSS_MAX = 300
@@ -24,14 +27,14 @@ MOMENTS = (0.5, 4.0)
 """After the first row [s]."""
 
 
-def main(times: int) -> None:
-    """Kill `times` recorders and print what each left."""
+def main(victim: str, times: int) -> None:
+    """Kill `times` victims and print what each left."""
     losses = []
     for number in range(times):
         wait = random.uniform(*MOMENTS)
         with tempfile.TemporaryDirectory(prefix="tendril-kill-") as folder:
-            losses.append(loss := kill_once(Path(folder), wait))
-        print(f"{number + 1:3}: killed after {wait:.3f} s, {loss} ticks lost, mended and verified", flush=True)
+            losses.append(loss := VICTIMS[victim](Path(folder), wait))
+        print(f"{number + 1:3}: {victim} killed after {wait:.3f} s, {loss} ticks lost, readable", flush=True)
     print(f"{times} of {times} readable, worst loss {max(losses)} ms")
 
 
@@ -61,5 +64,18 @@ def _killed(folder: Path, wait: float) -> int:
     return max(map(int, left.split()))
 
 
+def kill_rig(folder: Path, wait: float) -> int:
+    """Ticks that are lost when the rig is killed `wait` s after it was recorded, and begins again."""
+    left = kill_rig_once(folder, wait)
+    assert left.recording.complete and len(left.recording.restarts) == 1 and left.lost <= LOSS_MAX, left
+    return left.lost
+
+
+VICTIMS: dict[str, Callable[[Path, float], int]] = {"recorder": kill_once, "rig": kill_rig}
+
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 20)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--victim", choices=VICTIMS, default="recorder")
+    parser.add_argument("--times", type=int, default=20)
+    asked = parser.parse_args()
+    main(asked.victim, asked.times)

@@ -12,18 +12,20 @@ import pandas as pd
 import pyarrow.parquet
 import pytest
 from mcap.reader import make_reader
-from rerun.chunk import RrdReader
+from rerun.chunk import McapReader, RrdReader
 from scipy.io import loadmat
 
 from controller.errors import ParameterError
 from controller.parameters import Settings
 from controller.reference.path_file import read_samples
+from recordings import tool
 from recordings.exporting.apart import ExportKilled, apart
 from recordings.exporting.export import Format, export, require_whole
 from recordings.exporting.signals import offered
-from recordings.exporting.table import Choice, Rows
+from recordings.exporting.table import Choice, Rows, joined
 from recordings.exporting.tip_path import Wanted, tip_path, write_path
-from recordings.messages import Recording
+from recordings.messages import Profile, Recording
+from recordings.reader import read_rows
 from recordings.rrd import About, RrdFile
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows
 
@@ -130,12 +132,61 @@ def test_mcap_is_exact_on_topics_that_a_plotter_understands(source: Path) -> Non
     assert "markers_4_x" not in said["/markers"][0][1], "nan is no JSON"
 
 
+def test_reruns_reader_of_mcap_finds_the_topics_messages_and_times(source: Path) -> None:
+    info = McapReader(exported(source, "mcap")).info()
+    counts = {channel.topic: channel.message_count for channel in info.channels}
+    assert (counts["/tip"], counts["/pressures"], counts["/backbone"]) == (COUNT, COUNT, COUNT // 10)
+    assert sum(counts.values()) == info.message_count and info.summary_source == "embedded"
+    assert info.message_start_time_ns == WALL_NS
+    assert {channel.schema.encoding for channel in info.channels if channel.schema} == {"jsonschema"}
+
+
 def test_a_window_holds_the_rows_between_its_ends_and_slow_values_at_their_own_rows(source: Path) -> None:
     whole = pd.read_csv(exported(source, "csv", "tick", "markers"))
     part = pd.read_csv(exported(source, "csv", "tick", "markers", start=1.0, stop=2.0))
     wanted = whole[(whole["t [s]"] >= 1.0) & (whole["t [s]"] <= 2.0)].reset_index(drop=True)
     assert 990 < len(wanted) < 1010
     pd.testing.assert_frame_equal(part, wanted)
+
+
+@pytest.mark.parametrize("profile", ["full", "standard"])
+@pytest.mark.parametrize("end", ["closed", "compacted", "running"])
+def test_small_pieces_come_to_what_is_read_at_once(tmp_path: Path, profile: Profile, end: str) -> None:
+    source = tmp_path / "source.rrd"
+    file = RrdFile(source, About("source", "source", rig_info(), Settings(), profile))
+    for batch in batches(telemetry_rows(COUNT), 130):
+        file.write(batch)
+    file.flush()
+    if end != "running":
+        file.close()
+    if end == "compacted":
+        tool.run("rrd", "optimize", str(source), "-o", str(source), timeout=60)
+    rows, pieces = read_rows(source), [*Rows(source).pieces(Choice(), most=700)]
+    assert [len(piece.t) for piece in pieces] == [700, 700, 700, 700, 410]
+    np.testing.assert_array_equal(joined(pieces).t_ns, rows["t_ns"] - rows["t_ns"][0])
+    for column in joined(pieces).columns:
+        field, slow = column.signal.field, rows.get(f"{column.signal.field}_tick")
+        np.testing.assert_array_equal(
+            column.values, rows[field][(slice(None), *column.signal.index)], column.signal.name
+        )
+        assert column.values.dtype == rows[field].dtype
+        assert (slow is None) == (column.at is None)
+        if column.at is not None:
+            np.testing.assert_array_equal(rows["tick"][column.at], slow)
+    file.close()
+
+
+@pytest.mark.parametrize("profile", ["full", "standard"])
+def test_fields_are_read_alone_as_they_are_with_all_others(tmp_path: Path, profile: Profile) -> None:
+    source = tmp_path / "source.rrd"
+    file = RrdFile(source, About("source", "source", rig_info(), Settings(), profile))
+    file.write(telemetry_rows(COUNT))
+    file.close()
+    whole, some = read_rows(source), read_rows(source, ("p_meas", "backbone", "energy"))
+    assert {"tick", "t_ns", "p_meas", "backbone", "backbone_tick", "energy"} <= set(some)
+    assert not {"markers", "twin_backbone"} & set(some)
+    for name, values in some.items():
+        np.testing.assert_array_equal(values, whole[name], name)
 
 
 def test_rrd_is_the_file_itself(source: Path) -> None:

@@ -1,12 +1,15 @@
 """Recordings exported, followed again and imported over REST."""
 
 import io
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from rerun.chunk import RrdReader
+from rerun.error_utils import RerunWarning
 
 from controller.parameters import Settings
 from recordings.messages import Recording
@@ -14,7 +17,7 @@ from recordings.writer import Recorder
 from server.drawings.messages import DrawingBody
 from server.recorded_path import drawing_name
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows
-from tests.server.live_server import Page, TestServer, free_environment
+from tests.server.live_server import Page, TestServer, free_environment, wait_for
 
 ROWS = telemetry_rows(6500)
 
@@ -65,6 +68,46 @@ def test_the_export_leaves_nothing_behind(
     assert page.get(f"/api/recordings/{done.id}/export", params={"format": "rrd"}).status_code == 200
     assert page.get(f"/api/recordings/{done.id}/export", params={"format": "mat", "signals": "x"}).status_code == 422
     assert [*tmp_path.iterdir()] == []
+
+
+@pytest.fixture
+def running(server: TestServer) -> Iterator[str]:
+    """Id of a recording that the server's own recorder is writing, with 6500 rows at first and more all the time."""
+    recorder, ended = server.services.recorder, threading.Event()
+    id = recorder.start("running", rig_info(), Settings()).id
+
+    def write() -> None:
+        for batch in batches(telemetry_rows(60_000), 130):
+            recorder.rows(batch)
+            if batch["tick"][0] >= len(ROWS) and ended.wait(0.1):
+                return
+
+    writer = threading.Thread(target=write)
+    writer.start()
+    wait_for(lambda: recorder.state().rows >= len(ROWS), "rows")
+    yield id
+    ended.set()
+    writer.join()
+    recorder.stop()
+
+
+def test_of_what_is_being_written_all_that_is_there_is_exported(page: Page, running: str, tmp_path: Path) -> None:
+    wanted = {"signals": "tick,p_meas,backbone"}
+    csv = page.get(f"/api/recordings/{running}/export", params={"format": "csv", **wanted})
+    parquet = page.get(f"/api/recordings/{running}/export", params={"format": "parquet", **wanted})
+    for found in (pd.read_csv(io.BytesIO(csv.content)), pd.read_parquet(io.BytesIO(parquet.content))):
+        assert len(found) >= len(ROWS) and (found["tick"] == np.arange(len(found))).all()
+        tip = next(name for name in found if name.startswith("p_meas_x"))
+        np.testing.assert_array_equal(found[tip], telemetry_rows(len(found))["p_meas"][:, 0])
+    for url, asked in (("export", {"format": "rrd"}), ("rrd", {})):
+        file = tmp_path / f"{url}.rrd"
+        answer = page.get(f"/api/recordings/{running}{'.' if url == 'rrd' else '/'}{url}", params=asked)
+        assert answer.status_code == 200
+        file.write_bytes(answer.content)
+        with pytest.warns(RerunWarning, match="no footer"):
+            chunks = [*RrdReader(file).stream().filter(content=["/state"], has_timeline="tick")]
+        ticks = np.concatenate([chunk.to_record_batch().column("tick").to_numpy() for chunk in chunks])
+        assert len(ticks) >= len(ROWS) and (np.sort(ticks) == np.arange(len(ticks))).all()
 
 
 @pytest.mark.parametrize(

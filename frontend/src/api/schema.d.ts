@@ -567,7 +567,7 @@ export interface paths {
     };
     /**
      * Recording File
-     * @description The recording's file, for rerun's viewer or for download; 404 when there is none.
+     * @description The recording's file, for rerun's viewer or for download, as far as it is written; 404 when there is none.
      */
     get: operations["recording_file"];
     put?: never;
@@ -2211,6 +2211,12 @@ export interface components {
        */
       holes: components["schemas"]["Hole"][];
       /**
+       * Restarts
+       * @description Where the rig restarted while it was recorded, the first 100.
+       * @default []
+       */
+      restarts: components["schemas"]["Restart"][];
+      /**
        * Part Of
        * @description Id of the first part, of a recording that was split by size; "" for that one and for all others.
        * @default
@@ -2398,6 +2404,22 @@ export interface components {
       /** Id */
       id: number;
       reply: components["schemas"]["CommandReply"];
+    };
+    /**
+     * Restart
+     * @description The rig ended, killed perhaps, and began again: its ticks begin anew, and none are counted as missing.
+     */
+    Restart: {
+      /**
+       * After
+       * @description The last tick of its life before.
+       */
+      after: number;
+      /**
+       * Seconds
+       * @description From that tick to the first of the new life.
+       */
+      seconds: number;
     };
     /**
      * RigInfo

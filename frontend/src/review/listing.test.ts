@@ -14,6 +14,7 @@ const base = {
   seconds: 20,
   gaps: 0,
   holes: [],
+  restarts: [],
   problem: "",
   profile: "standard",
   part_of: "",
@@ -42,6 +43,7 @@ test("badges say what is wrong or special, and why", () => {
   expect(marksOf({ ...base, gaps: 3, holes }, false)).toEqual([
     { text: "3 ticks missing", reason: "3 ticks are not in the file: 3 after tick 41.", bad: true },
   ]);
+  expect(texts({ ...base, restarts: [{ after: 7, seconds: 1.5 }] }, false)).toEqual(["rig restarted"]);
   const damaged = { ...base, complete: false, problem: "its data is missing" };
   expect(marksOf(damaged, false)).toEqual([{ text: "problem", reason: "its data is missing", bad: true }]);
 });

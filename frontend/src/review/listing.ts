@@ -50,7 +50,7 @@ export interface Mark {
 }
 
 export function marksOf(row: Recording, running: boolean): Mark[] {
-  const { complete, recovered, gaps, imported, part_of, problem, profile } = row;
+  const { complete, recovered, gaps, restarts, imported, part_of, problem, profile } = row;
   const cut = !running && !complete && !recovered && problem === "";
   const marks: (Mark | false)[] = [
     running && mark("recording now", "It is being written."),
@@ -59,6 +59,7 @@ export function marksOf(row: Recording, running: boolean): Mark[] {
       mark("recovered", "Its writer was killed; the file was mended and holds what was written.", true),
     cut && mark("cut short", "Its writer was killed: the file is readable up to its last batch.", true),
     gaps > 0 && mark(`${gaps} ticks missing`, holesText(row), true),
+    restarts.length > 0 && mark("rig restarted", restartsText(row), true),
     imported && mark("imported", "Made elsewhere: time, x and y alone."),
     part_of !== "" && mark("part", `It goes on the recording ${part_of}.`),
     profile === "full" && !imported && problem === "" && mark("full", "Every number of every tick as it is."),
@@ -77,4 +78,12 @@ function holesText({ gaps, holes }: Recording): string {
   const places = holes.slice(0, HOLES_SHOWN).map(({ after, ticks }) => `${ticks} after tick ${after}`);
   const rest = holes.length > HOLES_SHOWN ? [`${holes.length - HOLES_SHOWN} more holes`] : [];
   return `${gaps} ticks are not in the file: ${[...places, ...rest].join(", ")}.`;
+}
+
+/** How long the rig was away. */
+function restartsText({ restarts }: Recording): string {
+  const places = restarts
+    .slice(0, HOLES_SHOWN)
+    .map(({ after, seconds }) => `after tick ${after}, ${seconds.toFixed(1)} s without ticks`);
+  return `The rig restarted: ${places.join("; ")}.`;
 }

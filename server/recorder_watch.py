@@ -1,0 +1,19 @@
+"""Says once in the log why a recording ended by itself: nobody may be looking at the recorder's state."""
+
+from recordings.writer import Recorder
+from server.events import EventLog
+
+
+class RecorderWatch:
+    """Called at every beat; compares with the beat before."""
+
+    def __init__(self, recorder: Recorder, events: EventLog) -> None:
+        self._recorder, self._events = recorder, events
+        self._told = ""
+
+    def __call__(self) -> None:
+        """Look once."""
+        problem = self._recorder.state().problem
+        if problem and problem != self._told:
+            self._events.add(problem, "error")
+        self._told = problem
