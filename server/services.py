@@ -73,7 +73,7 @@ class Services:
     preview_lock: asyncio.Lock = field(default_factory=asyncio.Lock)
     """One preview at a time: each keeps a core busy."""
     export_lock: asyncio.Lock = field(default_factory=asyncio.Lock)
-    """One export at a time: each holds a recording in memory."""
+    """One export at a time: each keeps a core busy."""
 
     def __post_init__(self) -> None:
         self.drawings = Drawings(self.settings.state / "drawings")
