@@ -1633,6 +1633,11 @@ export interface components {
       link_rtt: number;
       /** Viewers */
       viewers: number;
+      /**
+       * Trouble
+       * @description Why the rig takes no command from this server (another version, key, or server), "" when it does.
+       */
+      trouble: string;
     };
     /**
      * Hello
