@@ -23,6 +23,18 @@ class CommandRefused(TendrilError):
     """The rig understood the command and refused it; the text says in which mode and why."""
 
 
+class KeyRefused(TendrilError):
+    """The rig's key is missing, or is not the one with which a message was sealed."""
+
+
+class SessionUnknown(KeyRefused):
+    """The rig does not know the session of a sealed message: it restarted since, or forgot a silent server."""
+
+
+class RigHeld(CommandRefused):
+    """Another server commands the rig; the text says which and since when."""
+
+
 class NotAllowed(TendrilError):
     """The caller has no right to do this now (no session, no lease)."""
 

@@ -71,10 +71,10 @@ def _page(url: str, out: Console) -> Iterator[str]:
 @contextmanager
 def _product(folder: Path) -> Iterator[tuple[RigClient, str]]:
     """A rig with the bare thread beside its loop, a server on it, and the address of the page."""
-    with bench_rig(RigSettings(rig=f"bench-{os.getpid()}")) as rig:
-        settings = ServerSettings(
-            rig=rig.settings.rig, endpoint=rig.endpoint, port=0, state=folder, recordings=folder / "recordings"
-        )
+    name = f"bench-{os.getpid()}"
+    settings = ServerSettings(rig=name, port=0, state=folder, recordings=folder / "recordings")
+    with bench_rig(RigSettings(rig=name, key_file=settings.key)) as rig:
+        settings = settings.model_copy(update={"endpoint": rig.endpoint})
         child = ServerChild(settings, folder / "server.json")
         client = RigClient(rig.endpoint, rig.settings.rig, lambda rows: None)
         try:

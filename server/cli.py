@@ -25,6 +25,14 @@ RigName = Annotated[str, typer.Option(help="Rig id: part of every key on the lin
 Host = Annotated[str, typer.Option(help="Address to serve on; anything but loopback is reachable by others.")]
 Port = Annotated[int, typer.Option(help="Port to serve on; 0 takes a free one.")]
 Folder = Annotated[Path | None, typer.Option(help="Folder of the recordings.")]
+KeyFile = Annotated[
+    Path | None,
+    typer.Option(envvar="TENDRIL_KEY_FILE", help="The rig's key; RIG.key in the state folder without it."),
+]
+LinkTls = Annotated[
+    Path | None,
+    typer.Option(envvar="TENDRIL_LINK_TLS", help="Folder of ca.pem, cert.pem and key.pem, for tls/ endpoints."),
+]
 Ready = Annotated[Path | None, typer.Option(help="Write address and process ids to this file when ready.")]
 ActuatorName = Annotated[str, typer.Option(help="P1, P2, P3 or a .toml file (docs/actuators.md).")]
 LastActuator = Annotated[
@@ -60,6 +68,7 @@ def up(
     host: Host = "127.0.0.1",
     port: Port = 8321,
     recordings: Folder = None,
+    key_file: KeyFile = None,
     browser: Annotated[bool, typer.Option(help="Open the page if there is a display.")] = True,
     ready: Ready = None,
 ) -> None:
@@ -68,8 +77,10 @@ def up(
     from server.settings import ServerSettings
     from server.up import run_up, with_last_actuator
 
-    settings = ServerSettings(rig=rig, host=host, port=port, recordings=recordings)
-    started = RigSettings(rig=rig, parameters=_parameters(actuator or "P1", rods, integrator, loop_gap))
+    settings = ServerSettings(rig=rig, host=host, port=port, recordings=recordings, key_file=key_file)
+    started = RigSettings(
+        rig=rig, key_file=settings.key, parameters=_parameters(actuator or "P1", rods, integrator, loop_gap)
+    )
     run_up(started if actuator else with_last_actuator(started, settings), settings, browser, ready)
 
 
@@ -80,6 +91,8 @@ def serve(
     host: Host = "127.0.0.1",
     port: Port = 8321,
     recordings: Folder = None,
+    key_file: KeyFile = None,
+    link_tls: LinkTls = None,
     ready: Ready = None,
 ) -> None:
     """Start the server only; the rig may run on another machine."""
@@ -87,7 +100,15 @@ def serve(
     from server.run import run_server
     from server.settings import ServerSettings
 
-    settings = ServerSettings(rig=rig, endpoint=endpoint, host=host, port=port, recordings=recordings)
+    settings = ServerSettings(
+        rig=rig,
+        endpoint=endpoint,
+        key_file=key_file,
+        link_tls=link_tls,
+        host=host,
+        port=port,
+        recordings=recordings,
+    )
     run_server(settings, announce_to(ready) if ready else lambda url: out.print(url))
 
 
@@ -99,15 +120,17 @@ def rig(
     integrator: Stepping = "rk4",
     loop_gap: LoopGap = 0.05,
     listen: Annotated[str, typer.Option(help="Where servers connect.")] = "tcp/127.0.0.1:7447",
+    key_file: KeyFile = None,
+    link_tls: LinkTls = None,
     ready: Ready = None,
 ) -> None:
     """Start the rig process only: the 1 kHz loop with the twin."""
     from controller.realtime.rig import run_rig
     from controller.realtime.settings import RigSettings
 
-    run_rig(
-        RigSettings(rig=rig, parameters=_parameters(actuator, rods, integrator, loop_gap), listen=listen, ready=ready)
-    )
+    parameters = _parameters(actuator, rods, integrator, loop_gap)
+    link = RigSettings(rig=rig, listen=listen, key_file=key_file, link_tls=link_tls, ready=ready)
+    run_rig(link.model_copy(update={"parameters": parameters}))
 
 
 @app.command()

@@ -143,6 +143,8 @@ class Health(Model):
     link_rtt: float
     """Median round trip server -> rig loop -> server of the last commands [s]."""
     viewers: int
+    trouble: str
+    """Why the rig takes no command from this server (another version, key, or server), "" when it does."""
 
 
 class Event(Model):

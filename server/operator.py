@@ -13,7 +13,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any
 
-from controller.errors import CommandRefused, RigUnreachable, TendrilError
+from controller.errors import CommandRefused, RigHeld, RigUnreachable, TendrilError
 from controller.messages import Command, CommandReply
 from controller.modes import Request
 from controller.parameters import Settings
@@ -151,7 +151,11 @@ class Operator:
         numbers = {"n": command.n, "request_n": command.request_n, "presence": command.presence}
         unanswered = command.request if command.request == Request.E_STOP else Request.NONE
         self._command = self._command.model_copy(update={**numbers, "request": unanswered})
-        reply = self._send(command)
+        try:
+            reply = self._send(command)
+        except RigHeld:
+            self._life = None  # what the other server does to target and numbers is read before we command again
+            raise
         if reply.accepted:
             self._command = command.model_copy(update={"request": Request.NONE})
         return reply

@@ -11,6 +11,7 @@ from starlette.responses import JSONResponse
 from controller.errors import (
     CommandRefused,
     DataError,
+    KeyRefused,
     LayoutMismatch,
     NotAllowed,
     ParameterError,
@@ -31,6 +32,7 @@ _STATUS: dict[type[TendrilError], int] = {
     DataError: 422,
     ParameterError: 422,
     TooManyAttempts: 429,
+    KeyRefused: 503,
     LayoutMismatch: 503,
     RigUnreachable: 503,
 }

@@ -6,13 +6,15 @@ import numpy as np
 
 from controller.actuator import Actuator
 from controller.kernels.rod import Array
+from controller.key_file import read_key
 from controller.layout import record_dtype
 from controller.link import RigClient
-from controller.link.stream import CHUNK
+from controller.link.keys import REPLAY_MAX
 from controller.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults
 from controller.parameters import RigParameters
 from server.channels import Rows
 from server.history import History
+from server.settings import ServerSettings
 
 QUIET = 0.6
 """Seconds without telemetry after which the page is told that the rig is gone, before the link itself gives up."""
@@ -22,10 +24,18 @@ AGE_MAX = 86400.0
 class Rig:
     """One rig behind the link. Whoever listens gets every telemetry row, in order, after the history has it."""
 
-    def __init__(self, endpoint: str, rig: str, history: History, on_rows: Callable[[Rows], None]) -> None:
+    def __init__(self, settings: ServerSettings, history: History, on_rows: Callable[[Rows], None]) -> None:
+        """Connect; KeyRefused where the file of the rig's key cannot be used."""
         self._history, self._listeners = history, [on_rows]
         self._life: int | None = None
-        self._link = RigClient(endpoint, rig, self._rows, self._born)
+        self._link = RigClient(
+            settings.endpoint,
+            settings.rig,
+            self._rows,
+            self._born,
+            key=read_key(settings.key),
+            tls=settings.link_tls,
+        )
 
     @property
     def info(self) -> RigInfo | None:
@@ -55,6 +65,11 @@ class Rig:
         """The life of the rig that is connected now; None while there is none."""
         return self._life if self._link.connected and self._link.age() < QUIET else None
 
+    @property
+    def trouble(self) -> str:
+        """Why the rig takes no command from this server, "" when it does; see `RigClient.trouble`."""
+        return str(self._link.trouble or "")
+
     def send(self, command: Command) -> CommandReply:
         """Send a command and wait for the loop's answer; see `RigClient.command`."""
         return self._link.command(command)
@@ -63,7 +78,7 @@ class Rig:
         """Telemetry rows (n,) of the ticks [first, stop) that the rig's ring still holds; see `RigClient.replay`."""
         parts = [np.empty(0, record_dtype(Telemetry))]
         while first < stop:
-            rows = self._link.replay(first, min(CHUNK, stop - first))
+            rows = self._link.replay(first, min(REPLAY_MAX, stop - first))
             if not len(rows):
                 break
             parts.append(rows)

@@ -101,6 +101,7 @@ class Services:
             rig_age=self.rig.age,
             link_rtt=self.rig.round_trip,
             viewers=len(self.hub.viewers),
+            trouble=self.rig.trouble,
         )
 
     def status(self, who: Identity) -> Status:
@@ -119,7 +120,7 @@ class Services:
         """Differs whenever viewers should be told at once."""
         recording, holder = self.recorder.state(), self.lease.holder
         who = holder.id if holder else ""
-        rig = (self.rig.boot(), self.rig.info.boot if self.rig.info else None)
+        rig = (self.rig.boot(), self.rig.info.boot if self.rig.info else None, self.rig.trouble)
         lease, viewers = (who, self.lease.clutch), len(self.hub.viewers)
         return lease, self.operator.settings, recording.recording, recording.id, rig, viewers, self.runs.key()
 
@@ -170,7 +171,7 @@ def open_services(settings: ServerSettings) -> Services:
         loop.add(rows)
         recorder.rows(rows)
 
-    rig = Rig(settings.endpoint, settings.rig, history, keep)
+    rig = Rig(settings, history, keep)
     return Services(
         settings=settings,
         secrets=secrets,

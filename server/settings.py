@@ -11,13 +11,9 @@ from pydantic import SecretStr, ValidationError
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from controller.errors import ParameterError
+from controller.key_file import key_path, state_folder
 from controller.layout import Model
 from recordings.writer import SPLIT_BYTES
-
-
-def state_folder() -> Path:
-    """Folder of the user's own state, by the XDG rule."""
-    return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "tendril"
 
 
 class ServerSettings(BaseSettings):
@@ -31,6 +27,10 @@ class ServerSettings(BaseSettings):
     endpoint: str = "tcp/127.0.0.1:7447"
     """Zenoh endpoint at which the rig listens."""
     rig: Annotated[str, Bounds(pattern=r"^[\w-]{1,40}$")] = "twin"
+    key_file: Path | None = None
+    """File of the rig's key, without which nothing can be commanded; None: RIG.key in the folder `state`."""
+    link_tls: Path | None = None
+    """Folder of the certificates for an endpoint tls/...; see `controller.link.keys.open_session`."""
     recordings: Path | None = None
     """Folder of the .rrd files; the default is chosen by the recordings package."""
     state: Path = Bounds(default_factory=state_folder)
@@ -47,6 +47,11 @@ class ServerSettings(BaseSettings):
     """File in which `tendril up` looks for another actuator to start its rig with; None: the rig is not its own."""
     light_scene: bool = False
     """Leave out what software rendering is slow at (ground grid): for browser tests."""
+
+    @property
+    def key(self) -> Path:
+        """The file of the rig's key."""
+        return self.key_file or key_path(self.rig, self.state)
 
 
 class Secrets(Model):

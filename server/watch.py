@@ -21,10 +21,12 @@ class Watch:
         self._boot: int | None = None
         self._holder: Identity | None = None
         self._mode: tuple[Mode, Cause] | None = None
+        self._trouble = ""
 
     def __call__(self) -> None:
         """Look once."""
         self._look_at_rig()
+        self._look_at_trouble()
         self._look_at_lease()
         self._look_at_mode()
 
@@ -39,6 +41,16 @@ class Watch:
         else:
             self._events.add("the rig is connected")
         self._life, self._boot = life, life or self._boot
+
+    def _look_at_trouble(self) -> None:
+        trouble, before = self._rig.trouble, self._trouble
+        if trouble == before:
+            return
+        self._trouble = trouble
+        if trouble:
+            self._events.add(f"the rig takes no command from this server: {trouble}", "error")
+        else:
+            self._events.add("the rig takes commands from this server again; its settings are those of this page")
 
     def _look_at_lease(self) -> None:
         holder, before = self._lease.holder, self._holder

@@ -8,15 +8,19 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import zenoh
+from pydantic import ValidationError
 
-from controller.errors import LayoutMismatch, ParameterError, RigUnreachable
-from controller.layout import layout_hash, record_dtype, require_same_layout, to_record
+from controller.errors import LayoutMismatch, RigUnreachable, TendrilError
+from controller.layout import record_dtype, to_record
+from controller.link.asker import Asker
 from controller.link.keys import Keys, open_session
 from controller.link.stream import RowStream
+from controller.link.version import mismatch, require_same
 from controller.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults
 
 log = logging.getLogger(__name__)
@@ -25,12 +29,10 @@ QUEUED_BATCHES = 3000
 """Batches kept for a slow reader: 30 s, as long as the rig's ring could refill them."""
 QUIET = 1.0
 """Seconds without a batch after which the rig counts as not connected [s]."""
-TIMED_OUT = "Timeout"
-"""What zenoh itself puts into an error reply when nobody answered in time."""
-TIMEOUT = 0.5
-"""Longest wait for an answer [s]; the rig itself waits 50 ms for its loop."""
 PLAN_TIMEOUT = 5.0
-"""The same for a reference, which may be of 5 MB [s]."""
+"""Longest wait for the answer to a reference, which may be of 5 MB [s]."""
+LEAVE_TIMEOUT = 0.2
+"""The same for a good-bye [s]."""
 
 
 class RigClient:
@@ -46,8 +48,14 @@ class RigClient:
         rig_id: str,
         on_rows: Callable[[np.ndarray], None],
         on_boot: Callable[[RigInfo], None] = lambda info: None,
+        *,
+        key: bytes | None = None,
+        tls: Path | None = None,
     ) -> None:
-        """Connect in the background; `endpoint` like "tcp/127.0.0.1:7557"."""
+        """Connect in the background; `endpoint` like "tcp/127.0.0.1:7557".
+
+        `key` is the rig's, without which nothing can be changed; `tls` as of `open_session`.
+        """
         self._keys = Keys(rig_id)
         self._on_boot = on_boot
         self._stream = RowStream(self._missing, on_rows)
@@ -59,7 +67,8 @@ class RigClient:
         self._logged: set[type[Exception]] = set()
         self._last = time.monotonic()
         self._round_trips: deque[float] = deque(maxlen=50)
-        self._session = open_session(connect=endpoint)
+        self._session = open_session(connect=endpoint, tls=tls)
+        self._asker = Asker(self._session, self._keys, key)
         self._worker = threading.Thread(target=self._work, name="rig-link", daemon=True)
         self._worker.start()
         # Direct: no thread of Python's for zenoh, which would keep an interpreter from ending without `close`.
@@ -90,6 +99,11 @@ class RigClient:
         """Why nothing is accepted from this rig, if so."""
         return self._refused
 
+    @property
+    def trouble(self) -> TendrilError | None:
+        """Why this rig takes nothing from us: another version, another key, another server; None when it does."""
+        return self._refused or self._asker.trouble
+
     def age(self) -> float:
         """Time since the last batch, or since this client began [s]."""
         return time.monotonic() - self._last
@@ -102,19 +116,22 @@ class RigClient:
         """Send `command` and wait for the loop's answer; a refusal is in the reply.
 
         Raises RigUnreachable without an answer, ParameterError if the rig found the record malformed, LayoutMismatch
-        if rig and server are different versions.
+        if rig and server are different versions, KeyRefused if our key is not the rig's, RigHeld if another server
+        commands it.
         """
         if self._refused:
             raise self._refused
         started = time.monotonic()
-        reply = CommandReply.model_validate_json(self._ask(self._keys.command, to_record(command).tobytes()))
+        reply = CommandReply.model_validate_json(
+            self._asker.ask_sealed(self._keys.command, to_record(command).tobytes())
+        )
         self._round_trips.append(time.monotonic() - started)
         return reply
 
     def replay(self, first: int, count: int) -> np.ndarray:
         """Telemetry rows of ticks [first, first + count) that the rig's ring still holds."""
         payload = np.array([first, count], np.int64).tobytes()
-        return np.frombuffer(self._ask(self._keys.replay, payload), record_dtype(Telemetry))
+        return np.frombuffer(self._asker.ask(self._keys.replay, payload), record_dtype(Telemetry))
 
     def plan(self, points: np.ndarray, again: int = 0, ticks: int | None = None) -> int:
         """Send (n, 2) points [m], one a tick, as the reference of the next TRACK run; returns their number.
@@ -124,16 +141,19 @@ class RigClient:
         """
         words = np.array([again, len(points) if ticks is None else ticks], np.int64)
         payload = words.tobytes() + np.ascontiguousarray(points, np.float64).tobytes()
-        answer = self._ask(self._keys.reference, payload, PLAN_TIMEOUT)
+        answer = self._asker.ask_sealed(self._keys.reference, payload, PLAN_TIMEOUT)
         return int.from_bytes(answer, "little")
 
     def faults(self, wanted: TwinFaults | None = None) -> TwinFaults:
         """Inject faults into the twin's sensing; None only asks. Those in force; ParameterError on hardware."""
-        payload = wanted.model_dump_json().encode() if wanted else b""
-        return TwinFaults.model_validate_json(self._ask(self._keys.faults, payload))
+        if wanted is None:
+            return TwinFaults.model_validate_json(self._asker.ask(self._keys.faults))
+        payload = wanted.model_dump_json().encode()
+        return TwinFaults.model_validate_json(self._asker.ask_sealed(self._keys.faults, payload))
 
     def close(self) -> None:
-        """End the connection; no callback comes after this."""
+        """End the connection; no callback comes after this. Another server may command the rig at once."""
+        self._asker.leave(LEAVE_TIMEOUT)
         self._session.close()
         while self._worker.is_alive() and self._worker is not threading.current_thread():
             try:
@@ -141,20 +161,6 @@ class RigClient:
             except queue.Full:
                 self._queue.get_nowait()
             self._worker.join(0.1)
-
-    def _ask(self, key: str, payload: bytes = b"", timeout: float = TIMEOUT) -> bytes:
-        """Answer of the queryable `key`."""
-        try:
-            replies = list(self._session.get(key, payload=payload, timeout=timeout))
-        except zenoh.ZError as error:
-            raise RigUnreachable(f"rig {self._keys.rig!r} cannot be asked: {error}") from error
-        for reply in replies:
-            if reply.ok:
-                return bytes(reply.ok.payload.to_bytes())
-            text = reply.err.payload.to_string()
-            if text != TIMED_OUT:
-                raise ParameterError(text)
-        raise RigUnreachable(f"rig {self._keys.rig!r} did not answer within {timeout:g} s")
 
     def _on_batch(self, sample: Any) -> None:
         """In a thread of zenoh: only note and queue; a full queue drops the batch, a replay brings it back."""
@@ -192,19 +198,28 @@ class RigClient:
 
     def _meet(self, boot: int) -> None:
         """A new life of the rig: do we speak the same layout, who is it, and where do its rows begin?"""
-        answer = json.loads(self._ask(self._keys.info))
+        answer = json.loads(self._asker.ask(self._keys.info))
         if answer["boot"] != boot:
             return
         first_contact, self._boot, self._refused = self._boot is None, boot, None
+        self._asker.forget()
         try:
-            require_same_layout(layout_hash(Command, Telemetry), answer["layout"])
+            self._info = self._read(answer)
         except LayoutMismatch as error:
             self._refused = error
-            log.error("rig %r refused: %s", self._keys.rig, error)
+            log.error("%s", error)
             return
-        self._info = RigInfo.model_validate(answer)
         self._stream.expect(None if first_contact else 0)
         self._on_boot(self._info)
+
+    def _read(self, answer: Any) -> RigInfo:
+        """Who the rig is; LayoutMismatch if it is built from other definitions than we are."""
+        who, theirs, layout = f"rig {self._keys.rig!r}", str(answer.get("version")), str(answer.get("layout"))
+        require_same(who, theirs, layout, "this server")
+        try:
+            return RigInfo.model_validate(answer)
+        except ValidationError as error:  # same records, other parameters
+            raise mismatch(who, theirs, layout, "this server") from error
 
     def _missing(self, first: int, count: int) -> np.ndarray:
         try:

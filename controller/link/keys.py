@@ -2,12 +2,19 @@
 
 import json
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import zenoh
 
+from controller.errors import ParameterError, RigUnreachable
+
 ENDLESS = 2**62
 """So many ticks of a reference that repeats are followed until something else is asked for."""
+REPLAY_MAX = 2000
+"""Most rows of one replay: about 2 MB, a sixteenth of what the ring holds."""
+MESSAGE_MAX = 8 * 1024 * 1024
+"""Longest message that either end receives [bytes]; zenoh drops a longer one while it arrives."""
 LEASE_MS = 1000
 """Silence after which the other end counts as gone (zenoh's own default is 10 s)."""
 
@@ -25,12 +32,12 @@ class Keys:
 
     @property
     def command(self) -> str:
-        """Queryable: one raw Command record -> CommandReply as JSON, after the loop has looked at it."""
+        """Sealed queryable: one raw Command record -> CommandReply as JSON, after the loop has looked at it."""
         return f"tendril/{self.rig}/command"
 
     @property
     def replay(self) -> str:
-        """Queryable: int64 (first tick, count) -> the rows of them that the ring still holds, raw bytes."""
+        """Queryable: int64 (first tick, count <= REPLAY_MAX) -> the rows of them that the ring still holds, raw."""
         return f"tendril/{self.rig}/replay"
 
     @property
@@ -40,7 +47,7 @@ class Keys:
 
     @property
     def reference(self) -> str:
-        """Queryable: a planned reference -> the number of its points, int64.
+        """Sealed queryable: a planned reference -> the number of its points, int64.
 
         int64 (point after the last one, ticks to follow in all), then float64 (n, 2) points [m], one a tick.
         """
@@ -48,25 +55,39 @@ class Keys:
 
     @property
     def faults(self) -> str:
-        """Queryable: TwinFaults as JSON to inject, or nothing -> TwinFaults as JSON, those in force."""
+        """Queryable: TwinFaults as JSON to inject (sealed), or nothing -> TwinFaults as JSON, those in force."""
         return f"tendril/{self.rig}/faults"
+
+    @property
+    def session(self) -> str:
+        """Queryable: nothing -> int64 (boot id, next session); sealed with that session, an Introduction -> nothing."""
+        return f"tendril/{self.rig}/session"
+
+    @property
+    def leave(self) -> str:
+        """Sealed queryable: nothing -> nothing; another server may command the rig at once."""
+        return f"tendril/{self.rig}/leave"
 
     def alive(self, boot: str) -> str:
         """Liveliness token of one life of the rig process; "*" for any."""
         return f"tendril/{self.rig}/alive/{boot}"
 
 
-def open_session(*, listen: str | None = None, connect: str | None = None) -> Any:
+def open_session(*, listen: str | None = None, connect: str | None = None, tls: Path | None = None) -> Any:
     """A zenoh session over explicit endpoints only, e.g. "tcp/127.0.0.1:7557".
 
     No multicast, no shared memory (for rows of 10 kB it only adds tails); a connecting end keeps trying for ever.
+    For endpoints tls/... the folder `tls` holds ca.pem, cert.pem and key.pem: each end proves itself to the other.
     """
+    if (listen or connect or "").startswith("tls/") and tls is None:
+        raise ParameterError(f"endpoint {listen or connect} needs certificates: name their folder with --link-tls")
     settings: dict[str, Any] = {
         "mode": "peer",
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
         "transport/shared_memory/enabled": False,
         "transport/link/tx/lease": LEASE_MS,
+        "transport/link/rx/max_message_size": MESSAGE_MAX,
         "listen/endpoints": [listen] if listen else [],
         "connect/endpoints": [connect] if connect else [],
         "connect/timeout_ms": -1,
@@ -74,6 +95,25 @@ def open_session(*, listen: str | None = None, connect: str | None = None) -> An
         "connect/retry": {"period_init_ms": 100, "period_max_ms": 200, "period_increase_factor": 2},
     }
     config = zenoh.Config()
-    for key, value in settings.items():
+    for key, value in (settings | (_certificates(tls) if tls else {})).items():
         config.insert_json5(key, json.dumps(value))
-    return zenoh.open(config)
+    try:
+        return zenoh.open(config)
+    except zenoh.ZError as error:
+        raise RigUnreachable(f"no link at {listen or connect}: {error}") from error
+
+
+def _certificates(folder: Path) -> dict[str, Any]:
+    """Settings for mutual TLS; raises ParameterError naming a file that is not there."""
+    authority, own, key = (folder.absolute() / name for name in ("ca.pem", "cert.pem", "key.pem"))
+    for path in (authority, own, key):
+        if not path.is_file():
+            raise ParameterError(f"{path} does not exist: --link-tls needs ca.pem, cert.pem and key.pem in one folder")
+    return {
+        "transport/link/tls/root_ca_certificate": str(authority),
+        "transport/link/tls/listen_certificate": str(own),
+        "transport/link/tls/listen_private_key": str(key),
+        "transport/link/tls/connect_certificate": str(own),
+        "transport/link/tls/connect_private_key": str(key),
+        "transport/link/tls/enable_mtls": True,
+    }

@@ -1,4 +1,7 @@
-"""The rig's end of the link: it publishes telemetry and answers commands, replays and questions."""
+"""The rig's end of the link: it publishes telemetry and answers commands, replays and questions.
+
+What changes the rig is judged in this order: size, seal, meaning, and who holds the rig.
+"""
 
 import logging
 from collections.abc import Callable
@@ -9,12 +12,23 @@ import numpy as np
 import zenoh
 from pydantic import ValidationError
 
-from controller.errors import ParameterError, TendrilError, sentence
+from controller.build_rig import REFERENCE_ROWS
+from controller.errors import ParameterError, RigHeld, TendrilError, sentence
 from controller.layout import from_record, record_dtype
-from controller.link.keys import Keys
+from controller.link.holder import Holder
+from controller.link.keys import REPLAY_MAX, Keys
+from controller.link.refusals import Refusals
+from controller.link.seal import SEAL_BYTES, Seals, Session
 from controller.messages import Command, CommandReply, RigInfo, TwinFaults
+from controller.modes import Request
 
 log = logging.getLogger(__name__)
+
+JSON_MAX = 1024
+"""Longest JSON text that is parsed [bytes]."""
+
+Answer = Callable[[bytes, bytes], bytes]
+"""From payload and seal to the reply."""
 
 
 class RigService(Protocol):
@@ -25,6 +39,9 @@ class RigService(Protocol):
 
     def submit(self, command: Command) -> CommandReply:
         """Hand the command to the loop and wait until it has looked at it."""
+
+    def stop(self, command: Command) -> CommandReply:
+        """The same with an E-STOP, of whose record nothing but the request is taken."""
 
     def replay(self, first: int, count: int) -> np.ndarray:
         """Telemetry rows of ticks [first, first + count) that are still there."""
@@ -39,25 +56,30 @@ class RigService(Protocol):
 class RigEnd:
     """Declares the keys of one rig on `session`; `close` withdraws them, the session stays its owner's."""
 
-    def __init__(self, session: Any, rig: str, boot: int, service: RigService) -> None:
+    def __init__(self, session: Any, rig: str, seals: Seals, service: RigService) -> None:
         """Start to answer; the liveliness token comes last, when everything else works."""
+        self.refusals = Refusals(rig)
         self._keys = Keys(rig)
-        self._boot = boot.to_bytes(8, "little")
+        self._seals, self._holder = seals, Holder()
+        self._boot = seals.boot.to_bytes(8, "little")
         self._service = service
         self._publisher = session.declare_publisher(
             self._keys.telemetry, congestion_control=zenoh.CongestionControl.DROP, express=True
         )
-        answers: dict[str, Callable[[bytes], bytes]] = {
-            self._keys.command: self._command,
-            self._keys.replay: self._replay,
-            self._keys.reference: self._reference,
-            self._keys.faults: self._faults,
-            self._keys.info: lambda payload: service.info().model_dump_json().encode(),
+        answers: dict[str, tuple[int, Answer]] = {
+            self._keys.command: (record_dtype(Command).itemsize, self._command),
+            self._keys.replay: (16, self._replay),
+            self._keys.reference: (16 + 16 * REFERENCE_ROWS, self._reference),
+            self._keys.faults: (JSON_MAX, self._faults),
+            self._keys.info: (0, lambda payload, seal: service.info().model_dump_json().encode()),
+            self._keys.session: (JSON_MAX, self._session),
+            self._keys.leave: (0, self._leave),
         }
         self._declared = [
-            session.declare_queryable(key, partial(_answer, key, answer)) for key, answer in answers.items()
+            session.declare_queryable(key, partial(_answer, self.refusals, key, most, answer))
+            for key, (most, answer) in answers.items()
         ]
-        self._declared.append(session.liveliness().declare_token(self._keys.alive(str(boot))))
+        self._declared.append(session.liveliness().declare_token(self._keys.alive(str(seals.boot))))
 
     def publish(self, rows: np.ndarray) -> None:
         """Send Telemetry rows as one batch; a reader that cannot keep up misses it and asks for a replay."""
@@ -68,39 +90,74 @@ class RigEnd:
         for declared in [*reversed(self._declared), self._publisher]:
             declared.undeclare()
 
-    def _command(self, payload: bytes) -> bytes:
-        return self._service.submit(read_command(payload)).model_dump_json().encode()
+    def _session(self, payload: bytes, seal: bytes) -> bytes:
+        if not payload:
+            return self._boot + self._seals.next_session.to_bytes(8, "little")
+        opened = self._seals.open(self._keys.session, payload, seal)
+        log.info("session opened by %s", opened.who)
+        return b""
 
-    def _replay(self, payload: bytes) -> bytes:
+    def _leave(self, payload: bytes, seal: bytes) -> bytes:
+        self._holder.leave(self._seals.admit(self._keys.leave, payload, seal))
+        return b""
+
+    def _command(self, payload: bytes, seal: bytes) -> bytes:
+        _require_record(payload)
+        session = self._seals.admit(self._keys.command, payload, seal)
+        return self._obey(session, read_command(payload)).model_dump_json().encode()
+
+    def _obey(self, session: Session, command: Command) -> CommandReply:
+        try:
+            self._holder.take(session)
+        except RigHeld:
+            if command.request != Request.E_STOP:
+                raise
+            return self._service.stop(command)
+        return self._service.submit(command)
+
+    def _replay(self, payload: bytes, seal: bytes) -> bytes:
         if len(payload) != 16:
             raise ParameterError(f"replay request of {len(payload)} bytes is not two int64 words (first tick, count)")
         first, count = np.frombuffer(payload, np.int64).tolist()
+        if first < 0:
+            raise ParameterError(f"replay: first = {first} is below 0")
+        if not 1 <= count <= REPLAY_MAX:
+            raise ParameterError(f"replay: count = {count} is outside [1, {REPLAY_MAX}]")
         return self._service.replay(first, count).tobytes()
 
-    def _reference(self, payload: bytes) -> bytes:
+    def _reference(self, payload: bytes, seal: bytes) -> bytes:
         if len(payload) < 16 or len(payload) % 16:
             raise ParameterError(f"reference of {len(payload)} bytes is not two int64 words and rows of two float64")
+        self._holder.take(self._seals.admit(self._keys.reference, payload, seal))
         again, ticks = np.frombuffer(payload[:16], np.int64).tolist()
         points = np.frombuffer(payload, offset=16).reshape(-1, 2)
         return self._service.plan(points, again, ticks).to_bytes(8, "little")
 
-    def _faults(self, payload: bytes) -> bytes:
-        try:
-            wanted = TwinFaults.model_validate_json(payload) if payload else None
-        except ValidationError as error:
-            raise ParameterError(sentence(error)) from error
+    def _faults(self, payload: bytes, seal: bytes) -> bytes:
+        wanted = None
+        if payload:
+            session = self._seals.admit(self._keys.faults, payload, seal)
+            try:
+                wanted = TwinFaults.model_validate_json(payload)
+            except ValidationError as error:
+                raise ParameterError(sentence(error)) from error
+            self._holder.take(session)
         return self._service.faults(wanted).model_dump_json().encode()
 
 
 def read_command(payload: bytes) -> Command:
     """The Command in `payload`; raises ParameterError naming what is wrong: size, or field, value and bound."""
-    dtype = record_dtype(Command)
-    if len(payload) != dtype.itemsize:
-        raise ParameterError(f"command of {len(payload)} bytes is not a Command record of {dtype.itemsize} bytes")
+    _require_record(payload)
     try:
-        return from_record(Command, np.frombuffer(payload, dtype)[0])
+        return from_record(Command, np.frombuffer(payload, record_dtype(Command))[0])
     except ValidationError as error:
         raise ParameterError("; ".join(_sentence(item) for item in error.errors())) from error
+
+
+def _require_record(payload: bytes) -> None:
+    size = record_dtype(Command).itemsize
+    if len(payload) != size:
+        raise ParameterError(f"command of {len(payload)} bytes is not a Command record of {size} bytes")
 
 
 def _sentence(item: Any) -> str:
@@ -108,13 +165,24 @@ def _sentence(item: Any) -> str:
     return f"{'.'.join(map(str, item['loc']))} = {item['input']}: {item['msg']}"
 
 
-def _answer(key: str, answer: Callable[[bytes], bytes], query: Any) -> None:
+def _answer(refusals: Refusals, key: str, most: int, answer: Answer, query: Any) -> None:
     """Reply to one query; every error becomes an error reply, so that a caller never waits in vain."""
     with query:
         try:
-            query.reply(key, answer(query.payload.to_bytes() if query.payload else b""))
+            query.reply(key, answer(_bounded(query.payload, "payload", most), _bounded(query.attachment, "seal")))
         except TendrilError as error:
-            query.reply_err(str(error))
-        except Exception:
-            log.exception("query on %s failed", key)
+            refusals.note(key, error)
+            query.reply_err(str(error), encoding=zenoh.Encoding.TEXT_PLAIN.with_schema(type(error).__name__))
+        except Exception as error:
+            if refusals.note(key, error):
+                log.exception("query on %s failed", key)
             query.reply_err(f"the rig could not answer on {key}")
+
+
+def _bounded(given: Any, name: str, most: int = SEAL_BYTES) -> bytes:
+    """The bytes of an optional ZBytes, which are looked at only where there are not too many."""
+    if given is None:
+        return b""
+    if len(given) > most:
+        raise ParameterError(f"{name} of {len(given)} bytes is above the limit of {most}")
+    return bytes(given.to_bytes())

@@ -4,8 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-CHUNK = 2000
-"""Rows asked for in one replay: about 2 MB."""
+from controller.link.keys import REPLAY_MAX
 
 Replay = Callable[[int, int], np.ndarray]
 Deliver = Callable[[np.ndarray], None]
@@ -38,7 +37,7 @@ class RowStream:
 
     def _refill(self, start: int, end: int) -> None:
         """Fetch a first part of [start, end), or give it up."""
-        rows = self._replay(start, min(end - start, CHUNK))
+        rows = self._replay(start, min(end - start, REPLAY_MAX))
         rows = rows[rows["tick"] < end]
         found = int(rows["tick"][0]) if len(rows) else end
         self.gaps += found - start

@@ -44,6 +44,7 @@ class Desk:
         self._commands = commands
         self._control = control
         self._faults, self._injected = faults, TwinFaults()
+        self._last = Command()
         self._one_at_a_time = threading.Lock()
 
     def info(self) -> RigInfo:
@@ -64,11 +65,17 @@ class Desk:
             text = refused_text(command.request, self._mode(), Cause.WRONG_BOOT)
             return _reply(command, self._mode(), Cause.WRONG_BOOT, text)
         with self._one_at_a_time:
+            self._last = command
             post(self._commands, words(to_record(command)))
             row = self._row_after(time.monotonic_ns())
         if row is not None:
             return answer(command, row)
         return _reply(command, self._mode(), Cause.LOOP_STALLED, "refused: the control loop does not answer")
+
+    def stop(self, command: Command) -> CommandReply:
+        """An E-STOP of a server that does not command this rig: settings, target and presence stay as they are."""
+        request = {"n": command.n, "request": command.request, "request_n": command.request_n}
+        return self.submit(self._last.model_copy(update=request))
 
     def _mode(self) -> Mode:
         newest = self._ring.newest()

@@ -12,16 +12,17 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.metadata import version
 from typing import IO
 
 from controller.build_rig import build_rig
 from controller.drivers import TwinDriver
 from controller.errors import TendrilError
-from controller.layout import layout_hash
+from controller.key_file import key_path, made_key
 from controller.link.keys import open_session
 from controller.link.rig_end import RigEnd
-from controller.messages import Command, RigInfo, Telemetry
+from controller.link.seal import Seals
+from controller.link.version import LAYOUT, OURS
+from controller.messages import RigInfo
 from controller.modes import Cause, Mode
 from controller.realtime.desk import Desk
 from controller.realtime.loop import LoopMemory, compile_loop, loop_memory, run_baseline, run_loop
@@ -51,6 +52,8 @@ class RigProcess:
     def __init__(self, settings: RigSettings) -> None:
         self.settings = settings
         self.boot = secrets.randbits(62) + 1
+        key_file = settings.key_file or key_path(settings.rig)
+        self._seals = Seals(made_key(key_file), self.boot, str(key_file))
         self.policy = "none"
         parameters = settings.parameters
         self._period_ns = round(parameters.controller.dt * 1e9)
@@ -64,7 +67,7 @@ class RigProcess:
     def run(self) -> None:
         """Start loop and link, pump until the stop, then leave a last vented row, sent and in the ring."""
         endpoint = free_port(self.settings.listen)
-        session = open_session(listen=endpoint)
+        session = open_session(listen=endpoint, tls=self.settings.link_tls)
         threads = [threading.Thread(target=self._loop, name="loop")]
         if self.settings.baseline:
             threads.append(threading.Thread(target=self._baseline, name="baseline"))
@@ -77,7 +80,7 @@ class RigProcess:
             for thread in threads:
                 thread.start()
             self._wait_first_tick(threads[0])
-            end = RigEnd(session, self.settings.rig, self.boot, self._desk())
+            end = RigEnd(session, self.settings.rig, self._seals, self._desk())
             self._say_ready(endpoint)
             self._pump(threads[0], end)
         finally:
@@ -137,8 +140,8 @@ class RigProcess:
         info = RigInfo(
             rig=self.settings.rig,
             boot=self.boot,
-            version=version("tendril"),
-            layout=layout_hash(Command, Telemetry),
+            version=OURS,
+            layout=LAYOUT,
             wall_offset_ns=time.time_ns() - time.monotonic_ns(),
             policy=self.policy,
             twin=self._driver.simulated,

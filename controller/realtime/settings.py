@@ -16,6 +16,10 @@ class RigSettings(Model):
     rig: Annotated[str, Bounds(pattern=r"^[A-Za-z0-9_-]{1,40}$")] = "rig"
     listen: Annotated[str, Bounds(pattern=r"^\w+/.+:\d+$")] = "tcp/127.0.0.1:0"
     """zenoh endpoint; port 0 takes a free one (see `ready`)."""
+    key_file: Path | None = None
+    """Key that every server must have which commands this rig; made if it is not there. None: see `key_path`."""
+    link_tls: Path | None = None
+    """Folder of the certificates for an endpoint tls/...; see `controller.link.keys.open_session`."""
     parameters: RigParameters = RigParameters()
     baseline: bool = False
     """Run a bare thread of the same priority beside the loop and count what it loses."""

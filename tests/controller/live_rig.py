@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from controller.key_file import read_key
 from controller.link import RigClient
 from controller.messages import Command, CommandReply
 from controller.modes import Request
@@ -33,10 +34,11 @@ def wait_for(what: Callable[[], Any], patience: float = 20.0) -> Any:
 class Operator:
     """A client that numbers its commands and collects every row."""
 
-    def __init__(self, endpoint: str, rig: str) -> None:
+    def __init__(self, endpoint: str, rig: str, key_file: Path) -> None:
         self.batches: list[np.ndarray] = []
         self.boots: list[int] = []
-        self.client = RigClient(endpoint, rig, self.batches.append, lambda info: self.boots.append(info.boot))
+        key, met = read_key(key_file), lambda info: self.boots.append(info.boot)
+        self.client = RigClient(endpoint, rig, self.batches.append, met, key=key)
         self.n = 0
         self.request_n = 0
 
@@ -83,14 +85,15 @@ class LiveRig:
 @contextmanager
 def live_rig(folder: Path, command: list[str] | None = None, **fields: Any) -> Iterator[LiveRig]:
     """A rig with its ring in `folder`; whatever is left of it is killed at the end."""
-    settings = RigSettings(rig="test", folder=folder, ready=folder / "ready.json", **fields)
+    key_file = folder / "test.key"
+    settings = RigSettings(rig="test", folder=folder, ready=folder / "ready.json", key_file=key_file, **fields)
     command = [sys.executable, *(command or ["-m", "controller.realtime"]), settings.model_dump_json()]
     with subprocess.Popen(command) as process, ExitStack() as cleanup:
         cleanup.callback(process.kill)
         wait_for(lambda: (folder / "ready.json").exists() or process.poll() is not None, PATIENCE)
         assert process.poll() is None
         ready = RigReady.model_validate_json((folder / "ready.json").read_bytes())
-        operator = Operator(ready.endpoint, settings.rig)
+        operator = Operator(ready.endpoint, settings.rig, key_file)
         cleanup.callback(operator.client.close)
         wait_for(lambda: operator.client.connected)
         yield LiveRig(settings, process, ready, operator)

@@ -3,20 +3,24 @@
 import threading
 import time
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import numpy as np
 import pytest
 
 from controller.errors import LayoutMismatch, ParameterError, RigUnreachable
+from controller.key_file import KEY_BYTES
 from controller.layout import layout_hash, record_dtype, to_record
 from controller.link import ENDLESS, RigClient, RigEnd
+from controller.link.asker import Asker
 from controller.link.keys import Keys, open_session
+from controller.link.seal import Seals
 from controller.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults
 from controller.modes import Cause, Mode
 from controller.parameters import RigParameters
 from controller.realtime.settings import free_port
 from tests.controller.live_rig import wait_for
+
+KEY = b"k" * KEY_BYTES
 
 
 class FakeRig:
@@ -32,7 +36,7 @@ class FakeRig:
         self.boot = boot
         self.injected = TwinFaults()
         self.session = open_session(listen=endpoint)
-        self.end = RigEnd(self.session, "fake", boot, self)
+        self.end = RigEnd(self.session, "fake", Seals(KEY, boot, "/rig/fake.key"), self)
 
     def info(self) -> RigInfo:
         return RigInfo(
@@ -46,7 +50,12 @@ class FakeRig:
             parameters=RigParameters(),
         )
 
+    def stop(self, command: Command) -> CommandReply:
+        self.stopped = command
+        return CommandReply(n=command.n, accepted=True, mode=Mode.E_STOP, cause=Cause.OPERATOR, detail="E_STOP")
+
     def submit(self, command: Command) -> CommandReply:
+        self.commanded = command
         return CommandReply(n=command.n, accepted=True, mode=Mode.HOLD, cause=Cause.NONE, detail="HOLD")
 
     def replay(self, first: int, count: int) -> np.ndarray:
@@ -78,7 +87,7 @@ class Reader:
     def __init__(self, endpoint: str) -> None:
         self.ticks: list[int] = []
         self.boots: list[int] = []
-        self.client = RigClient(endpoint, "fake", self.on_rows, lambda info: self.boots.append(info.boot))
+        self.client = RigClient(endpoint, "fake", self.on_rows, lambda info: self.boots.append(info.boot), key=KEY)
 
     def on_rows(self, rows: np.ndarray) -> None:
         self.ticks.extend(rows["tick"].tolist())
@@ -176,7 +185,7 @@ def test_rows_that_the_ring_has_lost_are_skipped_and_counted(rig: FakeRig, reade
 
 def test_a_slow_reader_does_not_hold_up_commands(rig: FakeRig, endpoint: str) -> None:
     go = threading.Event()
-    client = RigClient(endpoint, "fake", lambda rows: (go.wait(), None)[1])
+    client = RigClient(endpoint, "fake", lambda rows: (go.wait(), None)[1], key=KEY)
     wait_for(lambda: (rig.publish(0, 5), client.connected)[1])
     assert client.command(Command(n=3)).n == 3
     assert 0.0 < client.rtt() < 1.0
@@ -215,13 +224,14 @@ def test_a_rig_of_another_layout_is_refused_with_a_clear_word(endpoint: str) -> 
 
 def test_a_malformed_command_is_answered_with_field_value_and_bound(endpoint: str, rig: FakeRig) -> None:
     session = open_session(connect=endpoint)
+    asker = Asker(session, Keys("fake"), KEY)
 
     def ask(payload: bytes) -> str:
-        def answer() -> Any:
-            return list(session.get(Keys("fake").command, payload=payload, timeout=1.0))
+        with pytest.raises(ParameterError) as refused:
+            asker.ask_sealed(Keys("fake").command, payload)
+        return str(refused.value)
 
-        reply = wait_for(answer)[0]
-        return str(reply.err.payload.to_string())
+    wait_for(lambda: list(session.get(Keys("fake").info)))
 
     raw = to_record(Command())
     assert ask(b"12345") == f"command of 5 bytes is not a Command record of {raw.itemsize} bytes"

@@ -18,7 +18,7 @@ from tests.controller.live_rig import Operator, wait_for
 
 @pytest.fixture
 def supervisor(tmp_path: Path) -> Iterator[Supervisor]:
-    supervisor = Supervisor(RigSettings(rig="watched", folder=tmp_path))
+    supervisor = Supervisor(RigSettings(rig="watched", folder=tmp_path, key_file=tmp_path / "watched.key"))
     supervisor.start()
     supervisor.wait_ready()
     yield supervisor
@@ -26,7 +26,8 @@ def supervisor(tmp_path: Path) -> Iterator[Supervisor]:
 
 
 def connected_operator(supervisor: Supervisor) -> Operator:
-    operator = Operator(supervisor.endpoint, "watched")
+    assert supervisor.settings.key_file
+    operator = Operator(supervisor.endpoint, "watched", supervisor.settings.key_file)
     wait_for(lambda: operator.client.connected)
     return operator
 
@@ -83,7 +84,7 @@ def test_stopping_ends_the_rig_vented(supervisor: Supervisor, tmp_path: Path) ->
 
 
 def test_a_rig_that_cannot_start_is_an_error_and_not_an_endless_wait(tmp_path: Path) -> None:
-    supervisor = Supervisor(RigSettings(rig="watched", folder=tmp_path / "missing"))
+    supervisor = Supervisor(RigSettings(rig="watched", folder=tmp_path / "missing", key_file=tmp_path / "key"))
     supervisor.start()
     with pytest.raises(TendrilError, match="could not start"):
         supervisor.wait_ready()

@@ -1,5 +1,6 @@
 """A real rig process, a real server on a free port, and a page that speaks to it over real sockets."""
 
+import base64
 import json
 import os
 import signal
@@ -18,6 +19,7 @@ from pydantic import SecretStr
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
+from controller.key_file import KEY_BYTES
 from controller.layout import record_dtype
 from controller.messages import Telemetry
 from controller.modes import Mode
@@ -42,6 +44,14 @@ def wait_for(what: Callable[[], Any], text: str) -> Any:
     raise AssertionError(f"waited in vain for {text}")
 
 
+def key_file(folder: Path) -> Path:
+    """The same key for every rig and server under test, in a file in `folder`."""
+    path = folder / "test.key"
+    path.touch(mode=0o600)
+    path.write_text(base64.b64encode(b"k" * KEY_BYTES).decode())
+    return path
+
+
 class RigProcess:
     """`python -m controller.realtime`, with the endpoint kept over restarts."""
 
@@ -58,6 +68,7 @@ class RigProcess:
             "listen": self.endpoint,
             "ready": str(ready),
             "folder": str(self._folder),
+            "key_file": str(key_file(self._folder)),
             "parameters": {"limits": {"loop_gap": 0.4}},  # shared machines pause for 50 ms and more
         }
         self.process = subprocess.Popen([sys.executable, "-m", "controller.realtime", json.dumps(settings)])
@@ -167,10 +178,11 @@ class TestServer:
 
     __test__ = False
 
-    def __init__(self, folder: Path, endpoint: str) -> None:
+    def __init__(self, folder: Path, endpoint: str, key: Path | None = None) -> None:
         self.settings = ServerSettings(
             port=0,
             endpoint=endpoint,
+            key_file=key or key_file(folder),
             rig="test",
             recordings=folder / "recordings",
             state=folder / "state",

@@ -58,6 +58,7 @@ def test_a_recording_of_a_killed_server_goes_on_without_a_missing_tick(
     shutil.copytree(server.services.store.folder, folder / "recordings")  # as a kill -9 would leave it
     wait_for(lambda: server.services.recorder.state().rows > 3000, "ticks that the copy does not have")
     page.delete("/api/recordings/current")
+    server.close()  # the rig obeys one server at a time
     later = TestServer(folder, shared_rig.endpoint)
     try:
         wait_for(lambda: later.services.recorder.state().recording, "the recording to go on")

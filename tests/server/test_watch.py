@@ -22,6 +22,8 @@ ANN, BOB = Identity("a", "ann"), Identity("b", "bob")
 class Asked:
     """Rig and operator in one: connected, and keeps what was asked for."""
 
+    trouble = ""
+
     def __init__(self) -> None:
         self.requests: list[Request] = []
 
@@ -50,3 +52,14 @@ def test_a_new_operator_inherits_no_motion(mode: Mode, handed_on: bool) -> None:
     watch()
     watch()
     assert asked.requests == [Request.HOLD] * (mode in (Mode.HOLD, Mode.FOLLOW, Mode.TRACK))
+
+
+def test_a_rig_that_takes_no_command_is_told_once_and_when_it_takes_them_again() -> None:
+    asked, events = Asked(), EventLog()
+    watch = Watch(cast(Rig, asked), History(), OperatorLease(), cast(Operator, asked), events)
+    watch()
+    for asked.trouble in ("another server", "another server", "", ""):
+        watch()
+    told = [(event.level, event.text) for event in events.recent if "from this server" in event.text]
+    assert told[0] == ("error", "the rig takes no command from this server: another server")
+    assert [level for level, _ in told] == ["error", "info"]

@@ -1635,6 +1635,11 @@ export interface components {
       link_rtt: number;
       /** Viewers */
       viewers: number;
+      /**
+       * Trouble
+       * @description Why the rig takes no command from this server (another version, key, or server), "" when it does.
+       */
+      trouble: string;
     };
     /**
      * Hello

@@ -1,25 +1,33 @@
-import { IconAlertTriangle, IconHandStop, IconLoader2, IconPlugConnectedX } from "@tabler/icons-react";
+import {
+  IconAlertTriangle,
+  IconHandStop,
+  IconLoader2,
+  IconLock,
+  IconPlugConnectedX,
+} from "@tabler/icons-react";
 import { seconds } from "../state/format";
 import { CAUSE_TEXT, isLatched, MODE, remedy } from "../state/modes";
 import type { Page } from "../state/page";
 import { LiveText } from "./LiveText";
 import { useDashboard, usePage } from "./context";
 
-/** What the plan lies under: nothing, no link yet, a lost link, a rig that is not there, or a latched state. */
-type Trouble = "none" | "connecting" | "offline" | "noRig" | "rigGone" | "fault" | "stopped";
+/** What the plan lies under: nothing, no link yet, a lost link, a rig that is not there or obeys others, a latched state. */
+type Trouble = "none" | "connecting" | "offline" | "refused" | "noRig" | "rigGone" | "fault" | "stopped";
 
 const TEXT: Record<Trouble, string> = {
   none: "",
   connecting: "Connecting to the server",
   offline: "No connection to the server; trying again",
+  refused: "The rig takes no command from this server",
   noRig: "The server waits for a rig",
   rigGone: "The rig does not answer; waiting for it",
   fault: "FAULT: the rig went to rest by itself",
   stopped: "E-STOP: the chambers were vented",
 };
 
-function troubleOf({ online, rigLive, rig, mode }: Page): Trouble {
+function troubleOf({ online, rigLive, rig, mode, health }: Page): Trouble {
   if (!online) return rig ? "offline" : "connecting";
+  if (health && health.trouble !== "") return "refused";
   if (!rigLive) return rig ? "rigGone" : "noRig";
   if (mode === null || !isLatched(mode)) return "none";
   return mode === MODE.E_STOP ? "stopped" : "fault";
@@ -37,10 +45,23 @@ function wayOut({ cause, lease, mode }: Page): string {
 export function Banner() {
   const trouble = usePage(troubleOf);
   if (trouble === "none") return null;
+  if (trouble === "refused") return <Refused />;
   return trouble === "fault" || trouble === "stopped" ? (
     <Latched trouble={trouble} />
   ) : (
     <Missing trouble={trouble} />
+  );
+}
+
+function Refused() {
+  const reason = usePage((page) => page.health?.trouble ?? "");
+  return (
+    <div className="banner" role="alert" data-testid="refused">
+      <IconLock size={18} aria-hidden />
+      <span>
+        {TEXT.refused}: {reason}
+      </span>
+    </div>
   );
 }
 

@@ -1,0 +1,270 @@
+"""The link of a real rig process with strangers on it: unsealed, recorded and malformed messages, and two servers."""
+
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from controller.errors import KeyRefused, LayoutMismatch, ParameterError, RigHeld
+from controller.key_file import KEY_BYTES, made_key, read_key
+from controller.layout import to_record
+from controller.link import RigClient
+from controller.link import asker as asker_module
+from controller.link.asker import Asker
+from controller.link.holder import SILENT
+from controller.link.keys import REPLAY_MAX, Keys, open_session
+from controller.link.seal import SEAL_BYTES, Introduction
+from controller.link.version import OURS
+from controller.messages import Command, TwinFaults
+from controller.modes import Mode, Request
+from controller.parameters import RigParameters, SafetyLimits, Settings
+from controller.realtime.ring import HEAD
+from controller.realtime.settings import free_port
+from tests.controller.live_rig import LiveRig, Operator, live_rig, wait_for
+
+KEYS = Keys("test")
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveRig]:
+    parameters = RigParameters(limits=SafetyLimits(loop_gap=1.0))
+    with live_rig(tmp_path_factory.mktemp("rig"), parameters=parameters) as rig:
+        yield rig
+
+
+@pytest.fixture
+def stranger(rig: LiveRig) -> Iterator[Any]:
+    """A zenoh session on the rig's endpoint, without the key."""
+    session = open_session(connect=rig.ready.endpoint)
+    wait_for(lambda: list(session.get(KEYS.info)))
+    yield session
+    session.close()
+
+
+def refusal(session: Any, key: str, payload: bytes = b"", seal: bytes | None = None) -> str:
+    """What the rig answers to a query that it must refuse."""
+    (reply,) = session.get(key, payload=payload, attachment=seal, timeout=5.0)
+    assert reply.err, "it was taken"
+    return str(reply.err.payload.to_string())
+
+
+def test_without_the_key_everything_can_be_read_and_nothing_changed(rig: LiveRig, stranger: Any) -> None:
+    command = to_record(Command(boot=rig.ready.boot, n=999, request=Request.E_STOP, request_n=999)).tobytes()
+    path = np.array([0, 1], np.int64).tobytes() + np.array([0.2, 0.0]).tobytes()
+    faults = TwinFaults(sample_loss=1.0).model_dump_json().encode()
+    for key, payload in ((KEYS.command, command), (KEYS.reference, path), (KEYS.faults, faults), (KEYS.leave, b"")):
+        text = refusal(stranger, key, payload)
+        assert "a seal of 0 bytes" in text and str(rig.settings.key_file) in text
+        assert "no session" in refusal(stranger, key, payload, bytes(SEAL_BYTES))
+    reader = RigClient(rig.ready.endpoint, "test", lambda rows: None)
+    wait_for(lambda: reader.connected)
+    assert len(reader.replay(0, 5)) <= 5
+    assert reader.faults() == TwinFaults()
+    with pytest.raises(KeyRefused, match="given no key"):
+        reader.command(Command(request=Request.E_STOP))
+    reader.close()
+    row = rig.ring().newest()
+    assert row is not None and (row["mode"], row["request_n"]) == (Mode.VENTED, rig.operator.request_n)
+
+
+def test_another_key_is_told_which_file_holds_the_right_one(rig: LiveRig, tmp_path: Path) -> None:
+    made_key(tmp_path / "other.key")
+    other = Operator(rig.ready.endpoint, "test", tmp_path / "other.key")
+    wait_for(lambda: other.client.connected)
+    assert other.client.trouble is None
+    with pytest.raises(KeyRefused, match=f"sealed with another key .*{rig.settings.key_file}"):
+        other.send(Request.E_STOP)
+    assert isinstance(other.client.trouble, KeyRefused)
+    assert rig.operator.send().mode == Mode.VENTED
+    other.client.close()
+
+
+def test_a_recorded_command_is_refused_when_it_comes_again(rig: LiveRig, stranger: Any) -> None:
+    recorded: list[tuple[str, bytes, bytes]] = []
+
+    class Tap:
+        """Keeps what passes on the wire."""
+
+        def get(self, key: str, *, payload: bytes, attachment: bytes | None, timeout: float) -> Any:
+            if attachment:
+                recorded.append((key, payload, attachment))
+            return stranger.get(key, payload=payload, attachment=attachment, timeout=timeout)
+
+    rig.operator.client.close()
+    assert rig.settings.key_file
+    asker = Asker(Tap(), KEYS, read_key(rig.settings.key_file))
+    asker.ask_sealed(KEYS.command, to_record(Command(boot=rig.ready.boot)).tobytes())
+    asker.ask_sealed(KEYS.faults, TwinFaults(noise=0.001).model_dump_json().encode())
+    assert len(recorded) == 3  # the opening, and two messages
+    for key, payload, seal in recorded:
+        assert refusal(stranger, key, payload, seal)
+    (_, command, seal), (_, faults, other_seal) = recorded[1:]
+    assert "sealed with another key" in refusal(stranger, KEYS.faults, faults, seal)
+    assert "sealed with another key" in refusal(stranger, KEYS.command, command, other_seal)
+    asker.ask_sealed(KEYS.faults, TwinFaults().model_dump_json().encode())
+    asker.leave(1.0)
+    rig.operator = Operator(rig.ready.endpoint, "test", rig.settings.key_file)
+    wait_for(lambda: rig.operator.client.connected)
+
+
+def test_of_two_servers_the_first_commands_and_the_second_only_stops(rig: LiveRig) -> None:
+    assert rig.settings.key_file
+    first = rig.operator
+    second = Operator(rig.ready.endpoint, "test", rig.settings.key_file)
+    wait_for(lambda: second.client.connected)
+    first.request_n = int(first.newest()["request_n"])
+    assert first.send(Request.ARM, settings=Settings(sensed=0b1000000000)).mode == Mode.HOLD
+    assert first.send(Request.FOLLOW, target=(0.24, 0.02)).mode == Mode.FOLLOW
+    for ask in (
+        lambda: second.send(settings=Settings(sensed=1)),
+        lambda: second.send(Request.HOLD, request_n=first.request_n + 1),
+        lambda: second.client.plan(np.full((3, 2), 0.2)),
+        lambda: second.client.faults(TwinFaults(sample_loss=1.0)),
+    ):
+        with pytest.raises(RigHeld, match=r"the server on .* \(process \d+\) commands this rig since \d{4}-"):
+            ask()
+    assert isinstance(second.client.trouble, RigHeld)
+    presence = first.newest()["presence"]
+    assert first.send(Request.FOLLOW, target=(0.24, 0.03)).mode == Mode.FOLLOW
+    stopped = second.send(Request.E_STOP, request_n=first.request_n + 1, presence=10**6)
+    assert (stopped.accepted, stopped.mode) == (True, Mode.E_STOP)
+    row = rig.ring().newest()
+    assert row is not None and row["sensed"] in (0, 0b1000000000)
+    assert presence <= row["presence"] < 10**6
+    first.request_n += 1
+    assert first.send(Request.CLEAR).mode == Mode.VENTED
+    second.client.close()
+
+
+def test_the_second_server_commands_once_the_first_left_or_fell_silent(rig: LiveRig) -> None:
+    assert rig.settings.key_file
+    first, second = rig.operator, Operator(rig.ready.endpoint, "test", rig.settings.key_file)
+    wait_for(lambda: second.client.connected)
+    first.send()
+    with pytest.raises(RigHeld):
+        second.send()
+
+    def taken_over() -> bool:
+        try:
+            return second.send().accepted
+        except RigHeld:
+            return False
+
+    wait_for(taken_over, 10 * SILENT)
+    with pytest.raises(RigHeld):
+        first.send()
+    second.client.close()
+    assert first.send().accepted  # at once: the second one said good-bye
+
+
+def test_a_server_of_another_layout_is_refused_by_the_rig(
+    rig: LiveRig, stranger: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def foreign(who: str) -> Introduction:
+        return Introduction(who=who, version="0.0.1", layout="0123456789abcdef")
+
+    monkeypatch.setattr(asker_module, "Introduction", foreign)
+    assert rig.settings.key_file
+    asker = Asker(stranger, KEYS, read_key(rig.settings.key_file))
+    with pytest.raises(LayoutMismatch, match=rf"0\.0\.1 .*0123456789abcdef.*{OURS}.*run the same version"):
+        asker.ask_sealed(KEYS.command, to_record(Command(request=Request.ARM, request_n=10**6)).tobytes())
+    assert isinstance(asker.trouble, LayoutMismatch)
+    assert rig.operator.send().mode == Mode.VENTED
+
+
+def test_what_is_too_long_or_out_of_bounds_is_refused_by_name(rig: LiveRig, stranger: Any) -> None:
+    size = to_record(Command()).itemsize
+    assert (
+        refusal(stranger, KEYS.command, bytes(size + 1)) == f"payload of {size + 1} bytes is above the limit of {size}"
+    )
+    assert "above the limit of 48" in refusal(stranger, KEYS.command, bytes(size), bytes(49))
+    assert "above the limit of 0" in refusal(stranger, KEYS.info, b"x")
+    assert "above the limit of 1024" in refusal(stranger, KEYS.faults, b" " * 2000)
+    assert "above the limit of 1024" in refusal(stranger, KEYS.session, b" " * 2000)
+    assert "above the limit of 4800016" in refusal(stranger, KEYS.reference, bytes(4_800_032))
+
+    def replay(first: int, count: int) -> str:
+        return refusal(stranger, KEYS.replay, np.array([first, count], np.int64).tobytes())
+
+    for count in (0, -1, REPLAY_MAX + 1, 2**62):
+        assert replay(0, count) == f"replay: count = {count} is outside [1, {REPLAY_MAX}]"
+    assert replay(-5, 10) == "replay: first = -5 is below 0"
+    assert list(rig.operator.client.replay(2**63 - 1, 5)) == []
+    with pytest.raises(ParameterError, match="sample_loss = 2"):
+        asker = Asker(stranger, KEYS, read_key(rig.settings.key_file or Path()))
+        asker.ask_sealed(KEYS.faults, b'{"sample_loss": 2.0}')
+
+
+def test_a_flood_of_strangers_leaves_loop_and_operator_untouched(rig: LiveRig, stranger: Any) -> None:
+    ring, operator = rig.ring(), rig.operator
+    operator.request_n = int(operator.newest()["request_n"])
+    assert operator.send(Request.ARM).mode == Mode.HOLD
+    command = to_record(Command(boot=rig.ready.boot, request=Request.E_STOP, request_n=10**6)).tobytes()
+    unsealed: bytes | None = None
+    flood = [
+        (KEYS.command, command, unsealed),
+        (KEYS.command, command, bytes(SEAL_BYTES)),
+        (KEYS.command, b"short", unsealed),
+        (KEYS.faults, b"{" * 900, bytes(SEAL_BYTES)),
+        (KEYS.replay, b"\xff" * 16, unsealed),
+        (KEYS.session, b"not json", bytes(SEAL_BYTES)),
+        (KEYS.reference, bytes(1600), unsealed),
+    ]
+    head = int(ring.header[HEAD])
+    for i in range(0, 10_000, 100):
+        asked = [
+            stranger.get(key, payload=payload, attachment=seal, timeout=20.0)
+            for key, payload, seal in (flood[(i + j) % len(flood)] for j in range(100))
+        ]
+        for replies in asked:
+            assert [bool(reply.err) for reply in replies] == [True]
+        assert operator.send().mode == Mode.HOLD
+    row = ring.newest()
+    assert row is not None and (ring.boot, row["mode"]) == (rig.ready.boot, Mode.HOLD)
+    wait_for(lambda: ring.head > head + 1000)
+    assert row["law"] == Settings().law
+    assert operator.client.faults() == TwinFaults()
+    assert operator.send(Request.E_STOP).accepted and operator.send(Request.CLEAR).mode == Mode.VENTED
+
+
+@pytest.mark.skipif(shutil.which("openssl") is None, reason="no openssl here to make certificates with")
+def test_with_certificates_the_link_is_encrypted_and_strangers_cannot_read(tmp_path: Path) -> None:
+    for folder in ("rig", "server", "stranger"):
+        (tmp_path / folder).mkdir()
+    certify(tmp_path / "ours", tmp_path / "rig", tmp_path / "server")
+    certify(tmp_path / "theirs", tmp_path / "stranger")
+    endpoint, key = free_port("tls/127.0.0.1:0"), b"k" * KEY_BYTES
+    listening = open_session(listen=endpoint, tls=tmp_path / "rig")
+    queryable = listening.declare_queryable("tendril/test/info", lambda query: query.reply("tendril/test/info", b"me"))
+    own = open_session(connect=endpoint, tls=tmp_path / "server")
+    foreign = open_session(connect=endpoint, tls=tmp_path / "stranger")
+    wait_for(lambda: [reply for reply in own.get(KEYS.info) if reply.ok])
+    assert Asker(own, KEYS, key).ask(KEYS.info) == b"me"
+    assert list(foreign.get(KEYS.info, timeout=1.0)) == []
+    with pytest.raises(ParameterError, match="needs certificates"):
+        open_session(connect=endpoint)
+    with pytest.raises(ParameterError, match=r"missing/ca\.pem does not exist"):
+        open_session(connect=endpoint, tls=tmp_path / "missing")
+    queryable.undeclare()
+    for session in (own, foreign, listening):
+        session.close()
+
+
+def certify(authority: Path, *folders: Path) -> None:
+    """A certificate authority of our own, and in each folder what it gives to one machine, as the document says."""
+    authority.mkdir()
+    run(authority, "req -x509 -newkey rsa:2048 -nodes -days 30 -subj /CN=tendril -keyout ca.key -out ca.pem")
+    for folder in folders:
+        run(folder, f"req -newkey rsa:2048 -nodes -subj /CN={folder.name} -keyout key.pem -out cert.csr")
+        (folder / "names.txt").write_text("subjectAltName=IP:127.0.0.1,DNS:localhost\n")
+        ca = f"-CA {authority}/ca.pem -CAkey {authority}/ca.key -CAcreateserial"
+        run(folder, f"x509 -req -in cert.csr {ca} -days 30 -extfile names.txt -out cert.pem")
+        (folder / "ca.pem").write_bytes((authority / "ca.pem").read_bytes())
+
+
+def run(folder: Path, arguments: str) -> None:
+    subprocess.run(["openssl", *arguments.split()], cwd=folder, check=True, capture_output=True)

@@ -1,0 +1,92 @@
+"""A rig that takes nothing from this server: everyone who looks is told why, and what can still be done works."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from controller.errors import KeyRefused
+from controller.key_file import made_key
+from controller.link import version
+from controller.modes import Mode
+from server.services import open_services
+from tests.server.live_server import RigProcess, TestServer, free_environment, key_file, wait_for
+
+TENDRIL = Path(sys.executable).parent / "tendril"
+
+
+def logged(server: TestServer, text: str) -> bool:
+    """Whether the page's log has an error with this text, soon."""
+    return wait_for(lambda: any(e.level == "error" and text in e.text for e in server.services.events.recent), text)
+
+
+def test_a_second_server_says_who_commands_and_can_only_stop(
+    server: TestServer, shared_rig: RigProcess, tmp_path: Path
+) -> None:
+    first = server.operator()
+    second = TestServer(tmp_path, shared_rig.endpoint)
+    try:
+        page = second.page().sign_in().operate()
+        with page.live() as live:
+            told = live.wait("status", lambda m: m["health"]["trouble"])
+            assert "commands this rig since" in told["health"]["trouble"]
+            assert told["health"]["rig_connected"]
+            assert logged(second, "commands this rig since")
+            refused = page.command("arm")
+            assert refused.status_code == 409
+            assert "the server on" in refused.json()["detail"]
+            assert page.command("e_stop").json()["mode"] == Mode.E_STOP
+            assert first.command("clear").status_code == 200
+            live.texts.clear()
+            server.close()
+            live.wait("status", lambda m: not m["health"]["trouble"])
+            assert page.command("arm").status_code == 200
+            assert page.command("e_stop").status_code == page.command("clear").status_code == 200
+    finally:
+        second.close()
+
+
+def test_another_version_is_named_to_everyone_who_looks(
+    shared_rig: RigProcess, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    free_environment()
+    monkeypatch.setattr(version, "LAYOUT", "feedfacefeedface")
+    server = TestServer(tmp_path, shared_rig.endpoint)
+    try:
+        page = server.page().sign_in().operate()
+        with page.live() as live:
+            trouble = live.wait("status", lambda m: m["health"]["trouble"])["health"]["trouble"]
+            assert logged(server, "run the same version")
+        assert trouble.startswith(f"rig 'test' is Tendril {version.OURS} with record layout ")
+        assert f"this server is Tendril {version.OURS} with feedfacefeedface: run the same version" in trouble
+        assert page.get("/api/health").json()["trouble"] == trouble
+        assert page.command("e_stop").status_code == 503
+    finally:
+        server.close()
+
+
+def test_a_server_with_another_key_shows_the_rig_and_says_which_file_it_needs(
+    shared_rig: RigProcess, tmp_path: Path
+) -> None:
+    free_environment()
+    made_key(tmp_path / "other.key")
+    other = TestServer(tmp_path, shared_rig.endpoint, tmp_path / "other.key")
+    try:
+        page = other.page().sign_in().operate()
+        trouble = wait_for(lambda: page.get("/api/health").json()["trouble"], "the refusal")
+        assert "sealed with another key" in trouble and "test.key" in trouble
+        wait_for(lambda: other.services.history.newest is not None, "telemetry")
+        assert page.command("e_stop").status_code == 503
+    finally:
+        other.close()
+
+
+def test_a_server_without_a_usable_key_does_not_start(server: TestServer, tmp_path: Path) -> None:
+    path = key_file(tmp_path)
+    path.chmod(0o644)
+    with pytest.raises(KeyRefused, match="mode 0644"):
+        open_services(server.settings.model_copy(update={"key_file": path}))
+    done = subprocess.run([TENDRIL, "serve", "--key-file", tmp_path / "no.key"], capture_output=True, text=True)
+    assert (done.returncode, len(done.stderr.splitlines())) == (1, 1)
+    assert "no.key does not exist: copy it from the rig's machine" in done.stderr
