@@ -19,6 +19,8 @@ log = logging.getLogger(__name__)
 
 BEAT = 1 / 60
 STATUS_PERIOD = 1.0
+CROWD = 16
+"""More viewers than these get every other beat each; who operates gets all."""
 WAITING = 256
 """Text messages that may wait for a slow viewer; beyond that the oldest are dropped."""
 
@@ -39,6 +41,8 @@ class Viewer:
     who: Identity
     feed: Feed
     cursor: int = 0
+    turn: int = 0
+    """How many came before: in a crowd odd and even ones take turns."""
     presence: int = -1
     outbox: deque[str] = field(default_factory=lambda: deque(maxlen=WAITING))
     status_due: bool = True
@@ -51,11 +55,21 @@ class Viewer:
 
 
 class Hub:
-    """All viewers and the beat. `status` makes the Status of one viewer, `key` changes whenever it should be sent."""
+    """All viewers and the beat.
 
-    def __init__(self, history: History, status: Callable[[Identity], BaseModel], key: Callable[[], object]) -> None:
-        self._history, self._status, self._key = history, status, key
+    `status` makes the Status of one viewer, `key` changes whenever it should be sent, `operates` says who is first.
+    """
+
+    def __init__(
+        self,
+        history: History,
+        status: Callable[[Identity], BaseModel],
+        key: Callable[[], object],
+        operates: Callable[[Identity], bool],
+    ) -> None:
+        self._history, self._status, self._key, self._operates = history, status, key, operates
         self.viewers: set[Viewer] = set()
+        self._beats = self._come = 0
         self._beat = Beat()
         self._last_key: object = None
         self._status_at = 0.0
@@ -79,6 +93,8 @@ class Hub:
 
     async def serve(self, viewer: Viewer) -> None:
         """Send to `viewer` until its socket or the task ends; every send is awaited, and what is stale is skipped."""
+        self._come += 1
+        viewer.turn = self._come
         self.viewers.add(viewer)
         try:
             while True:
@@ -104,11 +120,19 @@ class Hub:
                 viewer.wake.set()
 
     def _beat_once(self) -> None:
+        self._beats += 1
         if self.viewers:
             self._encode()
             self._announce()
-            for viewer in self.viewers:
+            for viewer in self._due():
                 viewer.wake.set()
+
+    def _due(self) -> list[Viewer]:
+        """Whose turn it is: everyone's, or in a crowd every other one's and the operator's."""
+        if len(self.viewers) <= CROWD:
+            return list(self.viewers)
+        odd = self._beats % 2
+        return [viewer for viewer in self.viewers if viewer.turn % 2 == odd or self._operates(viewer.who)]
 
     def _encode(self) -> None:
         newest, stop = self._history.newest, self._history.count

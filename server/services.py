@@ -77,7 +77,7 @@ class Services:
 
     def __post_init__(self) -> None:
         self.drawings = Drawings(self.settings.state / "drawings")
-        self.hub = Hub(self.history, self.status, self.status_key)
+        self.hub = Hub(self.history, self.status, self.status_key, self.lease.holds)
         self.watch = Watch(self.rig, self.history, self.lease, self.operator, self.events)
         self.alarm_watch = AlarmWatch(self.loop.lateness_p99, self.operators_limits, self.events)
         self.automatic = Automatic(self.recorder, self.rig, self.review, self.events, lambda: self.operator.settings)

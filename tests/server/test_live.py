@@ -1,5 +1,6 @@
 """The live socket: malformed messages, slow viewers, history and the log."""
 
+import contextlib
 import json
 import socket
 import time
@@ -9,6 +10,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 
 from server.channels import CHANNELS
+from server.live import CROWD
 from server.plots.messages import CHANNELS_MAX
 from tests.server.live_server import ROW, Live, TestServer, wait_for
 from tests.server.test_history import plot
@@ -188,3 +190,16 @@ def test_a_closed_page_is_forgotten(server: TestServer) -> None:
         assert isinstance(live, Live)
         assert len(server.services.hub.viewers) == 1
     wait_for(lambda: not server.services.hub.viewers, "the viewer to be dropped")
+
+
+def test_in_a_crowd_viewers_take_turns_and_the_operator_gets_every_beat(server: TestServer) -> None:
+    operator, viewer = server.operator(), server.page().sign_in()
+    with contextlib.ExitStack() as pages:
+        operating = pages.enter_context(operator.live())
+        operating.operate()
+        watching = [pages.enter_context(viewer.live()) for _ in range(CROWD)]
+        wait_for(lambda: all(page.frames for page in watching), "frames for all")
+        begin = [len(page.frames) for page in (operating, *watching)]
+        wait_for(lambda: len(operating.frames) > begin[0] + 200, "frames of the operator")
+        got = [len(page.frames) - before for page, before in zip((operating, *watching), begin, strict=True)]
+    assert 0.4 * got[0] < np.median(got[1:]) < 0.7 * got[0]
