@@ -1,12 +1,15 @@
 """Work in a process of its own, at low priority: the server goes on serving, and its memory stays as it is."""
 
 import os
+import signal
+import sys
 from collections.abc import Callable, Mapping
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from typing import Any, ParamSpec, TypeVar
 
 from controller.errors import TendrilError
+from controller.parent import end_with_parent
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -38,6 +41,8 @@ def apart(work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
 
 
 def _answer(to: Connection, work: Callable[..., Any], arguments: tuple[Any, ...], named: Mapping[str, Any]) -> None:
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit())  # so that a program that we run is ended too
+    end_with_parent()
     os.nice(NICE)
     try:
         result = work(*arguments, **named)

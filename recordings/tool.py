@@ -3,15 +3,17 @@
 import os
 import shutil
 import subprocess
-import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
+
+import rerun_cli
 
 from controller.errors import RecordingError
 
-PROGRAM = "import sys; from rerun_cli.__main__ import main; sys.exit(main())"
-"""`python -m rerun_cli` would lose the exit code."""
+PROGRAM = Path(rerun_cli.__file__).with_name("rerun")
+"""Itself: `python -m rerun_cli` starts it as a child, which would outlive its parent."""
 
 
 def run(*arguments: str, timeout: float) -> None:
@@ -30,7 +32,7 @@ def run(*arguments: str, timeout: float) -> None:
 def command(*arguments: str) -> list[str]:
     """The program of exactly the installed version, at low priority: a rig may be running beside it."""
     nice = shutil.which("nice")
-    return [*([nice, "-n", "19"] if nice else []), sys.executable, "-c", PROGRAM, *arguments]
+    return [*([nice, "-n", "19"] if nice else []), str(PROGRAM), *arguments]
 
 
 @contextmanager
