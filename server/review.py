@@ -47,17 +47,25 @@ class Review:
     def _finish(self, id: str) -> None:
         """In a process of its own: reading the data would keep this one from serving."""
         try:
-            problems = apart(finish, self._store.folder, id)
+            for problem in apart(finish, self._store.folder, id):
+                _say(id, problem)
         except Killed as error:
-            problems = (str(error),)
             self._store.sweep()
-        for problem in problems:
-            log.warning("recording %s stays as it is: %s", id, problem)
+            _say(id, error)
+        except Exception as error:  # whatever is wrong with one, the next ones wait for us
+            _say(id, error, unexpected=True)
 
     def _improve(self, work: Callable[[str], Recording], id: str) -> bool:
         try:
             work(id)
         except (TendrilError, OSError) as error:
-            log.warning("recording %s stays as it is: %s", id, error)
+            _say(id, error)
+            return False
+        except Exception as error:  # as above
+            _say(id, error, unexpected=True)
             return False
         return True
+
+
+def _say(id: str, why: object, unexpected: bool = False) -> None:
+    log.warning("recording %s stays as it is: %s", id, why, exc_info=unexpected)

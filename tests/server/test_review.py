@@ -2,12 +2,16 @@
 
 import json
 import multiprocessing
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
+
+import pytest
 
 from recordings import prepared, quick, sidecar
 from recordings.messages import Recording
 from recordings.store import Store
+from server import review
 from server.review import Review
 from tests.e2e.recorded import record_circle
 from tests.server.live_server import wait_for
@@ -42,13 +46,13 @@ def test_a_killed_helper_loses_no_recording_and_the_next_one_is_finished(tmp_pat
     store = Store(tmp_path)
     done = [record_circle(tmp_path, f"circle {n}", 10.0) for n in range(2)]
     before = store.path(done[0].id).read_bytes()
-    review = Review(store)
-    wait_for(lambda: review.viewer or review.problem, "the viewer's files")
-    review.stopped(done[0].id)
+    thread = Review(store)
+    wait_for(lambda: thread.viewer or thread.problem, "the viewer's files")
+    thread.stopped(done[0].id)
     wait_for(lambda: (tmp_path / f".draft-{done[0].id}").exists(), "a draft")
     for helper in multiprocessing.active_children():
         helper.kill()
-    review.stopped(done[1].id)
+    thread.stopped(done[1].id)
     finished = wait_for(lambda: (found := store.find(done[1].id)).metrics and found, "the next one's metrics")
     assert finished.bytes < done[1].bytes
     assert store.find(done[0].id) == done[0]
@@ -76,3 +80,23 @@ def test_a_finished_recording_opens_from_what_was_kept_beside_it_until_its_data_
     assert prepared.kept(path, prepared.mark(path)) is None
     store.remove(id)
     assert not kept.exists()
+
+
+def test_an_error_that_nobody_expects_in_one_recording_keeps_no_other_from_being_finished(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store = Store(tmp_path)
+    ids, asked = [record_circle(tmp_path, f"circle {n}", 3.0).id for n in range(2)], []
+
+    def fails_once(work: Callable[..., object], folder: Path, id: str) -> object:
+        asked.append(id)
+        if id == ids[0]:
+            raise ValueError("the file is gone in the midst")
+        return work(folder, id)
+
+    monkeypatch.setattr(review, "apart", fails_once)
+    thread = Review(store)
+    for id in ids:
+        thread.stopped(id)
+    wait_for(lambda: store.find(ids[1]).metrics, "the next one's metrics")
+    assert asked == ids
