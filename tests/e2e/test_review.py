@@ -278,6 +278,37 @@ def test_a_recording_keeps_what_was_chosen_and_is_seen_while_it_grows(page: Page
     page.get_by_test_id("lease-release").click()
 
 
+def test_what_the_plots_show_of_the_chosen_signals_is_exported(page: Page, made: list[Recording]) -> None:
+    review(page)
+    open_link(page, f"#review/{made[0].id}")
+    plot = page.get_by_test_id("quick-plot").first.locator(".u-over")
+    expect(plot).to_be_visible()
+    box = plot.bounding_box()
+    assert box
+    for share, act in ((0.25, page.mouse.down), (0.5, page.mouse.up)):
+        page.mouse.move(box["x"] + share * box["width"], box["y"] + box["height"] / 2, steps=5)
+        act()
+    page.get_by_test_id("export").click()
+    edges = [float(page.get_by_test_id(f"export-{edge}").input_value()) for edge in ("from", "to")]
+    assert edges == pytest.approx([0.25 * made[0].seconds, 0.5 * made[0].seconds], abs=0.4)
+    page.get_by_test_id("export-signals").click()
+    page.get_by_role("option", name="p_meas [m]").click()
+    page.keyboard.press("Escape")
+    shot(page, "export")
+    with page.expect_download() as download:
+        page.get_by_test_id("export-send").click()
+    lines = download.value.path().read_text().splitlines()
+    assert lines[0] == "t [s],p_meas_x [m],p_meas_y [m]"
+    t = [float(line.split(",")[0]) for line in lines[1:]]
+    assert [t[0], t[-1]] == pytest.approx(edges, abs=2e-3)
+    assert len(t) == pytest.approx((edges[1] - edges[0]) * 1e3, abs=3)
+    page.get_by_test_id("export").click()
+    page.get_by_test_id("export-to").fill("0.1")
+    expect(page.get_by_role("alert")).to_contain_text("To = 0.1 s is before From")
+    expect(page.get_by_test_id("export-send")).not_to_have_attribute("href", re.compile("."))
+    page.get_by_role("button", name="Close").click()
+
+
 def test_a_list_that_cannot_be_read_says_why_and_can_be_asked_again(page: Page, made: list[Recording]) -> None:
     asked = re.compile(r"/api/recordings\?")
     page.route(asked, lambda route: route.fulfill(status=503, json={"detail": "the disk sleeps"}))

@@ -1,5 +1,5 @@
 import { ask, call } from "./rest";
-import type { Measured, Point, ProfileInfo, Quick, Recording } from "./types";
+import type { Measured, Point, ProfileInfo, Quick, Recording, SignalInfo } from "./types";
 
 /** What people may change of a recording. */
 export type RecordingChanges = Partial<Pick<Recording, "name" | "tags" | "notes" | "starred">>;
@@ -28,16 +28,36 @@ export interface RecordedPath {
   readonly times: number[];
 }
 
+/** Formats, their short names, and who reads them. */
 export const EXPORTS = [
-  ["csv", "CSV"],
-  ["parquet", "Parquet"],
-  ["mat", "MATLAB .mat"],
-  ["mcap", "MCAP (Foxglove, PlotJuggler)"],
+  ["csv", "CSV", "One line a tick, units in the header: for anything."],
+  ["parquet", "Parquet", "For pandas, polars, DuckDB and MATLAB."],
+  ["mat", "MATLAB", "A struct “tendril” for MATLAB, Octave and scipy."],
+  ["mcap", "MCAP", "Messages for Foxglove and PlotJuggler."],
+  ["rrd", "rerun", "The recording as it is, whole, for rerun."],
 ] as const;
+export type Format = (typeof EXPORTS)[number][0];
+
+/** What is to be in an exported file; "" and none mean all. */
+export interface ExportChoice {
+  readonly signals: readonly string[];
+  readonly from: number | string;
+  readonly to: number | string;
+}
 
 /** Address of the recording `id`, with `part` behind it. */
 export function recordingUrl(id: string, part = ""): string {
   return `/api/recordings/${encodeURIComponent(id)}${part}`;
+}
+
+/** Address of the recording `id` as a file. */
+export function exportUrl(id: string, format: Format, { signals, from, to }: ExportChoice): string {
+  if (format === "rrd") return recordingUrl(id, ".rrd");
+  const query = new URLSearchParams({ format });
+  if (signals.length > 0) query.set("signals", signals.join(","));
+  if (from !== "") query.set("from", String(from));
+  if (to !== "") query.set("to", String(to));
+  return recordingUrl(id, `/export?${query.toString()}`);
 }
 
 export const recordings = {
@@ -50,6 +70,8 @@ export const recordings = {
   },
   /** Its figures, taken anew. */
   metrics: (id: string) => call<Measured>("GET", recordingUrl(id, "/metrics")),
+  /** What can be exported of it. */
+  signals: (id: string) => call<SignalInfo[]>("GET", recordingUrl(id, "/signals")),
   find: (id: string) => call<Recording>("GET", recordingUrl(id)),
   /** The quick look with at most `points` values of each of the signals `keys`. */
   quick: (id: string, points: number, keys: readonly string[]) => {

@@ -18,6 +18,7 @@ export type ReferenceInfo = Schemas["ReferenceInfo"];
 export type ReferencePath = Schemas["ReferencePath"];
 export type Recording = Schemas["Recording"];
 export type Quick = Schemas["Quick"];
+export type SignalInfo = Schemas["SignalInfo"];
 export type QuickSignal = Schemas["QuickSignal"];
 export type Measured = Schemas["Measured"];
 export type Metrics = Schemas["Metrics"];

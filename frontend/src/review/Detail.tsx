@@ -6,11 +6,12 @@ import { Replay3D } from "../panels/Replay3D";
 import { clock, localTime } from "../state/format";
 import { About } from "./About";
 import { DeleteButton } from "./DeleteButton";
-import { ExportMenu } from "./ExportMenu";
+import { ExportButton } from "./ExportButton";
 import { Figures } from "./Figures";
 import { FollowAgain } from "./FollowAgain";
 import { QuickLook } from "./QuickLook";
 import { Badges, Star } from "./RecordingRow";
+import type { TimeWindow } from "./QuickPlot";
 import { Signals } from "./Signals";
 import { useActive, type Recordings } from "./useRecordings";
 
@@ -25,6 +26,7 @@ interface Props {
 /** One recording: its facts, the quick look, its signals in rerun, its motion in 3D. */
 export function Detail({ id, recordings, onBack }: Props) {
   const [sight, setSight] = useState<Sight>("quick");
+  const [zoomed, setZoomed] = useState<TimeWindow | null>(null);
   const running = useActive() === id;
   const recording = recordings.find(id);
   if (!recording) return <Unknown id={id} onBack={onBack} />;
@@ -39,7 +41,7 @@ export function Detail({ id, recordings, onBack }: Props) {
         <Badges row={recording} running={running} />
         <span className="spacer" />
         <FollowAgain recording={recording} />
-        <ExportMenu recording={recording} />
+        <ExportButton recording={recording} zoomed={sight === "quick" ? zoomed : null} />
         <DeleteButton
           row={recording}
           running={running}
@@ -63,7 +65,7 @@ export function Detail({ id, recordings, onBack }: Props) {
         />
       </div>
       {sight === "quick" ? <About recording={recording} running={running} recordings={recordings} /> : null}
-      <Sighted sight={sight} recording={recording} running={running} />
+      <Sighted sight={sight} recording={recording} running={running} onZoom={setZoomed} />
     </main>
   );
 }
@@ -72,12 +74,13 @@ interface SightedProps {
   readonly sight: Sight;
   readonly recording: Recording;
   readonly running: boolean;
+  readonly onZoom: (to: TimeWindow | null) => void;
 }
 
-function Sighted({ sight, recording, running }: SightedProps) {
+function Sighted({ sight, recording, running, onZoom }: SightedProps) {
   switch (sight) {
     case "quick":
-      return <QuickLook id={recording.id} running={running} />;
+      return <QuickLook id={recording.id} running={running} onZoom={onZoom} />;
     case "figures":
       return running ? <p className="panel note">Figures are taken after its end.</p> : <Figures id={recording.id} />; // prettier-ignore
     case "plots":

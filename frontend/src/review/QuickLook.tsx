@@ -4,28 +4,34 @@ import type { Quick } from "../api/types";
 import { PathCanvas, type DrawnPath, type PathMark } from "./PathCanvas";
 import { pathsOf } from "./paths";
 import { quickCharts, type QuickChart } from "./quickCharts";
-import { QuickPlot, Sample } from "./QuickPlot";
+import { QuickPlot, Sample, type Zoomed } from "./QuickPlot";
 import { useQuick } from "./useQuick";
 
 interface Props {
   readonly id: string;
   readonly running: boolean;
+  readonly onZoom: Zoomed;
 }
 
 /** The main signals and the tip's path of a recording, without rerun. */
-export function QuickLook({ id, running }: Props) {
+export function QuickLook({ id, running, onZoom }: Props) {
   const { looks, problem } = useQuick([id], running);
   const quick = looks?.at(0);
   if (problem !== "") return <p className="panel advice" role="alert">No quick look: {problem}</p>; // prettier-ignore
   if (!quick) return <Loader m="xl" data-testid="quick-loading" />;
   if (quick.rows === 0) return <p className="panel note">Nothing is recorded in it.</p>;
-  return <Shown quick={quick} />;
+  return <Shown quick={quick} onZoom={onZoom} />;
 }
 
-function Shown({ quick }: { readonly quick: Quick }) {
+interface ShownProps {
+  readonly quick: Quick;
+  readonly onZoom: Zoomed;
+}
+
+function Shown({ quick, onZoom }: ShownProps) {
   const charts = useMemo(() => quickCharts(quick), [quick]);
   const paths = useMemo(() => pathsOf(quick), [quick]);
-  return <PlotsAndPath charts={charts} paths={paths} group="quick" unitX="s" />;
+  return <PlotsAndPath charts={charts} paths={paths} group="quick" unitX="s" onZoom={onZoom} />;
 }
 
 interface PlotsProps {
@@ -33,10 +39,11 @@ interface PlotsProps {
   readonly paths: readonly DrawnPath[];
   readonly group: string;
   readonly unitX: string;
+  readonly onZoom?: Zoomed | undefined;
 }
 
 /** Plots beside the paths; where the cursor is on time, each path is marked. */
-export function PlotsAndPath({ charts, paths, group, unitX }: PlotsProps) {
+export function PlotsAndPath({ charts, paths, group, unitX, onZoom }: PlotsProps) {
   const mark = useRef<PathMark>(null);
   const follow = useCallback((x: number | null) => {
     mark.current?.show(x);
@@ -51,6 +58,7 @@ export function PlotsAndPath({ charts, paths, group, unitX }: PlotsProps) {
             group={group}
             unitX={unitX}
             onCursor={i === 0 && unitX === "s" ? follow : undefined}
+            onZoom={i === 0 ? onZoom : undefined}
           />
         ))}
       </div>

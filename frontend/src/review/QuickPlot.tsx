@@ -7,6 +7,14 @@ import { INK, type Ink } from "../roles";
 import { plain } from "../state/format";
 import type { PlotLine, QuickChart } from "./quickCharts";
 
+/** A part of the time that is shown [s]. */
+export interface TimeWindow {
+  readonly from: number;
+  readonly to: number;
+}
+/** Told what is shown, null for all. */
+export type Zoomed = (to: TimeWindow | null) => void;
+
 interface Props {
   readonly chart: QuickChart;
   /** Plots of one key share cursor and zoom. */
@@ -15,10 +23,11 @@ interface Props {
   readonly unitX: string;
   /** Told where the cursor is on x, null off the plot. */
   readonly onCursor?: ((x: number | null) => void) | undefined;
+  readonly onZoom?: Zoomed | undefined;
 }
 
 /** One plot of a recording: drag zooms along x, a double click shows all again, the cursor is common to all. */
-export function QuickPlot({ chart, group, unitX, onCursor }: Props) {
+export function QuickPlot({ chart, group, unitX, onCursor, onZoom }: Props) {
   const host = useRef<HTMLDivElement>(null);
   const values = useRef<(HTMLElement | null)[]>([]);
   const ink = INK[useComputedColorScheme("dark")];
@@ -35,7 +44,14 @@ export function QuickPlot({ chart, group, unitX, onCursor }: Props) {
       });
       onCursor?.(at === null ? null : plot.data[0][at]);
     };
-    const plot = new uPlot(optionsOf(chart, element, { group, unitX, ink, read }), chart.columns, element);
+    const zoomed = (plot: uPlot) => {
+      onZoom?.(windowOf(plot));
+    };
+    const plot = new uPlot(
+      optionsOf(chart, element, { group, unitX, ink, read, zoomed }),
+      chart.columns,
+      element,
+    );
     const sizes = new ResizeObserver(([{ contentRect }]) => {
       plot.setSize({ width: Math.floor(contentRect.width), height: Math.floor(contentRect.height) });
     });
@@ -44,7 +60,7 @@ export function QuickPlot({ chart, group, unitX, onCursor }: Props) {
       sizes.disconnect();
       plot.destroy();
     };
-  }, [chart, group, unitX, ink, onCursor]);
+  }, [chart, group, unitX, ink, onCursor, onZoom]);
   return (
     <figure className="quick-plot" data-testid="quick-plot">
       <figcaption>
@@ -93,9 +109,21 @@ interface Look {
   readonly unitX: string;
   readonly ink: Ink;
   readonly read: (plot: uPlot) => void;
+  readonly zoomed: (plot: uPlot) => void;
 }
 
-function optionsOf(chart: QuickChart, host: HTMLElement, { group, unitX, ink, read }: Look): uPlot.Options {
+/** What the plot shows of its time, null for all of it. */
+function windowOf({ scales, data }: uPlot): TimeWindow | null {
+  const [from, to] = [scales.x.min ?? 0, scales.x.max ?? 0];
+  const [first, last] = [data[0].at(0) ?? 0, data[0].at(-1) ?? 0];
+  return from <= first && to >= last ? null : { from: Math.max(0, from), to };
+}
+
+function optionsOf(
+  chart: QuickChart,
+  host: HTMLElement,
+  { group, unitX, ink, read, zoomed }: Look,
+): uPlot.Options {
   const axis = {
     font: "10px system-ui, sans-serif",
     stroke: ink.soft,
@@ -119,7 +147,14 @@ function optionsOf(chart: QuickChart, host: HTMLElement, { group, unitX, ink, re
       { ...axis, size: 46, values: (_, splits) => numberLabels(splits) },
     ],
     series: [{}, ...chart.lines.map(lineOf)],
-    hooks: { setCursor: [read] },
+    hooks: {
+      setCursor: [read],
+      setScale: [
+        (plot, key) => {
+          if (key === "x") zoomed(plot);
+        },
+      ],
+    },
   };
 }
 
