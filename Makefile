@@ -66,11 +66,12 @@ test-browser: setup chromium
 test-long: setup chromium
 	$(BIN)/python -m pytest tests/e2e -rP -m long
 
-# The page's types follow the server's OpenAPI; `make types` compares.
+# The page's types follow the server's OpenAPI; `make types` compares. docs/safety.md follows the loop's tables.
 schema: .venv/installed frontend/node_modules/installed
 	$(BIN)/tendril schema > .venv/openapi.json
 	cd frontend && $(NODE) npm run --silent types -- ../.venv/openapi.json
 	$(BIN)/python -m server.faults.table
+	$(BIN)/python -m controller.safety_tables
 
 # Exact versions with hashes for every supported Python, without any registry address.
 lock: .venv/installed

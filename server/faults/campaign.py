@@ -1,5 +1,6 @@
 """`tendril faults`: one fault after the other, each from a fresh motion, and a verdict for each."""
 
+import signal
 import tempfile
 import time
 from collections.abc import Callable, Sequence
@@ -11,7 +12,7 @@ from rich.table import Table
 
 from controller.errors import TendrilError
 from controller.modes import Cause
-from server.faults import abuse, files, link, load, people, processes, sensing
+from server.faults import abuse, files, link, load, people, plant, processes, sensing
 from server.faults.scene import Scene
 from server.faults.table import Fault
 from server.faults.waiting import Seen, Skipped
@@ -40,6 +41,12 @@ ACTS: dict[str, Callable[[Scene], Seen]] = {
     "mocap-200ms": sensing.dropout_long,
     "mocap-5s": sensing.lost,
     "mocap-nan": sensing.nan,
+    "mocap-old": sensing.old,
+    "mocap-frozen": sensing.frozen,
+    "mocap-jump": sensing.jump,
+    "sensor-stuck": plant.sensor_stuck,
+    "valve-stuck": plant.valve_stuck,
+    "supply-lost": plant.supply_lost,
     "link-cut": link.cut,
     "link-silent": link.silent,
     "link-delayed": link.delayed,
@@ -125,6 +132,8 @@ class Campaign:
 
 def run_campaign(faults: Sequence[Fault], repeat: int, out: Console) -> list[Verdict]:
     """All faults, `repeat` times, each time with a table."""
+    for number in (signal.SIGINT, signal.SIGTERM):  # a shell may have started us in the background, SIGINT ignored
+        signal.signal(number, signal.default_int_handler)
     verdicts: list[Verdict] = []
     with tempfile.TemporaryDirectory(prefix="tendril-faults-") as folder:
         for turn in range(1, repeat + 1):

@@ -22,7 +22,7 @@ from server.faults import inside, trace
 from server.faults.person import Person
 from server.faults.proxy import Proxy
 from server.faults.table import GAP
-from server.faults.waiting import require, wait
+from server.faults.waiting import Failed, require, wait
 from server.settings import ServerSettings
 from server.up import ServerChild
 
@@ -98,14 +98,18 @@ class Scene:
 
     def until(self, t_ns: int, modes: tuple[Mode, ...], seconds: float) -> np.void:
         """The first row after `t_ns` in one of `modes`; `Failed` if there is none within `seconds` from now."""
+        found: list[np.void] = []
 
         def look() -> bool:
-            return self.mode in modes or bool(np.isin(self.since(t_ns)["mode"], modes).any())
+            rows = self.since(t_ns)
+            found[:] = rows[np.isin(rows["mode"], modes)][:1]
+            return bool(found)
 
-        wait(look, seconds, f"{' or '.join(mode.name for mode in modes)}; the rig is in {self.mode.name}")
-        rows = self.since(t_ns)
-        found: np.void = rows[np.isin(rows["mode"], modes)][0]
-        return found
+        try:
+            wait(look, seconds, " or ".join(mode.name for mode in modes))
+        except Failed as error:
+            raise Failed(f"{error}; the rig is in {self.mode.name}") from error
+        return found[0]
 
     def break_inside(self, process: int, **order: float) -> None:
         """Let `process` do something to itself; see `inside.act`."""

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from controller.modes import Cause, Mode
+from controller.modes import Cause, Freeze, Mode
 from server.faults import trace
 from server.faults.scene import Scene
 from server.faults.waiting import Seen, require
@@ -62,6 +62,21 @@ def lost(scene: Scene) -> Seen:
 def nan(scene: Scene) -> Seen:
     """Samples come, and none has a number in it."""
     return latched(scene, Mode.FAULT, Cause.MEASUREMENT_LOST, 2.0, marker_loss=1.0)
+
+
+def old(scene: Scene) -> Seen:
+    """A camera program that hangs, and a driver that goes on."""
+    return latched(scene, Mode.FAULT, Cause.MEASUREMENT_LOST, 2.0, freeze=Freeze.OLD_TIME)
+
+
+def frozen(scene: Scene) -> Seen:
+    """The same with a driver that says when it asked, not when the camera looked."""
+    return latched(scene, Mode.FAULT, Cause.MEASUREMENT_FROZEN, 2.0, freeze=Freeze.FRESH_TIME)
+
+
+def jump(scene: Scene) -> Seen:
+    """A camera that was pushed."""
+    return latched(scene, Mode.FAULT, Cause.MEASUREMENT_JUMPED, 2.0, jump=[0.05, 0.0])
 
 
 def _dropout(scene: Scene, seconds: float) -> Seen:
