@@ -54,7 +54,7 @@ test-page: frontend/node_modules/installed
 
 # What keeps time or kills processes runs alone, the rest on all cores.
 ALONE := $(patsubst %,tests/controller/test_%.py,clock link link_guarded loop pool rig ring supervisor) \
-	$(patsubst %,tests/server/test_%.py,chain killed_rig live runs trouble two_machines viser) \
+	$(patsubst %,tests/server/test_%.py,campaign chain killed_rig live runs trouble two_machines viser) \
 	$(patsubst %,tests/recordings/test_%.py,killed recorder)
 test-python: setup
 	$(BIN)/python -m pytest tests --ignore tests/e2e $(ALONE:%=--ignore %) -n auto --dist loadfile
@@ -66,10 +66,12 @@ test-browser: setup chromium
 test-long: setup chromium
 	$(BIN)/python -m pytest tests/e2e -rP -m long
 
-# The page's types follow the server's OpenAPI; `make types` compares.
+# The page's types follow the server's OpenAPI; `make types` compares. docs/safety.md follows the loop's tables.
 schema: .venv/installed frontend/node_modules/installed
 	$(BIN)/tendril schema > .venv/openapi.json
 	cd frontend && $(NODE) npm run --silent types -- ../.venv/openapi.json
+	$(BIN)/python -m server.faults.table
+	$(BIN)/python -m controller.safety_tables
 
 # Exact versions with hashes for every supported Python, without any registry address.
 lock: .venv/installed

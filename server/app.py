@@ -9,7 +9,7 @@ from typing import Any
 
 from fastapi import FastAPI
 
-from controller.modes import Cause, Integrator, Law, Mode
+from controller.modes import Cause, Freeze, Integrator, Law, Mode
 from server import problems, proxy
 from server.gate import Gate
 from server.messages import FromBrowser, FromServer
@@ -64,7 +64,7 @@ _PARTS = (
     scene,
     proxy,
 )
-_ENUMERATIONS: tuple[type[IntEnum], ...] = (Cause, Integrator, Law, Mode)
+_ENUMERATIONS: tuple[type[IntEnum], ...] = (Cause, Freeze, Integrator, Law, Mode)
 
 
 class Api(FastAPI):

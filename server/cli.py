@@ -150,6 +150,26 @@ def bench(
 
 
 @app.command()
+def faults(
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the verdicts to this file.")] = None,
+    only: Annotated[str | None, typer.Option(help="Names of faults as in docs/faults.md, with commas between.")] = None,
+    quick: Annotated[bool, typer.Option(help="A handful of them, within a minute.")] = False,
+    repeat: Annotated[int, typer.Option(min=1, max=100, help="Run the campaign so often.")] = 1,
+) -> None:
+    """Break a rig (twin), its server and their surroundings in every known way, and judge what they do."""
+    from server.faults.campaign import run_campaign
+    from server.faults.table import chosen
+    from server.files import require_file, write
+
+    if json_file is not None:
+        require_file(json_file)
+    verdicts = run_campaign(chosen(only, quick), repeat, out)
+    if json_file is not None:
+        write(json_file, json.dumps({"faults": verdicts}, indent=2) + "\n")
+    raise typer.Exit(0 if all(verdict["pass"] for verdict in verdicts) else 1)
+
+
+@app.command()
 def identify(
     data: Annotated[list[Path], typer.Argument(help="CSV files of one actuator: a static test, free decays, or both.")],
     out_file: Annotated[Path, typer.Option("--out", help="Actuator file (.toml) to write.")],

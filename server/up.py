@@ -9,6 +9,7 @@ import tempfile
 import time
 import webbrowser
 from pathlib import Path
+from typing import IO
 from urllib.parse import urlsplit
 
 from rich.console import Console
@@ -32,8 +33,15 @@ STOP_TIMEOUT = 10.0
 class ServerChild:
     """The server as a child process, started again when it dies."""
 
-    def __init__(self, settings: ServerSettings, ready: Path) -> None:
-        self._command = [sys.executable, "-m", "server", str(ready)]
+    def __init__(
+        self,
+        settings: ServerSettings,
+        ready: Path,
+        program: tuple[str, ...] = ("server",),
+        output: IO[bytes] | None = None,
+    ) -> None:
+        """`program` follows `python -m`; `output` None leaves it where ours goes."""
+        self._command, self._output = [sys.executable, "-m", *program, str(ready)], output
         self._environment = os.environ | environment(settings)
         self._ready = ready
         self._deaths = 0
@@ -72,7 +80,9 @@ class ServerChild:
         self._ready.unlink(missing_ok=True)
         self._born, self._due = time.monotonic(), 0.0
         # A session of its own: Ctrl-C in the terminal is for us, we end both children in order.
-        return subprocess.Popen(self._command, env=self._environment, start_new_session=True)
+        return subprocess.Popen(
+            self._command, env=self._environment, stdout=self._output, stderr=self._output, start_new_session=True
+        )
 
 
 def run_up(rig: RigSettings, server: ServerSettings, browser: bool, ready: Path | None) -> None:

@@ -1,6 +1,7 @@
 """Token, cookie and lease."""
 
 import stat
+import time
 from pathlib import Path
 
 import pytest
@@ -8,7 +9,7 @@ from pydantic import SecretStr
 
 from controller.errors import ParameterError
 from controller.parameters import Settings
-from server.auth import FAILURES, Identity, Sessions, TooManyAttempts, WrongToken, same_origin
+from server.auth import FAILURES, MAX_AGE, Identity, Sessions, TooManyAttempts, WrongToken, same_origin
 from server.lease import LAPSE, OperatorLease
 from server.services import kept_settings
 from server.settings import Secrets, ServerSettings, exposed, load_secrets
@@ -36,6 +37,17 @@ def test_cookie_is_read_back_and_a_forged_or_foreign_one_is_not() -> None:
     assert ours.read({ours.cookie: '["id","name"]'}) is None
     assert ours.read({}) is None
     assert sessions("another token").read({ours.cookie: sealed}) is None, "a new token ends old sessions"
+
+
+def test_a_cookie_lapses_after_a_week_but_not_because_the_wall_clock_was_set_back(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    ours, now = sessions(), time.time()
+    who = ours.open("right", "here")
+    sealed = ours.seal(who)
+    for step, found in ((-3600.0, who), (MAX_AGE - 60.0, who), (MAX_AGE + 60.0, None), (-MAX_AGE - 60.0, None)):
+        monkeypatch.setattr(time, "time", lambda step=step: now + step)
+        assert ours.read({ours.cookie: sealed}) == found, step
 
 
 def test_guessing_is_stopped_and_forgiven_after_a_minute() -> None:

@@ -1227,7 +1227,7 @@ export interface components {
      * @description Why the rig is in its mode, or why it refused.
      * @enum {integer}
      */
-    Cause: 0 | 1 | 2 | 3 | 4 | 5 | 6 | 7 | 8 | 9 | 10 | 11 | 12 | 13 | 14 | 15 | 16;
+    Cause: 0 | 1 | 2 | 3 | 4 | 5 | 6 | 7 | 8 | 9 | 10 | 11 | 12 | 13 | 14 | 15 | 16 | 17 | 18 | 19 | 20;
     /**
      * CommandBody
      * @description Body of POST /api/command.
@@ -1345,6 +1345,12 @@ export interface components {
        * @default 0.03
        */
       rest_rate: number;
+      /**
+       * Torque Slew Max
+       * @description Bound on the rate of u in HOLD and FOLLOW, feedback and all (ours); a planned reference may step.
+       * @default 5
+       */
+      torque_slew_max: number;
     };
     /**
      * DistanceLimit
@@ -1585,6 +1591,12 @@ export interface components {
       /** Symbol */
       symbol: string;
     };
+    /**
+     * Freeze
+     * @description How the twin's motion capture is frozen.
+     * @enum {integer}
+     */
+    Freeze: 0 | 1 | 2;
     /**
      * GainPreset
      * @description Settings that were saved under a name; the page loads law, gains and limits from them.
@@ -2522,7 +2534,8 @@ export interface components {
        *       "dead_time": 0.05,
        *       "pneumatic_lag": 0.05,
        *       "torque_rate_max": 0.5,
-       *       "rest_rate": 0.03
+       *       "rest_rate": 0.03,
+       *       "torque_slew_max": 5
        *     }
        */
       controller: components["schemas"]["ControllerParameters"];
@@ -2538,7 +2551,15 @@ export interface components {
        *       "loop_gap": 0.05,
        *       "error_max": 0.08,
        *       "error_time": 2,
-       *       "pressure_max": 340000
+       *       "jump_max": 0.03,
+       *       "jump_speed": 0.5,
+       *       "frozen_time": 0.2,
+       *       "frozen_torque": 0.003,
+       *       "speed_max": 20,
+       *       "pressure_off_max": 30000,
+       *       "pressure_off_time": 0.3,
+       *       "pressure_max": 340000,
+       *       "pressure_min": -20000
        *     }
        */
       limits: components["schemas"]["SafetyLimits"];
@@ -2788,11 +2809,55 @@ export interface components {
        */
       error_time: number;
       /**
+       * Jump Max
+       * @description A marker that moves by more than this from one sample to the next, and against the model too, is not used.
+       * @default 0.03
+       */
+      jump_max: number;
+      /**
+       * Jump Speed
+       * @description Added to jump_max for the time between the two samples, with twice the speed of the observer's last rod.
+       * @default 0.5
+       */
+      jump_speed: number;
+      /**
+       * Frozen Time
+       * @default 0.2
+       */
+      frozen_time: number;
+      /**
+       * Frozen Torque
+       * @default 0.003
+       */
+      frozen_torque: number;
+      /**
+       * Speed Max
+       * @description Five times as fast as a step of the paper: beyond, gains make the observer diverge.
+       * @default 20
+       */
+      speed_max: number;
+      /**
+       * Pressure Off Max
+       * @default 30000
+       */
+      pressure_off_max: number;
+      /**
+       * Pressure Off Time
+       * @default 0.3
+       */
+      pressure_off_time: number;
+      /**
        * Pressure Max
        * @description A measured chamber pressure above this is an E-STOP.
        * @default 340000
        */
       pressure_max: number;
+      /**
+       * Pressure Min
+       * @description So is one below this: gauge pressure, so a sensor or its wire is broken.
+       * @default -20000
+       */
+      pressure_min: number;
     };
     /**
      * SeatLook
@@ -3141,7 +3206,7 @@ export interface components {
     };
     /**
      * TwinFaults
-     * @description What is injected into the twin's markers beside its own noise; off with every life of the rig.
+     * @description What is injected into the twin beside its own flaws; off with every life of the rig.
      */
     "TwinFaults-Input": {
       /**
@@ -3164,14 +3229,46 @@ export interface components {
       marker_loss: number;
       /**
        * Rods
-       * @description Bit i-1 set: noise and loss of markers meet rod i.
+       * @description Bit i-1 set: noise, jump and loss of markers meet rod i.
        * @default 1023
        */
       rods: number;
+      /**
+       * Jump
+       * @description By how much markers are measured beside where they are.
+       * @default [
+       *       0,
+       *       0
+       *     ]
+       */
+      jump: [number, number];
+      /**
+       * @description Samples of all markers repeat the last one.
+       * @default 0
+       */
+      freeze: components["schemas"]["Freeze"];
+      /**
+       * Sensors Stuck
+       * @description Bit i set: the pressure sensor of chamber i (u1+, u1-, u2+, u2-) keeps its value, also for its valve's loop.
+       * @default 0
+       */
+      sensors_stuck: number;
+      /**
+       * Valves Stuck
+       * @description Bit i set: the spool of chamber i stays where it is.
+       * @default 0
+       */
+      valves_stuck: number;
+      /**
+       * Supply Lost
+       * @description The supply line is open to the atmosphere: all chambers empty, whatever is commanded.
+       * @default false
+       */
+      supply_lost: boolean;
     };
     /**
      * TwinFaults
-     * @description What is injected into the twin's markers beside its own noise; off with every life of the rig.
+     * @description What is injected into the twin beside its own flaws; off with every life of the rig.
      */
     "TwinFaults-Output": {
       /**
@@ -3194,10 +3291,42 @@ export interface components {
       marker_loss: number;
       /**
        * Rods
-       * @description Bit i-1 set: noise and loss of markers meet rod i.
+       * @description Bit i-1 set: noise, jump and loss of markers meet rod i.
        * @default 1023
        */
       rods: number;
+      /**
+       * Jump
+       * @description By how much markers are measured beside where they are.
+       * @default [
+       *       0,
+       *       0
+       *     ]
+       */
+      jump: [number, number];
+      /**
+       * @description Samples of all markers repeat the last one.
+       * @default 0
+       */
+      freeze: components["schemas"]["Freeze"];
+      /**
+       * Sensors Stuck
+       * @description Bit i set: the pressure sensor of chamber i (u1+, u1-, u2+, u2-) keeps its value, also for its valve's loop.
+       * @default 0
+       */
+      sensors_stuck: number;
+      /**
+       * Valves Stuck
+       * @description Bit i set: the spool of chamber i stays where it is.
+       * @default 0
+       */
+      valves_stuck: number;
+      /**
+       * Supply Lost
+       * @description The supply line is open to the atmosphere: all chambers empty, whatever is commanded.
+       * @default false
+       */
+      supply_lost: boolean;
     };
     /**
      * TwinParameters

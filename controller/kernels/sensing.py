@@ -1,0 +1,97 @@
+"""The markers: the newest sample, which of them are usable, and whether they move as an arm can."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from controller.kernels.compiled import kernel
+from controller.kernels.rod import Array
+from controller.kernels.safety import is_live, speed_of
+
+
+class Sensing(NamedTuple):
+    """The last sample of the markers, held for the controller, carried on to the present for the observer."""
+
+    sample_ns: np.ndarray
+    """(1,) its time of capture; 0 before the first."""
+    p: Array
+    """Positions (10,2) [m], nan where not seen, or where the marker jumped."""
+    v: Array
+    """Velocities by difference of the last two samples (10,2) [m/s], 0 where unknown."""
+    age: Array
+    """(1,) by how long the observer carries p on with v [s]."""
+    off: Array
+    """Each marker's distance from the model in the last sample that was used (10,2) [m]; nan before the first."""
+    met_ns: np.ndarray
+    """(10,) capture time of the last sample in which each marker was seen, used or not."""
+
+
+@kernel
+def sense(control, sensing, observer, t_ns, settings, measurement):
+    """Take over a new sample and note which of the switched-on sensors are usable now, as bits in `used`."""
+    state = control.state[0]
+    usable = 0
+    if measurement.t_ns > sensing.sample_ns[0]:
+        drop_jumps(control, sensing, observer.points, measurement)
+        note_motion(state, sensing, observer.u_hat, measurement)
+        take_sample(sensing, measurement, state.jumped)
+        state.jumped &= settings.sensed
+    for i in range(sensing.p.shape[0]):
+        if settings.sensed >> i & 1 and math.isfinite(sensing.p[i, 0] + sensing.p[i, 1]):
+            usable |= 1 << i
+    if usable != 0 or settings.sensed == 0:
+        state.seen_ns = sensing.sample_ns[0]
+    fresh = sensing.sample_ns[0] > 0 and (t_ns - sensing.sample_ns[0]) * 1e-9 <= control.limits[0].measurement_old
+    state.used = usable if fresh else 0
+    carried = fresh and control.controller[0].carry_on
+    sensing.age[0] = (t_ns - sensing.sample_ns[0]) * 1e-9 if carried else 0.0
+
+
+@kernel
+def drop_jumps(control, sensing, points, measurement):
+    """Find the markers that moved further than the arm can: from the last sample, and against the model's `points`.
+
+    The distance from those, (10,2) [m], is compared with that when the marker was last used, so a constant error of the
+    model does not count, and a marker that stays where it jumped to is not used again while the rig is live.
+    """
+    state, limits = control.state[0], control.limits[0]
+    state.jumped = 0
+    speed = limits.jump_speed + 2.0 * speed_of(control.v)
+    for i in range(points.shape[0]):
+        x, y = measurement.markers[i, 0] - points[i, 0], measurement.markers[i, 1] - points[i, 1]
+        if not math.isfinite(x + y):
+            continue
+        room = limits.jump_max + speed * (measurement.t_ns - sensing.met_ns[i]) * 1e-9
+        sensing.met_ns[i] = measurement.t_ns
+        step = math.hypot(measurement.markers[i, 0] - sensing.p[i, 0], measurement.markers[i, 1] - sensing.p[i, 1])
+        apart = math.hypot(x - sensing.off[i, 0], y - sensing.off[i, 1])
+        if is_live(state.mode) and apart > room and not step <= room:  # nan: not used in the last sample either
+            state.jumped |= 1 << i
+        else:
+            sensing.off[i, 0], sensing.off[i, 1] = x, y
+
+
+@kernel
+def note_motion(state, sensing, u_hat, measurement):
+    """Remember when any marker last moved, and the torque on the model then: no camera repeats all its numbers."""
+    for i in range(sensing.p.shape[0]):
+        for j in range(2):
+            x = measurement.markers[i, j]
+            if x == x and x != sensing.p[i, j]:  # nan is no motion
+                state.moved_ns = measurement.t_ns
+                state.u_moved[0], state.u_moved[1] = u_hat[0], u_hat[1]
+                return
+
+
+@kernel
+def take_sample(sensing, measurement, jumped):
+    """Hold the markers of `measurement`, but for those in `jumped`, and their velocity since the sample before."""
+    rate = 1e9 / (measurement.t_ns - sensing.sample_ns[0])
+    for i in range(sensing.p.shape[0]):
+        for j in range(2):
+            p = measurement.markers[i, j] if not jumped >> i & 1 else math.nan
+            v = (p - sensing.p[i, j]) * rate
+            sensing.v[i, j] = v if math.isfinite(v) and sensing.sample_ns[0] > 0 else 0.0
+            sensing.p[i, j] = p
+    sensing.sample_ns[0] = measurement.t_ns
