@@ -75,7 +75,8 @@ class Desk:
     def __init__(self, folder: Path) -> None:
         self.rig, self.lease, self.events = Rig(), OperatorLease(lambda: 0.0), EventLog()
         self.results = Results(folder / "runs.json")
-        automatic = cast(Automatic, SimpleNamespace(begin_run=nothing, end_run=lambda: None, recording=lambda: None))
+        ignored = {"end_run": lambda: None, "recording": lambda: None, "approach": lambda first, end: None}
+        automatic = cast(Automatic, SimpleNamespace(begin_run=nothing, **ignored))
         self.runs = Runs(cast(Tracker, self.rig), self.lease, automatic, self.events, self.results)
         self.rig.runs = self.runs  # type: ignore[attr-defined]
         self.lease.acquire(ANN)
