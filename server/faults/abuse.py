@@ -3,7 +3,6 @@
 import json
 import time
 from collections import Counter
-from collections.abc import Iterator
 from itertools import cycle, islice
 
 from controller.modes import Mode
@@ -52,15 +51,11 @@ MESSAGES: tuple[str | bytes, ...] = (
 def malformed(scene: Scene) -> Seen:
     """From somebody who is signed in; strangers are refused before anything is read."""
     scene.track()
-    process, life, start = scene.server_process, scene.boot, time.monotonic_ns()
-    abuser = Person(scene.url)
-    gaps: list[float] = []
+    process, life = scene.server_process, scene.boot
+    abuser, gaps = Person(scene.url), _Gaps(scene)
     try:
-        codes = Counter(abuser.request(method, path, **body).status_code for method, path, body in _many())
-        gaps.append(trace.longest_gap_ms(scene.since(start)))
-        start = time.monotonic_ns()
-        refused = _shout(abuser)
-        gaps.append(trace.longest_gap_ms(scene.since(start)))
+        codes = _ask(abuser, gaps)
+        refused = _shout(abuser, gaps)
     finally:
         abuser.close()
     wrong = {code: count for code, count in codes.items() if not 400 <= code < 500}
@@ -69,20 +64,40 @@ def malformed(scene: Scene) -> Seen:
     require(scene.mode == Mode.TRACK, f"the rig went to {trace.told(trace.newest(scene.rig))}")
     scene.acts_again()
     answers = ", ".join(f"{count} x {code}" for code, count in sorted(codes.items()))
-    return Seen(f"{answers}; {refused} messages refused; TRACK went on", max(gaps))
+    return Seen(f"{answers}; {refused} messages refused; TRACK went on", gaps.longest)
 
 
-def _many() -> Iterator[tuple[str, str, dict[str, object]]]:
-    return islice(cycle(REQUESTS), EACH)
+class _Gaps:
+    """The loop's longest gap [ms], looked at often enough for the ring."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.longest = 0.0
+        self._scene, self._start = scene, time.monotonic_ns()
+
+    def look(self) -> None:
+        """At what was since the last look."""
+        start, self._start = self._start, time.monotonic_ns()
+        self.longest = max(self.longest, trace.longest_gap_ms(self._scene.since(start)))
 
 
-def _shout(abuser: Person) -> int:
-    """Send all, and count the refusals that came back; a socket that the server closes ends it."""
+def _ask(abuser: Person, gaps: _Gaps) -> Counter[int]:
+    """Status codes of all answers."""
+    codes: Counter[int] = Counter()
+    for number, (method, path, body) in enumerate(islice(cycle(REQUESTS), EACH), 1):
+        codes[abuser.request(method, path, **body).status_code] += 1
+        if number % BATCH == 0:
+            gaps.look()
+    return codes
+
+
+def _shout(abuser: Person, gaps: _Gaps) -> int:
+    """Send all, and count the refusals that came back."""
     first = len(abuser.log)
     for number, message in enumerate(islice(cycle(MESSAGES), EACH), 1):
         abuser.shout(message)
         if number % BATCH == 0:
             wait(lambda number=number: _refusals(abuser, first) >= number, 30.0, "refusals")  # type: ignore[misc]
+            gaps.look()
     return _refusals(abuser, first)
 
 

@@ -26,7 +26,7 @@ def newest(rig: str) -> np.void:
 def since(rig: str, t_ns: int) -> Rows:
     """Rows (n,) from the time `t_ns` of the monotonic clock on, as far as the ring of the newest life holds them."""
     ring = find_ring(rig)
-    count = min(CAPACITY - 1, (time.monotonic_ns() - t_ns) // 1_000_000 + 1000)
+    count = min(CAPACITY - 1, max(0, time.monotonic_ns() - t_ns) // 1_000_000 + 1000)
     rows = ring.read(max(0, ring.head - count), count)[1]
     return rows[rows["t_ns"] >= t_ns]
 
