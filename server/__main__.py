@@ -2,10 +2,12 @@
 
 import ctypes
 import logging
+import os
 import signal
 import sys
 from pathlib import Path
 
+from controller.logs import log_json
 from server.complaints import one_line_errors
 from server.ready import announce_to
 from server.run import run_server
@@ -17,5 +19,7 @@ PR_SET_PDEATHSIG = 1
 ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
 logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
 logging.getLogger("httpx").setLevel(logging.WARNING)
+if os.environ.get("TENDRIL_LOG_FORMAT") == "json":  # before the settings are read, which may be refused
+    log_json("server")
 with one_line_errors():
     run_server(ServerSettings(), announce_to(Path(sys.argv[1])))

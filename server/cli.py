@@ -11,6 +11,7 @@ import typer
 from rich.console import Console
 from rich.logging import RichHandler
 
+from controller.logs import LogFormat, log_json
 from server.complaints import one_line_errors
 from server.recordings_cli import app as recordings_app
 
@@ -32,6 +33,10 @@ KeyFile = Annotated[
 LinkTls = Annotated[
     Path | None,
     typer.Option(envvar="TENDRIL_LINK_TLS", help="Folder of ca.pem, cert.pem and key.pem, for tls/ endpoints."),
+]
+Log = Annotated[
+    LogFormat,
+    typer.Option("--log-format", envvar="TENDRIL_LOG_FORMAT", help="json: one object a line, and no token in it."),
 ]
 Ready = Annotated[Path | None, typer.Option(help="Write address and process ids to this file when ready.")]
 ActuatorName = Annotated[str, typer.Option(help="P1, P2, P3 or a .toml file (docs/actuators.md).")]
@@ -72,16 +77,19 @@ def up(
     browser: Annotated[bool, typer.Option(help="Open the page if there is a display.")] = True,
     ready: Ready = None,
 ) -> None:
+    log_format: Log = "text",
     """Start rig (twin) and server on this machine and keep both alive."""
     from controller.realtime.settings import RigSettings
     from server.settings import ServerSettings
     from server.up import run_up, with_last_actuator
 
-    settings = ServerSettings(rig=rig, host=host, port=port, recordings=recordings, key_file=key_file)
-    started = RigSettings(
-        rig=rig, key_file=settings.key, parameters=_parameters(actuator or "P1", rods, integrator, loop_gap)
+    _start_log("up", log_format)
+    settings = ServerSettings(
+        rig=rig, host=host, port=port, recordings=recordings, key_file=key_file, log_format=log_format
     )
     run_up(started if actuator else with_last_actuator(started, settings), settings, browser, ready)
+    parameters = _parameters(actuator or "P1", rods, integrator, loop_gap)
+    started = RigSettings(rig=rig, key_file=settings.key, parameters=parameters, log_format=log_format)
 
 
 @app.command()
@@ -95,21 +103,25 @@ def serve(
     link_tls: LinkTls = None,
     ready: Ready = None,
 ) -> None:
+    log_format: Log = "text",
     """Start the server only; the rig may run on another machine."""
     from server.ready import announce_to
     from server.run import run_server
     from server.settings import ServerSettings
 
     settings = ServerSettings(
+    _start_log("server", log_format)
         rig=rig,
         endpoint=endpoint,
         key_file=key_file,
+        log_format=log_format,
         link_tls=link_tls,
         host=host,
         port=port,
         recordings=recordings,
     )
-    run_server(settings, announce_to(ready) if ready else lambda url: out.print(url))
+    say = (lambda url: None) if log_format == "json" else out.print  # a log goes where others read
+    run_server(settings, announce_to(ready) if ready else say)
 
 
 @app.command()
@@ -124,11 +136,13 @@ def rig(
     link_tls: LinkTls = None,
     ready: Ready = None,
 ) -> None:
+    log_format: Log = "text",
     """Start the rig process only: the 1 kHz loop with the twin."""
     from controller.realtime.rig import run_rig
     from controller.realtime.settings import RigSettings
 
     parameters = _parameters(actuator, rods, integrator, loop_gap)
+    _start_log("rig", log_format)
     link = RigSettings(rig=rig, listen=listen, key_file=key_file, link_tls=link_tls, ready=ready)
     run_rig(link.model_copy(update={"parameters": parameters}))
 
@@ -321,6 +335,11 @@ def _parameters(actuator: str, rods: int, integrator: str, loop_gap: float) -> "
 
     controller = ControllerParameters(rods=rods, integrator=Integrator[integrator.upper()])
     limits = SafetyLimits(loop_gap=loop_gap)
+def _start_log(process: str, log_format: LogFormat) -> None:
+    if log_format == "json":
+        log_json(process)
+
+
     parameters = RigParameters(actuator=read_actuator(actuator), controller=controller, limits=limits)
     observer_model(parameters)
     return parameters

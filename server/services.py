@@ -18,7 +18,7 @@ from server.automatic import Automatic, cut_off
 from server.channels import Rows
 from server.drawings.store import Drawings
 from server.event_file import EventFile
-from server.events import EventLog
+from server.events import EventLog, to_log
 from server.history import History
 from server.lease import OperatorLease
 from server.live import Hub
@@ -91,6 +91,8 @@ class Services:
     def require_info(self) -> RigInfo:
         """Who the rig is; `RigUnreachable` before the first contact."""
         if self.rig.info is None:
+        if self.settings.log_format == "json":
+            self.events.listeners.append(to_log)
             raise RigUnreachable(f"no rig was heard yet at {self.settings.endpoint}")
         return self.rig.info
 

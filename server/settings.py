@@ -13,6 +13,7 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 from controller.errors import ParameterError
 from controller.key_file import key_path, state_folder
 from controller.layout import Model
+from controller.logs import LogFormat
 from recordings.writer import SPLIT_BYTES
 
 
@@ -45,6 +46,10 @@ class ServerSettings(BaseSettings):
     """Bytes of all recordings; the oldest ones go first. None: 50 GB, or 80 % of a smaller disk."""
     orders: Path | None = None
     """File in which `tendril up` looks for another actuator to start its rig with; None: the rig is not its own."""
+    viewers_max: Annotated[int, Bounds(ge=1, le=10_000)] = 200
+    """Pages with a live socket at the same time; the next one is refused, unless its session operates."""
+    log_format: LogFormat = "text"
+    """Of what this process writes to its standard error."""
     light_scene: bool = False
     """Leave out what software rendering is slow at (ground grid): for browser tests."""
 

@@ -58,7 +58,8 @@ class ServerChild:
         if self.process.poll() is None:
             return
         if not self._due:
-            log.error("server ended with code %s: restart", self.process.poll())
+            fields = {"code": self.process.poll()}
+            log.error("server ended with code %s: restart", *fields.values(), extra=fields)
             self._deaths = self._deaths + 1 if time.monotonic() - self._born < SHORT_LIFE else 0
             self._due = time.monotonic() + restart_delay(self._deaths)
         if time.monotonic() >= self._due:
@@ -80,6 +81,7 @@ def run_up(rig: RigSettings, server: ServerSettings, browser: bool, ready: Path 
     for number in (signal.SIGINT, signal.SIGTERM):  # a shell may have started us in the background, SIGINT ignored
         signal.signal(number, signal.default_int_handler)
     supervisor = Supervisor(rig)
+    out.quiet = server.log_format == "json"
     supervisor.start()
     try:
         with out.status("Starting the rig (kernels are compiled once per version, about a minute) ..."):
@@ -134,6 +136,7 @@ def _run_server(supervisor: Supervisor, settings: ServerSettings, browser: bool,
 
 def _announce(url: str, browser: bool) -> None:
     text = f"[bold]{url}[/]\n\nThe address holds your access token. Ctrl-C stops rig and server."
+    log.info("ready on %s", url.split("/?")[0])
     out.print(Panel(text, title="Tendril"))
     if browser and (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         webbrowser.open(url)
