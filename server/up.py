@@ -26,7 +26,8 @@ out = Console()
 
 POLL = 0.05
 START_TIMEOUT = 60.0
-STOP_TIMEOUT = 10.0
+STOP_TIMEOUT = 20.0
+"""The server lets the rig vent first [s]."""
 
 
 class ServerChild:
@@ -80,8 +81,8 @@ def run_up(rig: RigSettings, server: ServerSettings, browser: bool, ready: Path 
     """Run rig and server until SIGINT or SIGTERM; the server ends first, so the rig comes to rest before it ends."""
     for number in (signal.SIGINT, signal.SIGTERM):  # a shell may have started us in the background, SIGINT ignored
         signal.signal(number, signal.default_int_handler)
-    supervisor = Supervisor(rig)
     out.quiet = server.log_format == "json"
+    supervisor = Supervisor(rig)
     supervisor.start()
     try:
         with out.status("Starting the rig (kernels are compiled once per version, about a minute) ..."):
@@ -135,8 +136,8 @@ def _run_server(supervisor: Supervisor, settings: ServerSettings, browser: bool,
 
 
 def _announce(url: str, browser: bool) -> None:
-    text = f"[bold]{url}[/]\n\nThe address holds your access token. Ctrl-C stops rig and server."
     log.info("ready on %s", url.split("/?")[0])
+    text = f"[bold]{url}[/]\n\nThe address holds your access token. Ctrl-C stops rig and server."
     out.print(Panel(text, title="Tendril"))
     if browser and (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         webbrowser.open(url)
