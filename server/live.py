@@ -4,12 +4,14 @@ import asyncio
 import logging
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from pydantic import BaseModel
 from starlette.websockets import WebSocket
 
+from controller.errors import TendrilError
 from server.auth import Identity
 from server.history import History
 from server.messages import Event
@@ -23,6 +25,10 @@ CROWD = 16
 """More viewers than these get every other beat each; who operates gets all."""
 WAITING = 256
 """Text messages that may wait for a slow viewer; beyond that the oldest are dropped."""
+
+
+class Crowded(TendrilError):
+    """As many pages as are allowed have a live socket."""
 
 
 @dataclass(frozen=True)
@@ -55,10 +61,13 @@ class Viewer:
 
 
 class Hub:
-    """All viewers and the beat.
+    """All viewers and the beat. What a viewer is sent is made once for all: only who operates sees another Status.
 
     `status` makes the Status of one viewer, `key` changes whenever it should be sent, `operates` says who is first.
     """
+
+    seats = 200
+    """Viewers at the same time."""
 
     def __init__(
         self,
@@ -69,7 +78,9 @@ class Hub:
     ) -> None:
         self._history, self._status, self._key, self._operates = history, status, key, operates
         self.viewers: set[Viewer] = set()
-        self._beats = self._come = 0
+        self._beats = self._come = self._taken = 0
+        self._statuses: dict[bool, str] = {}
+        """Status as JSON since the last beat, by whether its viewer operates."""
         self._beat = Beat()
         self._last_key: object = None
         self._status_at = 0.0
@@ -85,6 +96,17 @@ class Hub:
         while True:
             due = max(due + BEAT, time.monotonic())
             await asyncio.sleep(due - time.monotonic())
+    @contextmanager
+    def seat(self, who: Identity) -> Iterator[None]:
+        """A place for one more viewer; `Crowded` when all are taken, but for who operates."""
+        if self._taken >= self.seats and not self._operates(who):
+            raise Crowded(f"{self._taken} pages are open, as many as viewers_max allows: close one, and try again")
+        self._taken += 1
+        try:
+            yield
+        finally:
+            self._taken -= 1
+
             try:
                 each_beat()
                 self._beat_once()
@@ -107,7 +129,7 @@ class Hub:
     async def _send(self, viewer: Viewer) -> None:
         if viewer.status_due:
             viewer.status_due = False
-            await viewer.socket.send_text(self._status(viewer.who).model_dump_json())
+            await viewer.socket.send_text(self._status_for(viewer.who))
         while viewer.outbox:
             await viewer.socket.send_text(viewer.outbox.popleft())
         beat = self._beat
@@ -126,8 +148,15 @@ class Hub:
             self._announce()
             for viewer in self._due():
                 viewer.wake.set()
+    def _status_for(self, who: Identity) -> str:
+        mine = self._operates(who)
+        if mine not in self._statuses:
+            self._statuses[mine] = self._status(who).model_dump_json()
+        return self._statuses[mine]
+
 
     def _due(self) -> list[Viewer]:
+        self._statuses.clear()
         """Whose turn it is: everyone's, or in a crowd every other one's and the operator's."""
         if len(self.viewers) <= CROWD:
             return list(self.viewers)

@@ -26,6 +26,7 @@ from server.loop_health import LoopWatch
 from server.messages import Health, Status
 from server.operator import Operator
 from server.plots.layouts import Layouts
+from server.plots.feed import Plots
 from server.quota_watch import QuotaWatch
 from server.recorder_watch import RecorderWatch
 from server.review import Review
@@ -65,6 +66,7 @@ class Services:
     recorder_watch: RecorderWatch = field(init=False)
     hub: Hub = field(init=False)
     watch: Watch = field(init=False)
+    plots: Plots = field(init=False)
     alarm_watch: AlarmWatch = field(init=False)
     runs: Runs = field(init=False)
     drawings: Drawings = field(init=False)
@@ -80,6 +82,7 @@ class Services:
         self.hub = Hub(self.history, self.status, self.status_key, self.lease.holds)
         self.watch = Watch(self.rig, self.history, self.lease, self.operator, self.events)
         self.alarm_watch = AlarmWatch(self.loop.lateness_p99, self.operators_limits, self.events)
+        self.hub.seats, self.plots = self.settings.viewers_max, Plots(self.history)
         self.automatic = Automatic(self.recorder, self.rig, self.review, self.events, lambda: self.operator.settings)
         self.recorder_watch = RecorderWatch(self.recorder, self.events)
         self.quota = QuotaWatch(self.store, self.settings.recordings_quota, self.events)
