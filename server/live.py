@@ -82,20 +82,20 @@ class Hub:
         self._statuses: dict[bool, str] = {}
         """Status as JSON since the last beat, by whether its viewer operates."""
         self._beat = Beat()
+        self._beaten = time.monotonic()
         self._last_key: object = None
         self._status_at = 0.0
+
+    @property
+    def age(self) -> float:
+        """Time since the last beat [s]."""
+        return time.monotonic() - self._beaten
 
     def tell(self, event: Event) -> None:
         """Show a line of the log to every viewer."""
         for viewer in self.viewers:
             viewer.post(event)
 
-    async def run(self, each_beat: Callable[[], None]) -> None:
-        """Beat until cancelled; `each_beat` is called first every time, with or without viewers."""
-        due = time.monotonic()
-        while True:
-            due = max(due + BEAT, time.monotonic())
-            await asyncio.sleep(due - time.monotonic())
     @contextmanager
     def seat(self, who: Identity) -> Iterator[None]:
         """A place for one more viewer; `Crowded` when all are taken, but for who operates."""
@@ -107,9 +107,16 @@ class Hub:
         finally:
             self._taken -= 1
 
+    async def run(self, each_beat: Callable[[], None]) -> None:
+        """Beat until cancelled; `each_beat` is called first every time, with or without viewers."""
+        due = time.monotonic()
+        while True:
+            due = max(due + BEAT, time.monotonic())
+            await asyncio.sleep(due - time.monotonic())
             try:
                 each_beat()
                 self._beat_once()
+                self._beaten = time.monotonic()
             except Exception:  # one bad row must not end the beat for everyone
                 log.exception("beat failed")
 
@@ -141,22 +148,22 @@ class Hub:
             if viewer.feed.behind:
                 viewer.wake.set()
 
-    def _beat_once(self) -> None:
-        self._beats += 1
-        if self.viewers:
-            self._encode()
-            self._announce()
-            for viewer in self._due():
-                viewer.wake.set()
     def _status_for(self, who: Identity) -> str:
         mine = self._operates(who)
         if mine not in self._statuses:
             self._statuses[mine] = self._status(who).model_dump_json()
         return self._statuses[mine]
 
+    def _beat_once(self) -> None:
+        self._beats += 1
+        self._statuses.clear()
+        if self.viewers:
+            self._encode()
+            self._announce()
+            for viewer in self._due():
+                viewer.wake.set()
 
     def _due(self) -> list[Viewer]:
-        self._statuses.clear()
         """Whose turn it is: everyone's, or in a crowd every other one's and the operator's."""
         if len(self.viewers) <= CROWD:
             return list(self.viewers)

@@ -24,9 +24,10 @@ from server.lease import OperatorLease
 from server.live import Hub
 from server.loop_health import LoopWatch
 from server.messages import Health, Status
+from server.monitoring.refused import Refused
 from server.operator import Operator
-from server.plots.layouts import Layouts
 from server.plots.feed import Plots
+from server.plots.layouts import Layouts
 from server.quota_watch import QuotaWatch
 from server.recorder_watch import RecorderWatch
 from server.review import Review
@@ -65,10 +66,11 @@ class Services:
     quota: QuotaWatch = field(init=False)
     recorder_watch: RecorderWatch = field(init=False)
     hub: Hub = field(init=False)
-    watch: Watch = field(init=False)
     plots: Plots = field(init=False)
+    watch: Watch = field(init=False)
     alarm_watch: AlarmWatch = field(init=False)
     runs: Runs = field(init=False)
+    refused: Refused = field(default_factory=Refused)
     drawings: Drawings = field(init=False)
     settings_lock: asyncio.Lock = field(default_factory=asyncio.Lock)
     """Changes to the settings are merged one after another."""
@@ -80,22 +82,22 @@ class Services:
     def __post_init__(self) -> None:
         self.drawings = Drawings(self.settings.state / "drawings")
         self.hub = Hub(self.history, self.status, self.status_key, self.lease.holds)
+        self.hub.seats, self.plots = self.settings.viewers_max, Plots(self.history)
         self.watch = Watch(self.rig, self.history, self.lease, self.operator, self.events)
         self.alarm_watch = AlarmWatch(self.loop.lateness_p99, self.operators_limits, self.events)
-        self.hub.seats, self.plots = self.settings.viewers_max, Plots(self.history)
         self.automatic = Automatic(self.recorder, self.rig, self.review, self.events, lambda: self.operator.settings)
         self.recorder_watch = RecorderWatch(self.recorder, self.events)
         self.quota = QuotaWatch(self.store, self.settings.recordings_quota, self.events)
         results = Results(self.settings.state / f"runs-{self.settings.rig}.json")
         self.runs = Runs(Tracker(self.rig, self.operator), self.lease, self.automatic, self.events, results)
         self.rig.listen(self.runs.inbox.put)
+        if self.settings.log_format == "json":
+            self.events.listeners.append(to_log)
         self.events.listeners += [self.hub.tell, lambda event: self.recorder.events(event.text, event.level)]
 
     def require_info(self) -> RigInfo:
         """Who the rig is; `RigUnreachable` before the first contact."""
         if self.rig.info is None:
-        if self.settings.log_format == "json":
-            self.events.listeners.append(to_log)
             raise RigUnreachable(f"no rig was heard yet at {self.settings.endpoint}")
         return self.rig.info
 

@@ -84,12 +84,15 @@ def load_secrets(settings: ServerSettings) -> Secrets:
 
 def exposed(host: str) -> bool:
     """Whether `host` can be reached from other machines."""
-    if host == "localhost":
-        return False
+    return host != "localhost" and not is_loopback(host)
+
+
+def is_loopback(address: str) -> bool:
+    """Whether this is an address of the machine with itself."""
     try:
-        return not ipaddress.ip_address(host).is_loopback
+        return ipaddress.ip_address(address).is_loopback
     except ValueError:
-        return True
+        return False
 
 
 def write_private(path: Path, text: str) -> None:

@@ -122,6 +122,7 @@ class Conversation:
         self._viewer.post(Reply(id=message.id, reply=reply))
 
     def _refuse(self, number: int, what: str, detail: str) -> None:
+        self._parts.refused.messages += 1
         self._write(what, detail)
         self._viewer.post(Refused(id=number, detail=detail))
 
