@@ -39,6 +39,7 @@ Log = Annotated[
     typer.Option("--log-format", envvar="TENDRIL_LOG_FORMAT", help="json: one object a line, and no token in it."),
 ]
 Ready = Annotated[Path | None, typer.Option(help="Write address and process ids to this file when ready.")]
+UnitName = Literal["rig", "server"]
 ActuatorName = Annotated[str, typer.Option(help="P1, P2, P3 or a .toml file (docs/actuators.md).")]
 LastActuator = Annotated[
     str | None,
@@ -76,8 +77,8 @@ def up(
     key_file: KeyFile = None,
     browser: Annotated[bool, typer.Option(help="Open the page if there is a display.")] = True,
     ready: Ready = None,
-) -> None:
     log_format: Log = "text",
+) -> None:
     """Start rig (twin) and server on this machine and keep both alive."""
     from controller.realtime.settings import RigSettings
     from server.settings import ServerSettings
@@ -87,9 +88,9 @@ def up(
     settings = ServerSettings(
         rig=rig, host=host, port=port, recordings=recordings, key_file=key_file, log_format=log_format
     )
-    run_up(started if actuator else with_last_actuator(started, settings), settings, browser, ready)
     parameters = _parameters(actuator or "P1", rods, integrator, loop_gap)
     started = RigSettings(rig=rig, key_file=settings.key, parameters=parameters, log_format=log_format)
+    run_up(started if actuator else with_last_actuator(started, settings), settings, browser, ready)
 
 
 @app.command()
@@ -102,19 +103,19 @@ def serve(
     key_file: KeyFile = None,
     link_tls: LinkTls = None,
     ready: Ready = None,
-) -> None:
     log_format: Log = "text",
+) -> None:
     """Start the server only; the rig may run on another machine."""
     from server.ready import announce_to
     from server.run import run_server
     from server.settings import ServerSettings
 
-    settings = ServerSettings(
     _start_log("server", log_format)
+    settings = ServerSettings(
         rig=rig,
         endpoint=endpoint,
-        key_file=key_file,
         log_format=log_format,
+        key_file=key_file,
         link_tls=link_tls,
         host=host,
         port=port,
@@ -135,14 +136,14 @@ def rig(
     key_file: KeyFile = None,
     link_tls: LinkTls = None,
     ready: Ready = None,
-) -> None:
     log_format: Log = "text",
+) -> None:
     """Start the rig process only: the 1 kHz loop with the twin."""
     from controller.realtime.rig import run_rig
     from controller.realtime.settings import RigSettings
 
-    parameters = _parameters(actuator, rods, integrator, loop_gap)
     _start_log("rig", log_format)
+    parameters = _parameters(actuator, rods, integrator, loop_gap)
     link = RigSettings(rig=rig, listen=listen, key_file=key_file, link_tls=link_tls, ready=ready)
     run_rig(link.model_copy(update={"parameters": parameters}))
 
@@ -313,6 +314,14 @@ def compile() -> None:
 
 
 @app.command()
+def systemd(unit: Annotated[UnitName, typer.Argument(help="The process to run as a service.")]) -> None:
+    """Print a systemd unit for this installation (docs/operation.md)."""
+    from server.systemd import unit_text
+
+    sys.stdout.write(unit_text(unit))
+
+
+@app.command()
 def schema() -> None:
     """Print the server's OpenAPI, socket messages included: the page's types are made from it."""
     from server.app import openapi_schema
@@ -326,6 +335,11 @@ def main() -> None:
         app()
 
 
+def _start_log(process: str, log_format: LogFormat) -> None:
+    if log_format == "json":
+        log_json(process)
+
+
 def _parameters(actuator: str, rods: int, integrator: str, loop_gap: float) -> "RigParameters":
     """Those of a rig, refused here rather than in the process that would run it."""
     from controller.actuator import read_actuator
@@ -335,11 +349,6 @@ def _parameters(actuator: str, rods: int, integrator: str, loop_gap: float) -> "
 
     controller = ControllerParameters(rods=rods, integrator=Integrator[integrator.upper()])
     limits = SafetyLimits(loop_gap=loop_gap)
-def _start_log(process: str, log_format: LogFormat) -> None:
-    if log_format == "json":
-        log_json(process)
-
-
     parameters = RigParameters(actuator=read_actuator(actuator), controller=controller, limits=limits)
     observer_model(parameters)
     return parameters
