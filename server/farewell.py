@@ -50,13 +50,13 @@ class Server(uvicorn.Server):
 async def farewell(services: Services) -> None:
     """Tell operators, take no more motion, and let the rig rest; done when it is vented, or after `PATIENCE`."""
     operator, rig = services.operator, services.rig
-    if rig.boot() is None or (mode := _mode(services)) in _DEPRESSURED:
+    if rig.boot() is None or rig.trouble or (mode := _mode(services)) in _DEPRESSURED:
         return services.events.add("the server shuts down", "warning")
     services.events.add("the server shuts down: the rig comes to rest", "warning")
     operator.leave()
     try:
         reply = await asyncio.wrap_future(operator.request(Request.REST))
-    except TendrilError as error:  # gone, or another server's
+    except TendrilError as error:
         return log.warning("the rig was not asked to rest: %s", error)
     if not reply.accepted:
         return log.warning("the rig does not rest from %s: %s", mode.name, reply.detail)
