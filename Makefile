@@ -54,7 +54,8 @@ test-page: frontend/node_modules/installed
 
 # What keeps time or kills processes runs alone, the rest on all cores.
 ALONE := $(patsubst %,tests/controller/test_%.py,clock link link_guarded loop pool rig ring supervisor) \
-	$(patsubst %,tests/server/test_%.py,campaign chain killed_rig live runs trouble two_machines viser) \
+	$(patsubst %,tests/server/test_%.py,campaign chain killed_rig live load logs runs shutdown) \
+	$(patsubst %,tests/server/test_%.py,trouble two_machines viser) \
 	$(patsubst %,tests/recordings/test_%.py,killed recorder)
 test-python: setup
 	$(BIN)/python -m pytest tests --ignore tests/e2e $(ALONE:%=--ignore %) -n auto --dist loadfile

@@ -22,6 +22,7 @@ from server.routes import (
     layouts,
     lease,
     live,
+    monitoring,
     page,
     plots,
     presets,
@@ -58,6 +59,7 @@ _PARTS = (
     presets,
     layouts,
     live,
+    monitoring,
     page,
     rerun,
     faults,
@@ -84,7 +86,7 @@ def create_app(services: Services) -> FastAPI:
     """The ASGI application. It closes `services` when it shuts down."""
     app = _api()
     app.state.services = services
-    app.add_middleware(Gate, sessions=services.sessions)
+    app.add_middleware(Gate, sessions=services.sessions, refused=services.refused)
     return app
 
 

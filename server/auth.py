@@ -52,7 +52,16 @@ class Sessions:
         self.cookie = f"tendril_{rig}"
 
     def open(self, token: str, address: str) -> Identity:
-        """A new session; `WrongToken`, or `TooManyAttempts` after `FAILURES` wrong ones from `address` in a minute."""
+        """A new session; raises as `require`."""
+        self.require(token, address)
+        name = f"{secrets.choice(_COLOURS)} {secrets.choice(_PLANTS)} {secrets.randbelow(90) + 10}"
+        return Identity(secrets.token_urlsafe(12), name)
+
+    def require(self, token: str, address: str) -> None:
+        """Let any known access token pass.
+
+        Raises `WrongToken`, or `TooManyAttempts` after `FAILURES` wrong ones from `address` in a minute.
+        """
         recent = [t for t in self._failures[address] if t > self._now() - PERIOD]
         self._failures[address] = recent
         if len(recent) >= FAILURES:
@@ -61,8 +70,6 @@ class Sessions:
             recent.append(self._now())
             raise WrongToken("wrong access token")
         self._failures.pop(address)
-        name = f"{secrets.choice(_COLOURS)} {secrets.choice(_PLANTS)} {secrets.randbelow(90) + 10}"
-        return Identity(secrets.token_urlsafe(12), name)
 
     def seal(self, who: Identity) -> str:
         """The cookie's value."""

@@ -11,6 +11,7 @@ import typer
 from rich.console import Console
 from rich.logging import RichHandler
 
+from controller.logs import LogFormat, log_json
 from server.complaints import one_line_errors
 from server.recordings_cli import app as recordings_app
 
@@ -33,7 +34,12 @@ LinkTls = Annotated[
     Path | None,
     typer.Option(envvar="TENDRIL_LINK_TLS", help="Folder of ca.pem, cert.pem and key.pem, for tls/ endpoints."),
 ]
+Log = Annotated[
+    LogFormat,
+    typer.Option("--log-format", envvar="TENDRIL_LOG_FORMAT", help="json: one object a line, and no token in it."),
+]
 Ready = Annotated[Path | None, typer.Option(help="Write address and process ids to this file when ready.")]
+UnitName = Literal["rig", "server"]
 ActuatorName = Annotated[str, typer.Option(help="P1, P2, P3 or a .toml file (docs/actuators.md).")]
 LastActuator = Annotated[
     str | None,
@@ -71,16 +77,19 @@ def up(
     key_file: KeyFile = None,
     browser: Annotated[bool, typer.Option(help="Open the page if there is a display.")] = True,
     ready: Ready = None,
+    log_format: Log = "text",
 ) -> None:
     """Start rig (twin) and server on this machine and keep both alive."""
     from controller.realtime.settings import RigSettings
     from server.settings import ServerSettings
     from server.up import run_up, with_last_actuator
 
-    settings = ServerSettings(rig=rig, host=host, port=port, recordings=recordings, key_file=key_file)
-    started = RigSettings(
-        rig=rig, key_file=settings.key, parameters=_parameters(actuator or "P1", rods, integrator, loop_gap)
+    _start_log("up", log_format)
+    settings = ServerSettings(
+        rig=rig, host=host, port=port, recordings=recordings, key_file=key_file, log_format=log_format
     )
+    parameters = _parameters(actuator or "P1", rods, integrator, loop_gap)
+    started = RigSettings(rig=rig, key_file=settings.key, parameters=parameters, log_format=log_format)
     run_up(started if actuator else with_last_actuator(started, settings), settings, browser, ready)
 
 
@@ -94,22 +103,26 @@ def serve(
     key_file: KeyFile = None,
     link_tls: LinkTls = None,
     ready: Ready = None,
+    log_format: Log = "text",
 ) -> None:
     """Start the server only; the rig may run on another machine."""
     from server.ready import announce_to
     from server.run import run_server
     from server.settings import ServerSettings
 
+    _start_log("server", log_format)
     settings = ServerSettings(
         rig=rig,
         endpoint=endpoint,
+        log_format=log_format,
         key_file=key_file,
         link_tls=link_tls,
         host=host,
         port=port,
         recordings=recordings,
     )
-    run_server(settings, announce_to(ready) if ready else lambda url: out.print(url))
+    say = (lambda url: None) if log_format == "json" else out.print  # a log goes where others read
+    run_server(settings, announce_to(ready) if ready else say)
 
 
 @app.command()
@@ -123,11 +136,13 @@ def rig(
     key_file: KeyFile = None,
     link_tls: LinkTls = None,
     ready: Ready = None,
+    log_format: Log = "text",
 ) -> None:
     """Start the rig process only: the 1 kHz loop with the twin."""
     from controller.realtime.rig import run_rig
     from controller.realtime.settings import RigSettings
 
+    _start_log("rig", log_format)
     parameters = _parameters(actuator, rods, integrator, loop_gap)
     link = RigSettings(rig=rig, listen=listen, key_file=key_file, link_tls=link_tls, ready=ready)
     run_rig(link.model_copy(update={"parameters": parameters}))
@@ -319,6 +334,14 @@ def compile() -> None:
 
 
 @app.command()
+def systemd(unit: Annotated[UnitName, typer.Argument(help="The process to run as a service.")]) -> None:
+    """Print a systemd unit for this installation (docs/operation.md)."""
+    from server.systemd import unit_text
+
+    sys.stdout.write(unit_text(unit))
+
+
+@app.command()
 def schema() -> None:
     """Print the server's OpenAPI, socket messages included: the page's types are made from it."""
     from server.app import openapi_schema
@@ -330,6 +353,11 @@ def main() -> None:
     """Entry point: our own errors are one clear line, not a traceback."""
     with one_line_errors():
         app()
+
+
+def _start_log(process: str, log_format: LogFormat) -> None:
+    if log_format == "json":
+        log_json(process)
 
 
 def _parameters(actuator: str, rods: int, integrator: str, loop_gap: float) -> "RigParameters":

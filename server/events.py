@@ -1,5 +1,6 @@
 """The log: who did what, what was refused, what the rig did by itself. Kept for those who come later, told to all."""
 
+import logging
 from collections import deque
 from collections.abc import Callable
 from datetime import UTC, datetime
@@ -9,6 +10,14 @@ from server.event_file import EventFile
 from server.messages import Event
 
 Level = Literal["info", "warning", "error"]
+
+
+log = logging.getLogger(__name__)
+
+
+def to_log(event: Event) -> None:
+    """A listener: the process's own log gets every line too."""
+    log.log(logging.getLevelNamesMapping()[event.level.upper()], "%s", event.text)
 
 
 class EventLog:

@@ -63,7 +63,8 @@ async def _answer(request: Request, error: Exception) -> JSONResponse:
 
 async def _malformed(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)
-    await refusals.note(request, refusals.first_complaint(error))
+    secret = request.url.path == "/api/session"
+    await refusals.note(request, refusals.first_complaint(error, quote=not secret))
     items = [{name: _plain(value) for name, value in item.items() if name != "url"} for item in error.errors()]
     return JSONResponse({"detail": items}, 422)
 

@@ -3,13 +3,14 @@
 import logging
 import socket
 import sys
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 
 import uvicorn
 from fastapi import FastAPI
 
 from controller.errors import TendrilError
 from server.app import create_app
+from server.farewell import Server, farewell
 from server.services import open_services
 from server.settings import ServerSettings, exposed
 
@@ -34,24 +35,31 @@ def run_server(settings: ServerSettings, ready: Callable[[str], None] = print) -
         )
     listening = listen(settings.host, settings.port)
     services = open_services(settings)
-    ready(f"{address(settings.host, listening)}/?token={services.secrets.token}")
-    uvicorn_server(create_app(services)).run(sockets=[listening])
+    origin = address(settings.host, listening)
+    log.info("serving on %s", origin, extra={"url": origin})
+    ready(f"{origin}/?token={services.secrets.token}")
+    uvicorn_server(create_app(services), lambda: farewell(services)).run(sockets=[listening])
 
 
-def uvicorn_server(app: FastAPI) -> uvicorn.Server:
+async def _at_once() -> None:
+    """Nothing is to be done before the end."""
+
+
+def uvicorn_server(app: FastAPI, before_end: Callable[[], Awaitable[None]] = _at_once) -> uvicorn.Server:
     """One worker; no compression on sockets, which would cost more than the bytes it saves."""
     config = uvicorn.Config(
         app,
         ws="websockets-sansio",
         ws_max_size=MESSAGE_MAX,
         ws_per_message_deflate=False,
+        log_config=None,
         log_level="warning",
         access_log=False,
         server_header=False,
         proxy_headers=False,
         timeout_graceful_shutdown=2,
     )
-    return uvicorn.Server(config)
+    return Server(config, before_end)
 
 
 def listen(host: str, port: int) -> socket.socket:

@@ -18,13 +18,15 @@ from server.automatic import Automatic, cut_off
 from server.channels import Rows
 from server.drawings.store import Drawings
 from server.event_file import EventFile
-from server.events import EventLog
+from server.events import EventLog, to_log
 from server.history import History
 from server.lease import OperatorLease
 from server.live import Hub
 from server.loop_health import LoopWatch
 from server.messages import Health, Status
+from server.monitoring.refused import Refused
 from server.operator import Operator
+from server.plots.feed import Plots
 from server.plots.layouts import Layouts
 from server.quota_watch import QuotaWatch
 from server.recorder_watch import RecorderWatch
@@ -64,9 +66,11 @@ class Services:
     quota: QuotaWatch = field(init=False)
     recorder_watch: RecorderWatch = field(init=False)
     hub: Hub = field(init=False)
+    plots: Plots = field(init=False)
     watch: Watch = field(init=False)
     alarm_watch: AlarmWatch = field(init=False)
     runs: Runs = field(init=False)
+    refused: Refused = field(default_factory=Refused)
     drawings: Drawings = field(init=False)
     settings_lock: asyncio.Lock = field(default_factory=asyncio.Lock)
     """Changes to the settings are merged one after another."""
@@ -78,6 +82,7 @@ class Services:
     def __post_init__(self) -> None:
         self.drawings = Drawings(self.settings.state / "drawings")
         self.hub = Hub(self.history, self.status, self.status_key, self.lease.holds)
+        self.hub.seats, self.plots = self.settings.viewers_max, Plots(self.history)
         self.watch = Watch(self.rig, self.history, self.lease, self.operator, self.events)
         self.alarm_watch = AlarmWatch(self.loop.lateness_p99, self.operators_limits, self.events)
         self.automatic = Automatic(self.recorder, self.rig, self.review, self.events, lambda: self.operator.settings)
@@ -86,6 +91,8 @@ class Services:
         results = Results(self.settings.state / f"runs-{self.settings.rig}.json")
         self.runs = Runs(Tracker(self.rig, self.operator), self.lease, self.automatic, self.events, results)
         self.rig.listen(self.runs.inbox.put)
+        if self.settings.log_format == "json":
+            self.events.listeners.append(to_log)
         self.events.listeners += [self.hub.tell, lambda event: self.recorder.events(event.text, event.level)]
 
     def require_info(self) -> RigInfo:

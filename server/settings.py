@@ -13,6 +13,7 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 from controller.errors import ParameterError
 from controller.key_file import key_path, state_folder
 from controller.layout import Model
+from controller.logs import LogFormat
 from recordings.writer import SPLIT_BYTES
 
 
@@ -45,6 +46,10 @@ class ServerSettings(BaseSettings):
     """Bytes of all recordings; the oldest ones go first. None: 50 GB, or 80 % of a smaller disk."""
     orders: Path | None = None
     """File in which `tendril up` looks for another actuator to start its rig with; None: the rig is not its own."""
+    viewers_max: Annotated[int, Bounds(ge=1, le=10_000)] = 200
+    """Pages with a live socket at the same time; the next one is refused, unless its session operates."""
+    log_format: LogFormat = "text"
+    """Of what this process writes to its standard error."""
     light_scene: bool = False
     """Leave out what software rendering is slow at (ground grid): for browser tests."""
 
@@ -79,12 +84,15 @@ def load_secrets(settings: ServerSettings) -> Secrets:
 
 def exposed(host: str) -> bool:
     """Whether `host` can be reached from other machines."""
-    if host == "localhost":
-        return False
+    return host != "localhost" and not is_loopback(host)
+
+
+def is_loopback(address: str) -> bool:
+    """Whether this is an address of the machine with itself."""
     try:
-        return not ipaddress.ip_address(host).is_loopback
+        return ipaddress.ip_address(address).is_loopback
     except ValueError:
-        return True
+        return False
 
 
 def write_private(path: Path, text: str) -> None:

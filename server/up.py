@@ -27,7 +27,8 @@ out = Console()
 
 POLL = 0.05
 START_TIMEOUT = 60.0
-STOP_TIMEOUT = 10.0
+STOP_TIMEOUT = 20.0
+"""The server lets the rig vent first [s]."""
 
 
 class ServerChild:
@@ -66,7 +67,8 @@ class ServerChild:
         if self.process.poll() is None:
             return
         if not self._due:
-            log.error("server ended with code %s: restart", self.process.poll())
+            fields = {"code": self.process.poll()}
+            log.error("server ended with code %s: restart", *fields.values(), extra=fields)
             self._deaths = self._deaths + 1 if time.monotonic() - self._born < SHORT_LIFE else 0
             self._due = time.monotonic() + restart_delay(self._deaths)
         if time.monotonic() >= self._due:
@@ -89,6 +91,7 @@ def run_up(rig: RigSettings, server: ServerSettings, browser: bool, ready: Path 
     """Run rig and server until SIGINT or SIGTERM; the server ends first, so the rig comes to rest before it ends."""
     for number in (signal.SIGINT, signal.SIGTERM):  # a shell may have started us in the background, SIGINT ignored
         signal.signal(number, signal.default_int_handler)
+    out.quiet = server.log_format == "json"
     supervisor = Supervisor(rig)
     supervisor.start()
     try:
@@ -143,6 +146,7 @@ def _run_server(supervisor: Supervisor, settings: ServerSettings, browser: bool,
 
 
 def _announce(url: str, browser: bool) -> None:
+    log.info("ready on %s", url.split("/?")[0])
     text = f"[bold]{url}[/]\n\nThe address holds your access token. Ctrl-C stops rig and server."
     out.print(Panel(text, title="Tendril"))
     if browser and (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):

@@ -151,7 +151,8 @@ class RigProcess:
         return Desk(info, self.ring, self.memory.commands, self._rig.control, faults)
 
     def _say_ready(self, endpoint: str) -> None:
-        log.info("rig %s ready on %s, %s", self.settings.rig, endpoint, self.policy)
+        fields = {"rig": self.settings.rig, "endpoint": endpoint, "policy": self.policy}
+        log.info("rig %s ready on %s, %s", *fields.values(), extra=fields)
         if self.settings.ready:
             ready = RigReady(endpoint=endpoint, boot=self.boot, process=os.getpid())
             draft = self.settings.ready.with_suffix(".draft")

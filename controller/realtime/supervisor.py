@@ -102,7 +102,8 @@ class Supervisor:
                 quick_deaths = 0
                 continue
             quick_deaths = quick_deaths + 1 if time.monotonic() - born < SHORT_LIFE else 0
-            log.error("rig %s ended with code %s: restart", self.settings.rig, self._process.poll())
+            fields = {"rig": self.settings.rig, "code": self._process.poll()}
+            log.error("rig %s ended with code %s: restart", *fields.values(), extra=fields)
             self.restarts += 1
 
     def _live(self, process: subprocess.Popen[bytes]) -> None:

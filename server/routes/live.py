@@ -6,14 +6,16 @@ from concurrent.futures import Future
 from fastapi import APIRouter, WebSocket
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import from_json
+from starlette.responses import JSONResponse
 
 from controller.errors import TendrilError, sentence
 from controller.layout import fields
 from controller.messages import CommandReply, Telemetry
 from controller.modes import Request
+from server.auth import Identity
 from server.channels import CHANNELS, columns_of
 from server.deps import Me, Parts
-from server.live import Viewer
+from server.live import Crowded, Viewer
 from server.messages import FromBrowser, Hello, Ping, Pong, Presence, Refused, Release, Reply, Session, Target
 from server.plots.feed import Feed
 from server.plots.messages import PlotChoice
@@ -29,9 +31,17 @@ _MESSAGE: TypeAdapter[FromBrowser] = TypeAdapter(FromBrowser)
 
 @router.websocket("/ws/live")
 async def live(socket: WebSocket, parts: Parts, who: Me) -> None:
-    """Hello with the log so far, then everything live, until either side closes."""
+    """Hello with the log so far, then everything live, until either side closes; 503 when too many look on."""
+    try:
+        with parts.hub.seat(who):
+            await _serve(socket, parts, who)
+    except Crowded as error:
+        await socket.send_denial_response(JSONResponse({"detail": str(error)}, 503, {"retry-after": "10"}))
+
+
+async def _serve(socket: WebSocket, parts: Services, who: Identity) -> None:
     await socket.accept()
-    viewer = Viewer(socket, who, Feed(parts.history))
+    viewer = Viewer(socket, who, Feed(parts.plots))
     await socket.send_text(_hello(parts, viewer).model_dump_json())
     await until_one_ends(parts.hub.serve(viewer), _listen(Conversation(viewer, parts)))
 
@@ -112,6 +122,7 @@ class Conversation:
         self._viewer.post(Reply(id=message.id, reply=reply))
 
     def _refuse(self, number: int, what: str, detail: str) -> None:
+        self._parts.refused.messages += 1
         self._write(what, detail)
         self._viewer.post(Refused(id=number, detail=detail))
 

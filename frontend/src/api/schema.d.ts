@@ -842,6 +842,46 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/healthz": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Healthz
+     * @description Whether all is well, 503 when something is not; open to anyone on this machine.
+     */
+    get: operations["read_healthz"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/metrics": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Metrics
+     * @description Figures for Prometheus, with a session or `Authorization: Bearer ACCESS_TOKEN`.
+     */
+    get: operations["read_metrics"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/twin/faults": {
     parameters: {
       query?: never;
@@ -1228,6 +1268,19 @@ export interface components {
      * @enum {integer}
      */
     Cause: 0 | 1 | 2 | 3 | 4 | 5 | 6 | 7 | 8 | 9 | 10 | 11 | 12 | 13 | 14 | 15 | 16 | 17 | 18 | 19 | 20;
+    /**
+     * Check
+     * @description One part, and what is wrong with it.
+     */
+    Check: {
+      /** Ok */
+      ok: boolean;
+      /**
+       * Detail
+       * @default
+       */
+      detail: string;
+    };
     /**
      * CommandBody
      * @description Body of POST /api/command.
@@ -1652,6 +1705,22 @@ export interface components {
        * @description Why the rig takes no command from this server (another version, key, or server), "" when it does.
        */
       trouble: string;
+    };
+    /**
+     * Healthz
+     * @description All parts; `ok` (and status 200) only when every one is.
+     */
+    Healthz: {
+      /** Ok */
+      ok: boolean;
+      /** @description Its beat of 60 Hz goes on. */
+      server: components["schemas"]["Check"];
+      /** @description It is heard, and takes our commands. */
+      rig: components["schemas"]["Check"];
+      /** @description Its thread lives, and the last recording did not end by itself. */
+      recorder: components["schemas"]["Check"];
+      /** @description A recording could begin. */
+      disk: components["schemas"]["Check"];
     };
     /**
      * Hello
@@ -5033,6 +5102,55 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  read_healthz: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Healthz"];
+        };
+      };
+      /** @description Service Unavailable */
+      503: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Healthz"];
+        };
+      };
+    };
+  };
+  read_metrics: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/plain; version=1.0.0; charset=utf-8": unknown;
         };
       };
     };
