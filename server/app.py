@@ -7,12 +7,14 @@ from enum import IntEnum
 from importlib.metadata import version
 from typing import Any
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 
 from controller.modes import Cause, Integrator, Law, Mode
 from server import problems, proxy
 from server.gate import Gate
+from server.hosts import Hosts
 from server.messages import FromBrowser, FromServer
+from server.roles import authorise
 from server.routes import (
     alarms,
     command,
@@ -84,7 +86,7 @@ def create_app(services: Services) -> FastAPI:
     """The ASGI application. It closes `services` when it shuts down."""
     app = _api()
     app.state.services = services
-    app.add_middleware(Gate, sessions=services.sessions)
+    app.add_middleware(Gate, sessions=services.sessions, hosts=Hosts(services.settings), audit=services.audit)
     return app
 
 
@@ -105,7 +107,7 @@ def _api() -> FastAPI:
     )
     problems.install(app)
     for part in _PARTS:
-        app.include_router(part.router)
+        app.include_router(part.router, dependencies=[Depends(authorise)])
     page.mount_assets(app)
     app.webhooks.post("live")(live_messages)
     return app

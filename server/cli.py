@@ -13,12 +13,15 @@ from rich.logging import RichHandler
 
 from server.complaints import one_line_errors
 from server.recordings_cli import app as recordings_app
+from server.token_cli import app as token_app
 
 if TYPE_CHECKING:
     from controller.parameters import RigParameters
+    from server.ready import Addresses
 
 app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False, help=__doc__)
 app.add_typer(recordings_app, name="recordings")
+app.add_typer(token_app, name="token")
 out = Console()
 
 RigName = Annotated[str, typer.Option(help="Rig id: part of every key on the link and of every recording.")]
@@ -32,6 +35,16 @@ KeyFile = Annotated[
 LinkTls = Annotated[
     Path | None,
     typer.Option(envvar="TENDRIL_LINK_TLS", help="Folder of ca.pem, cert.pem and key.pem, for tls/ endpoints."),
+]
+TlsCert = Annotated[
+    Path | None, typer.Option(envvar="TENDRIL_TLS_CERT", help="Certificate (PEM): serve https, with --tls-key.")
+]
+TlsKey = Annotated[Path | None, typer.Option(envvar="TENDRIL_TLS_KEY", help="Its private key (PEM, no password).")]
+AllowHost = Annotated[
+    str,
+    typer.Option(
+        envvar="TENDRIL_ALLOW_HOST", help="Other names by which browsers may ask for this server; commas between them."
+    ),
 ]
 Ready = Annotated[Path | None, typer.Option(help="Write address and process ids to this file when ready.")]
 ActuatorName = Annotated[str, typer.Option(help="P1, P2, P3 or a .toml file (docs/actuators.md).")]
@@ -69,6 +82,9 @@ def up(
     port: Port = 8321,
     recordings: Folder = None,
     key_file: KeyFile = None,
+    tls_cert: TlsCert = None,
+    tls_key: TlsKey = None,
+    allow_host: AllowHost = "",
     browser: Annotated[bool, typer.Option(help="Open the page if there is a display.")] = True,
     ready: Ready = None,
 ) -> None:
@@ -77,7 +93,16 @@ def up(
     from server.settings import ServerSettings
     from server.up import run_up, with_last_actuator
 
-    settings = ServerSettings(rig=rig, host=host, port=port, recordings=recordings, key_file=key_file)
+    settings = ServerSettings(
+        rig=rig,
+        host=host,
+        port=port,
+        recordings=recordings,
+        key_file=key_file,
+        tls_cert=tls_cert,
+        tls_key=tls_key,
+        allow_host=allow_host,
+    )
     started = RigSettings(
         rig=rig, key_file=settings.key, parameters=_parameters(actuator or "P1", rods, integrator, loop_gap)
     )
@@ -93,6 +118,9 @@ def serve(
     recordings: Folder = None,
     key_file: KeyFile = None,
     link_tls: LinkTls = None,
+    tls_cert: TlsCert = None,
+    tls_key: TlsKey = None,
+    allow_host: AllowHost = "",
     ready: Ready = None,
 ) -> None:
     """Start the server only; the rig may run on another machine."""
@@ -108,8 +136,11 @@ def serve(
         host=host,
         port=port,
         recordings=recordings,
+        tls_cert=tls_cert,
+        tls_key=tls_key,
+        allow_host=allow_host,
     )
-    run_server(settings, announce_to(ready) if ready else lambda url: out.print(url))
+    run_server(settings, announce_to(ready) if ready else _say_addresses)
 
 
 @app.command()
@@ -310,6 +341,10 @@ def main() -> None:
     """Entry point: our own errors are one clear line, not a traceback."""
     with one_line_errors():
         app()
+
+
+def _say_addresses(at: "Addresses") -> None:
+    out.print(f"to operate: {at.operator}\nto look:    {at.viewer}", markup=False, soft_wrap=True)
 
 
 def _parameters(actuator: str, rods: int, integrator: str, loop_gap: float) -> "RigParameters":

@@ -69,6 +69,8 @@ class Hub:
     ) -> None:
         self._history, self._status, self._key, self._operates = history, status, key, operates
         self.viewers: set[Viewer] = set()
+        self.driver: Viewer | None = None
+        """The page that gave the last fresh press: one of several tabs, maybe."""
         self._beats = self._come = 0
         self._beat = Beat()
         self._last_key: object = None

@@ -10,8 +10,10 @@ from fastapi import FastAPI
 
 from controller.errors import TendrilError
 from server.app import create_app
+from server.ready import Addresses
 from server.services import open_services
-from server.settings import ServerSettings, exposed
+from server.settings import ServerSettings
+from server.tls import require_certificate
 
 log = logging.getLogger(__name__)
 
@@ -23,22 +25,28 @@ MESSAGE_MAX = 1 << 20
 """Longest message that a browser may send on a socket [bytes]."""
 
 
-def run_server(settings: ServerSettings, ready: Callable[[str], None] = print) -> None:
-    """Serve until stopped; `ready` gets the address with the access token once connections are accepted."""
+def run_server(settings: ServerSettings, ready: Callable[[Addresses], None]) -> None:
+    """Serve until stopped; `ready` gets the addresses with the access tokens once connections are accepted."""
     sys.setswitchinterval(SWITCH_INTERVAL)
-    if exposed(settings.host):
+    require_certificate(settings)
+    if settings.unprotected:
         log.warning(
-            "listening on %s: everyone in that network can reach this server, and the token travels unencrypted; "
-            "prefer an SSH tunnel or a TLS proxy",
+            "NOT ENCRYPTED: listening on %s without TLS: everyone in that network can reach this server, and can read "
+            "and change what browsers say to it, tokens included. Give --tls-cert and --tls-key, or use an SSH tunnel",
             settings.host,
         )
     listening = listen(settings.host, settings.port)
     services = open_services(settings)
-    ready(f"{address(settings.host, listening)}/?token={services.secrets.token}")
-    uvicorn_server(create_app(services)).run(sockets=[listening])
+    url = address(settings, listening)
+    ready(
+        Addresses(
+            operator=f"{url}/?token={services.secrets.token}", viewer=f"{url}/?token={services.secrets.viewer_token}"
+        )
+    )
+    uvicorn_server(create_app(services), settings).run(sockets=[listening])
 
 
-def uvicorn_server(app: FastAPI) -> uvicorn.Server:
+def uvicorn_server(app: FastAPI, settings: ServerSettings) -> uvicorn.Server:
     """One worker; no compression on sockets, which would cost more than the bytes it saves."""
     config = uvicorn.Config(
         app,
@@ -50,6 +58,8 @@ def uvicorn_server(app: FastAPI) -> uvicorn.Server:
         server_header=False,
         proxy_headers=False,
         timeout_graceful_shutdown=2,
+        ssl_certfile=settings.tls_cert,
+        ssl_keyfile=settings.tls_key,
     )
     return uvicorn.Server(config)
 
@@ -70,7 +80,8 @@ def listen(host: str, port: int) -> socket.socket:
     return listening
 
 
-def address(host: str, listening: socket.socket) -> str:
+def address(settings: ServerSettings, listening: socket.socket) -> str:
     """Where a browser on this machine finds the server."""
+    host = settings.host
     shown = {"0.0.0.0": "127.0.0.1", "::": "[::1]", "::1": "[::1]"}.get(host, host)
-    return f"http://{shown}:{listening.getsockname()[1]}"
+    return f"{'https' if settings.tls_cert else 'http'}://{shown}:{listening.getsockname()[1]}"

@@ -11,7 +11,8 @@ from controller.parameters import Settings
 from server.auth import FAILURES, Identity, Sessions, TooManyAttempts, WrongToken, same_origin
 from server.lease import LAPSE, OperatorLease
 from server.services import kept_settings
-from server.settings import Secrets, ServerSettings, exposed, load_secrets
+from server.settings import ServerSettings, exposed
+from server.tokens import Secrets, load_secrets
 
 
 class Clock:
