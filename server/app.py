@@ -7,12 +7,14 @@ from enum import IntEnum
 from importlib.metadata import version
 from typing import Any
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 
 from controller.modes import Cause, Freeze, Integrator, Law, Mode
 from server import problems, proxy
 from server.gate import Gate
+from server.hosts import Hosts
 from server.messages import FromBrowser, FromServer
+from server.roles import authorise
 from server.routes import (
     alarms,
     command,
@@ -86,7 +88,13 @@ def create_app(services: Services) -> FastAPI:
     """The ASGI application. It closes `services` when it shuts down."""
     app = _api()
     app.state.services = services
-    app.add_middleware(Gate, sessions=services.sessions, refused=services.refused)
+    app.add_middleware(
+        Gate,
+        sessions=services.sessions,
+        hosts=Hosts(services.settings),
+        audit=services.audit,
+        refused=services.refused,
+    )
     return app
 
 
@@ -107,7 +115,7 @@ def _api() -> FastAPI:
     )
     problems.install(app)
     for part in _PARTS:
-        app.include_router(part.router)
+        app.include_router(part.router, dependencies=[Depends(authorise)])
     page.mount_assets(app)
     app.webhooks.post("live")(live_messages)
     return app

@@ -14,12 +14,15 @@ from rich.logging import RichHandler
 from controller.logs import LogFormat, log_json
 from server.complaints import one_line_errors
 from server.recordings_cli import app as recordings_app
+from server.token_cli import app as token_app
 
 if TYPE_CHECKING:
     from controller.parameters import RigParameters
+    from server.ready import Addresses
 
 app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False, help=__doc__)
 app.add_typer(recordings_app, name="recordings")
+app.add_typer(token_app, name="token")
 out = Console()
 
 RigName = Annotated[str, typer.Option(help="Rig id: part of every key on the link and of every recording.")]
@@ -37,6 +40,16 @@ LinkTls = Annotated[
 Log = Annotated[
     LogFormat,
     typer.Option("--log-format", envvar="TENDRIL_LOG_FORMAT", help="json: one object a line, and no token in it."),
+]
+TlsCert = Annotated[
+    Path | None, typer.Option(envvar="TENDRIL_TLS_CERT", help="Certificate (PEM): serve https, with --tls-key.")
+]
+TlsKey = Annotated[Path | None, typer.Option(envvar="TENDRIL_TLS_KEY", help="Its private key (PEM, no password).")]
+AllowHost = Annotated[
+    str,
+    typer.Option(
+        envvar="TENDRIL_ALLOW_HOST", help="Other names by which browsers may ask for this server; commas between them."
+    ),
 ]
 Ready = Annotated[Path | None, typer.Option(help="Write address and process ids to this file when ready.")]
 UnitName = Literal["rig", "server"]
@@ -75,6 +88,9 @@ def up(
     port: Port = 8321,
     recordings: Folder = None,
     key_file: KeyFile = None,
+    tls_cert: TlsCert = None,
+    tls_key: TlsKey = None,
+    allow_host: AllowHost = "",
     browser: Annotated[bool, typer.Option(help="Open the page if there is a display.")] = True,
     ready: Ready = None,
     log_format: Log = "text",
@@ -86,7 +102,15 @@ def up(
 
     _start_log("up", log_format)
     settings = ServerSettings(
-        rig=rig, host=host, port=port, recordings=recordings, key_file=key_file, log_format=log_format
+        rig=rig,
+        host=host,
+        port=port,
+        recordings=recordings,
+        key_file=key_file,
+        tls_cert=tls_cert,
+        tls_key=tls_key,
+        allow_host=allow_host,
+        log_format=log_format,
     )
     parameters = _parameters(actuator or "P1", rods, integrator, loop_gap)
     started = RigSettings(rig=rig, key_file=settings.key, parameters=parameters, log_format=log_format)
@@ -102,6 +126,9 @@ def serve(
     recordings: Folder = None,
     key_file: KeyFile = None,
     link_tls: LinkTls = None,
+    tls_cert: TlsCert = None,
+    tls_key: TlsKey = None,
+    allow_host: AllowHost = "",
     ready: Ready = None,
     log_format: Log = "text",
 ) -> None:
@@ -120,8 +147,11 @@ def serve(
         host=host,
         port=port,
         recordings=recordings,
+        tls_cert=tls_cert,
+        tls_key=tls_key,
+        allow_host=allow_host,
     )
-    say = (lambda url: None) if log_format == "json" else out.print  # a log goes where others read
+    say = (lambda at: None) if log_format == "json" else _say_addresses  # a log goes where others read
     run_server(settings, announce_to(ready) if ready else say)
 
 
@@ -358,6 +388,10 @@ def main() -> None:
 def _start_log(process: str, log_format: LogFormat) -> None:
     if log_format == "json":
         log_json(process)
+
+
+def _say_addresses(at: "Addresses") -> None:
+    out.print(f"to operate: {at.operator}\nto look:    {at.viewer}", markup=False, soft_wrap=True)
 
 
 def _parameters(actuator: str, rods: int, integrator: str, loop_gap: float) -> "RigParameters":

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from typing import Literal
 
+from server.audit import tell
 from server.event_file import EventFile
 from server.messages import Event
 
@@ -23,18 +24,19 @@ def to_log(event: Event) -> None:
 class EventLog:
     """The last lines and their listeners. Only the event loop uses it. With a file the lines outlive the server."""
 
-    def __init__(self, file: EventFile | None = None, kept: int = 500) -> None:
+    def __init__(self, file: EventFile[Event] | None = None, kept: int = 500) -> None:
         self.recent: deque[Event] = deque(file.last() if file else [], maxlen=kept)
         self.listeners: list[Callable[[Event], None]] = []
         self._file = file
 
     def add(self, text: str, level: Level = "info") -> None:
-        """Write a line and tell the listeners."""
+        """Write a line and tell the listeners, and the audit of what it is part of."""
         plain = text.encode(errors="backslashreplace").decode()  # it may quote what is no Unicode, and no JSON
         event = Event(time=datetime.now(UTC), level=level, text=plain)
         self.recent.append(event)
         for listener in self.listeners:
             listener(event)
+        tell(plain)
         self._keep(event)
 
     def refused(self, who: str, what: str, reason: str) -> None:

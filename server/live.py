@@ -61,9 +61,10 @@ class Viewer:
 
 
 class Hub:
-    """All viewers and the beat. What a viewer is sent is made once for all: only who operates sees another Status.
+    """All viewers and the beat. What a viewer is sent is made once for all who see the same.
 
-    `status` makes the Status of one viewer, `key` changes whenever it should be sent, `operates` says who is first.
+    `status` makes the Status of one viewer, `key` changes whenever it should be sent, `sight` is what of it is not the
+    same for all, `operates` says who is first.
     """
 
     seats = 200
@@ -74,13 +75,17 @@ class Hub:
         history: History,
         status: Callable[[Identity], BaseModel],
         key: Callable[[], object],
+        sight: Callable[[Identity], str],
         operates: Callable[[Identity], bool],
     ) -> None:
-        self._history, self._status, self._key, self._operates = history, status, key, operates
+        self._history, self._status, self._key = history, status, key
+        self._sight, self._operates = sight, operates
         self.viewers: set[Viewer] = set()
+        self.driver: Viewer | None = None
+        """The page that gave the last fresh press: one of several tabs, maybe."""
         self._beats = self._come = self._taken = 0
-        self._statuses: dict[bool, str] = {}
-        """Status as JSON since the last beat, by whether its viewer operates."""
+        self._statuses: dict[str, str] = {}
+        """Status as JSON since the last beat, by what its viewer sees of the people."""
         self._beat = Beat()
         self._beaten = time.monotonic()
         self._last_key: object = None
@@ -149,10 +154,10 @@ class Hub:
                 viewer.wake.set()
 
     def _status_for(self, who: Identity) -> str:
-        mine = self._operates(who)
-        if mine not in self._statuses:
-            self._statuses[mine] = self._status(who).model_dump_json()
-        return self._statuses[mine]
+        sight = self._sight(who)
+        if sight not in self._statuses:
+            self._statuses[sight] = self._status(who).model_dump_json()
+        return self._statuses[sight]
 
     def _beat_once(self) -> None:
         self._beats += 1

@@ -91,11 +91,11 @@ async def _connect(browser: WebSocket, parts: Services, who: Identity, seat: Sea
         ) as viser:
             await browser.accept(subprotocol=viser.subprotocol)
             with _seated(parts.scene, viser.local_address[1], seat):
-                await until_one_ends(_down(viser, browser), _up(browser, viser, drag))
+                await until_one_ends(_down(viser, browser), _up(browser, viser, drag), parts.sessions.ended(who))
     except (WebSocketException, OSError):
         pass  # viser is closing, or did not like the subprotocol
     finally:
-        drag.end()
+        drag.leave()
         with contextlib.suppress(RuntimeError, WebSocketDisconnect):
             await browser.close()
 

@@ -7,10 +7,19 @@ from pathlib import Path
 from controller.layout import Model
 
 
+class Addresses(Model):
+    """Where browsers find the page; each address holds an access token."""
+
+    operator: str
+    viewer: str
+
+
 class ServerReady(Model):
-    """What a server says when it answers: the address holds the access token, so the file is the user's alone."""
+    """What a server says when it answers: the addresses hold the access tokens, so the file is the user's alone."""
 
     url: str
+    """The operator's."""
+    viewer_url: str
     process: int
 
 
@@ -18,6 +27,8 @@ class UpReady(Model):
     """What `tendril up` says when the page can be opened."""
 
     url: str
+    """The operator's."""
+    viewer_url: str
     rig_process: int
     server_process: int
 
@@ -30,6 +41,6 @@ def write_ready(path: Path, value: Model) -> None:
     draft.replace(path)
 
 
-def announce_to(path: Path) -> Callable[[str], None]:
+def announce_to(path: Path) -> Callable[[Addresses], None]:
     """A listener for `run_server` that writes a `ServerReady` to `path`."""
-    return lambda url: write_ready(path, ServerReady(url=url, process=os.getpid()))
+    return lambda at: write_ready(path, ServerReady(url=at.operator, viewer_url=at.viewer, process=os.getpid()))

@@ -13,6 +13,7 @@ from recordings.writer import Recorder
 from server.alarms.messages import AlarmLimits
 from server.alarms.store import Alarms
 from server.alarms.watch import AlarmWatch
+from server.audit import LARGEST, Audit, Deed
 from server.auth import Identity, Sessions
 from server.automatic import Automatic, cut_off
 from server.channels import Rows
@@ -23,9 +24,10 @@ from server.history import History
 from server.lease import OperatorLease
 from server.live import Hub
 from server.loop_health import LoopWatch
-from server.messages import Health, Status
+from server.messages import Event, Health, Session, Status
 from server.monitoring.refused import Refused
 from server.operator import Operator
+from server.people import Company
 from server.plots.feed import Plots
 from server.plots.layouts import Layouts
 from server.quota_watch import QuotaWatch
@@ -36,7 +38,9 @@ from server.runs.results import Results
 from server.runs.runs import Runs
 from server.runs.tracker import Tracker
 from server.scene import Scene
-from server.settings import Secrets, ServerSettings, load_secrets, write_private
+from server.settings import ServerSettings, write_private
+from server.token_watch import TokenWatch
+from server.tokens import Secrets, TokenFile
 from server.user_files import UserFiles
 from server.watch import Watch
 
@@ -48,6 +52,8 @@ class Services:
     settings: ServerSettings
     secrets: Secrets
     sessions: Sessions
+    tokens: TokenWatch
+    audit: Audit
     lease: OperatorLease
     history: History
     loop: LoopWatch
@@ -67,6 +73,7 @@ class Services:
     recorder_watch: RecorderWatch = field(init=False)
     hub: Hub = field(init=False)
     plots: Plots = field(init=False)
+    company: Company = field(init=False)
     watch: Watch = field(init=False)
     alarm_watch: AlarmWatch = field(init=False)
     runs: Runs = field(init=False)
@@ -81,8 +88,9 @@ class Services:
 
     def __post_init__(self) -> None:
         self.drawings = Drawings(self.settings.state / "drawings")
-        self.hub = Hub(self.history, self.status, self.status_key, self.lease.holds)
+        self.hub = Hub(self.history, self.status, self.status_key, self.sight, self.lease.holds)
         self.hub.seats, self.plots = self.settings.viewers_max, Plots(self.history)
+        self.company = Company(self.present, self.lease, self.operator, self.events)
         self.watch = Watch(self.rig, self.history, self.lease, self.operator, self.events)
         self.alarm_watch = AlarmWatch(self.loop.lateness_p99, self.operators_limits, self.events)
         self.automatic = Automatic(self.recorder, self.rig, self.review, self.events, lambda: self.operator.settings)
@@ -101,6 +109,15 @@ class Services:
             raise RigUnreachable(f"no rig was heard yet at {self.settings.endpoint}")
         return self.rig.info
 
+    def present(self) -> list[Identity]:
+        """The session of every open page."""
+        return [viewer.who for viewer in self.hub.viewers]
+
+    def session(self, who: Identity) -> Session:
+        """What a page should know about its own session."""
+        unprotected, lease = self.settings.unprotected, self.lease.view(who)
+        return Session(name=who.name, role=who.role, unprotected=unprotected, lease=lease)
+
     def health(self) -> Health:
         """What is not in a telemetry row."""
         return Health(
@@ -115,6 +132,7 @@ class Services:
         """Everything slow that the page shows, as `who` sees it."""
         return Status(
             lease=self.lease.view(who),
+            people=self.company.view(who),
             settings=self.operator.settings,
             recording=self.recorder.state(),
             health=self.health(),
@@ -123,16 +141,29 @@ class Services:
             result=self.runs.last(),
         )
 
+    def sight(self, who: Identity) -> str:
+        """What of the status is not the same for all."""
+        return self.lease.view(who).model_dump_json() + self.company.view(who).model_dump_json()
+
     def status_key(self) -> object:
         """Differs whenever viewers should be told at once."""
-        recording, holder = self.recorder.state(), self.lease.holder
-        who = holder.id if holder else ""
+        recording = self.recorder.state()
         rig = (self.rig.boot(), self.rig.info.boot if self.rig.info else None, self.rig.trouble)
-        lease, viewers = (who, self.lease.clutch), len(self.hub.viewers)
-        return lease, self.operator.settings, recording.recording, recording.id, rig, viewers, self.runs.key()
+        lease, viewers = self.lease.clutch, len(self.hub.viewers)
+        return (
+            lease,
+            self.company.key(),
+            self.operator.settings,
+            recording.recording,
+            recording.id,
+            rig,
+            viewers,
+            self.runs.key(),
+        )
 
     def beat(self) -> None:
         """What is looked at 60 times a second, with or without viewers."""
+        self.tokens.look(self.lease, self.events)
         self.watch()
         self.runs.look()
         self.automatic.look(self.settings.record_faults)
@@ -167,7 +198,8 @@ class Services:
 
 def open_services(settings: ServerSettings) -> Services:
     """Connect to the rig and start everything that has a thread of its own."""
-    secrets, history = load_secrets(settings), History()
+    tokens, history = TokenFile(settings), History()
+    secrets = tokens.read()
     folder = settings.recordings or default_folder()
     store = Store(folder)
     cut = cut_off(store)  # before the review mends it
@@ -179,10 +211,15 @@ def open_services(settings: ServerSettings) -> Services:
         recorder.rows(rows)
 
     rig = Rig(settings, history, keep)
+    events = EventLog(EventFile(settings.state / f"events-{settings.rig}.jsonl", Event))
+    audited = EventFile(settings.state / f"audit-{settings.rig}.jsonl", Deed, LARGEST)
+    sessions = Sessions(secrets, settings.rig)
     return Services(
         settings=settings,
         secrets=secrets,
-        sessions=Sessions(secrets, settings.rig),
+        sessions=sessions,
+        tokens=TokenWatch(tokens, sessions, secrets),
+        audit=Audit(audited, lambda problem: events.add(problem, "error")),
         lease=OperatorLease(),
         history=history,
         loop=loop,
@@ -193,7 +230,7 @@ def open_services(settings: ServerSettings) -> Services:
         review=review,
         cut=cut,
         scene=Scene(lambda: history.newest, rig.actuator, settings.light_scene),
-        events=EventLog(EventFile(settings.state / f"events-{settings.rig}.jsonl")),
+        events=events,
         layouts=Layouts(UserFiles(settings.state / "layouts", "the layout")),
         alarms=Alarms(UserFiles(settings.state / "alarms", "the limits")),
     )

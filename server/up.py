@@ -21,6 +21,7 @@ from controller.realtime.supervisor import SHORT_LIFE, Supervisor, end_process, 
 from server.presets.actuator import kept_actuator, kept_file, take_order
 from server.ready import ServerReady, UpReady, write_ready
 from server.settings import ServerSettings
+from server.tls import require_certificate
 
 log = logging.getLogger(__name__)
 out = Console()
@@ -89,6 +90,7 @@ class ServerChild:
 
 def run_up(rig: RigSettings, server: ServerSettings, browser: bool, ready: Path | None) -> None:
     """Run rig and server until SIGINT or SIGTERM; the server ends first, so the rig comes to rest before it ends."""
+    require_certificate(server)
     for number in (signal.SIGINT, signal.SIGTERM):  # a shell may have started us in the background, SIGINT ignored
         signal.signal(number, signal.default_int_handler)
     out.quiet = server.log_format == "json"
@@ -119,10 +121,11 @@ def with_last_actuator(rig: RigSettings, server: ServerSettings) -> RigSettings:
 
 
 def environment(settings: ServerSettings) -> dict[str, str]:
-    """`settings` as environment variables: the token must not be seen in a list of processes."""
-    plain = settings.model_dump(mode="json", exclude_none=True, exclude={"token"})
-    token = {"token": settings.token.get_secret_value()} if settings.token else {}
-    return {f"TENDRIL_{name.upper()}": str(value) for name, value in {**plain, **token}.items()}
+    """`settings` as environment variables: the tokens must not be seen in a list of processes."""
+    secret = {"token": settings.token, "viewer_token": settings.viewer_token}
+    plain = settings.model_dump(mode="json", exclude_none=True, exclude=set(secret))
+    tokens = {name: value.get_secret_value() for name, value in secret.items() if value is not None}
+    return {f"TENDRIL_{name.upper()}": str(value) for name, value in {**plain, **tokens}.items()}
 
 
 def _run_server(supervisor: Supervisor, settings: ServerSettings, browser: bool, ready: Path | None) -> None:
@@ -131,10 +134,10 @@ def _run_server(supervisor: Supervisor, settings: ServerSettings, browser: bool,
         child = ServerChild(settings.model_copy(update={"orders": orders}), Path(folder, "server.json"))
         try:
             page = child.wait_ready()
-            _announce(page.url, browser)
+            _announce(page, browser)
             if ready:
                 processes = {"rig_process": supervisor.process, "server_process": page.process}
-                write_ready(ready, UpReady(url=page.url, **processes))
+                write_ready(ready, UpReady(url=page.url, viewer_url=page.viewer_url, **processes))
             while True:
                 time.sleep(POLL)
                 child.keep_alive()
@@ -145,9 +148,13 @@ def _run_server(supervisor: Supervisor, settings: ServerSettings, browser: bool,
             child.stop()
 
 
-def _announce(url: str, browser: bool) -> None:
-    log.info("ready on %s", url.split("/?")[0])
-    text = f"[bold]{url}[/]\n\nThe address holds your access token. Ctrl-C stops rig and server."
+def _announce(page: ServerReady, browser: bool) -> None:
+    log.info("ready on %s", page.url.split("/?")[0])
+    text = (
+        f"To operate:         [bold]{page.url}[/]\n"
+        f"To look (and stop): {page.viewer_url}\n\n"
+        "Each address holds an access token (`tendril token`). Ctrl-C stops rig and server."
+    )
     out.print(Panel(text, title="Tendril"))
     if browser and (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        webbrowser.open(url)
+        webbrowser.open(page.url)

@@ -1,22 +1,26 @@
 """The live socket's upward half: presence, targets, pings. What is malformed is refused, and the socket goes on."""
 
 import asyncio
+import contextlib
+import contextvars
 from concurrent.futures import Future
 
 from fastapi import APIRouter, WebSocket
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import from_json
 from starlette.responses import JSONResponse
+from starlette.websockets import WebSocketDisconnect
 
 from controller.errors import TendrilError, sentence
 from controller.layout import fields
 from controller.messages import CommandReply, Telemetry
-from controller.modes import Request
+from controller.modes import Mode, Request
+from server.audit import tell
 from server.auth import Identity
 from server.channels import CHANNELS, columns_of
 from server.deps import Me, Parts
 from server.live import Crowded, Viewer
-from server.messages import FromBrowser, Hello, Ping, Pong, Presence, Refused, Release, Reply, Session, Target
+from server.messages import FromBrowser, Hello, Ping, Pong, Presence, Refused, Release, Reply, Target
 from server.plots.feed import Feed
 from server.plots.messages import PlotChoice
 from server.services import Services
@@ -26,6 +30,8 @@ router = APIRouter()
 
 LONGEST = 4096
 """Longest message from a page [characters]."""
+_MOVED = (Mode.HOLD, Mode.FOLLOW)
+"""HOLD too: the newest row may be older than the press."""
 _MESSAGE: TypeAdapter[FromBrowser] = TypeAdapter(FromBrowser)
 
 
@@ -43,7 +49,11 @@ async def _serve(socket: WebSocket, parts: Services, who: Identity) -> None:
     await socket.accept()
     viewer = Viewer(socket, who, Feed(parts.plots))
     await socket.send_text(_hello(parts, viewer).model_dump_json())
-    await until_one_ends(parts.hub.serve(viewer), _listen(Conversation(viewer, parts)))
+    conversation = Conversation(viewer, parts)
+    await until_one_ends(parts.hub.serve(viewer), _listen(conversation), parts.sessions.ended(who))
+    conversation.leave()
+    with contextlib.suppress(RuntimeError, WebSocketDisconnect):
+        await socket.close(1008)
 
 
 class Conversation:
@@ -53,6 +63,7 @@ class Conversation:
         self._viewer, self._parts = viewer, parts
         self._written = ""
         self._loop = asyncio.get_running_loop()
+        self._context = contextvars.copy_context()
 
     def hear(self, text: str | None) -> None:
         """Act on one message; never raises."""
@@ -74,6 +85,18 @@ class Conversation:
                 self._let_go()
             case PlotChoice():
                 self._plot(message)
+
+    def leave(self) -> None:
+        """The page is gone. Another tab of its session stays present, but nobody there began this motion: hold it."""
+        parts, who, driver = self._parts, self._viewer.who, self._parts.hub.driver
+        if driver is not self._viewer:
+            return
+        parts.hub.driver = None
+        alone = all(other.who.id != who.id for other in parts.hub.viewers)
+        newest = parts.history.newest
+        if not alone and parts.lease.holds(who) and newest is not None and newest[0]["mode"] in _MOVED:
+            parts.operator.request(Request.HOLD)
+            parts.events.add(f"{who.name}: the tab that moved the target was closed: hold")
 
     def _present(self, message: Presence) -> None:
         """Only a number that rises, from the page of the lease's holder, is presence."""
@@ -102,13 +125,19 @@ class Conversation:
             return self._refuse(message.id, "target", str(error))
         operator, at = self._parts.operator, (message.x, message.y)
         operator.present()
+        if message.start:
+            self._parts.hub.driver = self._viewer
+            tell(f"follow, target at ({message.x:.4f}, {message.y:.4f}) m")
         asked = operator.request(Request.FOLLOW, at) if message.start else operator.move(at)
-        asked.add_done_callback(lambda done: self._loop.call_soon_threadsafe(self._answer, message, done))
+        asked.add_done_callback(
+            lambda done: self._loop.call_soon_threadsafe(self._answer, message, done, context=self._context)
+        )
 
     def _let_go(self) -> None:
         lease = self._parts.lease
         if lease.clutch and lease.holds(self._viewer.who):
             self._parts.operator.request(Request.HOLD)
+            tell("target let go: hold")
 
     def _answer(self, message: Target, done: "Future[CommandReply]") -> None:
         error = done.exception()
@@ -140,8 +169,7 @@ async def _listen(conversation: Conversation) -> None:
 
 
 def _hello(parts: Services, viewer: Viewer) -> Hello:
-    session = Session(name=viewer.who.name, lease=parts.lease.view(viewer.who))
-    log = list(parts.events.recent)
+    session, log = parts.session(viewer.who), list(parts.events.recent)
     return Hello(session=session, layout=fields(Telemetry), channels=CHANNELS, rig=parts.rig.info, log=log)
 
 

@@ -10,9 +10,12 @@ from pydantic import SecretStr
 from controller.errors import ParameterError
 from controller.parameters import Settings
 from server.auth import FAILURES, MAX_AGE, Identity, Sessions, TooManyAttempts, WrongToken, same_origin
+from server.events import EventLog
 from server.lease import LAPSE, OperatorLease
 from server.services import kept_settings
-from server.settings import Secrets, ServerSettings, exposed, load_secrets
+from server.settings import ServerSettings, exposed, write_private
+from server.token_watch import TokenWatch
+from server.tokens import Secrets, TokenFile, load_secrets
 
 
 class Clock:
@@ -69,6 +72,44 @@ def test_token_is_kept_and_readable_by_the_user_alone(tmp_path: Path) -> None:
     assert stat.S_IMODE((tmp_path / "state" / "secrets.json").stat().st_mode) == 0o600
     given = load_secrets(ServerSettings(state=tmp_path / "state", token=SecretStr("mine")))
     assert (given.token, given.key) == ("mine", first.key)
+
+
+def test_an_old_file_with_one_token_is_the_operators_and_gets_a_viewers(tmp_path: Path) -> None:
+    write_private(tmp_path / "secrets.json", '{"token": "old", "key": "kkk"}')
+    found = load_secrets(ServerSettings(state=tmp_path))
+    assert (found.token, found.key) == ("old", "kkk")
+    assert len(found.viewer_token) > 20
+    assert load_secrets(ServerSettings(state=tmp_path)) == found
+    with pytest.raises(ParameterError, match="are the same"):
+        load_secrets(ServerSettings(state=tmp_path, viewer_token=SecretStr("old")))
+    (tmp_path / "secrets.json").chmod(0o644)
+    with pytest.raises(ParameterError, match="has mode 0644"):
+        load_secrets(ServerSettings(state=tmp_path))
+
+
+def test_a_changed_token_ends_only_the_sessions_that_it_opened(tmp_path: Path) -> None:
+    file = TokenFile(ServerSettings(state=tmp_path))
+    kept = file.read()
+    ours = Sessions(kept, "rig")
+    operator, viewer = ours.open(kept.token, "here"), ours.open(kept.viewer_token, "here")
+    assert (operator.role, viewer.role) == ("operator", "viewer")
+    cookies = [{ours.cookie: ours.seal(who)} for who in (operator, viewer)]
+    assert [ours.read(cookie) for cookie in cookies] == [operator, viewer]
+    clock = Clock()
+    watch, lease, log = TokenWatch(file, ours, kept, clock), OperatorLease(), EventLog()
+    assert lease.acquire(operator)
+    token = file.renew("viewer")
+    clock.now = 2.0
+    watch.look(lease, log)
+    assert [ours.read(cookie) for cookie in cookies] == [operator, None]
+    assert (ours.stands(operator), ours.stands(viewer), lease.holds(operator)) == (True, False, True)
+    assert ours.open(token, "here").role == "viewer"
+    file.renew("operator")
+    clock.now = 4.0
+    watch.look(lease, log)
+    assert (ours.read(cookies[0]), lease.holder) == (None, None)
+    assert len(log.recent) == 2
+    assert stat.S_IMODE((tmp_path / "secrets.json").stat().st_mode) == 0o600
 
 
 @pytest.mark.parametrize("content", [b"", b"{", b'{"token": "x"}', b"\xff\xfe\x00"])

@@ -9,13 +9,13 @@ export interface paths {
     };
     /**
      * Read Session
-     * @description Who I am, and whether I operate.
+     * @description Who I am, what I may do, and whether I operate.
      */
     get: operations["read_session"];
     put?: never;
     /**
      * Sign In By Token
-     * @description Sign in with the access token; 401 when it is wrong, 429 after too many wrong ones.
+     * @description Sign in with an access token; 401 when it is wrong, 429 after too many wrong ones.
      */
     post: operations["sign_in_by_token"];
     delete?: never;
@@ -50,6 +50,90 @@ export interface paths {
      * @description Switch the held clutch on or off.
      */
     patch: operations["change_lease"];
+    trace?: never;
+  };
+  "/api/lease/request": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Ask For Lease
+     * @description Ask whoever operates for the lease; the request stands for a minute. 409 where nobody operates.
+     */
+    post: operations["ask_for_lease"];
+    /**
+     * Withdraw Request
+     * @description Ask no longer.
+     */
+    delete: operations["withdraw_request"];
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/lease/refuse": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Refuse Request
+     * @description Keep the lease, and tell who asked; 409 when it asks no more.
+     */
+    post: operations["refuse_request"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/lease/hand-over": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Hand Over Lease
+     * @description Give the lease to another session, a viewer's too; the motion is held first. 409 when its page is not open.
+     */
+    post: operations["hand_over_lease"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/lease/take-over": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Take Over Lease
+     * @description Take the lease from its holder (named, so that nobody else loses it); held first. 403 with a viewer's token.
+     */
+    post: operations["take_over_lease"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
     trace?: never;
   };
   "/api/command": {
@@ -1926,6 +2010,51 @@ export interface components {
      */
     Mode: 0 | 1 | 2 | 3 | 4 | 5 | 6;
     /**
+     * People
+     * @description Who is here, and who wants to operate.
+     */
+    People: {
+      /**
+       * Holder
+       * @description Tag of whoever operates, "" when nobody does.
+       */
+      holder: string;
+      /**
+       * Asking
+       * @description Who asked for control, the longest waiting first.
+       */
+      asking: components["schemas"]["Person"][];
+      /**
+       * Others
+       * @description Whose pages are open, but mine.
+       */
+      others: components["schemas"]["Person"][];
+      /**
+       * Waiting
+       * @description I asked, and nobody has answered.
+       */
+      waiting: boolean;
+    };
+    /**
+     * Person
+     * @description A session as others see it.
+     */
+    Person: {
+      /**
+       * Tag
+       * @description Names the session; its id stays its own.
+       */
+      tag: string;
+      /** Name */
+      name: string;
+      /**
+       * Role
+       * @description Whose token it signed in with.
+       * @enum {string}
+       */
+      role: "operator" | "viewer";
+    };
+    /**
      * Ping
      * @description For the page's round trip display; t is echoed.
      */
@@ -2962,7 +3091,26 @@ export interface components {
     Session: {
       /** Name */
       name: string;
+      /**
+       * Role
+       * @description Whose token I signed in with.
+       * @enum {string}
+       */
+      role: "operator" | "viewer";
+      /**
+       * Unprotected
+       * @description Other machines can reach this server, and what is said to it travels unencrypted.
+       */
+      unprotected: boolean;
       lease: components["schemas"]["Lease"];
+    };
+    /**
+     * SessionTag
+     * @description Body of requests about another session: which one.
+     */
+    SessionTag: {
+      /** Tag */
+      tag: string;
     };
     /**
      * Settings
@@ -3124,6 +3272,7 @@ export interface components {
        */
       type: "status";
       lease: components["schemas"]["Lease"];
+      people: components["schemas"]["People"];
       settings: components["schemas"]["Settings"];
       recording: components["schemas"]["RecordingState"];
       health: components["schemas"]["Health"];
@@ -3714,6 +3863,145 @@ export interface operations {
     requestBody: {
       content: {
         "application/json": components["schemas"]["LeaseBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Lease"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  ask_for_lease: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Lease"];
+        };
+      };
+    };
+  };
+  withdraw_request: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Lease"];
+        };
+      };
+    };
+  };
+  refuse_request: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["SessionTag"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Lease"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  hand_over_lease: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["SessionTag"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Lease"];
+        };
+      };
+      /** @description Validation Error */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["HTTPValidationError"];
+        };
+      };
+    };
+  };
+  take_over_lease: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["SessionTag"];
       };
     };
     responses: {

@@ -34,11 +34,11 @@ function troubleOf({ online, rigLive, rig, mode, health }: Page): Trouble {
 }
 
 /** What leads out of a latched state, for whoever looks. */
-function wayOut({ cause, lease, mode }: Page): string {
+function wayOut({ cause, lease, me, mode }: Page): string {
   const button = mode === MODE.E_STOP ? "Clear E-STOP" : "Clear fault";
   if (lease.mine) return `${remedy(cause)}, then press ${button}, and arm again.`;
   if (lease.held) return `${lease.holder} operates and can clear it.`;
-  return "Take control to clear it.";
+  return me.role === "viewer" ? "An operator can clear it." : "Take control to clear it.";
 }
 
 /** Over the plan: what is wrong, since when, and what comes next. */

@@ -58,6 +58,9 @@ export class Dashboard {
         void this.references.learn();
         void this.saved.learn();
       },
+      leaseChanged: (mine, holder) => {
+        this.operations.leaseChanged(mine, holder);
+      },
       failed: (title, error) => {
         this.operations.report(title, error);
       },
