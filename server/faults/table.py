@@ -97,7 +97,12 @@ FAULTS = (
     Fault("mocap-nan", "every marker is nan", "FAULT, latched", 800.0),
     Fault("mocap-old", "the last sample comes again and again, with its old time", "FAULT, latched", 800.0),
     Fault("mocap-frozen", "its positions come again and again, with fresh times", "FAULT, latched", 1500.0),
-    Fault("mocap-jump", "every marker is measured 50 mm beside where it is", "FAULT, latched", 800.0),
+    Fault(
+        "mocap-jump",
+        "every marker is measured 50 mm beside where it is, on a circle of 0.25 Hz",
+        "FAULT, latched",
+        800.0,
+    ),
     Fault("sensor-stuck", "the pressure sensor of chamber u1+ keeps its value", "E_STOP, latched", 3000.0),
     Fault("valve-stuck", "the spool of chamber u1+ stays where it is", "E_STOP, latched", 3000.0),
     Fault("supply-lost", "the supply line is open to the atmosphere", "E_STOP, latched", 3000.0),
