@@ -27,8 +27,8 @@ from server.settings import ServerSettings
 from server.up import ServerChild
 
 CIRCLE = "circle_1hz"
-SPEED = 0.1
-"""Of the reference on the circle, far above that of most of its approach [m/s]."""
+SPEED, SLOW = 0.1, 0.01
+"""Of the reference on the circle, above that of most of its approach, and of one that moves at all [m/s]."""
 QUIET_SECONDS = 2.0
 """How long nothing may move after a fault without a fresh action [s]."""
 NAP = 0.05
@@ -116,13 +116,13 @@ class Scene:
         self._order.write_text(json.dumps(order))
         os.kill(process, signal.SIGUSR1)
 
-    def track(self) -> None:
+    def track(self, reference: str = CIRCLE) -> None:
         """Bring the operator to tracking a circle, from wherever things are."""
         self.operator.reconnect()
         self.operator.request("POST", "/api/run/stop")
         self._arm_anew()
-        self.operator.ask("POST", "/api/run", reference=CIRCLE, laps=None, record=False)
-        self._until_moving(Mode.TRACK)
+        self.operator.ask("POST", "/api/run", reference=reference, laps=None, record=False)
+        self._until_moving(Mode.TRACK, SPEED if reference == CIRCLE else SLOW)
 
     def drag(self) -> None:
         """Bring the operator to dragging the target."""
@@ -130,7 +130,7 @@ class Scene:
         self.operator.request("POST", "/api/run/stop")
         self._arm_anew()
         self.operator.drag()
-        self._until_moving(Mode.FOLLOW)
+        self._until_moving(Mode.FOLLOW, SLOW)
 
     def stays_calm(self, seconds: float = QUIET_SECONDS) -> None:
         """Require that nothing moves from now on, though the operator may be present."""
@@ -182,13 +182,12 @@ class Scene:
         self.until(start, (Mode.HOLD,), 2.0)
         wait(lambda: self.operator.shows(Mode.HOLD, start), 5.0, "HOLD on the page")
 
-    def _until_moving(self, mode: Mode) -> None:
+    def _until_moving(self, mode: Mode, speed: float) -> None:
         def moving() -> bool:
             row = trace.newest(self.rig)
             require(row["mode"] in (mode, Mode.HOLD), f"the rig went to {trace.told(row)} before the fault")
             require(row["cause"] != Cause.LOOP_STALLED, "the machine stood still before the fault")
-            fast = SPEED if mode == Mode.TRACK else 0.01
-            return bool(row["mode"] == mode and np.hypot(*row["p_ref_dot"]) > fast)
+            return bool(row["mode"] == mode and np.hypot(*row["p_ref_dot"]) > speed)
 
         wait(moving, 15.0, f"motion in {mode.name}")
         time.sleep(0.5)

@@ -29,7 +29,7 @@ RESTART_MS = 15_000.0
 
 FAULTS = (
     Fault("server-killed", "kill -9 of the server", "HOLD; the next server finds it held and can go on", HOLD_MS, True),
-    Fault("server-stopped", "SIGSTOP of the server, SIGCONT after 2 s", "HOLD, also on resume", HOLD_MS, True),
+    Fault("server-stopped", "SIGSTOP of the server, SIGCONT after 2 s", "HOLD, also on resume", HOLD_MS),
     Fault(
         "server-gone", "kill -9 of the server, none after it", "HOLD after 0.5 s; REST after 30 s, then VENTED", 31e3
     ),
@@ -55,7 +55,7 @@ FAULTS = (
         10_000.0,
         True,
     ),
-    Fault("clock-forward", "wall clock of rig and server +1 h (time.time)", "nothing; E-STOP works", 1e3 * GAP, True),
+    Fault("clock-forward", "wall clock of rig and server +1 h (time.time)", "nothing; E-STOP works", 1e3 * GAP),
     Fault("clock-back", "wall clock of rig and server -1 h (time.time)", "nothing; E-STOP works", 1e3 * GAP),
     Fault("page-closed", "the operator's socket is closed in the middle of a drag", "HOLD", HOLD_MS, True),
     Fault("browser-killed", "kill -9 of the operator's chromium in the middle of a drag", "HOLD", HOLD_MS),
@@ -97,7 +97,12 @@ FAULTS = (
     Fault("mocap-nan", "every marker is nan", "FAULT, latched", 800.0),
     Fault("mocap-old", "the last sample comes again and again, with its old time", "FAULT, latched", 800.0),
     Fault("mocap-frozen", "its positions come again and again, with fresh times", "FAULT, latched", 1500.0),
-    Fault("mocap-jump", "every marker is measured 50 mm beside where it is", "FAULT, latched", 800.0),
+    Fault(
+        "mocap-jump",
+        "every marker is measured 50 mm beside where it is, on a circle of 0.25 Hz",
+        "FAULT, latched",
+        800.0,
+    ),
     Fault("sensor-stuck", "the pressure sensor of chamber u1+ keeps its value", "E_STOP, latched", 3000.0),
     Fault("valve-stuck", "the spool of chamber u1+ stays where it is", "E_STOP, latched", 3000.0),
     Fault("supply-lost", "the supply line is open to the atmosphere", "E_STOP, latched", 3000.0),
@@ -113,7 +118,7 @@ FAULTS = (
         "link-lossy",
         "20 % loss as TCP has it: such shares of the packets wait for 200 ms, 400 ms, ...",
         "TRACK or HOLD; an E-STOP works",
-        3000.0,
+        5000.0,
     ),
 )
 
