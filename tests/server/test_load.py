@@ -99,13 +99,14 @@ def hold_up(server: TestServer, stuck: ClientConnection) -> None:
     loop = viewer.wake._loop  # type: ignore[attr-defined]
     for number in range(EVENTS):
         loop.call_soon_threadsafe(server.services.events.add, f"{number} {LINE}")
-    wait_for(lambda: len(viewer.outbox) == WAITING, "a full outbox")
-    assert f'"{EVENTS - 1} ' in viewer.outbox[-1], "the newest stay"
+    last = f"{EVENTS - 1} {LINE}"
+    wait_for(lambda: viewer.outbox and last in viewer.outbox[-1], "the newest to be kept")
+    assert len(viewer.outbox) == WAITING
     held = sum(len(text) for text in viewer.outbox)
     assert held < WAITING * (len(LINE) + 200)
     wait_for(lambda: still(viewer, server.services), "it is stuck all the same")
     texts = []
-    while not texts or f"{EVENTS - 1} {LINE}" not in texts[-1]:
+    while not texts or last not in texts[-1]:
         message = stuck.recv(timeout=60)
         texts += [message] if isinstance(message, str) and LINE in message else []
     assert len(texts) < EVENTS / 2, "what waited in the kernel and in the server is all that was kept"
