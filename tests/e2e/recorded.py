@@ -27,7 +27,7 @@ def list_many(folder: Path, like: Recording, count: int) -> list[Path]:
     made: list[Path] = []
     for n in range(count):
         id = f"20200101-{n // 3600:02d}{n // 60 % 60:02d}{n % 60:02d}"
-        row = like.model_copy(update={"id": id, "name": f"old {n}", "bytes": int(np.sin(n) ** 2 * 1e9)})
+        row = like.model_copy(update={"id": id, "name": f"old {n}", "bytes": int(np.sin(n) ** 2 * 1e6)})
         made += [folder / f"{id}.json", folder / f"{id}.rrd"]
         made[-2].write_text(row.model_dump_json())
         made[-1].touch()

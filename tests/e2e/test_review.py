@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import BrowserContext, FilePayload, Page, Request, expect
 
 from recordings.messages import Recording
-from tests.e2e.product import Product, open_page, pixels_of, shot
+from tests.e2e.product import Product, open_page, pixels_of, shot, wait_until
 from tests.e2e.recorded import list_many, record_circle
 from tests.e2e.test_accessibility import AXE, look
 
@@ -281,9 +281,8 @@ def test_a_recording_keeps_what_was_chosen_and_is_seen_while_it_grows(page: Page
 def test_what_the_plots_show_of_the_chosen_signals_is_exported(page: Page, made: list[Recording]) -> None:
     review(page)
     open_link(page, f"#review/{made[0].id}")
-    plot = page.get_by_test_id("quick-plot").first.locator(".u-over")
-    expect(plot).to_be_visible()
-    box = plot.bounding_box()
+    wait_until(lambda: len(coloured(page)) == 6 and min(coloured(page)) > 100, 20.0)
+    box = page.get_by_test_id("quick-plot").first.locator(".u-over").bounding_box()
     assert box
     for share, act in ((0.25, page.mouse.down), (0.5, page.mouse.up)):
         page.mouse.move(box["x"] + share * box["width"], box["y"] + box["height"] / 2, steps=5)
