@@ -9,6 +9,7 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from server.auth import FAILURES
 from server.gate import Gate
+from server.hosts import Hosts
 from server.monitoring import healthz
 from tests.server.live_server import TOKEN, TestServer, wait_for
 
@@ -31,10 +32,11 @@ def test_anyone_on_this_machine_may_ask_whether_all_is_well(server: TestServer) 
 
 
 async def test_nobody_elsewhere_may(server: TestServer) -> None:
-    gate = Gate(server.app, server.services.sessions, server.services.refused)
+    parts = server.services
+    gate = Gate(server.app, parts.sessions, Hosts(parts.settings), parts.audit, parts.refused)
     for host, status in (("192.0.2.7", 401), ("2001:db8::1", 401), ("", 401), ("127.0.0.2", 200), ("::1", 200)):
         strange = httpx.ASGITransport(gate, client=(host, 1234))
-        async with httpx.AsyncClient(transport=strange, base_url="http://here") as client:
+        async with httpx.AsyncClient(transport=strange, base_url=server.url) as client:
             wait_for(lambda: server.services.rig.boot(), "the rig")
             assert (await client.get("/healthz")).status_code == status, host
 
