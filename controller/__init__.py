@@ -10,7 +10,6 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
-
 _CONSTANTS = ("modes.py", "states.py")
 """Not compiled themselves, but their numbers are compiled into the kernels."""
 
