@@ -47,8 +47,11 @@ class Asker:
         """Answer of the queryable `expression`; RigUnreachable without one, the rig's own error if it refuses."""
         return self._answer(self._get(expression, payload, timeout), timeout)
 
-    def ask_sealed(self, expression: str, payload: bytes = b"", timeout: float = TIMEOUT) -> bytes:
-        """The same with a seal. A rig that restarted, or forgot this server, is met anew."""
+    def ask_sealed(self, expression: str, payload: bytes, timeout: float = TIMEOUT, any_server: bool = False) -> bytes:
+        """The same with a seal. A rig that restarted, or forgot this server, is met anew.
+
+        `any_server`: the rig takes this question from every server, so its answer does not say that `trouble` is over.
+        """
         try:
             try:
                 answer = self._ask_sealed(expression, payload, timeout)
@@ -58,7 +61,8 @@ class Asker:
         except TendrilError as error:
             self._trouble = error if isinstance(error, tuple(_KINDS.values())) else None
             raise
-        self._trouble = None
+        if not (any_server and isinstance(self._trouble, RigHeld)):
+            self._trouble = None
         return answer
 
     def forget(self) -> None:

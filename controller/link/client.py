@@ -22,6 +22,7 @@ from controller.link.keys import Keys, open_session
 from controller.link.stream import RowStream
 from controller.link.version import mismatch, require_same
 from controller.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults
+from controller.modes import Request
 
 log = logging.getLogger(__name__)
 
@@ -123,7 +124,9 @@ class RigClient:
             raise self._refused
         started = time.monotonic()
         reply = CommandReply.model_validate_json(
-            self._asker.ask_sealed(self._keys.command, to_record(command).tobytes())
+            self._asker.ask_sealed(
+                self._keys.command, to_record(command).tobytes(), any_server=command.request == Request.E_STOP
+            )
         )
         self._round_trips.append(time.monotonic() - started)
         return reply

@@ -44,7 +44,7 @@ class Desk:
         self._commands = commands
         self._control = control
         self._faults, self._injected = faults, TwinFaults()
-        self._last = Command()
+        self._last = self._asked = Command()
         self._one_at_a_time = threading.Lock()
 
     def info(self) -> RigInfo:
@@ -65,17 +65,31 @@ class Desk:
             text = refused_text(command.request, self._mode(), Cause.WRONG_BOOT)
             return _reply(command, self._mode(), Cause.WRONG_BOOT, text)
         with self._one_at_a_time:
-            self._last = command
-            post(self._commands, words(to_record(command)))
-            row = self._row_after(time.monotonic_ns())
+            return self._put(command)
+
+    def stop(self, command: Command) -> CommandReply:
+        """An E-STOP of a server that does not command this rig: settings, target and presence stay as they are.
+
+        The loop acts on risen numbers only and that server may know an old one, so the number is given here.
+        """
+        with self._one_at_a_time:
+            number = max(command.request_n, self._asked.request_n + 1)
+            request = {"n": command.n, "request": command.request, "request_n": number}
+            return self._put(self._last.model_copy(update=request))
+
+    def _put(self, command: Command) -> CommandReply:
+        asked = self._asked
+        if command.request and command.request_n == asked.request_n and command.request != asked.request:
+            text = f"refused: request {command.request_n} was {asked.request.name} of another server; ask again"
+            return _reply(command, self._mode(), Cause.NONE, text)
+        if command.request and command.request_n > asked.request_n:
+            self._asked = command
+        self._last = command
+        post(self._commands, words(to_record(command)))
+        row = self._row_after(time.monotonic_ns())
         if row is not None:
             return answer(command, row)
         return _reply(command, self._mode(), Cause.LOOP_STALLED, "refused: the control loop does not answer")
-
-    def stop(self, command: Command) -> CommandReply:
-        """An E-STOP of a server that does not command this rig: settings, target and presence stay as they are."""
-        request = {"n": command.n, "request": command.request, "request_n": command.request_n}
-        return self.submit(self._last.model_copy(update=request))
 
     def _mode(self) -> Mode:
         newest = self._ring.newest()

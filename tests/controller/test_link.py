@@ -261,6 +261,7 @@ def test_a_replay_request_or_a_reference_of_wrong_size_is_refused(rig: FakeRig, 
 
 
 def test_without_a_rig_everything_says_so_and_closing_ends_the_thread(endpoint: str) -> None:
+    others = set(threading.enumerate())
     reader = Reader(endpoint)
     assert not reader.client.connected
     assert reader.client.info is None
@@ -273,4 +274,4 @@ def test_without_a_rig_everything_says_so_and_closing_ends_the_thread(endpoint: 
     reader.client.close()
     with pytest.raises(RigUnreachable):
         reader.client.command(Command())
-    assert "rig-link" not in [thread.name for thread in threading.enumerate()]
+    assert "rig-link" not in [thread.name for thread in set(threading.enumerate()) - others]

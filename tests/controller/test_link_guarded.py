@@ -130,12 +130,14 @@ def test_of_two_servers_the_first_commands_and_the_second_only_stops(rig: LiveRi
     assert isinstance(second.client.trouble, RigHeld)
     presence = first.newest()["presence"]
     assert first.send(Request.FOLLOW, target=(0.24, 0.03)).mode == Mode.FOLLOW
-    stopped = second.send(Request.E_STOP, request_n=first.request_n + 1, presence=10**6)
+    stopped = second.send(Request.E_STOP, request_n=first.request_n - 1, presence=10**6)  # it knows an old number
     assert (stopped.accepted, stopped.mode) == (True, Mode.E_STOP)
     row = rig.ring().newest()
     assert row is not None and row["sensed"] in (0, 0b1000000000)
     assert presence <= row["presence"] < 10**6
-    first.request_n += 1
+    unaware = first.send(Request.CLEAR)
+    assert not unaware.accepted
+    assert unaware.detail == f"refused: request {first.request_n} was E_STOP of another server; ask again"
     assert first.send(Request.CLEAR).mode == Mode.VENTED
     second.client.close()
 

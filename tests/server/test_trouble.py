@@ -21,6 +21,12 @@ def logged(server: TestServer, text: str) -> bool:
     return wait_for(lambda: any(e.level == "error" and text in e.text for e in server.services.events.recent), text)
 
 
+def mode_seen_by(server: TestServer) -> int | None:
+    """The rig's mode in the newest row that this server has."""
+    newest = server.services.history.newest
+    return None if newest is None else int(newest["mode"][0])
+
+
 def test_a_second_server_says_who_commands_and_can_only_stop(
     server: TestServer, shared_rig: RigProcess, tmp_path: Path
 ) -> None:
@@ -37,11 +43,14 @@ def test_a_second_server_says_who_commands_and_can_only_stop(
             assert refused.status_code == 409
             assert "the server on" in refused.json()["detail"]
             assert page.command("e_stop").json()["mode"] == Mode.E_STOP
+            assert page.get("/api/health").json()["trouble"] == told["health"]["trouble"]
+            wait_for(lambda: mode_seen_by(server) == Mode.E_STOP, "the first server to see it")
             assert first.command("clear").status_code == 200
             server.close()
-            live.texts.clear()  # the E-STOP that passed had ended the trouble for a moment
+            live.texts.clear()
             live.wait("status", lambda m: not m["health"]["trouble"])
-            assert page.command("arm").status_code == 200
+            armed = page.command("arm")
+            assert armed.status_code == 200, armed.text
             assert page.command("e_stop").status_code == page.command("clear").status_code == 200
     finally:
         second.close()
