@@ -191,7 +191,8 @@ class AnythingGoes(RuleBasedStateMachine):
             if before in LATCHED:
                 assert (after, asked) == (Mode.VENTED, Request.CLEAR)
             if before == Mode.VENTED:
-                assert (after, asked) == (Mode.HOLD, Request.ARM)
+                assert asked == Request.ARM
+                assert after == Mode.HOLD or (after == Mode.FAULT and rows["cause"][n] != Cause.OPERATOR)
             if after in MOVING:
                 assert asked.name == after.name
             if rows["cause"][n] == Cause.OPERATOR:
