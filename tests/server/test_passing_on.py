@@ -104,6 +104,8 @@ def test_closing_the_idle_one_of_two_tabs_changes_nothing_and_a_reload_keeps_the
         tick = moves.frames[-1]["tick"]
         later = wait_for(lambda: moves.frames[-1]["tick"] > tick + 700 and moves.frames[-1], "0.7 s")
         assert later["mode"] == Mode.FOLLOW
+    history = server.services.history
+    wait_for(lambda: history.newest is not None and history.newest[0]["mode"] == Mode.HOLD, "HOLD")
     with page.live() as again:
         assert again.wait("hello")["session"]["lease"]["mine"]
         again.operate()
