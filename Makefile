@@ -52,14 +52,16 @@ types: .venv/installed frontend/node_modules/installed
 test-page: frontend/node_modules/installed
 	cd frontend && $(NODE) npm test --silent
 
-# What keeps time or kills processes runs alone, the rest on all cores.
+# What keeps time or kills processes runs apart from what takes all cores, two at a time; the campaign runs alone.
+CAMPAIGN := tests/server/test_campaign.py
 ALONE := $(patsubst %,tests/controller/test_%.py,clock link link_guarded loop pool rig ring supervisor) \
-	$(patsubst %,tests/server/test_%.py,campaign chain killed_rig live load logs runs shutdown) \
+	$(patsubst %,tests/server/test_%.py,chain killed_rig live load logs runs shutdown) \
 	$(patsubst %,tests/server/test_%.py,trouble two_machines viser) \
 	$(patsubst %,tests/recordings/test_%.py,killed recorder)
 test-python: setup
-	$(BIN)/python -m pytest tests --ignore tests/e2e $(ALONE:%=--ignore %) -n auto --dist loadfile
-	$(BIN)/python -m pytest $(ALONE)
+	$(BIN)/python -m pytest tests --ignore tests/e2e $(ALONE:%=--ignore %) --ignore $(CAMPAIGN) -n auto --dist loadfile
+	$(BIN)/python -m pytest $(ALONE) -n 2 --dist loadfile
+	$(BIN)/python -m pytest $(CAMPAIGN)
 
 test-browser: setup chromium
 	$(BIN)/python -m pytest tests/e2e -rP -m "not long"

@@ -256,6 +256,7 @@ def judge_reference(rows: Any) -> None:
     assert not np.diff(rows["u"], axis=0)[still].any()
 
 
+@pytest.mark.timeout(3600 if LONG else 120)
 @pytest.mark.parametrize("mode", Mode, ids=lambda mode: mode.name)
 def test_whatever_happens_the_rig_moves_only_as_it_may(mode: Mode) -> None:
     machine = type(f"From{mode.name}", (AnythingGoes,), {"start": mode})
