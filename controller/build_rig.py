@@ -60,6 +60,7 @@ def no_sample() -> Sensing:
         sample_ns=np.zeros(1, np.int64),
         p=unknown.copy(),
         v=np.zeros((SENSORS, 2)),
+        seen=unknown.copy(),
         age=np.zeros(1),
         off=unknown,
         met_ns=np.zeros(SENSORS, np.int64),

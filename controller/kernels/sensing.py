@@ -9,6 +9,9 @@ from controller.kernels.compiled import kernel
 from controller.kernels.rod import Array
 from controller.kernels.safety import is_live, speed_of
 
+WHIP = 2.0
+"""Faster than this only steps are, and arms that gains make whip [m/s]: what happens to them in 10 ms is no jump."""
+
 
 class Sensing(NamedTuple):
     """The last sample of the markers, held for the controller, carried on to the present for the observer."""
@@ -19,6 +22,8 @@ class Sensing(NamedTuple):
     """Positions (10,2) [m], nan where not seen, or where the marker jumped."""
     v: Array
     """Velocities by difference of the last two samples (10,2) [m/s], 0 where unknown."""
+    seen: Array
+    """Positions in the last sample (10,2) [m], used or not; nan where not seen."""
     age: Array
     """(1,) by how long the observer carries p on with v [s]."""
     off: Array
@@ -50,26 +55,36 @@ def sense(control, sensing, observer, t_ns, settings, measurement):
 
 @kernel
 def drop_jumps(control, sensing, points, measurement):
-    """Find the markers that moved further than the arm can: from the last sample, and against the model's `points`.
+    """Find the markers that are neither where their own motion nor where the model's, `points`, would have led them.
 
     The distance from those, (10,2) [m], is compared with that when the marker was last used, so a constant error of the
-    model does not count, and a marker that stays where it jumped to is not used again while the rig is live.
+    model does not count. A marker that jumped is used again once it jumped back, was out of sight, or the rig stopped:
+    without it the model drifts, in time by as much as the marker is off.
     """
     state, limits = control.state[0], control.limits[0]
     state.jumped = 0
-    speed = limits.jump_speed + 2.0 * speed_of(control.v)
     for i in range(points.shape[0]):
         x, y = measurement.markers[i, 0] - points[i, 0], measurement.markers[i, 1] - points[i, 1]
-        if not math.isfinite(x + y):
-            continue
-        room = limits.jump_max + speed * (measurement.t_ns - sensing.met_ns[i]) * 1e-9
-        sensing.met_ns[i] = measurement.t_ns
-        step = math.hypot(measurement.markers[i, 0] - sensing.p[i, 0], measurement.markers[i, 1] - sensing.p[i, 1])
-        apart = math.hypot(x - sensing.off[i, 0], y - sensing.off[i, 1])
-        if is_live(state.mode) and apart > room and not step <= room:  # nan: not used in the last sample either
-            state.jumped |= 1 << i
-        else:
-            sensing.off[i, 0], sensing.off[i, 1] = x, y
+        if math.isfinite(x + y):
+            since = (measurement.t_ns - sensing.met_ns[i]) * 1e-9
+            sensing.met_ns[i] = measurement.t_ns
+            whip = max(0.0, max(speed_of(control.v), math.hypot(sensing.v[i, 0], sensing.v[i, 1])) - WHIP)
+            room = limits.jump_max + (limits.jump_speed + 2.0 * whip) * since
+            steady = step(sensing, measurement, i, since) <= room  # nan, not seen in the last sample: no
+            dropped = math.isnan(sensing.p[i, 0]) and math.isfinite(sensing.seen[i, 0])
+            apart = math.hypot(x - sensing.off[i, 0], y - sensing.off[i, 1])
+            if is_live(state.mode) and (dropped if steady else apart > room):
+                state.jumped |= 1 << i
+            else:
+                sensing.off[i, 0], sensing.off[i, 1] = x, y
+        sensing.seen[i, 0], sensing.seen[i, 1] = measurement.markers[i, 0], measurement.markers[i, 1]
+
+
+@kernel
+def step(sensing, measurement, i, since):
+    """How far marker i is from where its own motion had led it, `since` [s] after it was seen last [m]."""
+    x = measurement.markers[i, 0] - sensing.seen[i, 0] - sensing.v[i, 0] * since
+    return math.hypot(x, measurement.markers[i, 1] - sensing.seen[i, 1] - sensing.v[i, 1] * since)
 
 
 @kernel

@@ -116,13 +116,13 @@ class Scene:
         self._order.write_text(json.dumps(order))
         os.kill(process, signal.SIGUSR1)
 
-    def track(self, reference: str = CIRCLE) -> None:
+    def track(self) -> None:
         """Bring the operator to tracking a circle, from wherever things are."""
         self.operator.reconnect()
         self.operator.request("POST", "/api/run/stop")
         self._arm_anew()
-        self.operator.ask("POST", "/api/run", reference=reference, laps=None, record=False)
-        self._until_moving(Mode.TRACK, SPEED if reference == CIRCLE else SLOW)
+        self.operator.ask("POST", "/api/run", reference=CIRCLE, laps=None, record=False)
+        self._until_moving(Mode.TRACK, SPEED)
 
     def drag(self) -> None:
         """Bring the operator to dragging the target."""

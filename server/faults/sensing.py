@@ -7,12 +7,11 @@ import numpy as np
 
 from controller.modes import Cause, Freeze, Mode
 from server.faults import trace
-from server.faults.scene import CIRCLE, Scene
+from server.faults.scene import Scene
 from server.faults.waiting import Seen, require
 
 OLD = 0.05
 """Age of a sample from which on there is no feedback [s] (SafetyLimits.measurement_old)."""
-SLOW_CIRCLE = "circle_0.25hz"
 SLACK = 3.0
 """After which a reaction is not waited for any more [s]."""
 NONE: dict[str, Any] = {"sample_loss": 0.0}
@@ -24,9 +23,9 @@ def inject(scene: Scene, **faults: Any) -> None:
     scene.operator.ask("PUT", "/api/twin/faults", **faults)
 
 
-def latched(scene: Scene, mode: Mode, cause: Cause, seconds: float, on: str = CIRCLE, **faults: Any) -> Seen:
+def latched(scene: Scene, mode: Mode, cause: Cause, seconds: float, **faults: Any) -> Seen:
     """Inject `faults` for `seconds`: the rig has to go to `mode` because of `cause` and stay there until cleared."""
-    scene.track(on)
+    scene.track()
     mark, start = len(scene.operator.log), time.monotonic_ns()
     inject(scene, **faults)
     try:
@@ -76,7 +75,7 @@ def frozen(scene: Scene) -> Seen:
 
 def jump(scene: Scene) -> Seen:
     """A camera that was pushed."""
-    return latched(scene, Mode.FAULT, Cause.MEASUREMENT_JUMPED, 2.0, on=SLOW_CIRCLE, jump=[0.05, 0.0])
+    return latched(scene, Mode.FAULT, Cause.MEASUREMENT_JUMPED, 2.0, jump=[0.05, 0.0])
 
 
 def _dropout(scene: Scene, seconds: float) -> Seen:

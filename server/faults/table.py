@@ -99,7 +99,7 @@ FAULTS = (
     Fault("mocap-frozen", "its positions come again and again, with fresh times", "FAULT, latched", 1500.0),
     Fault(
         "mocap-jump",
-        "every marker is measured 50 mm beside where it is, on a circle of 0.25 Hz",
+        "every marker is measured 50 mm beside where it is",
         "FAULT, latched",
         800.0,
     ),

@@ -190,6 +190,23 @@ def test_a_short_dropout_and_a_spike_are_ridden_out() -> None:
         assert np.hypot(*rows["error"][-1]) < 1e-2
 
 
+@pytest.mark.parametrize("phase", [0.0, 0.5, 1.0, 1.5])
+def test_a_jump_is_noticed_in_fast_motion_too(phase: float) -> None:
+    """On a circle of 1 Hz, whose tip makes 0.5 m/s and whose model drifts without markers."""
+    trial, angle = Trial(), np.linspace(0.0, 2 * np.pi, 1000, endpoint=False)
+    trial.arm()
+    trial.follow(0.19, 0.0, 2.0)
+    trial.ask(Request.HOLD, ticks=300)
+    trial.rig.control.reference[:1000] = np.column_stack([0.14 + 0.05 * np.cos(angle), 0.08 * np.sin(angle)])
+    trial.rig.control.plan[0] = 1000, 0, 100_000
+    rows = trial.ask(Request.TRACK, ticks=2000 + round(500 * phase))
+    assert (rows["mode"] == Mode.TRACK).all()
+    assert rows["sensed"][500:].all(), "none is taken for a jump"
+    inject(TwinFaults(jump=(0.05 * np.cos(phase * np.pi), 0.05 * np.sin(phase * np.pi))), trial.twin.faults)
+    row = trial.run(800)[-1]
+    assert (row["mode"], row["cause"]) == (Mode.FAULT, Cause.MEASUREMENT_JUMPED)
+
+
 def test_a_marker_that_jumped_is_not_used_but_the_others_are() -> None:
     trial = Trial(sensed=1 << 5 | 1 << 9)
     trial.arm()

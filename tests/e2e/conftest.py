@@ -36,10 +36,14 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture
 def context(browser: Browser) -> Iterator[BrowserContext]:
-    """A fresh profile: its own cookies, so its own session."""
+    """A fresh profile: its own cookies, so its own session. Nothing of its pages may break our security policy."""
     opened = browser.new_context(viewport={"width": 1280, "height": 720})
+    said: list[str] = []
+    opened.on("console", lambda message: said.append(message.text))
+    opened.on("weberror", lambda error: said.append(f"uncaught: {error.error}"))
     yield opened
     opened.close()
+    assert [text for text in said if "Content Security Policy" in text or "uncaught" in text] == []
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from controller.modes import Mode
-from tests.e2e.product import Product, frame, open_page, shot, wait_until
+from tests.e2e.product import Product, frame, open_page, remember, shot, wait_until
 
 
 @pytest.fixture
@@ -63,8 +63,8 @@ def test_a_viewer_asks_the_operator_accepts_and_takes_control_back(
     page: Page, browser: Browser, product: Product
 ) -> None:
     context = browser.new_context(viewport={"width": 1280, "height": 720})
-    context.add_init_script("localStorage.setItem('tendril-guide', 'seen')")
-    context.add_init_script("localStorage.setItem('tendril-3d', 'closed')")
+    remember(context, "tendril-guide", "seen")
+    remember(context, "tendril-3d", "closed")
     viewer = context.new_page()
     viewer.goto(product.ready.viewer_url)
     expect(viewer.get_by_test_id("me")).to_have_attribute("data-role", "viewer", timeout=20_000)
@@ -87,4 +87,5 @@ def test_a_viewer_asks_the_operator_accepts_and_takes_control_back(
     expect(page.get_by_test_id("lease")).to_have_attribute("data-mine", "true")
     expect(viewer.get_by_text("You no longer operate")).to_be_visible()
     expect(viewer.get_by_test_id("lease-take")).to_have_attribute("data-disabled", "true")
+    page.get_by_test_id("lease-release").click()
     context.close()

@@ -3008,13 +3008,13 @@ export interface components {
       error_time: number;
       /**
        * Jump Max
-       * @description A marker that moves by more than this from one sample to the next, and against the model too, is not used.
+       * @description A marker that leaves its own course, and the model's, by more than this between two samples is not used.
        * @default 0.03
        */
       jump_max: number;
       /**
        * Jump Speed
-       * @description Added to jump_max for the time between the two samples, with twice the speed of the observer's last rod.
+       * @description Added to jump_max for the time between the two samples.
        * @default 0.5
        */
       jump_speed: number;
