@@ -7,6 +7,7 @@ from pathlib import Path
 from controller.errors import RigUnreachable
 from controller.messages import RigInfo
 from controller.parameters import Settings
+from controller.whole_file import write_whole
 from recordings.messages import Recording
 from recordings.store import Store, default_folder
 from recordings.writer import Recorder
@@ -34,7 +35,7 @@ from server.runs.results import Results
 from server.runs.runs import Runs
 from server.runs.tracker import Tracker
 from server.scene import Scene
-from server.settings import Secrets, ServerSettings, load_secrets, write_private
+from server.settings import Secrets, ServerSettings, load_secrets
 from server.user_files import UserFiles
 from server.watch import Watch
 
@@ -142,10 +143,11 @@ class Services:
         holder = self.lease.holder
         return self.alarms.read(holder) if holder else AlarmLimits()
 
-    def keep_settings(self) -> None:
+    async def keep_settings(self) -> None:
         """Remember the rig's settings over a restart of this server; they are in force even where that fails."""
         try:
-            write_private(_settings_file(self.settings), self.operator.settings.model_dump_json())
+            text = self.operator.settings.model_dump_json()
+            await asyncio.to_thread(write_whole, _settings_file(self.settings), text)
         except OSError as error:
             self.events.add(f"the settings will not outlive this server: {error}", "warning")
 

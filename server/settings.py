@@ -1,7 +1,6 @@
 """Settings of the server process and its two secrets: access token and cookie key."""
 
 import ipaddress
-import os
 import secrets
 from pathlib import Path
 from typing import Annotated
@@ -13,6 +12,7 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 from controller.errors import ParameterError
 from controller.key_file import key_path, state_folder
 from controller.layout import Model
+from controller.whole_file import write_whole
 from recordings.writer import SPLIT_BYTES
 
 
@@ -67,7 +67,7 @@ def load_secrets(settings: ServerSettings) -> Secrets:
     if not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         fresh = Secrets(token=secrets.token_urlsafe(18), key=secrets.token_urlsafe(32))
-        write_private(path, fresh.model_dump_json())
+        write_whole(path, fresh.model_dump_json())
     try:
         kept = Secrets.model_validate_json(path.read_bytes())
     except ValidationError as error:
@@ -85,11 +85,3 @@ def exposed(host: str) -> bool:
         return not ipaddress.ip_address(host).is_loopback
     except ValueError:
         return True
-
-
-def write_private(path: Path, text: str) -> None:
-    """Write a file whole or not at all, readable by the user alone."""
-    draft = path.with_name(f"{path.name}.{os.getpid()}")
-    with os.fdopen(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w") as file:
-        file.write(text)
-    draft.replace(path)
