@@ -11,6 +11,7 @@ from fastapi import FastAPI
 
 from controller.modes import Cause, Integrator, Law, Mode
 from server import problems, proxy
+from server.answers import REFUSALS
 from server.gate import Gate
 from server.messages import FromBrowser, FromServer
 from server.routes import (
@@ -84,7 +85,7 @@ def create_app(services: Services) -> FastAPI:
     """The ASGI application. It closes `services` when it shuts down."""
     app = _api()
     app.state.services = services
-    app.add_middleware(Gate, sessions=services.sessions)
+    app.add_middleware(Gate, sessions=services.sessions, rates=services.rates)
     return app
 
 
@@ -101,6 +102,7 @@ def _api() -> FastAPI:
         docs_url=None,
         redoc_url=None,
         lifespan=_lifespan,
+        responses=REFUSALS,
         generate_unique_id_function=lambda route: route.name,
     )
     problems.install(app)

@@ -7,8 +7,10 @@ from typing import Literal
 
 from server.event_file import EventFile
 from server.messages import Event
+from server.rates import LINE, Bucket, Rate
 
 Level = Literal["info", "warning", "error"]
+MUTED = Rate("notes of lines left out", 1, 1 / 60)
 
 
 class EventLog:
@@ -18,6 +20,7 @@ class EventLog:
         self.recent: deque[Event] = deque(file.last() if file else [], maxlen=kept)
         self.listeners: list[Callable[[Event], None]] = []
         self._file = file
+        self._lines, self._muted = Bucket(LINE), Bucket(MUTED)
 
     def add(self, text: str, level: Level = "info") -> None:
         """Write a line and tell the listeners."""
@@ -29,8 +32,11 @@ class EventLog:
         self._keep(event)
 
     def refused(self, who: str, what: str, reason: str) -> None:
-        """Write that `who` asked for `what` in vain."""
-        self.add(f"{who}: {what} refused: {reason}", "warning")
+        """Write that `who` asked for `what` in vain, unless that would fill the log."""
+        if not self._lines.wait(who):
+            self.add(f"{who}: {what} refused: {reason}", "warning")
+        elif not self._muted.wait(who):
+            self.add(f"{who}: more is refused than is written here", "warning")
 
     def _keep(self, event: Event) -> None:
         """Append to the file; the first failure is said, and ends it: a full disk must not end what goes on."""

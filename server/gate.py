@@ -1,5 +1,6 @@
-"""The door that every request and socket passes: same origin, signed in, and security headers on the way out."""
+"""The door of every request and socket: not too often, same origin, signed in; security headers on the way out."""
 
+import math
 import re
 from http.cookies import CookieError
 
@@ -10,9 +11,15 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from server.auth import Identity, Sessions, same_origin
 from server.frames import ISOLATION
+from server.rates import Rates, TooOften
 
 BODY_MAX = 1 << 20
 """Longest request body that is read [bytes]."""
+COMMAND = "/api/command"
+"""Passes however often it is asked for: E-STOP must. The route itself refuses the other commands."""
+COMMAND_MAX = 4096
+"""Longest body there [bytes]: what is not counted must be cheap."""
+_LENGTH = re.compile(r"[0-9]{1,9}")
 _OPEN = re.compile(r"/|/assets/.*|/favicon\.(ico|svg)")
 """What is served to anyone: the page shell (with its sign-in form) and its assets."""
 _HOST = re.compile(r"[\w.:\[\]-]+")
@@ -21,18 +28,28 @@ _HOST = re.compile(r"[\w.:\[\]-]+")
 class Gate:
     """ASGI middleware. Whatever is not open needs a session, so a new route is closed unless it is opened here."""
 
-    def __init__(self, app: ASGIApp, sessions: Sessions) -> None:
-        self._app, self._sessions = app, sessions
+    def __init__(self, app: ASGIApp, sessions: Sessions, rates: Rates) -> None:
+        self._app, self._sessions, self._rates = app, sessions, rates
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Let the request through with `state["who"]` set, or answer 401, 403, 411 or 413."""
+        """Let the request through with `state["who"]` set, or answer 401, 403, 411, 413 or 429."""
         if scope["type"] not in ("http", "websocket"):
             return await self._app(scope, receive, send)
         who = self._who(scope)
-        refusal = _refusal(scope, who)
+        late = self._late(scope, who)
+        refusal = _refusal(scope, who) if late is None else too_often(late)
         scope.setdefault("state", {})["who"] = who
         app: ASGIApp = self._app if refusal is None else refusal
         await app(scope, receive, _with_headers(scope, send))
+
+    def _late(self, scope: Scope, who: Identity | None) -> TooOften | None:
+        """Why this request comes too early, if it does. Of a command the route is told so."""
+        address = scope["client"][0] if scope.get("client") else ""
+        late = self._rates.refusal(scope["path"], who.id if who else None, address)
+        if who is None or scope["path"] != COMMAND:
+            return late
+        scope.setdefault("state", {})["late"] = late
+        return None
 
     def _who(self, scope: Scope) -> Identity | None:
         try:
@@ -49,10 +66,15 @@ def _refusal(scope: Scope, who: Identity | None) -> JSONResponse | None:
         return JSONResponse({"detail": "sign in first"}, 401)
     if "transfer-encoding" in headers:  # a body without end would be read to its end
         return JSONResponse({"detail": "say the body's length: content-length is missing"}, 411)
-    length = headers.get("content-length", "0")
-    if not length.isdigit() or int(length) > BODY_MAX:
-        return JSONResponse({"detail": f"the body is longer than {BODY_MAX} bytes"}, 413)
+    length, most = headers.get("content-length", "0"), COMMAND_MAX if scope["path"] == COMMAND else BODY_MAX
+    if not _LENGTH.fullmatch(length) or int(length) > most:
+        return JSONResponse({"detail": f"content-length = {length[:20]}: a body has at most {most} bytes"}, 413)
     return None
+
+
+def too_often(late: TooOften) -> JSONResponse:
+    """The answer to a request that comes too early."""
+    return JSONResponse({"detail": str(late)}, 429, {"retry-after": str(math.ceil(late.wait))})
 
 
 def _is_open(path: str, method: str) -> bool:

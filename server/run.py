@@ -10,6 +10,7 @@ from fastapi import FastAPI
 
 from controller.errors import TendrilError
 from server.app import create_app
+from server.connections import Connection, Socket
 from server.services import open_services
 from server.settings import ServerSettings, exposed
 
@@ -42,7 +43,8 @@ def uvicorn_server(app: FastAPI) -> uvicorn.Server:
     """One worker; no compression on sockets, which would cost more than the bytes it saves."""
     config = uvicorn.Config(
         app,
-        ws="websockets-sansio",
+        http=Connection,
+        ws=Socket,
         ws_max_size=MESSAGE_MAX,
         ws_per_message_deflate=False,
         log_level="warning",

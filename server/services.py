@@ -28,6 +28,7 @@ from server.messages import Health, Status
 from server.operator import Operator
 from server.plots.layouts import Layouts
 from server.quota_watch import QuotaWatch
+from server.rates import Rates
 from server.recorder_watch import RecorderWatch
 from server.review import Review
 from server.rig import Rig
@@ -68,6 +69,7 @@ class Services:
     watch: Watch = field(init=False)
     alarm_watch: AlarmWatch = field(init=False)
     runs: Runs = field(init=False)
+    rates: Rates = field(init=False)
     drawings: Drawings = field(init=False)
     settings_lock: asyncio.Lock = field(default_factory=asyncio.Lock)
     """Changes to the settings are merged one after another."""
@@ -77,6 +79,7 @@ class Services:
     """One export at a time: each keeps a core busy."""
 
     def __post_init__(self) -> None:
+        self.rates = Rates(self.settings.rate_factor)
         self.drawings = Drawings(self.settings.state / "drawings")
         self.hub = Hub(self.history, self.status, self.status_key, self.lease.holds)
         self.watch = Watch(self.rig, self.history, self.lease, self.operator, self.events)

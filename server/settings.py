@@ -45,6 +45,8 @@ class ServerSettings(BaseSettings):
     """Bytes of all recordings; the oldest ones go first. None: 50 GB, or 80 % of a smaller disk."""
     orders: Path | None = None
     """File in which `tendril up` looks for another actuator to start its rig with; None: the rig is not its own."""
+    rate_factor: Annotated[float, Bounds(gt=0.0, allow_inf_nan=False)] = 1.0
+    """Multiplies how often one client may ask (`server/rates.py`); more where many people share one address."""
     light_scene: bool = False
     """Leave out what software rendering is slow at (ground grid): for browser tests."""
 

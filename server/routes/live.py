@@ -17,6 +17,7 @@ from server.live import Viewer
 from server.messages import FromBrowser, Hello, Ping, Pong, Presence, Refused, Release, Reply, Session, Target
 from server.plots.feed import Feed
 from server.plots.messages import PlotChoice
+from server.rates import MESSAGE, POLICY, Verdict
 from server.services import Services
 from server.tasks import until_one_ends
 
@@ -24,6 +25,7 @@ router = APIRouter()
 
 LONGEST = 4096
 """Longest message from a page [characters]."""
+TOO_MANY = f"messages: more than {MESSAGE.per_second:g} a second from one page; the others are dropped"
 _MESSAGE: TypeAdapter[FromBrowser] = TypeAdapter(FromBrowser)
 
 
@@ -64,6 +66,14 @@ class Conversation:
                 self._let_go()
             case PlotChoice():
                 self._plot(message)
+
+    def verdict(self) -> Verdict:
+        """Whether the message that came is heard."""
+        return self._parts.rates.message(self._viewer.who.id)
+
+    def hurried(self) -> None:
+        """Say that messages are dropped."""
+        self._refuse(0, "messages", TOO_MANY)
 
     def _present(self, message: Presence) -> None:
         """Only a number that rises, from the page of the lease's holder, is presence."""
@@ -125,7 +135,16 @@ class Conversation:
 async def _listen(conversation: Conversation) -> None:
     socket = conversation._viewer.socket
     while (message := await socket.receive())["type"] != "websocket.disconnect":
-        conversation.hear(message.get("text"))
+        match conversation.verdict():
+            case Verdict.HEARD:
+                conversation.hear(message.get("text"))
+            case Verdict.REFUSED:
+                conversation.hurried()
+            case Verdict.DROPPED:
+                await asyncio.sleep(0)  # what is dropped must not hold up what is not
+            case Verdict.FLOOD:
+                conversation.hurried()
+                return await socket.close(POLICY, TOO_MANY)
 
 
 def _hello(parts: Services, viewer: Viewer) -> Hello:

@@ -178,7 +178,7 @@ class TestServer:
 
     __test__ = False
 
-    def __init__(self, folder: Path, endpoint: str, key: Path | None = None) -> None:
+    def __init__(self, folder: Path, endpoint: str, key: Path | None = None, **more: Any) -> None:
         self.settings = ServerSettings(
             port=0,
             endpoint=endpoint,
@@ -189,6 +189,7 @@ class TestServer:
             token=SecretStr(TOKEN),
             light_scene=True,
             record_faults=False,  # every operator begins with an E-STOP
+            **more,
         )
         self.services: Services = open_services(self.settings)
         self.app = create_app(self.services)
