@@ -1,4 +1,4 @@
-"""Requests made from the OpenAPI by schemathesis: no 5xx but documented ones, and every answer is as it is described."""
+"""Requests that schemathesis makes from the OpenAPI: no 5xx but documented ones, every answer as it is described."""
 
 import contextlib
 import json
