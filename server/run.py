@@ -10,6 +10,7 @@ from fastapi import FastAPI
 
 from controller.errors import TendrilError
 from server.app import create_app
+from server.connections import Connection, Socket
 from server.farewell import Server, farewell
 from server.ready import Addresses
 from server.services import open_services
@@ -58,7 +59,8 @@ def uvicorn_server(
     """One worker; no compression on sockets, which would cost more than the bytes it saves."""
     config = uvicorn.Config(
         app,
-        ws="websockets-sansio",
+        http=Connection,
+        ws=Socket,
         ws_max_size=MESSAGE_MAX,
         ws_per_message_deflate=False,
         log_config=None,

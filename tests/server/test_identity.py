@@ -9,11 +9,12 @@ from pydantic import SecretStr
 
 from controller.errors import ParameterError
 from controller.parameters import Settings
+from controller.whole_file import write_whole
 from server.auth import FAILURES, MAX_AGE, Identity, Sessions, TooManyAttempts, WrongToken, same_origin
 from server.events import EventLog
 from server.lease import LAPSE, OperatorLease
 from server.services import kept_settings
-from server.settings import ServerSettings, exposed, write_private
+from server.settings import ServerSettings, exposed
 from server.token_watch import TokenWatch
 from server.tokens import Secrets, TokenFile, load_secrets
 
@@ -75,7 +76,7 @@ def test_token_is_kept_and_readable_by_the_user_alone(tmp_path: Path) -> None:
 
 
 def test_an_old_file_with_one_token_is_the_operators_and_gets_a_viewers(tmp_path: Path) -> None:
-    write_private(tmp_path / "secrets.json", '{"token": "old", "key": "kkk"}')
+    write_whole(tmp_path / "secrets.json", '{"token": "old", "key": "kkk"}')
     found = load_secrets(ServerSettings(state=tmp_path))
     assert (found.token, found.key) == ("old", "kkk")
     assert len(found.viewer_token) > 20
