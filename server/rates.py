@@ -41,7 +41,7 @@ class Rate:
 
 SESSION = Rate("requests", 400, 200)
 """A page that drags, draws and plots makes fewer than 20 a second beside its socket; a script may poll at 100 Hz."""
-HEAVY = Rate("plans, previews, exports and uploads", 60, 5)
+HEAVY = Rate("plans, previews, exports, uploads and figures", 60, 5)
 """Each keeps a core or the disk busy for 10 ms to seconds; a page plans 7 times a second at most, while one draws."""
 STRANGER = Rate("requests without a session", 300, 20)
 """A page and its scripts are 30; a lab may be behind one address."""
@@ -61,7 +61,7 @@ STRANGE = Rate("lines of the audit log on strangers", 1, 1 / 60)
 """Refusals of one address: strangers would push everything else out of the file."""
 
 _HEAVY = re.compile(
-    r"/api/(preview|history\.csv|drawings/(plan|[^/]+\.csv)|recordings/(import|[^/]+/(export|path|metrics)))"
+    r"/metrics|/api/(preview|history\.csv|drawings/(plan|[^/]+\.csv)|recordings/(import|[^/]+/(export|path|metrics)))"
 )
 
 

@@ -36,6 +36,13 @@ _MOVED = (Mode.HOLD, Mode.FOLLOW)
 _MESSAGE: TypeAdapter[FromBrowser] = TypeAdapter(FromBrowser)
 
 
+@router.get("/api/live", status_code=204, tags=["session"])
+async def may_look_on(parts: Parts, who: Me) -> None:
+    """Whether a page may open /ws/live now; 503 when too many look on. A browser hides why its socket was refused."""
+    with parts.hub.seat(who):
+        pass
+
+
 @router.websocket("/ws/live")
 async def live(socket: WebSocket, parts: Parts, who: Me) -> None:
     """Hello with the log so far, then everything live, until either side closes; 503 when too many look on."""

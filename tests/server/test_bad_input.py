@@ -74,6 +74,13 @@ def test_a_body_that_is_no_json_is_malformed_whatever_it_is(body: bytes, operato
         assert "body" in refused(operator.request(method, path, content=body, headers=headers), 422)
 
 
+def test_a_field_that_is_named_twice_counts_with_the_last_in_the_log_too(server: TestServer, operator: Page) -> None:
+    body = b'{"request": "arm", "request": "follow", "request": "hold", "target": [0, 0], "target": ["twice", 0]}'
+    answer = operator.post("/api/command", content=body, headers={"content-type": "application/json"})
+    assert "'loc': ['body', 'target', 0]" in refused(answer, 422)
+    assert any("hold refused: target.0" in event.text for event in server.services.events.recent)
+
+
 def test_lists_without_end_are_refused_early_and_briefly(operator: Page) -> None:
     drawing = {"name": "x", "timing": {"kind": "fastest"}, "points": [[0, 0]] * 140_000}
     assert "at most 5000" in refused(operator.post("/api/drawings/plan", json=drawing), 422)
@@ -147,7 +154,7 @@ def test_ranges_of_a_recording_may_be_anything(operator: Page) -> None:
         "bytes=a-b": 400,
         "lines=1-2": 400,
         "bytes=" + "9" * 5000 + "-": 416,
-        "bytes=" + ",".join(f"{n}-{n}" for n in range(0, 4000, 2)): 200,  # a hundred ranges are the most; beyond, the file is whole
+        "bytes=" + ",".join(f"{n}-{n}" for n in range(0, 4000, 2)): 200,  # too many to answer: it is whole
     }.items():
         answer = operator.get(path, headers={"range": asked})
         assert answer.status_code in (status, 400), (asked[:40], answer.status_code)

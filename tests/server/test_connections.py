@@ -1,13 +1,14 @@
 """Connections that send too much, too slowly, or what is no request: ended, while others are served."""
 
+import contextlib
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
 
-from server.connections import HEAD_MAX, Connection
-from tests.server.live_server import TestServer
+from server.connections import CALLERS, HEAD_MAX, Connection
+from tests.server.live_server import TestServer, wait_for
 
 
 @contextmanager
@@ -97,3 +98,35 @@ def test_what_is_no_request_ends_its_own_connection_only(garbage: bytes, server:
         bad.sendall(garbage)
         assert answer(bad).startswith(b"HTTP/1.1 400 ")
     assert server.page().sign_in().get("/api/session").status_code == 200
+
+
+def test_of_too_many_connections_those_that_ask_nothing_make_room(
+    server: TestServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(CALLERS, "most", 5)
+    with contextlib.ExitStack() as stack:
+        many = [stack.enter_context(raw(server)) for _ in range(12)]
+        assert [answer(one) for one in many[:6]] == [b""] * 6, "the oldest went"
+        page = server.operator()
+        with page.live() as live:
+            assert live.wait("hello")
+            assert page.command("e_stop").status_code == 200, "whoever asks is served"
+
+
+def test_an_address_with_too_many_sockets_is_told_so(server: TestServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Connection, "seconds", 0.5)
+    page, signed_in = server.page(), server.page().sign_in()
+    page.cookies.update(signed_in.cookies)
+    signed_in.close()
+    with page.live() as first, page.live() as second:
+        assert first.wait("hello")
+        assert second.wait("hello")
+        monkeypatch.setattr(CALLERS, "most", 2)
+
+        def told() -> bytes:
+            with raw(server) as late:
+                return answer(late)
+
+        wait_for(lambda: told().startswith(b"HTTP/1.1 503 "), "the last idle connection to be gone")
+        assert b"more than 2 connections from 127.0.0.1" in told()
+    wait_for(lambda: page.get("/api/session").status_code == 200, "room again")

@@ -6,8 +6,21 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 
 from controller.modes import Mode
-from server.rates import CLIENTS_MAX, FLOOD, HEAVY, MESSAGE, POLICY, SESSION, SIGN_IN, Bucket, Rate, Rates, Verdict
-from tests.server.live_server import TestServer, wait_for
+from server.rates import (
+    CLIENTS_MAX,
+    FLOOD,
+    HEAVY,
+    MESSAGE,
+    POLICY,
+    SESSION,
+    SIGN_IN,
+    STRANGER,
+    Bucket,
+    Rate,
+    Rates,
+    Verdict,
+)
+from tests.server.live_server import VIEWER_TOKEN, TestServer, wait_for
 
 
 class Clock:
@@ -93,6 +106,15 @@ def test_too_many_requests_get_429_with_the_time_to_wait_but_a_stop_always_passe
         assert server.page().sign_in().get("/api/settings").status_code == 200, "others are not meant"
 
 
+def test_stops_without_end_all_reach_the_rig_and_do_not_push_out_what_happened(server: TestServer) -> None:
+    viewer = server.page().sign_in(VIEWER_TOKEN)
+    before = len(server.services.events.recent)
+    assert {viewer.command("e_stop").status_code for _ in range(300)} == {200}
+    lines = [event.text for event in server.services.events.recent][before:]
+    assert len(lines) < 200
+    assert any("more is done than is written here" in line for line in lines)
+
+
 def test_a_flood_on_the_socket_is_refused_then_ended_and_the_others_are_served(server: TestServer) -> None:
     other, flooding = server.page().sign_in(), server.page().sign_in()
     with other.live() as live, flooding.live() as bad:
@@ -116,6 +138,13 @@ def test_refusals_do_not_push_out_what_happened(server: TestServer) -> None:
     lines = [event.text for event in server.services.events.recent][before:]
     assert len(lines) < 100
     assert any("more is refused than is written here" in line for line in lines)
+
+
+def test_a_foreign_page_spends_nothing_of_the_session(server: TestServer) -> None:
+    page = server.page().sign_in()
+    asked = [page.post("/api/lease", headers={"origin": "http://elsewhere"}) for _ in range(int(STRANGER.burst) + 50)]
+    assert {answer.status_code for answer in asked} == {403, 429}
+    assert page.get("/api/session").status_code == 200
 
 
 def _drain(server: TestServer, name: str) -> None:
