@@ -99,6 +99,11 @@ def test_a_changed_token_ends_only_the_sessions_that_it_opened(tmp_path: Path) -
     clock = Clock()
     watch, lease, log = TokenWatch(file, ours, kept, clock), OperatorLease(), EventLog()
     assert lease.acquire(operator)
+    away = (tmp_path / "secrets.json").rename(tmp_path / "away")
+    clock.now = 1.0
+    watch.look(lease, log)
+    assert [ours.read(cookie) for cookie in cookies] == [operator, viewer], "a folder that went away signs nobody out"
+    away.rename(tmp_path / "secrets.json")
     token = file.renew("viewer")
     clock.now = 2.0
     watch.look(lease, log)
