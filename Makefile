@@ -59,7 +59,7 @@ ALONE := $(patsubst %,tests/controller/test_%.py,clock link link_guarded loop po
 	$(patsubst %,tests/server/test_%.py,trouble two_machines viser) \
 	$(patsubst %,tests/recordings/test_%.py,killed recorder)
 test-python: setup
-	$(BIN)/python -m pytest tests --ignore tests/e2e $(ALONE:%=--ignore %) --ignore $(CAMPAIGN) -n auto --dist loadfile
+	$(BIN)/python -m pytest tests --ignore tests/e2e $(ALONE:%=--ignore %) --ignore $(CAMPAIGN) -n auto --dist loadfile -m "not long"
 	$(BIN)/python -m pytest $(ALONE) -n 2 --dist loadfile
 	$(BIN)/python -m pytest $(CAMPAIGN)
 
@@ -67,7 +67,7 @@ test-browser: setup chromium
 	$(BIN)/python -m pytest tests/e2e -rP -m "not long"
 
 test-long: setup chromium
-	$(BIN)/python -m pytest tests/e2e -rP -m long
+	$(BIN)/python -m pytest tests/e2e tests/server/test_fuzz.py tests/server/test_openapi.py -rP -m long
 
 # The page's types follow the server's OpenAPI; `make types` compares. docs/safety.md follows the loop's tables.
 schema: .venv/installed frontend/node_modules/installed

@@ -11,6 +11,7 @@ from fastapi import Depends, FastAPI
 
 from controller.modes import Cause, Freeze, Integrator, Law, Mode
 from server import problems, proxy
+from server.answers import REFUSALS, say_once
 from server.gate import Gate
 from server.hosts import Hosts
 from server.messages import FromBrowser, FromServer
@@ -72,7 +73,7 @@ _ENUMERATIONS: tuple[type[IntEnum], ...] = (Cause, Freeze, Integrator, Law, Mode
 
 
 class Api(FastAPI):
-    """FastAPI whose OpenAPI also names the members of our integer enumerations."""
+    """FastAPI whose OpenAPI names the members of our integer enumerations, and says each refusal once."""
 
     def openapi(self) -> dict[str, Any]:
         """The description from which the page's types are made."""
@@ -81,6 +82,7 @@ class Api(FastAPI):
             described = schema["components"]["schemas"].get(kind.__name__)
             if described is not None:
                 described["x-enum-varnames"] = [member.name for member in kind]
+        say_once(schema)
         return schema
 
 
@@ -92,6 +94,7 @@ def create_app(services: Services) -> FastAPI:
         Gate,
         sessions=services.sessions,
         hosts=Hosts(services.settings),
+        rates=services.rates,
         audit=services.audit,
         refused=services.refused,
     )
@@ -111,6 +114,7 @@ def _api() -> FastAPI:
         docs_url=None,
         redoc_url=None,
         lifespan=_lifespan,
+        responses=REFUSALS,
         generate_unique_id_function=lambda route: route.name,
     )
     problems.install(app)

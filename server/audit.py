@@ -5,6 +5,7 @@ by line.
 """
 
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -14,16 +15,13 @@ from datetime import UTC, datetime
 from controller.layout import Model
 from server.auth import Identity
 from server.event_file import EventFile
+from server.rates import CLIENTS_MAX, DEED, STRANGE, Bucket
 
 LARGEST = 20_000_000
 """Bytes at which the file becomes the older one."""
 DETAIL = 500
 ACTION = 200
 """Characters of each that are kept: both may quote what a stranger sent."""
-PERIOD = 60.0
-"""A stranger's refusals within so many seconds are one line, or they would push everything else out of the file."""
-STRANGERS = 1000
-"""Addresses that are remembered for it."""
 
 _hearer: ContextVar[Callable[[str], None] | None] = ContextVar("hearer", default=None)
 
@@ -89,26 +87,23 @@ class Audit:
         self, file: EventFile[Deed], complain: Callable[[str], None], now: Callable[[], float] = time.monotonic
     ) -> None:
         self._file: EventFile[Deed] | None = file
-        self._complain, self._now = complain, now
-        self._strangers: dict[str, tuple[float, int]] = {}
+        self._complain = complain
+        self._known, self._strange = Bucket(DEED, now=now), Bucket(STRANGE, now=now)
+        self._left_out: Counter[str] = Counter()
 
     def note(self, asker: Asker, status: int, detail: str = "") -> None:
-        """Write what came of it."""
-        if asker.who is None and status >= 400:
-            more = self._again(asker.address)
-            if more is None:
-                return
-            detail = f"{detail} (and {more} more since the last line)" if more else detail
-        self._write(asker.deed(status, detail))
+        """Write what came of it, unless this client fills the file; its next line says how many are not there."""
+        lines, client = (self._known, asker.who.id) if asker.who else (self._strange, asker.address)
+        refused_or_known = status >= 400 or asker.who is not None
+        if refused_or_known and lines.wait(client):
+            return self._leave_out(client)
+        more = self._left_out.pop(client, 0)
+        self._write(asker.deed(status, f"{detail} (and {more} more since the last line)" if more else detail))
 
-    def _again(self, address: str) -> int | None:
-        """How many refusals of this stranger were left out before this one; None: leave this one out too."""
-        since, left_out = self._strangers.pop(address, (-PERIOD, 0))
-        first = self._now() - since >= PERIOD
-        self._strangers[address] = (self._now(), 0) if first else (since, left_out + 1)
-        if len(self._strangers) > STRANGERS:
-            del self._strangers[next(iter(self._strangers))]
-        return left_out if first else None
+    def _leave_out(self, client: str) -> None:
+        if len(self._left_out) >= CLIENTS_MAX:
+            self._left_out.clear()
+        self._left_out[client] += 1
 
     def _write(self, deed: Deed) -> None:
         if self._file is None:

@@ -13,6 +13,7 @@ from urllib.parse import urlsplit
 from itsdangerous import BadSignature, URLSafeTimedSerializer
 
 from controller.errors import TendrilError
+from server.rates import TryLater
 from server.tokens import ROLES, Role, Secrets
 
 FAILURES = 5
@@ -28,8 +29,10 @@ class WrongToken(TendrilError):
     """The access token is not ours."""
 
 
-class TooManyAttempts(TendrilError):
-    """One address sent too many wrong tokens; wait."""
+class TooManyAttempts(TryLater):
+    """One address sent too many wrong tokens."""
+
+    wait = PERIOD
 
 
 @dataclass(frozen=True)

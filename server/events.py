@@ -9,8 +9,10 @@ from typing import Literal
 from server.audit import tell
 from server.event_file import EventFile
 from server.messages import Event
+from server.rates import LINE, Bucket, Rate
 
 Level = Literal["info", "warning", "error"]
+MUTED = Rate("notes of lines left out", 1, 1 / 60)
 
 
 log = logging.getLogger(__name__)
@@ -28,6 +30,7 @@ class EventLog:
         self.recent: deque[Event] = deque(file.last() if file else [], maxlen=kept)
         self.listeners: list[Callable[[Event], None]] = []
         self._file = file
+        self._lines, self._muted = Bucket(LINE), Bucket(MUTED)
 
     def add(self, text: str, level: Level = "info") -> None:
         """Write a line and tell the listeners, and the audit of what it is part of."""
@@ -39,9 +42,19 @@ class EventLog:
         tell(plain)
         self._keep(event)
 
+    def done(self, who: str, what: str) -> None:
+        """Write what `who` did, which anybody may as often as he likes, unless that would fill the log."""
+        self._add_of(who, f"{who}: {what}", "info", "done")
+
     def refused(self, who: str, what: str, reason: str) -> None:
-        """Write that `who` asked for `what` in vain."""
-        self.add(f"{who}: {what} refused: {reason}", "warning")
+        """Write that `who` asked for `what` in vain, unless that would fill the log."""
+        self._add_of(who, f"{who}: {what} refused: {reason}", "warning", "refused")
+
+    def _add_of(self, who: str, text: str, level: Level, kind: str) -> None:
+        if not self._lines.wait(who):
+            self.add(text, level)
+        elif not self._muted.wait(who):
+            self.add(f"{who}: more is {kind} than is written here", "warning")
 
     def _keep(self, event: Event) -> None:
         """Append to the file; the first failure is said, and ends it: a full disk must not end what goes on."""

@@ -1,4 +1,4 @@
-"""The door that every request and socket passes: our host, same origin, signed in; and what was asked is audited."""
+"""The door of every request and socket: our host, not too often, same origin, signed in; what was asked is audited."""
 
 import re
 from http.cookies import CookieError
@@ -8,41 +8,51 @@ from starlette.requests import HTTPConnection
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from server.audit import Asker, Audit, heard_by
+from server.answers import refusal
+from server.audit import Asker, Audit
+from server.audited import STARTS, Audited
 from server.auth import Identity, Sessions, TooManyAttempts, WrongToken, same_origin
 from server.headers import with_headers
 from server.hosts import Hosts
 from server.monitoring.refused import Refused
+from server.problems import answer
+from server.rates import Rates
 from server.roles import READING
 from server.settings import is_loopback
 
 BODY_MAX = 1 << 20
 """Longest request body that is read [bytes]."""
+COMMAND = "/api/command"
+"""Passes however often it is asked for: E-STOP must. The route itself refuses the other commands."""
+COMMAND_MAX = 4096
+"""Longest body there [bytes]: what is not counted must be cheap."""
+_LENGTH = re.compile(r"[0-9]{1,9}")
 _OPEN = re.compile(r"/|/assets/.*|/favicon\.(ico|svg)")
 """What is served to anyone: the page shell (with its sign-in form) and its assets."""
 FIGURES, BEARER = "/metrics", "Bearer "
-_STARTS = ("http.response.start", "websocket.http.response.start")
 
 
 class Gate:
     """ASGI middleware. Whatever is not open needs a session, so a new route is closed unless it is opened here."""
 
-    def __init__(self, app: ASGIApp, sessions: Sessions, hosts: Hosts, audit: Audit, refused: Refused) -> None:
-        self._app, self._sessions, self._hosts, self._audit, self._refused = app, sessions, hosts, audit, refused
+    def __init__(
+        self, app: ASGIApp, sessions: Sessions, hosts: Hosts, rates: Rates, audit: Audit, refused: Refused
+    ) -> None:
+        self._app, self._sessions, self._hosts = app, sessions, hosts
+        self._rates, self._audit, self._refused = rates, audit, refused
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Let the request through with `state["who"]` set, or answer 401, 403, 411, 413, 421 or 429."""
         if scope["type"] not in ("http", "websocket"):
             return await self._app(scope, receive, send)
         who = self._who(scope)
-        refusal = self._refusal(scope, who)
         scope.setdefault("state", {})["who"] = who
-        app: ASGIApp = self._app if refusal is None else refusal
-        answer = with_headers(scope, self._counted(send))
+        app: ASGIApp = self._refusal(scope, who) or self._app
+        sending = with_headers(scope, self._counted(send))
         if not _acts(scope):
-            return await app(scope, receive, answer)
+            return await app(scope, receive, sending)
         asker = Asker(who, _address(scope), f"{_method(scope)} {scope['path']}")
-        await _Audited(app, self._audit, asker)(scope, receive, answer)
+        await Audited(app, self._audit, asker)(scope, receive, sending)
 
     def _who(self, scope: Scope) -> Identity | None:
         try:
@@ -55,74 +65,50 @@ class Gate:
 
     def _refusal(self, scope: Scope, who: Identity | None) -> JSONResponse | None:
         headers, method = Headers(scope=scope), _method(scope)
+        ours = method in READING or same_origin(headers)
+        if late := self._late(scope, who if ours else None):  # a foreign page spends nothing of the session's
+            return late
         if not self._hosts.allows(headers, (scope.get("server") or ("", 0))[1]):
-            text = "this server has another name; --allow-host lets it answer to more"
-            return JSONResponse({"detail": text}, 421)
-        if method not in READING and not same_origin(headers):
-            return JSONResponse({"detail": "the request comes from another origin"}, 403)
-        if who is None and not _is_open(scope, method) and (refusal := self._unless_bearer(scope, headers)):
-            return refusal
-        return _too_long(headers)
+            return refusal(421, "this server has another name; --allow-host lets it answer to more")
+        if not ours:
+            return refusal(403, "the request comes from another origin")
+        if who is None and not _is_open(scope, method) and (unknown := self._unless_bearer(scope, headers)):
+            return unknown
+        return _too_long(headers, COMMAND_MAX if scope["path"] == COMMAND else BODY_MAX)
+
+    def _late(self, scope: Scope, who: Identity | None) -> JSONResponse | None:
+        """The answer to a request that comes too early. Of a command the route is told so."""
+        late = self._rates.refusal(scope["path"], who.id if who else None, _address(scope), _signs_in(scope))
+        if who is not None and scope["path"] == COMMAND:
+            scope["state"]["late"], late = late, None
+        return answer(late) if late else None
 
     def _unless_bearer(self, scope: Scope, headers: Headers) -> JSONResponse | None:
         """A program that cannot sign in may read figures with an access token; nothing else is had by one."""
         given = headers.get("authorization", "")
         if scope["path"] != FIGURES or not given.startswith(BEARER):
-            return JSONResponse({"detail": "sign in first"}, 401)
+            return refusal(401, "sign in first")
         try:
             self._sessions.require(given.removeprefix(BEARER), _address(scope))
         except (WrongToken, TooManyAttempts) as error:
-            return JSONResponse({"detail": str(error)}, 401 if isinstance(error, WrongToken) else 429)
+            return answer(error)
         return None
 
     def _counted(self, send: Send) -> Send:
         async def counted(message: Message) -> None:
-            if message["type"] in _STARTS:
+            if message["type"] in STARTS:
                 self._refused.answer(message["status"])
             await send(message)
 
         return counted
 
 
-class _Audited:
-    """Runs `app`, and has the audit log say what came of it."""
-
-    def __init__(self, app: ASGIApp, audit: Audit, asker: Asker) -> None:
-        self._app, self._audit, self._asker = app, audit, asker
-        self._said: list[str] = []
-        self._noted = False
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        async def watched(message: Message) -> None:
-            if message["type"] in _STARTS:
-                self._note(message["status"])
-            elif message["type"] == "websocket.accept":
-                self._note(101, "opened")
-            elif message["type"] == "websocket.close" and not self._noted:
-                self._note(403)
-            await send(message)
-
-        with heard_by(self._hear):
-            await self._app(scope, receive, watched)
-
-    def _hear(self, text: str) -> None:
-        """Before the answer it explains the answer; on an open socket it is an act of its own."""
-        if self._noted:
-            self._audit.note(self._asker, 101, text)
-        else:
-            self._said.append(text)
-
-    def _note(self, status: int, detail: str = "") -> None:
-        self._noted = True
-        self._audit.note(self._asker, status, detail or "; ".join(self._said))
-
-
-def _too_long(headers: Headers) -> JSONResponse | None:
+def _too_long(headers: Headers, most: int) -> JSONResponse | None:
     if "transfer-encoding" in headers:  # a body without end would be read to its end
-        return JSONResponse({"detail": "say the body's length: content-length is missing"}, 411)
+        return refusal(411, "say the body's length: content-length is missing")
     length = headers.get("content-length", "0")
-    if not length.isdigit() or int(length) > BODY_MAX:
-        return JSONResponse({"detail": f"the body is longer than {BODY_MAX} bytes"}, 413)
+    if not _LENGTH.fullmatch(length) or int(length) > most:
+        return refusal(413, f"content-length = {length[:20]}: a body has at most {most} bytes")
     return None
 
 
@@ -130,10 +116,16 @@ def _method(scope: Scope) -> str:
     return str(scope.get("method", "WEBSOCKET"))
 
 
+def _signs_in(scope: Scope) -> bool:
+    """Whether an access token is exchanged for a session, by the form or by the address."""
+    if scope["path"] == "/":
+        return b"token=" in scope["query_string"]
+    return bool(scope["path"] == "/api/session") and _method(scope) == "POST"
+
+
 def _acts(scope: Scope) -> bool:
-    """Whether this is more than reading: it changes something, opens a socket, or signs in by the address."""
-    signs_in = scope["path"] == "/" and b"token=" in scope["query_string"]
-    return _method(scope) not in READING or signs_in
+    """Whether this is more than reading: it changes something, opens a socket, or signs in."""
+    return _method(scope) not in READING or _signs_in(scope)
 
 
 def _is_open(scope: Scope, method: str) -> bool:

@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 from pydantic import BaseModel
 from starlette.websockets import WebSocket
 
-from controller.errors import TendrilError
 from server.auth import Identity
 from server.history import History
 from server.messages import Event
 from server.plots.feed import Feed, encode_frame
+from server.rates import TryLater
 
 log = logging.getLogger(__name__)
 
@@ -27,8 +27,10 @@ WAITING = 256
 """Text messages that may wait for a slow viewer; beyond that the oldest are dropped."""
 
 
-class Crowded(TendrilError):
+class Crowded(TryLater):
     """As many pages as are allowed have a live socket."""
+
+    wait = 10.0
 
 
 @dataclass(frozen=True)

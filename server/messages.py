@@ -110,7 +110,7 @@ class CommandBody(Model):
 class SettingsBody(Model):
     """Body of PATCH /api/settings: only the fields to change (same names and bounds as `Settings`)."""
 
-    changes: dict[str, float | int | list[float]]
+    changes: Annotated[dict[str, float | int | Annotated[list[float], Bounds(max_length=16)]], Bounds(max_length=64)]
 
 
 class RecordingBody(Model):

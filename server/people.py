@@ -42,7 +42,7 @@ class Company:
     def ask(self, who: Identity) -> None:
         """Ask whoever operates for the lease."""
         self._lease.ask(who)
-        self._events.add(f"{who.name} asks for control")
+        self._events.done(who.name, "asks for control")
 
     def refuse(self, tag: str, who: Identity) -> None:
         """The holder does not give it to the session `tag`; CommandRefused when that asks no more."""

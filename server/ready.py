@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from controller.layout import Model
+from controller.whole_file import write_whole
 
 
 class Addresses(Model):
@@ -35,10 +36,7 @@ class UpReady(Model):
 
 def write_ready(path: Path, value: Model) -> None:
     """Put `value` as JSON at `path` by rename: a reader sees all of it or nothing."""
-    draft = path.with_name(f"{path.name}.draft")
-    with os.fdopen(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w") as file:
-        file.write(value.model_dump_json())
-    draft.replace(path)
+    write_whole(path, value.model_dump_json(), lasting=False)
 
 
 def announce_to(path: Path) -> Callable[[Addresses], None]:

@@ -1,6 +1,7 @@
 """Run the server: the listening socket, uvicorn, and everything it serves, until SIGTERM or SIGINT."""
 
 import logging
+import resource
 import socket
 import sys
 from collections.abc import Awaitable, Callable
@@ -10,6 +11,7 @@ from fastapi import FastAPI
 
 from controller.errors import TendrilError
 from server.app import create_app
+from server.connections import Connection, Socket
 from server.farewell import Server, farewell
 from server.ready import Addresses
 from server.services import open_services
@@ -22,6 +24,8 @@ SWITCH_INTERVAL = 5e-4
 """Longest time [s] for which one Python thread keeps another waiting (Python's own choice is 5 ms)."""
 UNSENT_MAX = 16 * 1024
 """Bytes that may wait in the kernel for a slow viewer: beyond it, frames are skipped instead of delayed."""
+FILES = 8192
+"""Files and sockets that may be open; a page with a 3D view takes seven, and 1024 is what most systems begin with."""
 MESSAGE_MAX = 1 << 20
 """Longest message that a browser may send on a socket [bytes]."""
 
@@ -29,6 +33,7 @@ MESSAGE_MAX = 1 << 20
 def run_server(settings: ServerSettings, ready: Callable[[Addresses], None]) -> None:
     """Serve until stopped; `ready` gets the addresses with the access tokens once connections are accepted."""
     sys.setswitchinterval(SWITCH_INTERVAL)
+    _allow_files()
     require_certificate(settings)
     if settings.unprotected:
         log.warning(
@@ -48,6 +53,14 @@ def run_server(settings: ServerSettings, ready: Callable[[Addresses], None]) -> 
     uvicorn_server(create_app(services), settings, lambda: farewell(services)).run(sockets=[listening])
 
 
+def _allow_files() -> None:
+    """Raise the limit of open files, as far as this process may."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = FILES if hard == resource.RLIM_INFINITY else min(FILES, hard)
+    if soft != resource.RLIM_INFINITY and soft < wanted:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
+
+
 async def _at_once() -> None:
     """Nothing is to be done before the end."""
 
@@ -58,7 +71,8 @@ def uvicorn_server(
     """One worker; no compression on sockets, which would cost more than the bytes it saves."""
     config = uvicorn.Config(
         app,
-        ws="websockets-sansio",
+        http=Connection,
+        ws=Socket,
         ws_max_size=MESSAGE_MAX,
         ws_per_message_deflate=False,
         log_config=None,

@@ -7,6 +7,7 @@ from pathlib import Path
 from controller.errors import RigUnreachable
 from controller.messages import RigInfo
 from controller.parameters import Settings
+from controller.whole_file import write_whole
 from recordings.messages import Recording
 from recordings.store import Store, default_folder
 from recordings.writer import Recorder
@@ -31,6 +32,7 @@ from server.people import Company
 from server.plots.feed import Plots
 from server.plots.layouts import Layouts
 from server.quota_watch import QuotaWatch
+from server.rates import Rates
 from server.recorder_watch import RecorderWatch
 from server.review import Review
 from server.rig import Rig
@@ -38,7 +40,7 @@ from server.runs.results import Results
 from server.runs.runs import Runs
 from server.runs.tracker import Tracker
 from server.scene import Scene
-from server.settings import ServerSettings, write_private
+from server.settings import ServerSettings
 from server.token_watch import TokenWatch
 from server.tokens import Secrets, TokenFile
 from server.user_files import UserFiles
@@ -78,6 +80,7 @@ class Services:
     alarm_watch: AlarmWatch = field(init=False)
     runs: Runs = field(init=False)
     refused: Refused = field(default_factory=Refused)
+    rates: Rates = field(init=False)
     drawings: Drawings = field(init=False)
     settings_lock: asyncio.Lock = field(default_factory=asyncio.Lock)
     """Changes to the settings are merged one after another."""
@@ -87,6 +90,7 @@ class Services:
     """One export at a time: each keeps a core busy."""
 
     def __post_init__(self) -> None:
+        self.rates = Rates(self.settings.rate_factor)
         self.drawings = Drawings(self.settings.state / "drawings")
         self.hub = Hub(self.history, self.status, self.status_key, self.sight, self.lease.holds)
         self.hub.seats, self.plots = self.settings.viewers_max, Plots(self.history)
@@ -180,10 +184,11 @@ class Services:
         holder = self.lease.holder
         return self.alarms.read(holder) if holder else AlarmLimits()
 
-    def keep_settings(self) -> None:
+    async def keep_settings(self) -> None:
         """Remember the rig's settings over a restart of this server; they are in force even where that fails."""
         try:
-            write_private(_settings_file(self.settings), self.operator.settings.model_dump_json())
+            text = self.operator.settings.model_dump_json()
+            await asyncio.to_thread(write_whole, _settings_file(self.settings), text)
         except OSError as error:
             self.events.add(f"the settings will not outlive this server: {error}", "warning")
 

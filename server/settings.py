@@ -1,7 +1,6 @@
 """Settings of the server process."""
 
 import ipaddress
-import os
 from pathlib import Path
 from typing import Annotated
 
@@ -55,6 +54,8 @@ class ServerSettings(BaseSettings):
     """Pages with a live socket at the same time; the next one is refused, unless its session operates."""
     log_format: LogFormat = "text"
     """Of what this process writes to its standard error."""
+    rate_factor: Annotated[float, Bounds(gt=0.0, allow_inf_nan=False)] = 1.0
+    """Multiplies how often one client may ask (`server/rates.py`); more where many people share one address."""
     light_scene: bool = False
     """Leave out what software rendering is slow at (ground grid): for browser tests."""
 
@@ -80,11 +81,3 @@ def is_loopback(address: str) -> bool:
         return ipaddress.ip_address(address).is_loopback
     except ValueError:
         return False
-
-
-def write_private(path: Path, text: str) -> None:
-    """Write a file whole or not at all, readable by the user alone."""
-    draft = path.with_name(f"{path.name}.{os.getpid()}")
-    with os.fdopen(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w") as file:
-        file.write(text)
-    draft.replace(path)

@@ -23,13 +23,13 @@ class TokenWatch:
         self._stamp, self._looked = file.stamp(), now()
 
     def look(self, lease: OperatorLease, events: EventLog) -> None:
-        """Put changed tokens in force; a file that cannot be read changes nothing."""
+        """Put changed tokens in force; a file that is gone or cannot be read changes nothing."""
         if self._now() - self._looked < PERIOD:
             return
-        self._looked, before = self._now(), self._stamp
-        self._stamp = self._file.stamp()
-        if self._stamp == before:
+        self._looked, stamp = self._now(), self._file.stamp()
+        if stamp in (self._stamp, None):  # a disk that went away must sign out nobody, who may have to press E-STOP
             return
+        self._stamp = stamp
         try:
             found = self._file.read()
         except (ParameterError, OSError) as error:

@@ -8,7 +8,8 @@ from pydantic import ValidationError
 
 from controller.errors import ParameterError
 from controller.layout import Model
-from server.settings import ServerSettings, write_private
+from controller.whole_file import write_whole
+from server.settings import ServerSettings
 
 Role = Literal["operator", "viewer"]
 """What a token is good for: to operate (one session at a time, by the lease), or to look and stop."""
@@ -88,7 +89,7 @@ class TokenFile:
         return kept
 
     def _write(self, found: Secrets) -> None:
-        write_private(self._path, found.model_dump_json())
+        write_whole(self._path, found.model_dump_json())
 
 
 def load_secrets(settings: ServerSettings) -> Secrets:

@@ -31,6 +31,7 @@ from controller.realtime.priority import pin_memory, prefer_process, raise_threa
 from controller.realtime.ring import PUMP_NS, STOP, Ring, create_ring, ring_folders
 from controller.realtime.settings import RigReady, free_port
 from controller.realtime.settings import RigSettings as RigSettings
+from controller.whole_file import write_whole
 
 log = logging.getLogger(__name__)
 
@@ -155,9 +156,7 @@ class RigProcess:
         log.info("rig %s ready on %s, %s", *fields.values(), extra=fields)
         if self.settings.ready:
             ready = RigReady(endpoint=endpoint, boot=self.boot, process=os.getpid())
-            draft = self.settings.ready.with_suffix(".draft")
-            draft.write_text(ready.model_dump_json())
-            draft.replace(self.settings.ready)
+            write_whole(self.settings.ready, ready.model_dump_json(), lasting=False)
 
 
 @contextmanager

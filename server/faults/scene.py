@@ -50,6 +50,7 @@ class Scene:
             state=folder / "state",
             recordings=folder / "recordings",
             light_scene=True,
+            rate_factor=100.0,  # an abuser who is told to wait would ask less
             record_faults=False,
         )
         parameters = RigParameters(limits=SafetyLimits(loop_gap=GAP))

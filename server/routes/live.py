@@ -8,7 +8,6 @@ from concurrent.futures import Future
 from fastapi import APIRouter, WebSocket
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import from_json
-from starlette.responses import JSONResponse
 from starlette.websockets import WebSocketDisconnect
 
 from controller.errors import TendrilError, sentence
@@ -23,6 +22,8 @@ from server.live import Crowded, Viewer
 from server.messages import FromBrowser, Hello, Ping, Pong, Presence, Refused, Release, Reply, Target
 from server.plots.feed import Feed
 from server.plots.messages import PlotChoice
+from server.problems import answer
+from server.rates import POLICY, Verdict
 from server.services import Services
 from server.tasks import until_one_ends
 
@@ -35,6 +36,13 @@ _MOVED = (Mode.HOLD, Mode.FOLLOW)
 _MESSAGE: TypeAdapter[FromBrowser] = TypeAdapter(FromBrowser)
 
 
+@router.get("/api/live", status_code=204, tags=["session"])
+async def may_look_on(parts: Parts, who: Me) -> None:
+    """Whether a page may open /ws/live now; 503 when too many look on. A browser hides why its socket was refused."""
+    with parts.hub.seat(who):
+        pass
+
+
 @router.websocket("/ws/live")
 async def live(socket: WebSocket, parts: Parts, who: Me) -> None:
     """Hello with the log so far, then everything live, until either side closes; 503 when too many look on."""
@@ -42,7 +50,7 @@ async def live(socket: WebSocket, parts: Parts, who: Me) -> None:
         with parts.hub.seat(who):
             await _serve(socket, parts, who)
     except Crowded as error:
-        await socket.send_denial_response(JSONResponse({"detail": str(error)}, 503, {"retry-after": "10"}))
+        await socket.send_denial_response(answer(error))
 
 
 async def _serve(socket: WebSocket, parts: Services, who: Identity) -> None:
@@ -97,6 +105,17 @@ class Conversation:
         if not alone and parts.lease.holds(who) and newest is not None and newest[0]["mode"] in _MOVED:
             parts.operator.request(Request.HOLD)
             parts.events.add(f"{who.name}: the tab that moved the target was closed: hold")
+
+    def verdict(self) -> Verdict:
+        """Whether the message that came is heard."""
+        found = self._parts.rates.message(self._viewer.who.id)
+        self._parts.refused.messages += found == Verdict.DROPPED  # the others are counted as they are told
+        return found
+
+    def hurried(self) -> str:
+        """Say that messages are dropped, and why."""
+        self._refuse(0, "messages", why := self._parts.rates.too_many)
+        return why
 
     def _present(self, message: Presence) -> None:
         """Only a number that rises, from the page of the lease's holder, is presence."""
@@ -165,7 +184,15 @@ class Conversation:
 async def _listen(conversation: Conversation) -> None:
     socket = conversation._viewer.socket
     while (message := await socket.receive())["type"] != "websocket.disconnect":
-        conversation.hear(message.get("text"))
+        match conversation.verdict():
+            case Verdict.HEARD:
+                conversation.hear(message.get("text"))
+            case Verdict.REFUSED:
+                conversation.hurried()
+            case Verdict.DROPPED:
+                await asyncio.sleep(0)  # what is dropped must not hold up what is not
+            case Verdict.FLOOD:
+                return await socket.close(POLICY, conversation.hurried())
 
 
 def _hello(parts: Services, viewer: Viewer) -> Hello:

@@ -3,6 +3,7 @@
 from fastapi import APIRouter, Response
 from prometheus_client import CONTENT_TYPE_LATEST
 
+from server import answers
 from server.deps import Parts
 from server.monitoring.healthz import Healthz, healthz
 from server.monitoring.metrics import exposition
@@ -10,7 +11,7 @@ from server.monitoring.metrics import exposition
 router = APIRouter(tags=["monitoring"])
 
 
-@router.get("/healthz", responses={503: {"model": Healthz}})
+@router.get("/healthz", responses={503: {"model": Healthz, "description": "Something is not well"}})
 async def read_healthz(parts: Parts, response: Response) -> Healthz:
     """Whether all is well, 503 when something is not; open to anyone on this machine."""
     found = healthz(parts)
@@ -18,7 +19,7 @@ async def read_healthz(parts: Parts, response: Response) -> Healthz:
     return found
 
 
-@router.get("/metrics", response_class=Response, responses={200: {"content": {CONTENT_TYPE_LATEST: {}}}})
+@router.get("/metrics", response_class=Response, responses=answers.body("text/plain", "Prometheus' text format"))
 async def read_metrics(parts: Parts) -> Response:
     """Figures for Prometheus, with a session or `Authorization: Bearer ACCESS_TOKEN`."""
     return Response(exposition(parts), media_type=CONTENT_TYPE_LATEST)

@@ -179,13 +179,9 @@ class TestServer:
 
     __test__ = False
 
-    def __init__(
-        self, folder: Path, endpoint: str, key: Path | None = None, tls: tuple[Path | None, Path | None] = (None, None)
-    ) -> None:
+    def __init__(self, folder: Path, endpoint: str, key: Path | None = None, **more: Any) -> None:
         self.settings = ServerSettings(
             port=0,
-            tls_cert=tls[0],
-            tls_key=tls[1],
             endpoint=endpoint,
             key_file=key or key_file(folder),
             rig="test",
@@ -195,6 +191,7 @@ class TestServer:
             viewer_token=SecretStr(VIEWER_TOKEN),
             light_scene=True,
             record_faults=False,  # every operator begins with an E-STOP
+            **more,
         )
         self.services: Services = open_services(self.settings)
         self.app = create_app(self.services)

@@ -5,9 +5,10 @@ import stat
 from pathlib import Path
 from typing import Any
 
-from server.audit import PERIOD, Asker, Audit, Deed
+from server.audit import Asker, Audit, Deed
 from server.auth import Identity
 from server.event_file import EventFile
+from server.rates import DEED
 from tests.server.live_server import TOKEN, VIEWER_TOKEN, TestServer, wait_for
 
 
@@ -62,7 +63,7 @@ def test_a_stranger_cannot_push_others_out_of_the_log(tmp_path: Path) -> None:
         audit.note(stranger, 401)
     audit.note(other, 401)
     audit.note(Asker(Identity("a", "ann", "viewer"), "1.2.3.4", "POST /y"), 403)
-    clock[0] = PERIOD
+    clock[0] = 60.0
     audit.note(stranger, 401)
     assert [(line["address"], line["detail"]) for line in lines(path)] == [
         ("1.2.3.4", ""),
@@ -70,6 +71,20 @@ def test_a_stranger_cannot_push_others_out_of_the_log(tmp_path: Path) -> None:
         ("1.2.3.4", ""),
         ("1.2.3.4", " (and 999 more since the last line)"),
     ]
+
+
+def test_a_session_cannot_either_but_for_what_a_page_does_everything_is_there(tmp_path: Path) -> None:
+    path, clock = tmp_path / "audit.jsonl", [0.0]
+    audit = Audit(EventFile(path, Deed), print, lambda: clock[0])
+    ann, bob = (Asker(Identity(name, name, "viewer"), "1.2.3.4", "POST /api/command") for name in ("ann", "bob"))
+    for _ in range(10_000):
+        audit.note(ann, 200)
+    audit.note(bob, 200)
+    clock[0] = 60.0
+    audit.note(ann, 200)
+    kept = [(line["name"], line["detail"]) for line in lines(path)]
+    assert kept[:-2] == [("ann", "")] * int(DEED.burst)
+    assert kept[-2:] == [("bob", ""), ("ann", f" (and {10_000 - DEED.burst} more since the last line)")]
 
 
 def test_an_audit_log_that_cannot_be_written_says_so_once(tmp_path: Path) -> None:

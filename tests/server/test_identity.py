@@ -9,11 +9,12 @@ from pydantic import SecretStr
 
 from controller.errors import ParameterError
 from controller.parameters import Settings
+from controller.whole_file import write_whole
 from server.auth import FAILURES, MAX_AGE, Identity, Sessions, TooManyAttempts, WrongToken, same_origin
 from server.events import EventLog
 from server.lease import LAPSE, OperatorLease
 from server.services import kept_settings
-from server.settings import ServerSettings, exposed, write_private
+from server.settings import ServerSettings, exposed
 from server.token_watch import TokenWatch
 from server.tokens import Secrets, TokenFile, load_secrets
 
@@ -75,7 +76,7 @@ def test_token_is_kept_and_readable_by_the_user_alone(tmp_path: Path) -> None:
 
 
 def test_an_old_file_with_one_token_is_the_operators_and_gets_a_viewers(tmp_path: Path) -> None:
-    write_private(tmp_path / "secrets.json", '{"token": "old", "key": "kkk"}')
+    write_whole(tmp_path / "secrets.json", '{"token": "old", "key": "kkk"}')
     found = load_secrets(ServerSettings(state=tmp_path))
     assert (found.token, found.key) == ("old", "kkk")
     assert len(found.viewer_token) > 20
@@ -98,6 +99,11 @@ def test_a_changed_token_ends_only_the_sessions_that_it_opened(tmp_path: Path) -
     clock = Clock()
     watch, lease, log = TokenWatch(file, ours, kept, clock), OperatorLease(), EventLog()
     assert lease.acquire(operator)
+    away = (tmp_path / "secrets.json").rename(tmp_path / "away")
+    clock.now = 1.0
+    watch.look(lease, log)
+    assert [ours.read(cookie) for cookie in cookies] == [operator, viewer], "a folder that went away signs nobody out"
+    away.rename(tmp_path / "secrets.json")
     token = file.renew("viewer")
     clock.now = 2.0
     watch.look(lease, log)

@@ -76,10 +76,13 @@ def test_one_page_more_than_allowed_is_refused_but_not_the_operators(server: Tes
         answer = refused.value.response
         assert (answer.status_code, answer.headers["retry-after"]) == (503, "10")
         assert "2 pages are open" in json.loads(answer.body)["detail"]
+        told = viewer.get("/api/live")
+        assert (told.status_code, told.json()) == (503, json.loads(answer.body)), "as a browser is told"
         assert viewer.command("e_stop").status_code == 200, "it may stop all the same"
         with operator.live() as operating:
             operating.wait("hello")
     wait_for(lambda: not server.services.hub.viewers, "the seats to be free")
+    assert viewer.get("/api/live").status_code == 204
     with viewer.live() as again:
         again.wait("hello")
 

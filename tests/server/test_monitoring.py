@@ -33,7 +33,7 @@ def test_anyone_on_this_machine_may_ask_whether_all_is_well(server: TestServer) 
 
 async def test_nobody_elsewhere_may(server: TestServer) -> None:
     parts = server.services
-    gate = Gate(server.app, parts.sessions, Hosts(parts.settings), parts.audit, parts.refused)
+    gate = Gate(server.app, parts.sessions, Hosts(parts.settings), parts.rates, parts.audit, parts.refused)
     for host, status in (("192.0.2.7", 401), ("2001:db8::1", 401), ("", 401), ("127.0.0.2", 200), ("::1", 200)):
         strange = httpx.ASGITransport(gate, client=(host, 1234))
         async with httpx.AsyncClient(transport=strange, base_url=server.url) as client:

@@ -28,7 +28,7 @@ def pair(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 @pytest.fixture
 def server(shared_rig: RigProcess, tmp_path: Path, pair: tuple[Path, Path]) -> Iterator[TestServer]:
     free_environment()
-    found = TestServer(tmp_path, shared_rig.endpoint, tls=pair)
+    found = TestServer(tmp_path, shared_rig.endpoint, tls_cert=pair[0], tls_key=pair[1])
     yield found
     found.close()
 

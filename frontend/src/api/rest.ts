@@ -90,6 +90,8 @@ function fieldError(item: unknown): string {
 export const rest = {
   login: (token: string) => call<Session>("POST", "/api/session", { token }),
   session: () => call<Session>("GET", "/api/session"),
+  /** Refused where the live socket would be: a browser hides why. */
+  mayLookOn: () => call<null>("GET", "/api/live"),
   takeLease: () => call<Lease>("POST", "/api/lease"),
   releaseLease: () => call<Lease>("DELETE", "/api/lease"),
   askForLease: () => call<Lease>("POST", "/api/lease/request"),

@@ -926,6 +926,26 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/live": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * May Look On
+     * @description Whether a page may open /ws/live now; 503 when too many look on. A browser hides why its socket was refused.
+     */
+    get: operations["may_look_on"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/healthz": {
     parameters: {
       query?: never;
@@ -1399,6 +1419,33 @@ export interface components {
       detail: string;
     };
     /**
+     * Complaint
+     * @description One fault of a malformed request.
+     */
+    Complaint: {
+      /** Type */
+      type: string;
+      /**
+       * Loc
+       * @description Where: body, query or path, then the field and, in a list, the place.
+       */
+      loc: (string | number)[];
+      /**
+       * Msg
+       * @description With the bound.
+       */
+      msg: string;
+      /** @description The value that was given; what is no JSON, as text. */
+      input: components["schemas"]["JsonValue"];
+      /**
+       * Ctx
+       * @description The bound by itself, where there is one.
+       */
+      ctx: {
+        [key: string]: components["schemas"]["JsonValue"];
+      };
+    };
+    /**
      * ControllerParameters
      * @description Fixed numbers of the loop. The paper's where it gives them, ours (marked) where it does not.
      */
@@ -1850,6 +1897,7 @@ export interface components {
      * @enum {integer}
      */
     Integrator: 0 | 1;
+    JsonValue: unknown;
     /**
      * Lag
      * @description The pressure loops as dead time and first-order lag [s].
@@ -2284,6 +2332,14 @@ export interface components {
        * @default 1
        */
       laps: number;
+    };
+    /**
+     * Problem
+     * @description Body of every refusal: a sentence, or what is wrong with each field.
+     */
+    Problem: {
+      /** Detail */
+      detail: string | components["schemas"]["Complaint"][];
     };
     /**
      * ProfileInfo
@@ -3752,7 +3808,116 @@ export interface components {
       length: number;
     };
   };
-  responses: never;
+  responses: {
+    /** @description No HTTP request, or a range that is none */
+    Refused400: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+    /** @description Not signed in */
+    Refused401: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+    /** @description From another origin, or without the operator's lease */
+    Refused403: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+    /** @description There is no such thing */
+    Refused404: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+    /** @description Not in this state */
+    Refused409: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+    /** @description A body without its length */
+    Refused411: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+    /** @description The body is too long */
+    Refused413: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+    /** @description This server has another name */
+    Refused421: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+    /** @description Field, value and bound of what is wrong */
+    Refused422: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+    /** @description Too often; the header retry-after says for how long to wait [s] */
+    Refused429: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+    /** @description The server's disk or a file of its own fails */
+    Refused500: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+    /** @description The rig does not answer, or takes no command from this server */
+    Refused503: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+  };
   parameters: never;
   requestBodies: never;
   headers: never;
@@ -3778,6 +3943,18 @@ export interface operations {
           "application/json": components["schemas"]["Session"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   sign_in_by_token: {
@@ -3802,15 +3979,18 @@ export interface operations {
           "application/json": components["schemas"]["Session"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   take_lease: {
@@ -3831,6 +4011,18 @@ export interface operations {
           "application/json": components["schemas"]["Lease"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   release_lease: {
@@ -3851,6 +4043,18 @@ export interface operations {
           "application/json": components["schemas"]["Lease"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   change_lease: {
@@ -3875,15 +4079,18 @@ export interface operations {
           "application/json": components["schemas"]["Lease"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   ask_for_lease: {
@@ -3904,6 +4111,18 @@ export interface operations {
           "application/json": components["schemas"]["Lease"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   withdraw_request: {
@@ -3924,6 +4143,18 @@ export interface operations {
           "application/json": components["schemas"]["Lease"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   refuse_request: {
@@ -3948,15 +4179,18 @@ export interface operations {
           "application/json": components["schemas"]["Lease"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   hand_over_lease: {
@@ -3981,15 +4215,18 @@ export interface operations {
           "application/json": components["schemas"]["Lease"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   take_over_lease: {
@@ -4014,15 +4251,18 @@ export interface operations {
           "application/json": components["schemas"]["Lease"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   command: {
@@ -4047,24 +4287,26 @@ export interface operations {
           "application/json": components["schemas"]["CommandReply"];
         };
       };
-      /** @description Conflict */
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      /** @description The rig refuses */
       409: {
         headers: {
           [name: string]: unknown;
         };
         content: {
-          "application/json": components["schemas"]["CommandReply"];
+          "application/json": components["schemas"]["CommandReply"] | components["schemas"]["Problem"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_settings: {
@@ -4085,6 +4327,18 @@ export interface operations {
           "application/json": components["schemas"]["Settings"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   change_settings: {
@@ -4109,15 +4363,18 @@ export interface operations {
           "application/json": components["schemas"]["Settings"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   rig_info: {
@@ -4138,6 +4395,18 @@ export interface operations {
           "application/json": components["schemas"]["RigInfo"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_health: {
@@ -4158,6 +4427,18 @@ export interface operations {
           "application/json": components["schemas"]["Health"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_loop_health: {
@@ -4178,6 +4459,18 @@ export interface operations {
           "application/json": components["schemas"]["LoopHealth"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_alarms: {
@@ -4198,6 +4491,18 @@ export interface operations {
           "application/json": components["schemas"]["AlarmLimits-Output"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   keep_alarms: {
@@ -4222,15 +4527,18 @@ export interface operations {
           "application/json": components["schemas"]["AlarmLimits-Output"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   reset_alarms: {
@@ -4251,6 +4559,18 @@ export interface operations {
           "application/json": components["schemas"]["AlarmLimits-Output"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_workspace: {
@@ -4271,6 +4591,18 @@ export interface operations {
           "application/json": components["schemas"]["Workspace"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_references: {
@@ -4291,6 +4623,18 @@ export interface operations {
           "application/json": components["schemas"]["ReferenceInfo"][];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_reference: {
@@ -4313,15 +4657,18 @@ export interface operations {
           "application/json": components["schemas"]["ReferencePath"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   plan_drawing: {
@@ -4346,15 +4693,18 @@ export interface operations {
           "application/json": components["schemas"]["DrawingPlan"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   text_path: {
@@ -4379,15 +4729,18 @@ export interface operations {
           "application/json": components["schemas"]["TextPath"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   preview: {
@@ -4412,15 +4765,18 @@ export interface operations {
           "application/json": components["schemas"]["Preview"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_drawings: {
@@ -4441,6 +4797,18 @@ export interface operations {
           "application/json": components["schemas"]["DrawingInfo"][];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   drawing_file: {
@@ -4454,22 +4822,27 @@ export interface operations {
     };
     requestBody?: never;
     responses: {
-      /** @description Successful Response */
+      /** @description The file */
       200: {
         headers: {
           [name: string]: unknown;
         };
-        content?: never;
-      };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
         content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
+          "text/csv": string;
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_drawing: {
@@ -4492,15 +4865,18 @@ export interface operations {
           "application/json": components["schemas"]["DrawingBody"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   save_drawing: {
@@ -4527,15 +4903,18 @@ export interface operations {
           "application/json": components["schemas"]["DrawingInfo"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   delete_drawing: {
@@ -4556,15 +4935,18 @@ export interface operations {
         };
         content?: never;
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   start_run: {
@@ -4589,15 +4971,18 @@ export interface operations {
           "application/json": components["schemas"]["RunState"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   pause_run: {
@@ -4618,6 +5003,18 @@ export interface operations {
           "application/json": components["schemas"]["RunState"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   resume_run: {
@@ -4638,6 +5035,18 @@ export interface operations {
           "application/json": components["schemas"]["RunState"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   stop_run: {
@@ -4658,6 +5067,18 @@ export interface operations {
           "application/json": components["schemas"]["RunState"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_runs: {
@@ -4678,6 +5099,18 @@ export interface operations {
           "application/json": components["schemas"]["RunResult"][];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   recording_profiles: {
@@ -4698,6 +5131,18 @@ export interface operations {
           "application/json": components["schemas"]["ProfileInfo"][];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   recording_quick: {
@@ -4723,15 +5168,18 @@ export interface operations {
           "application/json": components["schemas"]["Quick"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   recordings: {
@@ -4756,15 +5204,18 @@ export interface operations {
           "application/json": components["schemas"]["Recording"][];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   start_recording: {
@@ -4789,15 +5240,18 @@ export interface operations {
           "application/json": components["schemas"]["RecordingState"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   stop_recording: {
@@ -4818,6 +5272,18 @@ export interface operations {
           "application/json": components["schemas"]["Recording"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   recording_file: {
@@ -4831,22 +5297,54 @@ export interface operations {
     };
     requestBody?: never;
     responses: {
-      /** @description Successful Response */
+      /** @description The file */
       200: {
         headers: {
           [name: string]: unknown;
         };
-        content?: never;
+        content: {
+          "application/octet-stream": string;
+        };
       };
-      /** @description Validation Error */
-      422: {
+      /** @description The range that was asked for */
+      206: {
         headers: {
           [name: string]: unknown;
         };
         content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
+          "application/octet-stream": string;
+          "multipart/byteranges": string;
         };
       };
+      /** @description A range that is none */
+      400: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/plain": string;
+        };
+      };
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      /** @description A range beyond the end */
+      416: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/plain": string;
+        };
+      };
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   recording: {
@@ -4869,15 +5367,18 @@ export interface operations {
           "application/json": components["schemas"]["Recording"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   remove_recording: {
@@ -4898,15 +5399,18 @@ export interface operations {
         };
         content?: never;
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   edit_recording: {
@@ -4933,15 +5437,18 @@ export interface operations {
           "application/json": components["schemas"]["Recording"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   recording_metrics: {
@@ -4964,15 +5471,18 @@ export interface operations {
           "application/json": components["schemas"]["Measured"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   recording_signals: {
@@ -4995,15 +5505,18 @@ export interface operations {
           "application/json": components["schemas"]["SignalInfo"][];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   export_recording: {
@@ -5022,22 +5535,58 @@ export interface operations {
     };
     requestBody?: never;
     responses: {
-      /** @description Successful Response */
+      /** @description The file */
       200: {
         headers: {
           [name: string]: unknown;
         };
-        content?: never;
+        content: {
+          "text/csv": string;
+          "application/vnd.apache.parquet": string;
+          "application/octet-stream": string;
+        };
       };
-      /** @description Validation Error */
-      422: {
+      /** @description The range that was asked for */
+      206: {
         headers: {
           [name: string]: unknown;
         };
         content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
+          "text/csv": string;
+          "application/vnd.apache.parquet": string;
+          "application/octet-stream": string;
+          "multipart/byteranges": string;
         };
       };
+      /** @description A range that is none */
+      400: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/plain": string;
+        };
+      };
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      /** @description A range beyond the end */
+      416: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/plain": string;
+        };
+      };
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   recording_path: {
@@ -5065,15 +5614,18 @@ export interface operations {
           "application/json": components["schemas"]["DrawingBody"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   import_recording: {
@@ -5102,15 +5654,18 @@ export interface operations {
           "application/json": components["schemas"]["Recording"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   history_csv: {
@@ -5126,22 +5681,27 @@ export interface operations {
     };
     requestBody?: never;
     responses: {
-      /** @description Successful Response */
+      /** @description The file */
       200: {
         headers: {
           [name: string]: unknown;
         };
-        content?: never;
-      };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
         content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
+          "text/csv": string;
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_gains: {
@@ -5162,6 +5722,18 @@ export interface operations {
           "application/json": components["schemas"]["GainPreset"][];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   save_gains: {
@@ -5184,15 +5756,18 @@ export interface operations {
           "application/json": components["schemas"]["GainPreset"][];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   delete_gains: {
@@ -5215,15 +5790,18 @@ export interface operations {
           "application/json": components["schemas"]["GainPreset"][];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_actuators: {
@@ -5244,6 +5822,18 @@ export interface operations {
           "application/json": components["schemas"]["ActuatorChoice"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   change_actuator: {
@@ -5268,15 +5858,18 @@ export interface operations {
           "application/json": unknown;
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_layouts: {
@@ -5297,6 +5890,18 @@ export interface operations {
           "application/json": string[];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_layout: {
@@ -5319,15 +5924,18 @@ export interface operations {
           "application/json": components["schemas"]["PlotLayout"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   keep_layout: {
@@ -5354,15 +5962,18 @@ export interface operations {
           "application/json": components["schemas"]["PlotLayout"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   delete_layout: {
@@ -5383,15 +5994,48 @@ export interface operations {
         };
         content?: never;
       };
-      /** @description Validation Error */
-      422: {
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  may_look_on: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      204: {
         headers: {
           [name: string]: unknown;
         };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
+        content?: never;
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_healthz: {
@@ -5412,7 +6056,18 @@ export interface operations {
           "application/json": components["schemas"]["Healthz"];
         };
       };
-      /** @description Service Unavailable */
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      /** @description Something is not well */
       503: {
         headers: {
           [name: string]: unknown;
@@ -5432,15 +6087,27 @@ export interface operations {
     };
     requestBody?: never;
     responses: {
-      /** @description Successful Response */
+      /** @description Prometheus' text format */
       200: {
         headers: {
           [name: string]: unknown;
         };
         content: {
-          "text/plain; version=1.0.0; charset=utf-8": unknown;
+          "text/plain": string;
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_faults: {
@@ -5461,6 +6128,18 @@ export interface operations {
           "application/json": components["schemas"]["TwinFaults-Output"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   inject_faults: {
@@ -5485,15 +6164,18 @@ export interface operations {
           "application/json": components["schemas"]["TwinFaults-Output"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   change_look: {
@@ -5518,15 +6200,18 @@ export interface operations {
         };
         content?: never;
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   change_path: {
@@ -5552,15 +6237,18 @@ export interface operations {
         };
         content?: never;
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   play: {
@@ -5587,15 +6275,18 @@ export interface operations {
           "application/json": components["schemas"]["Playback"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   end_playback: {
@@ -5616,15 +6307,18 @@ export interface operations {
         };
         content?: never;
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   live_messageslive_post: {

@@ -37,7 +37,7 @@ export class Connection {
   ) {
     this.socket = new LiveSocket(liveUrl(window.location), {
       opened: () => {
-        page.patch({ online: true });
+        page.patch({ online: true, shutOut: "" });
       },
       closed: () => {
         this.closed();
@@ -98,14 +98,16 @@ export class Connection {
     this.page.patch({ online: false, rigLive: false });
     this.live.roundTrip = NaN;
     this.listener.disconnected();
-    if (!wasOnline) void this.checkSession();
+    if (!wasOnline) void this.askWhy();
   }
 
-  /** The server answers but refuses the socket: the session may be over. */
-  private async checkSession(): Promise<void> {
+  /** No socket came about: the session may be over, or there are too many pages. */
+  private async askWhy(): Promise<void> {
     try {
-      await rest.session();
+      await rest.mayLookOn();
+      this.page.patch({ shutOut: "" });
     } catch (error) {
+      this.page.patch({ shutOut: error instanceof Refusal ? error.message : "" });
       if (!isSignedOut(error)) return;
       this.socket.stop();
       this.page.patch({ session: "absent" });

@@ -32,6 +32,8 @@ export interface Page {
   readonly compared: readonly string[];
   readonly session: "unknown" | "absent" | "present";
   readonly online: boolean;
+  /** Why the server does not take this page in, "" where it does or does not answer. */
+  readonly shutOut: string;
   readonly rigLive: boolean;
   /** My session's name and role, and whether others can read along. */
   readonly me: Omit<Session, "lease">;
@@ -75,6 +77,7 @@ export const EMPTY_PAGE: Page = {
   compared: [],
   session: "unknown",
   online: false,
+  shutOut: "",
   rigLive: false,
   me: { name: "", role: "viewer", unprotected: false },
   lease: { held: false, mine: false, holder: "", clutch: false },
