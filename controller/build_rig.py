@@ -63,6 +63,7 @@ def no_sample() -> Sensing:
         seen=unknown.copy(),
         age=np.zeros(1),
         off=unknown,
+        fast=np.zeros(1),
         met_ns=np.zeros(SENSORS, np.int64),
     )
 

@@ -10,7 +10,9 @@ from controller.kernels.rod import Array
 from controller.kernels.safety import is_live, speed_of
 
 WHIP = 2.0
-"""Faster than this only steps are, and arms that gains make whip [m/s]: what happens to them in 10 ms is no jump."""
+"""Faster than this an arm whips [m/s], at a step or a start from straight: what it does within 10 ms is no jump."""
+WHIP_TIME = 0.1
+"""Time constant with which it comes to rest after that [s]."""
 
 
 class Sensing(NamedTuple):
@@ -28,6 +30,8 @@ class Sensing(NamedTuple):
     """(1,) by how long the observer carries p on with v [s]."""
     off: Array
     """Each marker's distance from the model in the last sample that was used (10,2) [m]; nan before the first."""
+    fast: Array
+    """(1,) the highest speed of any marker or of the model's tip, fading [m/s]."""
     met_ns: np.ndarray
     """(10,) capture time of the last sample in which each marker was seen, used or not."""
 
@@ -63,17 +67,18 @@ def drop_jumps(control, sensing, points, measurement):
     """
     state, limits = control.state[0], control.limits[0]
     state.jumped = 0
+    whip = max(0.0, fastest(control, sensing, measurement) - WHIP)
     for i in range(points.shape[0]):
         x, y = measurement.markers[i, 0] - points[i, 0], measurement.markers[i, 1] - points[i, 1]
         if math.isfinite(x + y):
             since = (measurement.t_ns - sensing.met_ns[i]) * 1e-9
             sensing.met_ns[i] = measurement.t_ns
-            whip = max(0.0, max(speed_of(control.v), math.hypot(sensing.v[i, 0], sensing.v[i, 1])) - WHIP)
             room = limits.jump_max + (limits.jump_speed + 2.0 * whip) * since
-            steady = step(sensing, measurement, i, since) <= room  # nan, not seen in the last sample: no
+            steady = off_course(sensing, measurement, i, since) <= room  # nan, not seen in the last sample: no
             dropped = math.isnan(sensing.p[i, 0]) and math.isfinite(sensing.seen[i, 0])
-            apart = math.hypot(x - sensing.off[i, 0], y - sensing.off[i, 1])
-            if is_live(state.mode) and (dropped if steady else apart > room):
+            apart = math.hypot(x - sensing.off[i, 0], y - sensing.off[i, 1]) > room
+            back = not steady or whip > 0.0
+            if is_live(state.mode) and ((dropped and not back) or (apart and (dropped or not steady))):
                 state.jumped |= 1 << i
             else:
                 sensing.off[i, 0], sensing.off[i, 1] = x, y
@@ -81,7 +86,18 @@ def drop_jumps(control, sensing, points, measurement):
 
 
 @kernel
-def step(sensing, measurement, i, since):
+def fastest(control, sensing, measurement):
+    """The highest speed lately, of any marker or of the model's tip [m/s]."""
+    fast = sensing.fast[0] * math.exp(-(measurement.t_ns - sensing.sample_ns[0]) * 1e-9 / WHIP_TIME)
+    fast = max(fast, speed_of(control.v))
+    for i in range(sensing.v.shape[0]):
+        fast = max(fast, math.hypot(sensing.v[i, 0], sensing.v[i, 1]))
+    sensing.fast[0] = fast
+    return fast
+
+
+@kernel
+def off_course(sensing, measurement, i, since):
     """How far marker i is from where its own motion had led it, `since` [s] after it was seen last [m]."""
     x = measurement.markers[i, 0] - sensing.seen[i, 0] - sensing.v[i, 0] * since
     return math.hypot(x, measurement.markers[i, 1] - sensing.seen[i, 1] - sensing.v[i, 1] * since)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from controller.modes import Cause, Mode, Request
-from controller.parameters import SafetyLimits
 from tests.controller.desk import Desk
 from tests.controller.trial import SOFT, Trial, twin_with
 
@@ -212,8 +211,7 @@ def test_a_persistent_tracking_error_in_reach_is_a_fault() -> None:
 
 def test_a_loop_that_swings_about_its_target_is_a_fault() -> None:
     """Gains within their bounds can make the tip whip through its reference: it is near it five times a second."""
-    no_jump = SafetyLimits(jump_max=1.0, jump_speed=10.0)  # a tip at 12 m/s looks like one, and faults too, but earlier
-    trial = Trial(parameters=twin_with(**SOFT).model_copy(update={"limits": no_jump}), K_P=(1.5, 1.5), K_I=(3.0, 3.0))
+    trial = Trial(parameters=twin_with(**SOFT), K_P=(1.5, 1.5), K_I=(3.0, 3.0))
     trial.arm()
     rows = trial.follow(0.1, 0.12, 12.0)
     faults = np.flatnonzero(rows["mode"] == X)
