@@ -1,4 +1,4 @@
-"""rerun's own page with what we change in it: it asks with our cookie, tells of Esc, starts sooner."""
+"""rerun's own page with what we change in it: it asks with our cookie, tells of Esc, starts sooner, waits behind."""
 
 from importlib.metadata import version
 
@@ -8,6 +8,21 @@ VERSION = version("rerun-sdk")
 
 QUIET = b"""<script>console.debug = () => {};</script>"""
 """The viewer tells there of every shader that it compiles: thousands of lines, seconds of the first frame."""
+
+OPEN_WHEN_TOLD = b"""<script>
+const plainFocus = HTMLElement.prototype.focus;
+let behind = !new URLSearchParams(location.search).has("url");
+HTMLElement.prototype.focus = function (options) {
+  if (!behind) plainFocus.call(this, options);
+};
+addEventListener("message", ({ origin, data }) => {
+  if (origin !== location.origin || data.tendril !== "open") return;
+  behind = false;
+  _handle.add_receiver(data.url);
+});
+</script>"""
+"""So a viewer can start behind something else. It takes the focus as it starts: whoever writes there, or has a finger
+on the key for HOLD, must keep it. `_handle` is there before rerun's page says READY."""
 
 CHANGES = (
     (b"delete WebAssembly.instantiateStreaming;", b""),
@@ -28,5 +43,5 @@ def rerun_page(shipped: bytes) -> bytes:
     """What we serve for `shipped`, the page in rerun's wheel; where it has nothing of CHANGES, it works as shipped."""
     for old, new in CHANGES:
         shipped = shipped.replace(old, new.replace(b"VERSION", VERSION.encode()), 1)
-    ours = SEND_COOKIE + TELL_ESCAPE + QUIET
+    ours = SEND_COOKIE + TELL_ESCAPE + QUIET + OPEN_WHEN_TOLD
     return shipped.replace(b"</head>", ours + b"</head>", 1)
