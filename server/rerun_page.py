@@ -19,10 +19,12 @@ addEventListener("message", ({ origin, data }) => {
   if (origin !== location.origin || data.tendril !== "open") return;
   behind = false;
   _handle.add_receiver(data.url);
+  _handle.override_panel_state("top");
 });
 </script>"""
 """So a viewer can start behind something else. It takes the focus as it starts: whoever writes there, or has a finger
-on the key for HOLD, must keep it. `_handle` is there before rerun's page says READY."""
+on the key for HOLD, must keep it. `_handle` is there before rerun's page says READY. A viewer at rest finds what was
+added with its next frame only; to override nothing makes it draw one."""
 
 CHANGES = (
     (b"delete WebAssembly.instantiateStreaming;", b""),

@@ -3,10 +3,10 @@
 import re
 
 import pytest
-from playwright.sync_api import Page, Request, expect
+from playwright.sync_api import BrowserContext, Page, Request, expect
 
 from recordings.messages import Recording
-from tests.e2e.product import Product, pixels_of, shot, wait_until
+from tests.e2e.product import Product, open_page, pixels_of, shot, wait_until
 from tests.e2e.recorded import record_circle
 
 OBSERVER_BLUE = (0x56, 0xB4, 0xE9)
@@ -62,6 +62,17 @@ def test_the_viewer_is_ready_behind_the_quick_look_and_opens_the_recording_when_
     expect(frame).to_have_count(0)
 
 
+def test_a_viewer_at_rest_opens_what_it_is_told_without_anything_that_moves(
+    page: Page, product: Product, made: Recording, asked: list[str]
+) -> None:
+    page.goto(f"{product.origin}/rerun/?hide_welcome_screen&persist=0")
+    wait_until(lambda: page.evaluate("!!window._handle"), 60.0)
+    page.wait_for_timeout(3000)  # its first frames are drawn
+    url = f"{product.origin}/api/recordings/{made.id}.rrd"
+    page.evaluate("(url) => postMessage({ tendril: 'open', url }, location.origin)", url)
+    wait_until(lambda: page.wait_for_timeout(100) or ".rrd" in asked, 30.0)
+
+
 def test_esc_in_the_viewer_that_was_started_behind_reaches_our_page(page: Page, made: Recording) -> None:
     open_recording(page, made)
     expect(page.get_by_test_id("viewer")).to_have_attribute("data-ready", "true", timeout=60_000)
@@ -73,6 +84,18 @@ def test_esc_in_the_viewer_that_was_started_behind_reaches_our_page(page: Page, 
     page.get_by_test_id("viewer").click(position={"x": 300, "y": 5})
     page.keyboard.press("Escape")
     wait_until(lambda: page.evaluate("window.heard === true"), 20.0)
+
+
+def test_a_viewer_that_nobody_looks_at_is_let_go(context: BrowserContext, product: Product, made: Recording) -> None:
+    context.clock.install()
+    page = open_page(context, product)
+    open_recording(page, made)
+    frame = page.get_by_test_id("viewer")
+    expect(frame).to_have_count(1)
+    context.clock.fast_forward(121_000)
+    expect(frame).to_have_count(0)
+    sight(page, "Signals")
+    expect(frame).to_have_attribute("data-ready", "true", timeout=60_000)
 
 
 def open_recording(page: Page, recording: Recording) -> None:
