@@ -133,14 +133,20 @@ export function drawingUrl(name: string): string {
   return `/api/drawings/${encodeURIComponent(name)}`;
 }
 
-/** Address of rerun's own viewer, showing the recording `id` of the server at `origin`. */
+/** Address at which rerun's viewer gets the recording `id` of the server at `origin`. */
+export function recordingUrl(origin: string, id: string): string {
+  return `${origin}/api/recordings/${encodeURIComponent(id)}.rrd`;
+}
+
+/** Address of rerun's own viewer, showing the recording `id` of the server at `origin`; with null it shows nothing yet. */
 export function viewerUrl(
   origin: string,
-  id: string,
+  id: string | null,
   theme: "dark" | "light",
   renderer: string | null,
 ): string {
-  const query = new URLSearchParams({ url: `${origin}/api/recordings/${encodeURIComponent(id)}.rrd` });
+  const query = new URLSearchParams();
+  if (id !== null) query.set("url", recordingUrl(origin, id));
   if (renderer !== null) query.set("renderer", renderer);
   return `/rerun/?${query.toString()}&hide_welcome_screen&persist=0&theme=${theme}`;
 }
