@@ -52,24 +52,29 @@ types: .venv/installed frontend/node_modules/installed
 test-page: frontend/node_modules/installed
 	cd frontend && $(NODE) npm test --silent
 
-# What keeps time or kills processes runs alone, the rest on all cores.
+# What keeps time or kills processes runs apart from what takes all cores, two at a time; the campaign runs alone.
+CAMPAIGN := tests/server/test_campaign.py
 ALONE := $(patsubst %,tests/controller/test_%.py,clock link link_guarded loop pool rig ring supervisor) \
-	$(patsubst %,tests/server/test_%.py,chain killed_rig live runs trouble two_machines viser) \
+	$(patsubst %,tests/server/test_%.py,chain killed_rig live load logs runs shutdown) \
+	$(patsubst %,tests/server/test_%.py,trouble two_machines viser) \
 	$(patsubst %,tests/recordings/test_%.py,killed recorder)
 test-python: setup
-	$(BIN)/python -m pytest tests --ignore tests/e2e $(ALONE:%=--ignore %) -n auto --dist loadfile
-	$(BIN)/python -m pytest $(ALONE)
+	$(BIN)/python -m pytest tests --ignore tests/e2e $(ALONE:%=--ignore %) --ignore $(CAMPAIGN) -n auto --dist loadfile -m "not long"
+	$(BIN)/python -m pytest $(ALONE) -n 2 --dist loadfile
+	$(BIN)/python -m pytest $(CAMPAIGN)
 
 test-browser: setup chromium
 	$(BIN)/python -m pytest tests/e2e -rP -m "not long"
 
 test-long: setup chromium
-	$(BIN)/python -m pytest tests/e2e -rP -m long
+	$(BIN)/python -m pytest tests/e2e tests/server/test_fuzz.py tests/server/test_openapi.py -rP -m long
 
-# The page's types follow the server's OpenAPI; `make types` compares.
+# The page's types follow the server's OpenAPI; `make types` compares. docs/safety.md follows the loop's tables.
 schema: .venv/installed frontend/node_modules/installed
 	$(BIN)/tendril schema > .venv/openapi.json
 	cd frontend && $(NODE) npm run --silent types -- ../.venv/openapi.json
+	$(BIN)/python -m server.faults.table
+	$(BIN)/python -m controller.safety_tables
 
 # Exact versions with hashes for every supported Python, without any registry address.
 lock: .venv/installed

@@ -10,11 +10,23 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
+_CONSTANTS = ("modes.py", "states.py")
+"""Not compiled themselves, but their numbers are compiled into the kernels."""
+
+
+def compiled_sources() -> list[Path]:
+    """All files on which the machine code of the kernels depends."""
+    paths = sorted(Path(__file__).parent.rglob("*.py"))
+    return [path for path in paths if path.name in _CONSTANTS or _is_compiled(path.read_bytes())]
+
+
+def _is_compiled(source: bytes) -> bool:
+    return b"numba" in source or b"compiled" in source
+
 
 def _cache_folder() -> str:
     """Folder of compiled kernels for exactly these sources and these library versions."""
-    sources = [path.read_bytes() for path in sorted(Path(__file__).parent.rglob("*.py"))]
-    digest = hashlib.sha256(b"".join(source for source in sources if b"numba" in source or b"compiled" in source))
+    digest = hashlib.sha256(b"".join(path.read_bytes() for path in compiled_sources()))
     digest.update(f"{version('numba')} {version('numpy')}".encode())
     root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return str(Path(root, "tendril", "numba", digest.hexdigest()[:16]))

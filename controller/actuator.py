@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import tomllib
 from itertools import pairwise
 from pathlib import Path
@@ -22,6 +23,9 @@ BEYOND = 1.1
 
 FOLDER = Path(__file__).parent / "actuators"
 """The paper's actuators, in the format of any other."""
+PARTS_MAX = 10
+"""Parts of a TOML key: tomllib takes hours for one of 100 000."""
+_DEEP = re.compile(r"""(?:\.[ \t]*(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*){10}""", re.ASCII)
 
 T = TypeVar("T")
 
@@ -163,11 +167,15 @@ def read_actuator(source: str | Path) -> Actuator:
 
 def parse_actuator(text: str, source: str) -> Actuator:
     """The actuator in the TOML `text`; ParameterError names `source` and what is wrong in it."""
+    if (found := _DEEP.search(text)) is not None:
+        raise ParameterError(f"{source}: a key has more than {PARTS_MAX} parts: {found[0][:40]}...")
     try:
         return Actuator.model_validate(tomllib.loads(text))
     except ValidationError as error:
         raise ParameterError(f"{source}: {sentence(error)}") from error
-    except tomllib.TOMLDecodeError as error:
+    except RecursionError as error:
+        raise ParameterError(f"{source} is not TOML of an actuator: it is nested too deeply") from error
+    except ValueError as error:  # tomllib lets pass what int() refuses
         raise ParameterError(f"{source} is not TOML: {error}") from error
 
 

@@ -11,10 +11,11 @@ from controller.kernels.energy import make_ledger, open_ledger
 from controller.kernels.implicit import make_implicit_work
 from controller.kernels.inverse import StaticMap
 from controller.kernels.memory import PLAN, STATE, Control, Rig
-from controller.kernels.observer import Observer, Sensing, Springs, reset_observer, step
+from controller.kernels.observer import Observer, Springs, reset_observer, step
 from controller.kernels.polygon import Polygon, admissible
 from controller.kernels.rod import Array, RodModel, make_load, make_work
-from controller.kernels.statics import at_rest, places, static_tip
+from controller.kernels.sensing import Sensing
+from controller.kernels.statics import at_rest, places, points_on, static_tip
 from controller.layout import to_record
 from controller.modes import Cause, Integrator
 from controller.parameters import BACKBONE_POINTS, SENSORS, ControllerParameters, RigParameters
@@ -49,8 +50,22 @@ def build_rig(parameters: RigParameters, boot: int) -> Rig:
         plan=np.zeros(1, PLAN),
         state=state,
     )
-    sensing = Sensing(np.zeros(1, np.int64), np.full((SENSORS, 2), math.nan), np.zeros((SENSORS, 2)), np.zeros(1))
-    return Rig(control, observer, sensing)
+    return Rig(control, observer, no_sample())
+
+
+def no_sample() -> Sensing:
+    """Before the first sample of the markers."""
+    unknown = np.full((SENSORS, 2), math.nan)
+    return Sensing(
+        sample_ns=np.zeros(1, np.int64),
+        p=unknown.copy(),
+        v=np.zeros((SENSORS, 2)),
+        seen=unknown.copy(),
+        age=np.zeros(1),
+        off=unknown,
+        fast=np.zeros(1),
+        met_ns=np.zeros(SENSORS, np.int64),
+    )
 
 
 def observer_model(parameters: RigParameters) -> RodModel:
@@ -86,7 +101,9 @@ def build_observer(model: RodModel, controller: ControllerParameters) -> Observe
         backbone=places(model, length * np.arange(BACKBONE_POINTS) / (BACKBONE_POINTS - 1)),
         points=np.zeros((SENSORS, 2)),
     )
-    return observer._replace(B_max=largest_damping(observer))
+    B_max = largest_damping(observer)
+    points_on(observer.state.q, observer.sensors, observer.points)
+    return observer._replace(B_max=B_max)
 
 
 def largest_damping(observer: Observer) -> float:

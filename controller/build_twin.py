@@ -32,6 +32,7 @@ def build_twin(parameters: RigParameters) -> Twin:
     rods, length, bends = twin.rods, actuator.length, np.diff(model.rest, prepend=0.0)
     period, latency = max(1, round(twin.marker_period / dt)), round(twin.marker_latency / dt)
     waiting = latency // period + 1
+    pneumatics = chambers(parameters)
     return Twin(
         model=model,
         state=at_rest(model),
@@ -42,7 +43,7 @@ def build_twin(parameters: RigParameters) -> Twin:
         sheet=Sheet(twin.friction, twin.slip, np.zeros((2, rods))),
         creep=Creep(np.array(twin.creep), np.array(twin.creep_time), np.tile(bends, (2, 1))),
         hysteresis=Hysteresis(twin.hysteresis, twin.hysteresis_bend / rods, np.zeros(rods), bends.copy()),
-        chambers=chambers(parameters),
+        chambers=pneumatics,
         camera=Camera(
             markers=places(model, length * np.arange(1, SENSORS + 1) / SENSORS),
             noise=twin.marker_noise,
@@ -51,7 +52,13 @@ def build_twin(parameters: RigParameters) -> Twin:
             t_ns=np.zeros(waiting, np.int64),
             points=np.zeros((waiting, SENSORS, 2)),
         ),
-        faults=Faults(np.zeros(3), np.zeros(1, np.int64), np.array([twin.seed ^ FAULT_SEED], np.uint64)),
+        faults=Faults(
+            values=np.zeros(5),
+            rods=np.zeros(1, np.int64),
+            freeze=np.zeros(1, np.int64),
+            pneumatics=pneumatics.broken,
+            seed=np.array([twin.seed ^ FAULT_SEED], np.uint64),
+        ),
         backbone=places(model, length * np.arange(BACKBONE_POINTS) / (BACKBONE_POINTS - 1)),
         ticks=np.zeros(1, np.int64),
         seed=np.array([twin.seed], np.uint64),
@@ -63,10 +70,12 @@ def chambers(parameters: RigParameters) -> Chambers:
     twin, dt = parameters.twin, parameters.controller.dt
     return Chambers(
         pressure=np.zeros(4),
+        sensed=np.zeros(4),
         spool=np.full(4, -twin.valve_offset),
         integral=np.full(4, -twin.valve_offset),
         line=np.zeros((round(twin.dead_time / dt) + 1, 4)),
         valve=tuned_valve(twin, dt),
+        broken=np.zeros(3, np.int64),
         torque_per_pascal=twin.kappa * np.array(twin.torque_gain) / np.array(parameters.actuator.pressure_map),
     )
 

@@ -9,7 +9,7 @@ from pydantic import Field as Bounds
 
 from controller.layout import Model
 from controller.layout import Quantity as Q
-from controller.modes import Cause, Mode, Request
+from controller.modes import Cause, Freeze, Mode, Request
 from controller.parameters import BACKBONE_POINTS, SENSORS, RigParameters, Settings
 
 Pair = Annotated[tuple[float, float], Q("m", shape=(2,))]
@@ -18,6 +18,8 @@ Chambers = Annotated[tuple[float, float, float, float], Q("Pa", shape=(4,))]
 Sensors = Annotated[list[tuple[float, float]], Q("m", shape=(SENSORS, 2))]
 Backbone = Annotated[list[tuple[float, float]], Q("m", shape=(BACKBONE_POINTS, 2), storage="<f4")]
 Coordinate = Annotated[float, Bounds(ge=-2.0, le=2.0)]
+Jump = Annotated[float, Bounds(ge=-0.2, le=0.2)]
+ChamberBits = Annotated[int, Bounds(ge=0, lt=2**4), Q("1")]
 
 
 class Command(Model):
@@ -110,7 +112,7 @@ class Telemetry(Model):
     ledger: Annotated[float, Q("J")]
     """H minus the integral of the four powers since the start: the integrator's error."""
     markers: Sensors
-    """Measured markers; nan where not seen."""
+    """Measured markers; nan where not seen, or not used because they jumped."""
     backbone: Backbone
     """Observer's backbone."""
     twin_backbone: Backbone
@@ -118,7 +120,7 @@ class Telemetry(Model):
 
 
 class TwinFaults(Model):
-    """What is injected into the twin's markers beside its own noise; off with every life of the rig."""
+    """What is injected into the twin beside its own flaws; off with every life of the rig."""
 
     noise: Annotated[float, Bounds(ge=0.0, le=0.02), Q("m", "sigma")] = 0.0
     """Added standard deviation of each coordinate."""
@@ -127,7 +129,17 @@ class TwinFaults(Model):
     marker_loss: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1")] = 0.0
     """Probability that a marker is not seen in a sample."""
     rods: Annotated[int, Bounds(ge=0, lt=2**SENSORS), Q("1")] = 2**SENSORS - 1
-    """Bit i-1 set: noise and loss of markers meet rod i."""
+    """Bit i-1 set: noise, jump and loss of markers meet rod i."""
+    jump: Annotated[tuple[Jump, Jump], Q("m", shape=(2,))] = (0.0, 0.0)
+    """By how much markers are measured beside where they are."""
+    freeze: Freeze = Freeze.OFF
+    """Samples of all markers repeat the last one."""
+    sensors_stuck: ChamberBits = 0
+    """Bit i set: the pressure sensor of chamber i (u1+, u1-, u2+, u2-) keeps its value, also for its valve's loop."""
+    valves_stuck: ChamberBits = 0
+    """Bit i set: the spool of chamber i stays where it is."""
+    supply_lost: bool = False
+    """The supply line is open to the atmosphere: all chambers empty, whatever is commanded."""
 
 
 class CommandReply(Model):

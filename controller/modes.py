@@ -73,3 +73,20 @@ class Cause(IntEnum):
     NO_REFERENCE = 15
     NO_OPERATOR = 16
     """Refused: a moving mode needs an operator who is present."""
+    MEASUREMENT_FROZEN = 17
+    """Samples come, but nothing moves in them though the torque changed."""
+    MEASUREMENT_JUMPED = 18
+    """Samples come, but further off than the arm can have moved."""
+    PRESSURE_MISMATCH = 19
+    """The chambers do not follow their setpoints: sensor, valve or supply."""
+    TOO_FAST = 20
+
+
+class Freeze(IntEnum):
+    """How the twin's motion capture is frozen."""
+
+    OFF = 0
+    OLD_TIME = 1
+    """The last sample is delivered again as it was, so nothing new is."""
+    FRESH_TIME = 2
+    """The last positions are delivered under new times of capture."""

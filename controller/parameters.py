@@ -83,6 +83,8 @@ class ControllerParameters(Model):
     """Bound on the rate of u_ff at a change of branch, and of u in OPEN_LOOP (ours)."""
     rest_rate: Annotated[float, Bounds(gt=0.0, le=1.0), Q("N m/s", "u_dot_rest")] = 0.03
     """Rate at which u is brought to zero in REST and FAULT (ours)."""
+    torque_slew_max: Annotated[float, Bounds(gt=0.0, le=100.0), Q("N m/s")] = 5.0
+    """Bound on the rate of u in HOLD and FOLLOW, feedback and all (ours); a planned reference may step."""
 
 
 class SafetyLimits(Model):
@@ -98,8 +100,20 @@ class SafetyLimits(Model):
     loop_gap: Annotated[float, Bounds(gt=0.0, le=1.0), Q("s")] = 0.05
     error_max: Annotated[float, Bounds(gt=0.0, le=1.0), Q("m")] = 0.08
     error_time: Annotated[float, Bounds(gt=0.0, le=60.0), Q("s")] = 2.0
+    jump_max: Annotated[float, Bounds(gt=0.0, le=1.0), Q("m")] = 0.03
+    """A marker that leaves its own course, and the model's, by more than this between two samples is not used."""
+    jump_speed: Annotated[float, Bounds(ge=0.0, le=10.0), Q("m/s")] = 0.5
+    """Added to jump_max for the time between the two samples."""
+    frozen_time: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.2
+    frozen_torque: Annotated[float, Bounds(gt=0.0, le=0.2), Q("N m")] = 0.003
+    speed_max: Annotated[float, Bounds(gt=0.0, le=100.0), Q("m/s")] = 20.0
+    """Five times as fast as a step of the paper: beyond, gains make the observer diverge."""
+    pressure_off_max: Annotated[float, Bounds(gt=0.0, le=1e6), Q("Pa")] = 30e3
+    pressure_off_time: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.3
     pressure_max: Annotated[float, Bounds(gt=0.0, le=1e6), Q("Pa")] = 340e3
     """A measured chamber pressure above this is an E-STOP."""
+    pressure_min: Annotated[float, Bounds(ge=-1e5, lt=0.0), Q("Pa")] = -20e3
+    """So is one below this: gauge pressure, so a sensor or its wire is broken."""
 
 
 class TwinParameters(Model):

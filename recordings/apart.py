@@ -24,7 +24,7 @@ def apart(work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
     """`work(*arguments, **named)` elsewhere: its result or its error; Killed when it was killed. It ends when we do."""
     context = get_context("spawn")
     ours, theirs = context.Pipe(duplex=False)
-    process = context.Process(target=_answer, args=(theirs, work, arguments, named), daemon=True)
+    process = context.Process(target=_answer, args=(theirs, NICE, work, arguments, named), daemon=True)
     process.start()
     theirs.close()
     try:
@@ -40,10 +40,12 @@ def apart(work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
     return found
 
 
-def _answer(to: Connection, work: Callable[..., Any], arguments: tuple[Any, ...], named: Mapping[str, Any]) -> None:
+def _answer(
+    to: Connection, nice: int, work: Callable[..., Any], arguments: tuple[Any, ...], named: Mapping[str, Any]
+) -> None:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())  # so that a program that we run is ended too
     end_with_parent()
-    os.nice(NICE)
+    os.nice(nice)
     try:
         result = work(*arguments, **named)
     except Exception as error:

@@ -11,6 +11,7 @@ from pydantic import TypeAdapter
 
 from controller.errors import RecordingError
 from controller.layout import Model
+from controller.whole_file import SHARED, write_whole
 from recordings import sidecar
 from recordings.messages import Recording
 
@@ -88,10 +89,9 @@ class Catalogue:
             return {}
 
     def _save(self, entries: dict[str, Entry]) -> None:
-        draft = self._folder / f"{INDEX}.{os.getpid()}"
         with contextlib.suppress(OSError):  # a full disk makes the next start slower, no more
-            draft.write_bytes(ENTRIES.dump_json(entries, exclude_defaults=True))
-            draft.replace(self._folder / INDEX)
+            text = ENTRIES.dump_json(entries, exclude_defaults=True)
+            write_whole(self._folder / INDEX, text, SHARED, lasting=False)
 
 
 @contextlib.contextmanager

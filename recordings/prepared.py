@@ -5,6 +5,8 @@ A hidden file: the mark of the data it was made from, then the text. It may be d
 
 from pathlib import Path
 
+from controller.whole_file import SHARED, write_whole
+
 Mark = tuple[int, int]
 """Size [B] and time of change [ns]."""
 
@@ -17,9 +19,7 @@ def mark(data: Path) -> Mark:
 
 def keep(data: Path, made_from: Mark, text: bytes) -> None:
     """Keep `text`, in one step."""
-    draft = _file(data).with_suffix(".part")
-    draft.write_bytes(_head(made_from) + text)
-    draft.replace(_file(data))
+    write_whole(_file(data), _head(made_from) + text, SHARED, lasting=False)
 
 
 def kept(data: Path, now: Mark) -> bytes | None:

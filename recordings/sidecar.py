@@ -15,6 +15,7 @@ from typing import BinaryIO
 from pydantic import ValidationError
 
 from controller.errors import RecordingError
+from controller.whole_file import SHARED, write_whole
 from recordings.messages import Recording
 
 ID = re.compile(r"[0-9]{8}-[0-9]{6}(-[a-z0-9]{1,40}){0,25}", re.ASCII)
@@ -125,7 +126,7 @@ def write(folder: Path, recording: Recording) -> Recording:
             "starred": kept.starred or recording.starred,
         }
         written = recording.model_copy(update=edits)
-        _put(folder, written)
+        _put(folder, written, lasting=written.complete)  # while it is written, the next one comes in a second
     return written
 
 
@@ -133,16 +134,13 @@ def update(folder: Path, id: str, **changes: object) -> Recording:
     """Change some fields of the sidecar of `id`, and no others; RecordingError when it cannot be read."""
     with turn(folder):
         changed = read(folder, id).model_copy(update=changes)
-        _put(folder, changed)
+        _put(folder, changed, lasting=True)
     return changed
 
 
-def _put(folder: Path, recording: Recording) -> None:
+def _put(folder: Path, recording: Recording, lasting: bool) -> None:
     """Replace the sidecar in one step: a reader sees the old or the new one, whole."""
-    target = folder / f"{check_id(recording.id)}.json"
-    draft = target.with_suffix(".json.part")
-    draft.write_text(recording.model_dump_json(indent=1), encoding="utf-8")
-    draft.replace(target)
+    write_whole(folder / f"{check_id(recording.id)}.json", recording.model_dump_json(indent=1), SHARED, lasting)
 
 
 def read(folder: Path, id: str) -> Recording:

@@ -79,6 +79,11 @@ class Recorder:
         self._intake.is_open = False
         return self._intake.ask(self._stop)
 
+    @property
+    def alive(self) -> bool:
+        """Whether its thread still takes rows."""
+        return self._thread.is_alive()
+
     def state(self) -> RecordingState:
         """What the recorder does now; `problem` says why the last recording ended by itself."""
         return self._state

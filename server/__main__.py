@@ -1,9 +1,11 @@
 """`python -m server READY_FILE`: run one server with settings from the environment; see `tendril serve`."""
 
 import logging
+import os
 import sys
 from pathlib import Path
 
+from controller.logs import log_json
 from controller.parent import end_with_parent
 from server.complaints import one_line_errors
 from server.ready import announce_to
@@ -13,5 +15,7 @@ from server.settings import ServerSettings
 end_with_parent()
 logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
 logging.getLogger("httpx").setLevel(logging.WARNING)
+if os.environ.get("TENDRIL_LOG_FORMAT") == "json":  # before the settings are read, which may be refused
+    log_json("server")
 with one_line_errors():
     run_server(ServerSettings(), announce_to(Path(sys.argv[1])))

@@ -7,12 +7,15 @@ from enum import IntEnum
 from importlib.metadata import version
 from typing import Any
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 
-from controller.modes import Cause, Integrator, Law, Mode
+from controller.modes import Cause, Freeze, Integrator, Law, Mode
 from server import problems, proxy
+from server.answers import REFUSALS, say_once
 from server.gate import Gate
+from server.hosts import Hosts
 from server.messages import FromBrowser, FromServer
+from server.roles import authorise
 from server.routes import (
     alarms,
     command,
@@ -22,6 +25,7 @@ from server.routes import (
     layouts,
     lease,
     live,
+    monitoring,
     page,
     plots,
     presets,
@@ -58,17 +62,18 @@ _PARTS = (
     presets,
     layouts,
     live,
+    monitoring,
     page,
     rerun,
     faults,
     scene,
     proxy,
 )
-_ENUMERATIONS: tuple[type[IntEnum], ...] = (Cause, Integrator, Law, Mode)
+_ENUMERATIONS: tuple[type[IntEnum], ...] = (Cause, Freeze, Integrator, Law, Mode)
 
 
 class Api(FastAPI):
-    """FastAPI whose OpenAPI also names the members of our integer enumerations."""
+    """FastAPI whose OpenAPI names the members of our integer enumerations, and says each refusal once."""
 
     def openapi(self) -> dict[str, Any]:
         """The description from which the page's types are made."""
@@ -77,6 +82,7 @@ class Api(FastAPI):
             described = schema["components"]["schemas"].get(kind.__name__)
             if described is not None:
                 described["x-enum-varnames"] = [member.name for member in kind]
+        say_once(schema)
         return schema
 
 
@@ -84,7 +90,14 @@ def create_app(services: Services) -> FastAPI:
     """The ASGI application. It closes `services` when it shuts down."""
     app = _api()
     app.state.services = services
-    app.add_middleware(Gate, sessions=services.sessions)
+    app.add_middleware(
+        Gate,
+        sessions=services.sessions,
+        hosts=Hosts(services.settings),
+        rates=services.rates,
+        audit=services.audit,
+        refused=services.refused,
+    )
     return app
 
 
@@ -101,11 +114,12 @@ def _api() -> FastAPI:
         docs_url=None,
         redoc_url=None,
         lifespan=_lifespan,
+        responses=REFUSALS,
         generate_unique_id_function=lambda route: route.name,
     )
     problems.install(app)
     for part in _PARTS:
-        app.include_router(part.router)
+        app.include_router(part.router, dependencies=[Depends(authorise)])
     page.mount_assets(app)
     app.webhooks.post("live")(live_messages)
     return app

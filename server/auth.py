@@ -1,5 +1,6 @@
 """Who is who: the access token is exchanged once for a signed cookie with a random session id and a short name."""
 
+import asyncio
 import hashlib
 import hmac
 import secrets
@@ -12,7 +13,8 @@ from urllib.parse import urlsplit
 from itsdangerous import BadSignature, URLSafeTimedSerializer
 
 from controller.errors import TendrilError
-from server.settings import Secrets
+from server.rates import TryLater
+from server.tokens import ROLES, Role, Secrets
 
 FAILURES = 5
 """Wrong tokens that one address may send within `PERIOD`."""
@@ -27,8 +29,10 @@ class WrongToken(TendrilError):
     """The access token is not ours."""
 
 
-class TooManyAttempts(TendrilError):
-    """One address sent too many wrong tokens; wait."""
+class TooManyAttempts(TryLater):
+    """One address sent too many wrong tokens."""
+
+    wait = PERIOD
 
 
 @dataclass(frozen=True)
@@ -37,44 +41,84 @@ class Identity:
 
     id: str
     name: str
+    role: Role = "viewer"
+    opened_by: str = ""
+    """Mark of the token that opened the session: another token of that role ends it."""
+
+    @property
+    def tag(self) -> str:
+        """Names this session to others, who must not know its id."""
+        return hashlib.sha256(self.id.encode()).hexdigest()[:12]
 
 
 class Sessions:
     """Opens sessions for the right token and reads them from cookies; keeps none, so a restart signs nobody out."""
 
     def __init__(self, kept: Secrets, rig: str, now: Callable[[], float] = time.monotonic) -> None:
-        # A new token must end the sessions that the old one opened: it is part of the signing key.
-        key = hashlib.sha256(f"{kept.key} {kept.token}".encode()).hexdigest()
-        self._signer = URLSafeTimedSerializer(key, salt="session")
-        self._token = kept.token.encode()
         self._failures: dict[str, list[float]] = defaultdict(list)
         self._now = now
         self.cookie = f"tendril_{rig}"
+        self.use(kept)
+
+    def use(self, kept: Secrets) -> None:
+        """Put these tokens in force. The sessions that a token opened end with it: it is part of their signing key."""
+        self._tokens = {role: kept.of(role).encode() for role in ROLES}
+        keys = {role: hashlib.sha256(f"{kept.key} {kept.of(role)}".encode()).hexdigest() for role in ROLES}
+        self._signers = {role: URLSafeTimedSerializer(keys[role], salt=f"session {role}") for role in ROLES}
+        self._marks = {role: hashlib.sha256(keys[role].encode()).hexdigest()[:16] for role in ROLES}
 
     def open(self, token: str, address: str) -> Identity:
-        """A new session; `WrongToken`, or `TooManyAttempts` after `FAILURES` wrong ones from `address` in a minute."""
+        """A new session; raises as `require`."""
+        role = self.require(token, address)
+        name = f"{secrets.choice(_COLOURS)} {secrets.choice(_PLANTS)} {secrets.randbelow(90) + 10}"
+        return Identity(secrets.token_urlsafe(12), name, role, self._marks[role])
+
+    def require(self, token: str, address: str) -> Role:
+        """Whose access token this is.
+
+        Raises `WrongToken`, or `TooManyAttempts` after `FAILURES` wrong ones from `address` in a minute.
+        """
         recent = [t for t in self._failures[address] if t > self._now() - PERIOD]
         self._failures[address] = recent
         if len(recent) >= FAILURES:
             raise TooManyAttempts(f"{FAILURES} wrong tokens from {address}: wait {PERIOD:.0f} s")
-        if not hmac.compare_digest(token.encode(), self._token):
+        role = self._role(token.encode())
+        if role is None:
             recent.append(self._now())
             raise WrongToken("wrong access token")
         self._failures.pop(address)
-        name = f"{secrets.choice(_COLOURS)} {secrets.choice(_PLANTS)} {secrets.randbelow(90) + 10}"
-        return Identity(secrets.token_urlsafe(12), name)
+        return role
 
     def seal(self, who: Identity) -> str:
         """The cookie's value."""
-        return str(self._signer.dumps([who.id, who.name]))
+        return str(self._signers[who.role].dumps([who.id, who.name]))
 
     def read(self, cookies: Mapping[str, str]) -> Identity | None:
         """Who sent these cookies; None without a valid one."""
-        try:
-            found, name = self._signer.loads(cookies.get(self.cookie, ""), max_age=MAX_AGE)
-        except (BadSignature, ValueError):
-            return None
-        return Identity(found, name)
+        value = cookies.get(self.cookie, "")
+        for role in ROLES:
+            try:
+                (found, name), signed = self._signers[role].loads(value, return_timestamp=True)
+            except (BadSignature, ValueError):
+                continue
+            # Signed in the future: a clock that was set back must sign out nobody, who may have to press E-STOP.
+            if abs(time.time() - signed.timestamp()) <= MAX_AGE:
+                return Identity(found, name, role, self._marks[role])
+        return None
+
+    def stands(self, who: Identity) -> bool:
+        """Whether the token that opened `who`'s session is still in force."""
+        return self._marks[who.role] == who.opened_by
+
+    async def ended(self, who: Identity) -> None:
+        """Returns once `who`'s session stands no more: for sockets, which show their cookie only once."""
+        while self.stands(who):
+            await asyncio.sleep(1.0)
+
+    def _role(self, token: bytes) -> Role | None:
+        """Whose token this is; every comparison takes the same time."""
+        fits = [role for role in ROLES if hmac.compare_digest(token, self._tokens[role])]
+        return fits[0] if fits else None
 
 
 def same_origin(headers: Mapping[str, str]) -> bool:

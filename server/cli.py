@@ -2,7 +2,6 @@
 
 import json
 import logging
-import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -11,14 +10,21 @@ import typer
 from rich.console import Console
 from rich.logging import RichHandler
 
+from controller.logs import LogFormat, log_json
 from server.complaints import one_line_errors
 from server.recordings_cli import app as recordings_app
+from server.research_cli import ActuatorName
+from server.research_cli import app as research_app
+from server.token_cli import app as token_app
 
 if TYPE_CHECKING:
     from controller.parameters import RigParameters
+    from server.ready import Addresses
 
 app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False, help=__doc__)
 app.add_typer(recordings_app, name="recordings")
+app.add_typer(token_app, name="token")
+app.add_typer(research_app)
 out = Console()
 
 RigName = Annotated[str, typer.Option(help="Rig id: part of every key on the link and of every recording.")]
@@ -33,8 +39,22 @@ LinkTls = Annotated[
     Path | None,
     typer.Option(envvar="TENDRIL_LINK_TLS", help="Folder of ca.pem, cert.pem and key.pem, for tls/ endpoints."),
 ]
+Log = Annotated[
+    LogFormat,
+    typer.Option("--log-format", envvar="TENDRIL_LOG_FORMAT", help="json: one object a line, and no token in it."),
+]
+TlsCert = Annotated[
+    Path | None, typer.Option(envvar="TENDRIL_TLS_CERT", help="Certificate (PEM): serve https, with --tls-key.")
+]
+TlsKey = Annotated[Path | None, typer.Option(envvar="TENDRIL_TLS_KEY", help="Its private key (PEM, no password).")]
+AllowHost = Annotated[
+    str,
+    typer.Option(
+        envvar="TENDRIL_ALLOW_HOST", help="Other names by which browsers may ask for this server; commas between them."
+    ),
+]
 Ready = Annotated[Path | None, typer.Option(help="Write address and process ids to this file when ready.")]
-ActuatorName = Annotated[str, typer.Option(help="P1, P2, P3 or a .toml file (docs/actuators.md).")]
+UnitName = Literal["rig", "server"]
 LastActuator = Annotated[
     str | None,
     typer.Option(help="P1, P2, P3 or a .toml file; without it the one chosen last in the page, P1 at first."),
@@ -69,18 +89,32 @@ def up(
     port: Port = 8321,
     recordings: Folder = None,
     key_file: KeyFile = None,
+    tls_cert: TlsCert = None,
+    tls_key: TlsKey = None,
+    allow_host: AllowHost = "",
     browser: Annotated[bool, typer.Option(help="Open the page if there is a display.")] = True,
     ready: Ready = None,
+    log_format: Log = "text",
 ) -> None:
     """Start rig (twin) and server on this machine and keep both alive."""
     from controller.realtime.settings import RigSettings
     from server.settings import ServerSettings
     from server.up import run_up, with_last_actuator
 
-    settings = ServerSettings(rig=rig, host=host, port=port, recordings=recordings, key_file=key_file)
-    started = RigSettings(
-        rig=rig, key_file=settings.key, parameters=_parameters(actuator or "P1", rods, integrator, loop_gap)
+    _start_log("up", log_format)
+    settings = ServerSettings(
+        rig=rig,
+        host=host,
+        port=port,
+        recordings=recordings,
+        key_file=key_file,
+        tls_cert=tls_cert,
+        tls_key=tls_key,
+        allow_host=allow_host,
+        log_format=log_format,
     )
+    parameters = _parameters(actuator or "P1", rods, integrator, loop_gap)
+    started = RigSettings(rig=rig, key_file=settings.key, parameters=parameters, log_format=log_format)
     run_up(started if actuator else with_last_actuator(started, settings), settings, browser, ready)
 
 
@@ -93,23 +127,33 @@ def serve(
     recordings: Folder = None,
     key_file: KeyFile = None,
     link_tls: LinkTls = None,
+    tls_cert: TlsCert = None,
+    tls_key: TlsKey = None,
+    allow_host: AllowHost = "",
     ready: Ready = None,
+    log_format: Log = "text",
 ) -> None:
     """Start the server only; the rig may run on another machine."""
     from server.ready import announce_to
     from server.run import run_server
     from server.settings import ServerSettings
 
+    _start_log("server", log_format)
     settings = ServerSettings(
         rig=rig,
         endpoint=endpoint,
+        log_format=log_format,
         key_file=key_file,
         link_tls=link_tls,
         host=host,
         port=port,
         recordings=recordings,
+        tls_cert=tls_cert,
+        tls_key=tls_key,
+        allow_host=allow_host,
     )
-    run_server(settings, announce_to(ready) if ready else lambda url: out.print(url))
+    say = (lambda at: None) if log_format == "json" else _say_addresses  # a log goes where others read
+    run_server(settings, announce_to(ready) if ready else say)
 
 
 @app.command()
@@ -123,11 +167,13 @@ def rig(
     key_file: KeyFile = None,
     link_tls: LinkTls = None,
     ready: Ready = None,
+    log_format: Log = "text",
 ) -> None:
     """Start the rig process only: the 1 kHz loop with the twin."""
     from controller.realtime.rig import run_rig
     from controller.realtime.settings import RigSettings
 
+    _start_log("rig", log_format)
     parameters = _parameters(actuator, rods, integrator, loop_gap)
     link = RigSettings(rig=rig, listen=listen, key_file=key_file, link_tls=link_tls, ready=ready)
     run_rig(link.model_copy(update={"parameters": parameters}))
@@ -150,138 +196,23 @@ def bench(
 
 
 @app.command()
-def identify(
-    data: Annotated[list[Path], typer.Argument(help="CSV files of one actuator: a static test, free decays, or both.")],
-    out_file: Annotated[Path, typer.Option("--out", help="Actuator file (.toml) to write.")],
-    ids: Annotated[str | None, typer.Option(help="Free decays to use, as in 0-16,20; all without it.")] = None,
-    actuator: Annotated[str, typer.Option(help="Says what the data do not: P1, P2, P3 or a .toml file.")] = "P1",
-    report: Annotated[Path | None, typer.Option(help="HTML page with plots and residuals to write.")] = None,
-    profile: Annotated[str, typer.Option(help="Stiffness: uniform, linear, scaled, or auto as in the base.")] = "auto",
-    robust: Annotated[bool, typer.Option(help="Weigh down static values that lie far out.")] = False,
+def faults(
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the verdicts to this file.")] = None,
+    only: Annotated[str | None, typer.Option(help="Names of faults as in docs/faults.md, with commas between.")] = None,
+    quick: Annotated[bool, typer.Option(help="A handful of them, within a minute.")] = False,
+    repeat: Annotated[int, typer.Option(min=1, max=100, help="Run the campaign so often.")] = 1,
 ) -> None:
-    """Fit stiffness and damping to measured data (docs/identification.md)."""
-    from controller.actuator import read_actuator
-    from controller.identification.identify import Task
-    from server.identify import run_identify
+    """Break a rig (twin), its server and their surroundings in every known way, and judge what they do."""
+    from server.faults.campaign import run_campaign
+    from server.faults.table import chosen
+    from server.files import require_file, write
 
-    run_identify(Task(tuple(data), read_actuator(actuator), ids, profile, robust), out_file, report, out)
-
-
-@app.command()
-def observe(
-    data: Annotated[Path, typer.Argument(help="CSV file of free decays.")],
-    actuator: Annotated[str, typer.Option(help="Actuator file that tendril identify wrote from free decays.")],
-    sense: Annotated[str, typer.Option(help="Bodies that the observer is given, as in 2,3.")],
-    score: Annotated[str, typer.Option(help="Bodies whose estimates are scored, as in 1,2.")],
-    ids: Annotated[str | None, typer.Option(help="Decays to observe, as in 18-34; all without it.")] = None,
-    from_s: Annotated[float, typer.Option("--from", help="Score from here on, too [s].")] = 0.3,
-    rods: Annotated[
-        int | None, typer.Option(min=2, max=1000, help="Of the model; as the file says without it.")
-    ] = None,
-    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
-    rrd: Annotated[Path | None, typer.Option(help="Write a recording for rerun to this file.")] = None,
-) -> None:
-    """Run the observer over recorded decays and score bodies that it does not see (docs/identification.md)."""
-    from controller.actuator import read_actuator
-    from controller.identification.observe import Request
-    from server.observe import numbers, run_observe
-
-    bodies = numbers("sense", sense), numbers("score", score)
-    run_observe(Request(data, read_actuator(actuator), *bodies, ids, from_s, rods), json_file, rrd, out)
-
-
-@app.command()
-def calibrate(
-    out_file: Annotated[Path | None, typer.Option("--out", help="TOML file to write; only shown without it.")] = None,
-    starts: Annotated[
-        int | None,
-        typer.Option(min=1, max=100, help="Points that are polished, the best first.", show_default="2; --quick: 1"),
-    ] = None,
-    screen: Annotated[
-        int | None,
-        typer.Option(min=1, max=100_000, help="Points that are tried first.", show_default="100; --quick: 8"),
-    ] = None,
-    minutes: Annotated[
-        float | None,
-        typer.Option(
-            min=0.1, max=10_000.0, help="For the search; the spread comes on top.", show_default="30; --quick: 1"
-        ),
-    ] = None,
-    seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="Of the points and of the twin's noise.")] = 0,
-    workers: Annotated[int | None, typer.Option(min=1, max=256, help="Processes; one a core without it.")] = None,
-    quick: Annotated[
-        bool, typer.Option(help="A look at whether it runs: few points, no margins, no good fit.")
-    ] = False,
-) -> None:
-    """Fit the twin's unknowns and the gains to the paper's fit rows (docs/calibration.md)."""
-    from controller.calibration.calibrate import Task
-    from controller.calibration.margins import TRIALS
-    from controller.calibration.problem import Problem
-    from controller.calibration.search import QUICK, Effort, effort_of
-    from server.calibrate import run_calibrate
-
-    effort = effort_of(QUICK if quick else Effort(), screen, starts, minutes)
-    problem = Problem(trials=() if quick else TRIALS, seed=seed)
-    command = shlex.join(["tendril", *sys.argv[1:]])
-    run_calibrate(Task(problem, effort, seed, workers, command), out_file, out)
-
-
-@app.command()
-def track(
-    reference: Annotated[Path, typer.Option(help="CSV file with columns t, x, y [s, m] (docs/tracking.md).")],
-    actuator: ActuatorName = "P1",
-    law: Annotated[
-        str, typer.Option(help="ff, ff+p, ff+i, ff+pi; or sensors of ff+pi: rod6, rod10, rod6+10.")
-    ] = "ff+pi",
-    controller: Annotated[str, typer.Option(help="Only paper so far.")] = "paper",
-    plant_scale: Annotated[
-        str, typer.Option(help="Another plant: factors k, b, torque, friction, noise; added seconds delay, latency.")
-    ] = "",
-    velocity_feedforward: Annotated[
-        bool | None, typer.Option(help="K_FF; without it on if the path repeats and does not jump.")
-    ] = None,
-    frequency: Annotated[float | None, typer.Option(help="Of the path [Hz]; found without it if it repeats.")] = None,
-    start: Annotated[
-        float | None, typer.Option(help="When the shape begins [s after the first row]; found without it.")
-    ] = None,
-    project: Annotated[bool, typer.Option(help="Follow the nearest points where the path is out of reach.")] = False,
-    seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="Of the twin's noise.")] = 0,
-    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
-) -> None:
-    """Follow any path on the twin and measure it like the paper's experiments (docs/tracking.md)."""
-    from controller.actuator import read_actuator
-    from controller.experiments.case import Setup
-    from controller.experiments.plant_scale import scaled
-    from controller.experiments.track import Task, require_controller
-    from controller.parameters import TwinParameters
-    from controller.reference.drawn import Wish
-    from server.track import run_track
-
-    require_controller(controller)
-    wish = Wish(project, frequency, velocity_feedforward, start)
-    setup = Setup(twin=scaled(TwinParameters(), plant_scale))
-    run_track(Task(reference, read_actuator(actuator), law, seed, wish, setup), json_file, out)
-
-
-@app.command()
-def reproduce(
-    report: Annotated[Path | None, typer.Option(help="Folder for the report and a recording of each case.")] = None,
-    json_file: Annotated[Path | None, typer.Option("--json", help="Write all rows to this file.")] = None,
-    quick: Annotated[bool, typer.Option(help="Run every case once instead of 3 times (Task 4: 5).")] = False,
-    controller: Annotated[str, typer.Option(help="Only paper so far.")] = "paper",
-    seed: Annotated[int, typer.Option(min=0, max=2**31 - 6, help="Of the first run; the next ones count on.")] = 0,
-    workers: Annotated[int | None, typer.Option(min=1, max=256, help="Processes; one a core without it.")] = None,
-) -> None:
-    """Run every experiment of the paper on the twin and compare (docs/reproduction.md)."""
-    from controller.experiments.catalogue import catalogue
-    from controller.experiments.pool import cores
-    from controller.experiments.reproduce import Order
-    from controller.experiments.track import require_controller
-    from server.reproduce import run_reproduce
-
-    require_controller(controller)
-    order = Order(catalogue(seed, quick), workers=workers or cores(), quick=quick)
-    run_reproduce(order, report, json_file, out)
+    if json_file is not None:
+        require_file(json_file)
+    verdicts = run_campaign(chosen(only, quick), repeat, out)
+    if json_file is not None:
+        write(json_file, json.dumps({"faults": verdicts}, indent=2) + "\n")
+    raise typer.Exit(0 if all(verdict["pass"] for verdict in verdicts) else 1)
 
 
 @app.command()
@@ -299,6 +230,14 @@ def compile() -> None:
 
 
 @app.command()
+def systemd(unit: Annotated[UnitName, typer.Argument(help="The process to run as a service.")]) -> None:
+    """Print a systemd unit for this installation (docs/operation.md)."""
+    from server.systemd import unit_text
+
+    sys.stdout.write(unit_text(unit))
+
+
+@app.command()
 def schema() -> None:
     """Print the server's OpenAPI, socket messages included: the page's types are made from it."""
     from server.app import openapi_schema
@@ -310,6 +249,15 @@ def main() -> None:
     """Entry point: our own errors are one clear line, not a traceback."""
     with one_line_errors():
         app()
+
+
+def _start_log(process: str, log_format: LogFormat) -> None:
+    if log_format == "json":
+        log_json(process)
+
+
+def _say_addresses(at: "Addresses") -> None:
+    out.print(f"to operate: {at.operator}\nto look:    {at.viewer}", markup=False, soft_wrap=True)
 
 
 def _parameters(actuator: str, rods: int, integrator: str, loop_gap: float) -> "RigParameters":

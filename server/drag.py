@@ -13,6 +13,7 @@ import msgpack  # type: ignore[import-untyped]
 
 from controller.errors import NotAllowed
 from controller.modes import Request
+from server.audit import tell
 from server.auth import Identity
 from server.events import EventLog
 from server.lease import OperatorLease
@@ -68,6 +69,12 @@ class Drag:
             self._dragging = False
             self._scene.hold_gizmo(False)
 
+    def leave(self) -> None:
+        """Its page is gone; another tab of the session may still be present, but nobody there began this drag: hold."""
+        if self._dragging and self._lease.holds(self._who):
+            self._operator.request(Request.HOLD)
+        self.end()
+
     def _refuse(self, reason: str) -> None:
         """Nothing moves, the gizmo goes back, and the log says once who tried."""
         self.end()
@@ -85,6 +92,7 @@ class Drag:
             self.end()
             if self._lease.clutch:
                 self._operator.request(Request.HOLD)
+                tell("gizmo let go: hold")
         elif (at := _position(message)) is None:
             return False
         elif self._dragging:
@@ -98,6 +106,7 @@ class Drag:
             self._dragging = True
             self._scene.hold_gizmo(True)
             self._operator.request(Request.FOLLOW, at)
+            tell(f"follow by the gizmo, target at ({at[0]:.4f}, {at[1]:.4f}) m")
 
 
 def _decode(raw: bytes | str | None) -> dict[str, Any] | None:

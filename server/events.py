@@ -1,36 +1,60 @@
 """The log: who did what, what was refused, what the rig did by itself. Kept for those who come later, told to all."""
 
+import logging
 from collections import deque
 from collections.abc import Callable
 from datetime import UTC, datetime
 from typing import Literal
 
+from server.audit import tell
 from server.event_file import EventFile
 from server.messages import Event
+from server.rates import LINE, Bucket, Rate
 
 Level = Literal["info", "warning", "error"]
+MUTED = Rate("notes of lines left out", 1, 1 / 60)
+
+
+log = logging.getLogger(__name__)
+
+
+def to_log(event: Event) -> None:
+    """A listener: the process's own log gets every line too."""
+    log.log(logging.getLevelNamesMapping()[event.level.upper()], "%s", event.text)
 
 
 class EventLog:
     """The last lines and their listeners. Only the event loop uses it. With a file the lines outlive the server."""
 
-    def __init__(self, file: EventFile | None = None, kept: int = 500) -> None:
+    def __init__(self, file: EventFile[Event] | None = None, kept: int = 500) -> None:
         self.recent: deque[Event] = deque(file.last() if file else [], maxlen=kept)
         self.listeners: list[Callable[[Event], None]] = []
         self._file = file
+        self._lines, self._muted = Bucket(LINE), Bucket(MUTED)
 
     def add(self, text: str, level: Level = "info") -> None:
-        """Write a line and tell the listeners."""
+        """Write a line and tell the listeners, and the audit of what it is part of."""
         plain = text.encode(errors="backslashreplace").decode()  # it may quote what is no Unicode, and no JSON
         event = Event(time=datetime.now(UTC), level=level, text=plain)
         self.recent.append(event)
         for listener in self.listeners:
             listener(event)
+        tell(plain)
         self._keep(event)
 
+    def done(self, who: str, what: str) -> None:
+        """Write what `who` did, which anybody may as often as he likes, unless that would fill the log."""
+        self._add_of(who, f"{who}: {what}", "info", "done")
+
     def refused(self, who: str, what: str, reason: str) -> None:
-        """Write that `who` asked for `what` in vain."""
-        self.add(f"{who}: {what} refused: {reason}", "warning")
+        """Write that `who` asked for `what` in vain, unless that would fill the log."""
+        self._add_of(who, f"{who}: {what} refused: {reason}", "warning", "refused")
+
+    def _add_of(self, who: str, text: str, level: Level, kind: str) -> None:
+        if not self._lines.wait(who):
+            self.add(text, level)
+        elif not self._muted.wait(who):
+            self.add(f"{who}: more is {kind} than is written here", "warning")
 
     def _keep(self, event: Event) -> None:
         """Append to the file; the first failure is said, and ends it: a full disk must not end what goes on."""

@@ -49,6 +49,8 @@ class History:
         self._t = np.zeros(bins)
         self._low = np.zeros((bins, len(CHANNELS)), np.float32)
         self._high = np.zeros((bins, len(CHANNELS)), np.float32)
+        for ring in (self._rows, self._t, self._low, self._high):
+            ring.fill(0)  # every page now, not as it fills: what grows later is a leak
         self._count = self._first = 0
         self._binned = 0
         self._bin_first = self._bin_stop = 0

@@ -1,14 +1,21 @@
-"""The operator's lease: at most one session operates; it lapses when nothing is heard of its page."""
+"""The operator's lease: at most one session operates; it lapses when nothing is heard of its page.
+
+A lease belongs to a session, so all tabs of one browser operate. Others ask for it, and are handed it by the holder.
+"""
 
 import time
 from collections.abc import Callable
 
-from controller.errors import NotAllowed
+from controller.errors import CommandRefused, NotAllowed
 from server.auth import Identity
 from server.messages import Lease
 
 LAPSE = 5.0
 """Seconds without a sign of the holder after which the lease is free again."""
+ASKING = 60.0
+"""Seconds for which a request for the lease stands."""
+ASKERS = 8
+"""Requests that stand at once."""
 
 
 class OperatorLease:
@@ -18,6 +25,7 @@ class OperatorLease:
         self._now = now
         self._holder: Identity | None = None
         self._heard = 0.0
+        self._asked: dict[str, tuple[Identity, float]] = {}
         self.clutch = False
         """Held clutch: letting go of a target holds the rig. It stays as it is from one holder to the next."""
 
@@ -27,6 +35,12 @@ class OperatorLease:
         if self._holder is not None and self._now() - self._heard > LAPSE:
             self._holder = None
         return self._holder
+
+    @property
+    def asking(self) -> list[Identity]:
+        """Who wants the lease, the longest waiting first."""
+        self._asked = {tag: (who, t) for tag, (who, t) in self._asked.items() if self._now() - t <= ASKING}
+        return [who for who, _ in self._asked.values()]
 
     def holds(self, who: Identity) -> bool:
         """Whether `who` operates now."""
@@ -43,8 +57,13 @@ class OperatorLease:
         """Take the lease if it is free (or mine already); False when another holds it."""
         if self.holder is not None and not self.holds(who):
             return False
-        self._holder, self._heard = who, self._now()
+        self.give(who)
         return True
+
+    def give(self, who: Identity) -> None:
+        """Make `who` the holder, whoever was it before."""
+        self._holder, self._heard = who, self._now()
+        self._asked.pop(who.tag, None)
 
     def release(self, who: Identity) -> bool:
         """Give the lease back; False when `who` did not hold it."""
@@ -52,6 +71,19 @@ class OperatorLease:
             return False
         self._holder = None
         return True
+
+    def ask(self, who: Identity) -> None:
+        """Ask the holder for the lease; CommandRefused where there is nobody to ask, or too many do."""
+        if self.holder is None or self.holds(who):
+            raise CommandRefused("you operate already" if self.holder else "nobody operates now, so nobody can answer")
+        waiting = len([other for other in self.asking if other.id != who.id])
+        if waiting >= ASKERS:
+            raise CommandRefused(f"{waiting} others have asked already, the most is {ASKERS}")
+        self._asked[who.tag] = (who, self._now())
+
+    def drop_request(self, tag: str) -> Identity | None:
+        """Withdraw or refuse the request of the session `tag`; it, or None without one."""
+        return self._asked.pop(tag, (None,))[0]
 
     def touch(self, who: Identity) -> None:
         """A sign of `who`'s page: it keeps the lease alive if it is theirs."""

@@ -4,7 +4,8 @@ import asyncio
 import logging
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from pydantic import BaseModel
@@ -14,6 +15,7 @@ from server.auth import Identity
 from server.history import History
 from server.messages import Event
 from server.plots.feed import Feed, encode_frame
+from server.rates import TryLater
 
 log = logging.getLogger(__name__)
 
@@ -23,6 +25,12 @@ CROWD = 16
 """More viewers than these get every other beat each; who operates gets all."""
 WAITING = 256
 """Text messages that may wait for a slow viewer; beyond that the oldest are dropped."""
+
+
+class Crowded(TryLater):
+    """As many pages as are allowed have a live socket."""
+
+    wait = 10.0
 
 
 @dataclass(frozen=True)
@@ -55,29 +63,56 @@ class Viewer:
 
 
 class Hub:
-    """All viewers and the beat.
+    """All viewers and the beat. What a viewer is sent is made once for all who see the same.
 
-    `status` makes the Status of one viewer, `key` changes whenever it should be sent, `operates` says who is first.
+    `status` makes the Status of one viewer, `key` changes whenever it should be sent, `sight` is what of it is not the
+    same for all, `operates` says who is first.
     """
+
+    seats = 200
+    """Viewers at the same time."""
 
     def __init__(
         self,
         history: History,
         status: Callable[[Identity], BaseModel],
         key: Callable[[], object],
+        sight: Callable[[Identity], str],
         operates: Callable[[Identity], bool],
     ) -> None:
-        self._history, self._status, self._key, self._operates = history, status, key, operates
+        self._history, self._status, self._key = history, status, key
+        self._sight, self._operates = sight, operates
         self.viewers: set[Viewer] = set()
-        self._beats = self._come = 0
+        self.driver: Viewer | None = None
+        """The page that gave the last fresh press: one of several tabs, maybe."""
+        self._beats = self._come = self._taken = 0
+        self._statuses: dict[str, str] = {}
+        """Status as JSON since the last beat, by what its viewer sees of the people."""
         self._beat = Beat()
+        self._beaten = time.monotonic()
         self._last_key: object = None
         self._status_at = 0.0
+
+    @property
+    def age(self) -> float:
+        """Time since the last beat [s]."""
+        return time.monotonic() - self._beaten
 
     def tell(self, event: Event) -> None:
         """Show a line of the log to every viewer."""
         for viewer in self.viewers:
             viewer.post(event)
+
+    @contextmanager
+    def seat(self, who: Identity) -> Iterator[None]:
+        """A place for one more viewer; `Crowded` when all are taken, but for who operates."""
+        if self._taken >= self.seats and not self._operates(who):
+            raise Crowded(f"{self._taken} pages are open, as many as viewers_max allows: close one, and try again")
+        self._taken += 1
+        try:
+            yield
+        finally:
+            self._taken -= 1
 
     async def run(self, each_beat: Callable[[], None]) -> None:
         """Beat until cancelled; `each_beat` is called first every time, with or without viewers."""
@@ -88,6 +123,7 @@ class Hub:
             try:
                 each_beat()
                 self._beat_once()
+                self._beaten = time.monotonic()
             except Exception:  # one bad row must not end the beat for everyone
                 log.exception("beat failed")
 
@@ -107,7 +143,7 @@ class Hub:
     async def _send(self, viewer: Viewer) -> None:
         if viewer.status_due:
             viewer.status_due = False
-            await viewer.socket.send_text(self._status(viewer.who).model_dump_json())
+            await viewer.socket.send_text(self._status_for(viewer.who))
         while viewer.outbox:
             await viewer.socket.send_text(viewer.outbox.popleft())
         beat = self._beat
@@ -119,8 +155,15 @@ class Hub:
             if viewer.feed.behind:
                 viewer.wake.set()
 
+    def _status_for(self, who: Identity) -> str:
+        sight = self._sight(who)
+        if sight not in self._statuses:
+            self._statuses[sight] = self._status(who).model_dump_json()
+        return self._statuses[sight]
+
     def _beat_once(self) -> None:
         self._beats += 1
+        self._statuses.clear()
         if self.viewers:
             self._encode()
             self._announce()

@@ -92,9 +92,16 @@ class LoopWatch:
 
     def lateness_p99(self) -> float:
         """Of the newest ticks [s]; nan before the first."""
+        return self.lateness((0.99,))[0]
+
+    def lateness(self, quantiles: tuple[float, ...]) -> list[float]:
+        """Of the newest ticks [s]; nan before the first."""
         with self._lock:
             late = np.concatenate([batch["lateness_ns"] for batch in self._batches])[-LOOP_TICKS:]
-        return 1e-9 * float(np.percentile(late, 99)) if len(late) else float("nan")
+        if not len(late):
+            return [float("nan")] * len(quantiles)
+        found: list[float] = (1e-9 * np.quantile(late, quantiles)).tolist()
+        return found
 
     def health(self) -> LoopHealth:
         """Judge the newest ticks."""

@@ -23,6 +23,7 @@ from recordings.messages import Recording as Recording
 from recordings.messages import RecordingState as RecordingState
 from server.plots.messages import PlotChannel, PlotChoice
 from server.runs.messages import RunResult, RunState
+from server.tokens import Role
 
 
 class Kind(IntEnum):
@@ -52,6 +53,35 @@ class Lease(Model):
     """Held clutch: a target moves only while it is held, and letting go holds the rig."""
 
 
+class Person(Model):
+    """A session as others see it."""
+
+    tag: Annotated[str, Bounds(pattern=r"^[0-9a-f]{12}$")]
+    """Names the session; its id stays its own."""
+    name: str
+    role: Role
+    """Whose token it signed in with."""
+
+
+class People(Model):
+    """Who is here, and who wants to operate."""
+
+    holder: str
+    """Tag of whoever operates, "" when nobody does."""
+    asking: list[Person]
+    """Who asked for control, the longest waiting first."""
+    others: list[Person]
+    """Whose pages are open, but mine."""
+    waiting: bool
+    """I asked, and nobody has answered."""
+
+
+class SessionTag(Model):
+    """Body of requests about another session: which one."""
+
+    tag: Annotated[str, Bounds(pattern=r"^[0-9a-f]{12}$")]
+
+
 class LeaseBody(Model):
     """Body of PATCH /api/lease: how the holder operates."""
 
@@ -62,6 +92,10 @@ class Session(Model):
     """Who I am."""
 
     name: str
+    role: Role
+    """Whose token I signed in with."""
+    unprotected: bool
+    """Other machines can reach this server, and what is said to it travels unencrypted."""
     lease: Lease
 
 
@@ -76,7 +110,7 @@ class CommandBody(Model):
 class SettingsBody(Model):
     """Body of PATCH /api/settings: only the fields to change (same names and bounds as `Settings`)."""
 
-    changes: dict[str, float | int | list[float]]
+    changes: Annotated[dict[str, float | int | Annotated[list[float], Bounds(max_length=16)]], Bounds(max_length=64)]
 
 
 class RecordingBody(Model):
@@ -173,6 +207,7 @@ class Status(Model):
 
     type: Literal["status"] = "status"
     lease: Lease
+    people: People
     settings: Settings
     recording: RecordingState
     health: Health

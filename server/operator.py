@@ -67,7 +67,7 @@ class Operator:
         self._jobs: deque[Job] = deque()
         self._wake = threading.Condition()
         self._present = 0
-        self._closed = False
+        self._leaving = self._closed = False
         self._thread = threading.Thread(target=self._run, name="operator", daemon=True)
         self._thread.start()
 
@@ -93,6 +93,10 @@ class Operator:
         with self._wake:
             self._present += 1
 
+    def leave(self) -> None:
+        """Take nothing more but REST and E_STOP: this server is about to end."""
+        self._leaving = True
+
     def close(self) -> None:
         """Stop sending; the rig then holds, and later rests, by itself."""
         with self._wake:
@@ -108,6 +112,8 @@ class Operator:
         with self._wake:
             if self._closed:
                 job.fail(RigUnreachable("the server is shutting down"))
+            elif self._leaving and job.request not in (Request.REST, Request.E_STOP):
+                job.fail(CommandRefused("refused: the server is shutting down, and the rig comes to rest"))
             elif job.request == Request.E_STOP:
                 self._drop(CommandRefused("overtaken by an E-STOP"))
                 self._jobs.append(job)

@@ -4,7 +4,8 @@ import asyncio
 import contextlib
 import gzip
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 
 import httpx
 from fastapi import APIRouter, Request, Response, WebSocket
@@ -18,6 +19,7 @@ from server.auth import Identity
 from server.deps import Me, Parts
 from server.drag import Drag
 from server.frames import TELL_ESCAPE
+from server.rates import POLICY, Verdict
 from server.scene import Scene
 from server.scene.messages import Scheme, SeatId, View
 from server.scene.seat import Seat
@@ -83,6 +85,7 @@ async def socket(browser: WebSocket, parts: Parts, who: Me) -> None:
 async def _connect(browser: WebSocket, parts: Services, who: Identity, seat: Seat | None) -> None:
     """Pass messages on: downward as they are, upward only what `Drag` lets through."""
     drag = Drag(who, parts.lease, parts.operator, parts.scene, parts.events)
+    verdict = partial(parts.rates.message, f"viser {who.id}")
     protocols = [Subprotocol(name) for name in browser.scope["subprotocols"]]
     url = f"ws://127.0.0.1:{parts.scene.port}/"
     try:
@@ -91,11 +94,12 @@ async def _connect(browser: WebSocket, parts: Services, who: Identity, seat: Sea
         ) as viser:
             await browser.accept(subprotocol=viser.subprotocol)
             with _seated(parts.scene, viser.local_address[1], seat):
-                await until_one_ends(_down(viser, browser), _up(browser, viser, drag))
+                up = _up(browser, viser, drag, verdict)
+                await until_one_ends(_down(viser, browser), up, parts.sessions.ended(who))
     except (WebSocketException, OSError):
         pass  # viser is closing, or did not like the subprotocol
     finally:
-        drag.end()
+        drag.leave()
         with contextlib.suppress(RuntimeError, WebSocketDisconnect):
             await browser.close()
 
@@ -116,7 +120,11 @@ async def _down(viser: ClientConnection, browser: WebSocket) -> None:
         await (browser.send_bytes(message) if isinstance(message, bytes) else browser.send_text(message))
 
 
-async def _up(browser: WebSocket, viser: ClientConnection, drag: Drag) -> None:
+async def _up(browser: WebSocket, viser: ClientConnection, drag: Drag, verdict: Callable[[], Verdict]) -> None:
     while (message := await browser.receive())["type"] != "websocket.disconnect":
-        if (judged := drag.judge(message.get("bytes"))) is not None:
+        if (found := verdict()) == Verdict.FLOOD:
+            return await browser.close(POLICY)
+        if found != Verdict.HEARD:
+            await asyncio.sleep(0)
+        elif (judged := drag.judge(message.get("bytes"))) is not None:
             await viser.send(judged)

@@ -26,12 +26,12 @@ async def note(request: Request, reason: str) -> None:
     services.events.refused(_who(request), await _what(request), reason[:_LONGEST])
 
 
-def first_complaint(error: RequestValidationError) -> str:
-    """The first fault of a malformed request as one line: field = value: what is wrong."""
+def first_complaint(error: RequestValidationError, *, quote: bool) -> str:
+    """The first fault of a malformed request as one line: field = value: what is wrong; `quote` shows the value."""
     first = error.errors()[0]
     field = ".".join(str(part) for part in first["loc"] if part not in ("body", "changes"))
     given = first.get("input")
-    value = "" if given is None or isinstance(given, dict) else f" = {str(given)[:60]}"
+    value = "" if not quote or given is None or isinstance(given, dict) else f" = {str(given)[:60]}"
     return f"{field}{value}: {first['msg']}".removeprefix(": ")
 
 

@@ -66,6 +66,11 @@ class Rig:
         return self._life if self._link.connected and self._link.age() < QUIET else None
 
     @property
+    def lost_rows(self) -> int:
+        """Ticks that the rig's ring no longer held when they could be fetched."""
+        return self._link.gaps
+
+    @property
     def trouble(self) -> str:
         """Why the rig takes no command from this server, "" when it does; see `RigClient.trouble`."""
         return str(self._link.trouble or "")

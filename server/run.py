@@ -1,17 +1,22 @@
 """Run the server: the listening socket, uvicorn, and everything it serves, until SIGTERM or SIGINT."""
 
 import logging
+import resource
 import socket
 import sys
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 
 import uvicorn
 from fastapi import FastAPI
 
 from controller.errors import TendrilError
 from server.app import create_app
+from server.connections import Connection, Socket
+from server.farewell import Server, farewell
+from server.ready import Addresses
 from server.services import open_services
-from server.settings import ServerSettings, exposed
+from server.settings import ServerSettings
+from server.tls import require_certificate
 
 log = logging.getLogger(__name__)
 
@@ -19,39 +24,67 @@ SWITCH_INTERVAL = 5e-4
 """Longest time [s] for which one Python thread keeps another waiting (Python's own choice is 5 ms)."""
 UNSENT_MAX = 16 * 1024
 """Bytes that may wait in the kernel for a slow viewer: beyond it, frames are skipped instead of delayed."""
+FILES = 8192
+"""Files and sockets that may be open; a page with a 3D view takes seven, and 1024 is what most systems begin with."""
 MESSAGE_MAX = 1 << 20
 """Longest message that a browser may send on a socket [bytes]."""
 
 
-def run_server(settings: ServerSettings, ready: Callable[[str], None] = print) -> None:
-    """Serve until stopped; `ready` gets the address with the access token once connections are accepted."""
+def run_server(settings: ServerSettings, ready: Callable[[Addresses], None]) -> None:
+    """Serve until stopped; `ready` gets the addresses with the access tokens once connections are accepted."""
     sys.setswitchinterval(SWITCH_INTERVAL)
-    if exposed(settings.host):
+    _allow_files()
+    require_certificate(settings)
+    if settings.unprotected:
         log.warning(
-            "listening on %s: everyone in that network can reach this server, and the token travels unencrypted; "
-            "prefer an SSH tunnel or a TLS proxy",
+            "NOT ENCRYPTED: listening on %s without TLS: everyone in that network can reach this server, and can read "
+            "and change what browsers say to it, tokens included. Give --tls-cert and --tls-key, or use an SSH tunnel",
             settings.host,
         )
     listening = listen(settings.host, settings.port)
     services = open_services(settings)
-    ready(f"{address(settings.host, listening)}/?token={services.secrets.token}")
-    uvicorn_server(create_app(services)).run(sockets=[listening])
+    url = address(settings, listening)
+    log.info("serving on %s", url, extra={"url": url})
+    ready(
+        Addresses(
+            operator=f"{url}/?token={services.secrets.token}", viewer=f"{url}/?token={services.secrets.viewer_token}"
+        )
+    )
+    uvicorn_server(create_app(services), settings, lambda: farewell(services)).run(sockets=[listening])
 
 
-def uvicorn_server(app: FastAPI) -> uvicorn.Server:
+def _allow_files() -> None:
+    """Raise the limit of open files, as far as this process may."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = FILES if hard == resource.RLIM_INFINITY else min(FILES, hard)
+    if soft != resource.RLIM_INFINITY and soft < wanted:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
+
+
+async def _at_once() -> None:
+    """Nothing is to be done before the end."""
+
+
+def uvicorn_server(
+    app: FastAPI, settings: ServerSettings, before_end: Callable[[], Awaitable[None]] = _at_once
+) -> uvicorn.Server:
     """One worker; no compression on sockets, which would cost more than the bytes it saves."""
     config = uvicorn.Config(
         app,
-        ws="websockets-sansio",
+        http=Connection,
+        ws=Socket,
         ws_max_size=MESSAGE_MAX,
         ws_per_message_deflate=False,
+        log_config=None,
         log_level="warning",
         access_log=False,
         server_header=False,
         proxy_headers=False,
         timeout_graceful_shutdown=2,
+        ssl_certfile=settings.tls_cert,
+        ssl_keyfile=settings.tls_key,
     )
-    return uvicorn.Server(config)
+    return Server(config, before_end)
 
 
 def listen(host: str, port: int) -> socket.socket:
@@ -70,7 +103,8 @@ def listen(host: str, port: int) -> socket.socket:
     return listening
 
 
-def address(host: str, listening: socket.socket) -> str:
+def address(settings: ServerSettings, listening: socket.socket) -> str:
     """Where a browser on this machine finds the server."""
+    host = settings.host
     shown = {"0.0.0.0": "127.0.0.1", "::": "[::1]", "::1": "[::1]"}.get(host, host)
-    return f"http://{shown}:{listening.getsockname()[1]}"
+    return f"{'https' if settings.tls_cert else 'http'}://{shown}:{listening.getsockname()[1]}"

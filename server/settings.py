@@ -1,18 +1,15 @@
-"""Settings of the server process and its two secrets: access token and cookie key."""
+"""Settings of the server process."""
 
 import ipaddress
-import os
-import secrets
 from pathlib import Path
 from typing import Annotated
 
 from pydantic import Field as Bounds
-from pydantic import SecretStr, ValidationError
+from pydantic import SecretStr
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
-from controller.errors import ParameterError
 from controller.key_file import key_path, state_folder
-from controller.layout import Model
+from controller.logs import LogFormat
 from recordings.writer import SPLIT_BYTES
 
 
@@ -34,9 +31,17 @@ class ServerSettings(BaseSettings):
     recordings: Path | None = None
     """Folder of the .rrd files; the default is chosen by the recordings package."""
     state: Path = Bounds(default_factory=state_folder)
-    """Folder of the token, the cookie key and the last settings."""
+    """Folder of the tokens, the cookie key and the last settings."""
     token: SecretStr | None = None
-    """Access token; made at the first start and kept when not given."""
+    """The operator's access token; made at the first start and kept when not given."""
+    viewer_token: SecretStr | None = None
+    """The viewer's; likewise."""
+    tls_cert: Path | None = None
+    """Certificate chain (PEM) with which https is served; together with `tls_key`."""
+    tls_key: Path | None = None
+    """Its private key (PEM, without a password)."""
+    allow_host: Annotated[str, Bounds(pattern=r"^[\w.:,\[\]-]*$")] = ""
+    """Names by which browsers may ask for this server, besides its own; commas between them."""
     record_faults: bool = True
     """A FAULT or E-STOP under pressure is recorded by itself, with the 10 s before and after it."""
     recording_split: Annotated[int, Bounds(ge=1_000_000)] = SPLIT_BYTES
@@ -45,6 +50,12 @@ class ServerSettings(BaseSettings):
     """Bytes of all recordings; the oldest ones go first. None: 50 GB, or 80 % of a smaller disk."""
     orders: Path | None = None
     """File in which `tendril up` looks for another actuator to start its rig with; None: the rig is not its own."""
+    viewers_max: Annotated[int, Bounds(ge=1, le=10_000)] = 200
+    """Pages with a live socket at the same time; the next one is refused, unless its session operates."""
+    log_format: LogFormat = "text"
+    """Of what this process writes to its standard error."""
+    rate_factor: Annotated[float, Bounds(gt=0.0, allow_inf_nan=False)] = 1.0
+    """Multiplies how often one client may ask (`server/rates.py`); more where many people share one address."""
     light_scene: bool = False
     """Leave out what software rendering is slow at (ground grid): for browser tests."""
 
@@ -53,43 +64,20 @@ class ServerSettings(BaseSettings):
         """The file of the rig's key."""
         return self.key_file or key_path(self.rig, self.state)
 
-
-class Secrets(Model):
-    """Access token that people type, and the key that signs cookies."""
-
-    token: Annotated[str, Bounds(min_length=1, max_length=200)]
-    key: str
-
-
-def load_secrets(settings: ServerSettings) -> Secrets:
-    """The stored secrets (made at the first start, readable by the user alone); a given token goes first."""
-    path = settings.state / "secrets.json"
-    if not path.exists():
-        path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-        fresh = Secrets(token=secrets.token_urlsafe(18), key=secrets.token_urlsafe(32))
-        write_private(path, fresh.model_dump_json())
-    try:
-        kept = Secrets.model_validate_json(path.read_bytes())
-    except ValidationError as error:
-        raise ParameterError(f"{path} is damaged; delete it, and everyone signs in with a new token") from error
-    if settings.token is None:
-        return kept
-    return Secrets(token=settings.token.get_secret_value(), key=kept.key)
+    @property
+    def unprotected(self) -> bool:
+        """Whether others can reach this server, and read along."""
+        return exposed(self.host) and self.tls_cert is None
 
 
 def exposed(host: str) -> bool:
     """Whether `host` can be reached from other machines."""
-    if host == "localhost":
-        return False
+    return host != "localhost" and not is_loopback(host)
+
+
+def is_loopback(address: str) -> bool:
+    """Whether this is an address of the machine with itself."""
     try:
-        return not ipaddress.ip_address(host).is_loopback
+        return ipaddress.ip_address(address).is_loopback
     except ValueError:
-        return True
-
-
-def write_private(path: Path, text: str) -> None:
-    """Write a file whole or not at all, readable by the user alone."""
-    draft = path.with_name(f"{path.name}.{os.getpid()}")
-    with os.fdopen(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w") as file:
-        file.write(text)
-    draft.replace(path)
+        return False

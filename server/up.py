@@ -9,6 +9,7 @@ import tempfile
 import time
 import webbrowser
 from pathlib import Path
+from typing import IO
 from urllib.parse import urlsplit
 
 from rich.console import Console
@@ -20,20 +21,29 @@ from controller.realtime.supervisor import SHORT_LIFE, Supervisor, end_process, 
 from server.presets.actuator import kept_actuator, kept_file, take_order
 from server.ready import ServerReady, UpReady, write_ready
 from server.settings import ServerSettings
+from server.tls import require_certificate
 
 log = logging.getLogger(__name__)
 out = Console()
 
 POLL = 0.05
 START_TIMEOUT = 60.0
-STOP_TIMEOUT = 10.0
+STOP_TIMEOUT = 20.0
+"""The server lets the rig vent first [s]."""
 
 
 class ServerChild:
     """The server as a child process, started again when it dies."""
 
-    def __init__(self, settings: ServerSettings, ready: Path) -> None:
-        self._command = [sys.executable, "-m", "server", str(ready)]
+    def __init__(
+        self,
+        settings: ServerSettings,
+        ready: Path,
+        program: tuple[str, ...] = ("server",),
+        output: IO[bytes] | None = None,
+    ) -> None:
+        """`program` follows `python -m`; `output` None leaves it where ours goes."""
+        self._command, self._output = [sys.executable, "-m", *program, str(ready)], output
         self._environment = os.environ | environment(settings)
         self._ready = ready
         self._deaths = 0
@@ -58,7 +68,8 @@ class ServerChild:
         if self.process.poll() is None:
             return
         if not self._due:
-            log.error("server ended with code %s: restart", self.process.poll())
+            fields = {"code": self.process.poll()}
+            log.error("server ended with code %s: restart", *fields.values(), extra=fields)
             self._deaths = self._deaths + 1 if time.monotonic() - self._born < SHORT_LIFE else 0
             self._due = time.monotonic() + restart_delay(self._deaths)
         if time.monotonic() >= self._due:
@@ -72,13 +83,17 @@ class ServerChild:
         self._ready.unlink(missing_ok=True)
         self._born, self._due = time.monotonic(), 0.0
         # A session of its own: Ctrl-C in the terminal is for us, we end both children in order.
-        return subprocess.Popen(self._command, env=self._environment, start_new_session=True)
+        return subprocess.Popen(
+            self._command, env=self._environment, stdout=self._output, stderr=self._output, start_new_session=True
+        )
 
 
 def run_up(rig: RigSettings, server: ServerSettings, browser: bool, ready: Path | None) -> None:
     """Run rig and server until SIGINT or SIGTERM; the server ends first, so the rig comes to rest before it ends."""
+    require_certificate(server)
     for number in (signal.SIGINT, signal.SIGTERM):  # a shell may have started us in the background, SIGINT ignored
         signal.signal(number, signal.default_int_handler)
+    out.quiet = server.log_format == "json"
     supervisor = Supervisor(rig)
     supervisor.start()
     try:
@@ -106,10 +121,11 @@ def with_last_actuator(rig: RigSettings, server: ServerSettings) -> RigSettings:
 
 
 def environment(settings: ServerSettings) -> dict[str, str]:
-    """`settings` as environment variables: the token must not be seen in a list of processes."""
-    plain = settings.model_dump(mode="json", exclude_none=True, exclude={"token"})
-    token = {"token": settings.token.get_secret_value()} if settings.token else {}
-    return {f"TENDRIL_{name.upper()}": str(value) for name, value in {**plain, **token}.items()}
+    """`settings` as environment variables: the tokens must not be seen in a list of processes."""
+    secret = {"token": settings.token, "viewer_token": settings.viewer_token}
+    plain = settings.model_dump(mode="json", exclude_none=True, exclude=set(secret))
+    tokens = {name: value.get_secret_value() for name, value in secret.items() if value is not None}
+    return {f"TENDRIL_{name.upper()}": str(value) for name, value in {**plain, **tokens}.items()}
 
 
 def _run_server(supervisor: Supervisor, settings: ServerSettings, browser: bool, ready: Path | None) -> None:
@@ -118,10 +134,10 @@ def _run_server(supervisor: Supervisor, settings: ServerSettings, browser: bool,
         child = ServerChild(settings.model_copy(update={"orders": orders}), Path(folder, "server.json"))
         try:
             page = child.wait_ready()
-            _announce(page.url, browser)
+            _announce(page, browser)
             if ready:
                 processes = {"rig_process": supervisor.process, "server_process": page.process}
-                write_ready(ready, UpReady(url=page.url, **processes))
+                write_ready(ready, UpReady(url=page.url, viewer_url=page.viewer_url, **processes))
             while True:
                 time.sleep(POLL)
                 child.keep_alive()
@@ -132,8 +148,13 @@ def _run_server(supervisor: Supervisor, settings: ServerSettings, browser: bool,
             child.stop()
 
 
-def _announce(url: str, browser: bool) -> None:
-    text = f"[bold]{url}[/]\n\nThe address holds your access token. Ctrl-C stops rig and server."
+def _announce(page: ServerReady, browser: bool) -> None:
+    log.info("ready on %s", page.url.split("/?")[0])
+    text = (
+        f"To operate:         [bold]{page.url}[/]\n"
+        f"To look (and stop): {page.viewer_url}\n\n"
+        "Each address holds an access token (`tendril token`). Ctrl-C stops rig and server."
+    )
     out.print(Panel(text, title="Tendril"))
     if browser and (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        webbrowser.open(url)
+        webbrowser.open(page.url)

@@ -8,8 +8,8 @@ import hashlib
 from pathlib import Path
 
 from controller.errors import CommandRefused
+from controller.whole_file import write_whole
 from server.auth import Identity
-from server.settings import write_private
 
 USERS_MAX = 500
 """Users whose files are kept: those who saved last."""
@@ -29,7 +29,7 @@ class UserFiles:
         """Keep the user's file; CommandRefused where the disk does not."""
         try:
             self._folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-            write_private(self._file(who), text)
+            write_whole(self._file(who), text)
             self._forget_others()
         except OSError as error:
             raise CommandRefused(f"{self._what} cannot be kept: {error.strerror}") from error

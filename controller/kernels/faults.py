@@ -1,4 +1,4 @@
-"""Faults of the sensing that an operator injects into the twin: more noise, lost samples, lost markers.
+"""Faults that an operator injects into the twin: noisy, lost, displaced and frozen markers, broken pneumatics.
 
 They have a random generator of their own: with all of them off, and of what they leave alone, the twin keeps every bit.
 """
@@ -11,7 +11,7 @@ from controller.kernels.compiled import kernel
 from controller.kernels.noise import normal_pair, uniform
 from controller.kernels.rod import Array
 
-NOISE, SAMPLE_LOSS, MARKER_LOSS = 0, 1, 2
+NOISE, SAMPLE_LOSS, MARKER_LOSS, JUMP_X, JUMP_Y = range(5)
 LOST = -1
 """Time of capture of a sample that is never delivered."""
 
@@ -20,9 +20,14 @@ class Faults(NamedTuple):
     """What is injected from the next sample on; written by the link's thread, one number after the other."""
 
     values: Array
-    """(3,) added standard deviation of each coordinate [m]; probability to lose a sample, and to lose a marker."""
+    """(5,) added standard deviation of each coordinate [m]; probability to lose a sample, and to lose a marker; what
+    is added to x and y [m]."""
     rods: np.ndarray
-    """(1,) int64: bit i-1 set: noise and loss of markers meet the marker of rod i."""
+    """(1,) int64: bit i-1 set: noise, jump and loss of markers meet the marker of rod i."""
+    freeze: np.ndarray
+    """(1,) int64: a `Freeze`."""
+    pneumatics: np.ndarray
+    """(3,) int64: bits of stuck sensors, bits of stuck spools, whether the supply is lost (kernels/valve.py)."""
     seed: np.ndarray
     """(1,) uint64 state of the faults' own randomness."""
 
@@ -36,11 +41,13 @@ def sample_lost(faults):
 
 @kernel
 def spoil(faults, points):
-    """Add noise to the markers `points` (n,2) [m] in place, and make lost ones nan."""
+    """Displace the markers `points` (n,2) [m] in place, add noise, and make lost ones nan."""
     noise, share = faults.values[NOISE], faults.values[MARKER_LOSS]
     for i in range(points.shape[0]):
         if not faults.rods[0] >> i & 1:
             continue
+        points[i, 0] += faults.values[JUMP_X]
+        points[i, 1] += faults.values[JUMP_Y]
         if noise > 0.0:
             x, y = normal_pair(faults.seed)
             points[i, 0] += noise * x

@@ -3,11 +3,11 @@
 import math
 
 from controller.kernels.compiled import kernel
-from controller.kernels.feedforward import OPEN_LOOP
+from controller.kernels.feedforward import OPEN_LOOP, towards
 from controller.kernels.inverse import way_down
 from controller.kernels.observer import TIP
 from controller.kernels.polygon import nearest_admissible
-from controller.kernels.safety import E_STOP, NOT_FINITE, TRACK, is_live, move
+from controller.kernels.safety import E_STOP, FOLLOW, HOLD, NUMBERS, TRACK, is_live, react
 from controller.kernels.statics import sensitivity
 from controller.modes import Law
 
@@ -132,13 +132,15 @@ def watch_off_time(control, error, closed):
 def saturate(control, settings, telemetry):
     """U = u_ff + u_fb, brought to the nearest admissible torque; the integral runs on, unless that would wind it up.
 
-    Not a number ends here: E_STOP with u = 0.
+    Its rate is bounded but where a plan may step. Not a number ends here: E_STOP with u = 0.
     """
     state = control.state[0]
     sum_1, sum_2 = state.u_ff[0] + state.u_fb[0], state.u_ff[1] + state.u_fb[1]
     u1, u2 = nearest_admissible(control.smap.polygon, sum_1, sum_2)
-    if state.mode != E_STOP and not math.isfinite(u1 + u2):
-        move(state, E_STOP, NOT_FINITE)
+    if not math.isfinite(u1 + u2):
+        react(state, NUMBERS)
+    if state.mode == HOLD or state.mode == FOLLOW:
+        u1, u2 = towards(state.u, u1, u2, control.controller[0].torque_slew_max * control.dt)
     if state.mode == E_STOP:
         u1 = u2 = 0.0
     state.u[0], state.u[1] = u1, u2

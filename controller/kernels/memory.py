@@ -5,8 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.kernels.inverse import StaticMap
-from controller.kernels.observer import Observer, Sensing
+from controller.kernels.observer import Observer
 from controller.kernels.rod import Array
+from controller.kernels.sensing import Sensing
 
 STATE = np.dtype(
     [
@@ -27,7 +28,11 @@ STATE = np.dtype(
         ("used", "<i8"),  # sensors used in this tick, as bits
         ("forget", "<i8"),  # the observer is to start anew
         ("seen_ns", "<i8"),  # capture time of the last sample with a marker that is wanted
+        ("jumped", "<i8"),  # switched-on sensors that jumped in the last sample, as bits
+        ("moved_ns", "<i8"),  # capture time of the last sample in which a marker was not where it was before
+        ("u_moved", "<f8", (2,)),  # torque on the model at that time [N m]
         ("off_time", "<f8"),  # time with the tracking error above its limit, less that below it [s]
+        ("pressure_off", "<f8"),  # the same for the pressures' distance from the model [s]
         ("index", "<i8"),  # next row of the planned reference
         ("followed", "<i8"),  # rows of it taken so far
         ("reachable", "<i8"),  # the goal is in reach

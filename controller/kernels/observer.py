@@ -58,49 +58,6 @@ class Observer(NamedTuple):
     """The model's position at the sensors (10,2) [m]."""
 
 
-class Sensing(NamedTuple):
-    """The last sample of the markers, held for the controller, carried on to the present for the observer."""
-
-    sample_ns: np.ndarray
-    """(1,) its time of capture; 0 before the first."""
-    p: Array
-    """Positions (10,2) [m], nan where not seen."""
-    v: Array
-    """Velocities by difference of the last two samples (10,2) [m/s], 0 where unknown."""
-    age: Array
-    """(1,) by how long the observer carries p on with v [s]."""
-
-
-@kernel
-def sense(control, sensing, t_ns, settings, measurement):
-    """Take over a new sample and note which of the switched-on sensors are usable now, as bits in `used`."""
-    state = control.state[0]
-    usable = 0
-    if measurement.t_ns > sensing.sample_ns[0]:
-        take_sample(sensing, measurement)
-    for i in range(sensing.p.shape[0]):
-        if settings.sensed >> i & 1 and math.isfinite(sensing.p[i, 0] + sensing.p[i, 1]):
-            usable |= 1 << i
-    if usable != 0 or settings.sensed == 0:
-        state.seen_ns = sensing.sample_ns[0]
-    fresh = sensing.sample_ns[0] > 0 and (t_ns - sensing.sample_ns[0]) * 1e-9 <= control.limits[0].measurement_old
-    state.used = usable if fresh else 0
-    carried = fresh and control.controller[0].carry_on
-    sensing.age[0] = (t_ns - sensing.sample_ns[0]) * 1e-9 if carried else 0.0
-
-
-@kernel
-def take_sample(sensing, measurement):
-    """Hold the markers of `measurement` and their velocity since the sample before."""
-    rate = 1e9 / (measurement.t_ns - sensing.sample_ns[0])
-    for i in range(sensing.p.shape[0]):
-        for j in range(2):
-            v = (measurement.markers[i, j] - sensing.p[i, j]) * rate
-            sensing.v[i, j] = v if math.isfinite(v) and sensing.sample_ns[0] > 0 else 0.0
-            sensing.p[i, j] = measurement.markers[i, j]
-    sensing.sample_ns[0] = measurement.t_ns
-
-
 @kernel
 def breathe(observer, u1, u2):
     """Pass u through dead time and lag: the torques that act on the model now (paper, "Dynamic observer")."""

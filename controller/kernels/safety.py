@@ -1,4 +1,4 @@
-"""Safety states and watchdogs: the transition table as data, one function for each line of the watchdog table.
+"""Safety states and watchdogs in the loop: they act by the tables of controller/states.py (docs/safety.md).
 
 Every age is taken on the loop's own clock; silence while the loop itself stood still is not held against anyone.
 """
@@ -9,35 +9,46 @@ import numpy as np
 
 from controller.kernels.compiled import kernel
 from controller.modes import Cause, Mode, Request
+from controller.states import DRIVEN, LIVE, MOVING, WATCHDOGS, Watch, next_mode
 
 VENTED, HOLD, FOLLOW, TRACK, REST, FAULT, E_STOP = (int(mode) for mode in Mode)
 REFUSED = -1
-R = REFUSED
-#    NONE    ARM   HOLD  FOLLOW  TRACK  REST  CLEAR   E_STOP
-TRANSITIONS = np.array(
-    [
-        [VENTED, HOLD, R, R, R, R, R, E_STOP],  # VENTED
-        [HOLD, R, HOLD, FOLLOW, TRACK, REST, R, E_STOP],  # HOLD
-        [FOLLOW, R, HOLD, FOLLOW, R, REST, R, E_STOP],  # FOLLOW
-        [TRACK, R, HOLD, FOLLOW, R, REST, R, E_STOP],  # TRACK
-        [REST, R, HOLD, R, R, REST, R, E_STOP],  # REST
-        [FAULT, R, R, R, R, R, VENTED, E_STOP],  # FAULT
-        [E_STOP, R, R, R, R, R, VENTED, E_STOP],  # E_STOP
-    ]
-)
-"""Mode after [mode, request], or REFUSED."""
 
-ASK_ARM, ASK_CLEAR, ASK_E_STOP = int(Request.ARM), int(Request.CLEAR), int(Request.E_STOP)
-NO_CAUSE, OPERATOR, OPERATOR_LOST = int(Cause.NONE), int(Cause.OPERATOR), int(Cause.OPERATOR_LOST)
-SERVER_LOST, PUMP_LOST, MEASUREMENT_LOST = int(Cause.SERVER_LOST), int(Cause.PUMP_LOST), int(Cause.MEASUREMENT_LOST)
-LOOP_STALLED, NOT_FINITE, PRESSURE = int(Cause.LOOP_STALLED), int(Cause.NOT_FINITE), int(Cause.PRESSURE)
-TRACKING_ERROR, RESTED, WRONG_MODE = int(Cause.TRACKING_ERROR), int(Cause.RESTED), int(Cause.WRONG_MODE)
-WRONG_BOOT, NO_REFERENCE, NO_OPERATOR = int(Cause.WRONG_BOOT), int(Cause.NO_REFERENCE), int(Cause.NO_OPERATOR)
+
+def _refusable(mode: Mode, request: Request) -> int:
+    wanted = next_mode(mode, request)
+    return REFUSED if wanted is None else int(wanted)
+
+
+def _bits(modes: tuple[Mode, ...]) -> int:
+    return sum(1 << mode for mode in modes)
+
+
+TRANSITIONS = np.array([[_refusable(mode, request) for request in Request] for mode in Mode])
+"""Mode after [mode, request], or REFUSED."""
+WATCHED_IN = np.array([_bits(WATCHDOGS[watch].modes) for watch in Watch])
+REACTION = np.array([int(WATCHDOGS[watch].reaction) for watch in Watch])
+CAUSE = np.array([int(WATCHDOGS[watch].cause) for watch in Watch])
+LIVE_BITS, MOVING_BITS, DRIVEN_BITS = _bits(LIVE), _bits(MOVING), _bits(DRIVEN)
+
+LOOP, OPERATOR_SIGN, SERVER_SILENT, SERVER_GONE = (int(watch) for watch in list(Watch)[:4])
+PUMP_SILENT, PUMP_GONE = int(Watch.PUMP_SILENT), int(Watch.PUMP_GONE)
+MARKERS_LOST, MARKERS_JUMPED = int(Watch.MARKERS_LOST), int(Watch.MARKERS_JUMPED)
+MARKERS_FROZEN, ERROR, SPEED = int(Watch.MARKERS_FROZEN), int(Watch.ERROR), int(Watch.SPEED)
+FLOW, NUMBERS, PRESSURE = int(Watch.FLOW), int(Watch.NUMBERS), int(Watch.PRESSURE)
+
+ASK_CLEAR, ASK_E_STOP = int(Request.CLEAR), int(Request.E_STOP)
+NO_CAUSE, OPERATOR, RESTED = int(Cause.NONE), int(Cause.OPERATOR), int(Cause.RESTED)
+WRONG_MODE, WRONG_BOOT = int(Cause.WRONG_MODE), int(Cause.WRONG_BOOT)
+NO_REFERENCE, NO_OPERATOR = int(Cause.NO_REFERENCE), int(Cause.NO_OPERATOR)
 
 
 @kernel
-def supervise(control, t_ns, command, status, measurement):
-    """Act on a new request, then let every watchdog look: sets mode and cause for this tick (DESIGN section 5)."""
+def supervise(control, t_ns, command, status, measurement, u_hat):
+    """Act on a new request, then let every watchdog look: sets mode and cause for this tick (DESIGN section 5).
+
+    `u_hat` (2,) [N m] is what the model believes to be in the chambers.
+    """
     state, limits = control.state[0], control.limits[0]
     before = state.mode
     if command.presence > state.presence:  # a rise: a second server that repeats another number is no operator
@@ -46,10 +57,13 @@ def supervise(control, t_ns, command, status, measurement):
         consider(control, t_ns, command)
     watch_loop(state, limits, t_ns)
     watch_operator(state, limits, t_ns)
-    watch_link(state, limits.server_hold, limits.server_rest, silence(state, status.server_ns, t_ns), SERVER_LOST)
-    watch_link(state, limits.pump_hold, limits.pump_rest, silence(state, status.pump_ns, t_ns), PUMP_LOST)
-    watch_measurement(state, limits, t_ns)
+    watch_server(state, limits, silence(state, status.server_ns, t_ns))
+    watch_pump(state, limits, silence(state, status.pump_ns, t_ns))
+    watch_markers(state, limits, silence(state, state.seen_ns, t_ns))
+    watch_frozen(state, limits, u_hat)
     watch_error(state, limits)
+    watch_speed(state, limits, control.v)
+    watch_flow(control, measurement, u_hat)
     watch_numbers(control, command)
     watch_pressure(state, limits, measurement)
     if state.mode == REST and state.u[0] == 0.0 and state.u[1] == 0.0:
@@ -66,15 +80,22 @@ def move(state, mode, cause):
 
 
 @kernel
+def react(state, watch):
+    """Do what the table says when the watchdog `watch` finds its bound passed in this mode."""
+    if WATCHED_IN[watch] >> state.mode & 1:
+        move(state, REACTION[watch], CAUSE[watch])
+
+
+@kernel
 def is_live(mode):
     """HOLD, FOLLOW or TRACK: the reference rules u."""
-    return mode == HOLD or mode == FOLLOW or mode == TRACK
+    return LIVE_BITS >> mode & 1 != 0
 
 
 @kernel
 def is_moving(mode):
     """FOLLOW or TRACK: the reference itself may move."""
-    return mode == FOLLOW or mode == TRACK
+    return MOVING_BITS >> mode & 1 != 0
 
 
 @kernel
@@ -93,7 +114,10 @@ def present(state, limits, t_ns):
 
 @kernel
 def consider(control, t_ns, command):
-    """Accept or refuse the request of `command`, once; after a CLEAR the observer starts anew."""
+    """Accept or refuse the request of `command`, once; after a CLEAR the observer starts anew.
+
+    A rig that is stopped already keeps the cause for which it was.
+    """
     state, request = control.state[0], command.request
     wanted = TRANSITIONS[state.mode, request] if 0 <= request < TRANSITIONS.shape[1] else REFUSED
     state.request_n = command.request_n
@@ -106,7 +130,7 @@ def consider(control, t_ns, command):
         state.request_cause = NO_REFERENCE
     elif request != 0 and is_moving(wanted) and not present(state, control.limits[0], t_ns):
         state.request_cause = NO_OPERATOR
-    elif request != 0:
+    elif (request != 0 and state.mode != E_STOP) or request == ASK_CLEAR:
         state.unattended = command.unattended
         move(state, wanted, OPERATOR)
         state.forget = request == ASK_CLEAR
@@ -117,39 +141,86 @@ def watch_loop(state, limits, t_ns):
     """The loop itself stood still: HOLD on resume."""
     if (t_ns - state.last_ns) * 1e-9 > limits.loop_gap:
         state.stall_ns, state.resume_ns = state.last_ns, t_ns
-        if is_moving(state.mode):
-            move(state, HOLD, LOOP_STALLED)
+        react(state, LOOP)
 
 
 @kernel
 def watch_operator(state, limits, t_ns):
-    """No operator in a moving mode: HOLD, unless a TRACK run was started as unattended."""
+    """No operator in a moving mode, unless a TRACK run was started as unattended."""
     alone = state.mode == TRACK and state.unattended != 0
-    if is_moving(state.mode) and not alone and not present(state, limits, t_ns):
-        move(state, HOLD, OPERATOR_LOST)
+    if not alone and not present(state, limits, t_ns):
+        react(state, OPERATOR_SIGN)
 
 
 @kernel
-def watch_link(state, hold_after, rest_after, silent, cause):
-    """Server or pump silent: HOLD, after a longer time ramp to rest."""
-    if is_live(state.mode) and silent > rest_after:
-        move(state, REST, cause)
-    elif is_moving(state.mode) and silent > hold_after:
-        move(state, HOLD, cause)
+def watch_server(state, limits, silent):
+    """Server silent for so many seconds: HOLD, after a longer time ramp to rest."""
+    if silent > limits.server_hold:
+        react(state, SERVER_SILENT)
+    if silent > limits.server_rest:
+        react(state, SERVER_GONE)
 
 
 @kernel
-def watch_measurement(state, limits, t_ns):
-    """No usable marker for long: FAULT, ramp to rest. (For less long, `sense` already took the feedback off.)"""
-    if is_live(state.mode) and silence(state, state.seen_ns, t_ns) > limits.measurement_lost:
-        move(state, FAULT, MEASUREMENT_LOST)
+def watch_pump(state, limits, silent):
+    """The rig's Python side silent for so many seconds: HOLD, after a longer time ramp to rest."""
+    if silent > limits.pump_hold:
+        react(state, PUMP_SILENT)
+    if silent > limits.pump_rest:
+        react(state, PUMP_GONE)
+
+
+@kernel
+def watch_markers(state, limits, unseen):
+    """No usable marker for so many seconds: FAULT. (For less long, `sense` already took the feedback off.)"""
+    if unseen > limits.measurement_lost:
+        react(state, MARKERS_JUMPED if state.jumped != 0 else MARKERS_LOST)
+
+
+@kernel
+def watch_frozen(state, limits, u_hat):
+    """Samples that come but show no motion at all, not even noise, while the torque changed: FAULT."""
+    change = max(abs(u_hat[0] - state.u_moved[0]), abs(u_hat[1] - state.u_moved[1]))
+    still = (state.seen_ns - state.moved_ns) * 1e-9
+    if state.used != 0 and still > limits.frozen_time and change > limits.frozen_torque:
+        react(state, MARKERS_FROZEN)
 
 
 @kernel
 def watch_error(state, limits):
     """Tracking error above its limit for its time, in closed loop with the target in reach: FAULT."""
-    if is_live(state.mode) and state.off_time > limits.error_time:
-        move(state, FAULT, TRACKING_ERROR)
+    if state.off_time > limits.error_time:
+        react(state, ERROR)
+
+
+@kernel
+def watch_speed(state, limits, v):
+    """The model moves faster than any actuator: E_STOP, before its numbers are lost."""
+    if speed_of(v) > limits.speed_max:
+        react(state, SPEED)
+
+
+@kernel
+def speed_of(v):
+    """Speed of the last rod [m/s]."""
+    last = v.shape[1] - 1
+    return math.hypot(v[0, last], v[1, last])
+
+
+@kernel
+def watch_flow(control, measurement, u_hat):
+    """The chambers' pressures are not those that the torques ask for, lag and dead time allowed: E_STOP.
+
+    No command would bring such a chamber to rest: sensor, valve or supply is broken.
+    """
+    state, limits, p = control.state[0], control.limits[0], measurement.pressures
+    off = 0.0
+    for j in range(2):
+        off = max(off, abs(p[2 * j] - p[2 * j + 1] - u_hat[j] * control.pascal_per_torque[j]))
+    change = control.dt if off > limits.pressure_off_max else -control.dt
+    state.pressure_off = max(0.0, state.pressure_off + change) if DRIVEN_BITS >> state.mode & 1 else 0.0
+    if state.pressure_off > limits.pressure_off_time:
+        react(state, FLOW)
 
 
 @kernel
@@ -160,8 +231,8 @@ def watch_numbers(control, command):
     for row in range(3):
         for i in range(q.shape[1]):
             total += q[row, i] + v[row, i]
-    if state.mode != E_STOP and not state.forget and not math.isfinite(total):
-        move(state, E_STOP, NOT_FINITE)
+    if not state.forget and not math.isfinite(total):
+        react(state, NUMBERS)
 
 
 @kernel
@@ -176,7 +247,7 @@ def command_sum(command):
 
 @kernel
 def watch_pressure(state, limits, measurement):
-    """A chamber pressure is too high or not a number: E_STOP."""
+    """A chamber pressure is out of range or not a number: E_STOP."""
     for j in range(measurement.pressures.shape[0]):
-        if state.mode != E_STOP and not measurement.pressures[j] <= limits.pressure_max:
-            move(state, E_STOP, PRESSURE)
+        if not limits.pressure_min <= measurement.pressures[j] <= limits.pressure_max:
+            react(state, PRESSURE)

@@ -5,9 +5,10 @@ from controller.kernels.feedback import feed_back, saturate
 from controller.kernels.feedforward import feed_forward
 from controller.kernels.follow import refer
 from controller.kernels.memory import Rig as Rig
-from controller.kernels.observer import observe, sense
+from controller.kernels.observer import observe
 from controller.kernels.report import report_command, report_estimate, report_loop
 from controller.kernels.safety import supervise
+from controller.kernels.sensing import sense
 from controller.kernels.timing import begin, feedforward_due
 
 
@@ -21,10 +22,10 @@ def tick(rig, t_ns, command, measurement, status, telemetry):
     control, observer, sensing = rig
     settings, state = command.settings, control.state[0]
     periods = begin(control, t_ns)
-    sense(control, sensing, t_ns, settings, measurement)
+    sense(control, sensing, observer, t_ns, settings, measurement)
     observe(state, observer, sensing, settings, periods)
     report_estimate(control, observer, sensing, t_ns, measurement, telemetry)
-    supervise(control, t_ns, command, status, measurement)
+    supervise(control, t_ns, command, status, measurement, observer.u_hat)
     due = feedforward_due(control, settings)
     refer(control, command, due)
     feed_forward(control, settings, due)

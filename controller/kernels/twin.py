@@ -15,8 +15,12 @@ from controller.kernels.friction import Hysteresis, Sheet, resist_hysteresis, ru
 from controller.kernels.integrate import rk4_step
 from controller.kernels.noise import normal_pair
 from controller.kernels.rod import Array, Load, RodModel, RodState, Work
+from controller.kernels.safety import E_STOP
 from controller.kernels.statics import Places, points_on
-from controller.kernels.valve import Chambers, fill_chambers
+from controller.kernels.valve import Chambers, dump, fill_chambers
+from controller.modes import Freeze
+
+FREEZE_OFF, FRESH_TIME = int(Freeze.OFF), int(Freeze.FRESH_TIME)
 
 
 class Creep(NamedTuple):
@@ -72,13 +76,15 @@ class Twin(NamedTuple):
 
 @kernel
 def twin_step(twin, t_ns, telemetry, measurement):
-    """Show the plant as it is at t_ns [ns], then advance it by dt under telemetry.pressure_cmd.
+    """Show the plant as it is at t_ns [ns], then advance it by dt under telemetry.pressure_cmd; E_STOP dumps the air.
 
     Writes telemetry.twin_backbone, measurement.pressures and, when a sample is due, the markers and their capture time.
     """
     points_on(twin.state.q, twin.backbone, telemetry.twin_backbone)
     capture(twin, t_ns)
     deliver(twin.camera, twin.ticks[0], measurement)
+    if telemetry.mode == E_STOP:
+        dump(twin.chambers, twin.dt)
     fill_chambers(twin.chambers, twin.ticks[0], telemetry.pressure_cmd, twin.dt)
     h = twin.dt / twin.substeps
     for _ in range(twin.substeps):
@@ -88,7 +94,7 @@ def twin_step(twin, t_ns, telemetry, measurement):
         rub(twin.model, twin.sheet, twin.state.v, twin.load, h)
         rk4_step(twin.model, twin.state, twin.load, h, twin.work)
     for j in range(4):
-        measurement.pressures[j] = twin.chambers.pressure[j]
+        measurement.pressures[j] = twin.chambers.sensed[j]
     twin.ticks[0] += 1
 
 
@@ -99,6 +105,9 @@ def capture(twin, t_ns):
     if twin.ticks[0] % camera.period != 0:
         return
     slot = twin.ticks[0] // camera.period % camera.t_ns.size
+    if twin.faults.freeze[0] != FREEZE_OFF:
+        repeat(camera, slot, t_ns if twin.faults.freeze[0] == FRESH_TIME else LOST)
+        return
     camera.t_ns[slot] = t_ns
     points = camera.points[slot]
     points_on(twin.state.q, camera.markers, points)
@@ -109,6 +118,16 @@ def capture(twin, t_ns):
     if sample_lost(twin.faults):
         camera.t_ns[slot] = LOST
     spoil(twin.faults, points)
+
+
+@kernel
+def repeat(camera, slot, t_ns):
+    """Put the sample taken last into `slot` under another time of capture; LOST: it says nothing new."""
+    last = (slot - 1) % camera.t_ns.size
+    camera.t_ns[slot] = t_ns
+    for i in range(camera.points.shape[1]):
+        for j in range(2):
+            camera.points[slot, i, j] = camera.points[last, i, j]
 
 
 @kernel

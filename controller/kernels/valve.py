@@ -7,6 +7,8 @@ command. Flow is that of ISO 6358: choked below the critical ratio of pressures,
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from controller.kernels.compiled import inlined, kernel
 from controller.kernels.denormal import settled
 from controller.kernels.rod import Array
@@ -19,6 +21,9 @@ INTEGRAL_BAND = 5e3
 """The loop integrates only this near its setpoint, so that a step leaves no overshoot behind [Pa]."""
 INTEGRAL_MAX = 0.012
 """Bound of the integral: a little more than the largest offset of a spool [share of the stroke]."""
+SENSORS_STUCK, SPOOLS_STUCK, SUPPLY_LOST = range(3)
+OPEN_LINE = 0.05
+"""Opening through which a chamber loses its air at least, while the supply line is open [share of the stroke]."""
 
 
 class Valve(NamedTuple):
@@ -49,6 +54,8 @@ class Chambers(NamedTuple):
 
     pressure: Array
     """(4,) gauge [Pa]."""
+    sensed: Array
+    """(4,) the same as its sensor shows it, to the valve's loop and to the rig [Pa]."""
     spool: Array
     """(4,) position, -1 (exhausts) .. 1 (fills)."""
     integral: Array
@@ -56,6 +63,8 @@ class Chambers(NamedTuple):
     line: Array
     """Ring of setpoints on their way (ticks of dead time + 1, 4) [Pa]."""
     valve: Valve
+    broken: np.ndarray
+    """(3,) int64: bits of chambers whose sensor is stuck, bits of those whose spool is, 1 where the supply is lost."""
     torque_per_pascal: Array
     """Real torque on a unit of T_theta per differential pressure of each pair (2,) [N m/Pa]."""
 
@@ -68,11 +77,24 @@ def fill_chambers(chambers, tick, setpoints, dt):
     put, take = tick % slots, (tick + 1) % slots
     for j in range(4):
         chambers.line[put, j] = setpoints[j]
-        p = chambers.pressure[j]
-        command, chambers.integral[j] = regulate(valve, chambers.line[take, j] - p, chambers.integral[j], dt)
-        chambers.spool[j] = settled(command + (chambers.spool[j] - command) * valve.keep)
+        p, e = chambers.pressure[j], chambers.line[take, j] - chambers.sensed[j]
+        command, chambers.integral[j] = regulate(valve, e, chambers.integral[j], dt)
+        if not chambers.broken[SPOOLS_STUCK] >> j & 1:
+            chambers.spool[j] = settled(command + (chambers.spool[j] - command) * valve.keep)
         opening = min(1.0, max(-1.0, chambers.spool[j] + valve.offset))
+        if chambers.broken[SUPPLY_LOST] != 0:
+            opening = -max(abs(opening), OPEN_LINE)
         chambers.pressure[j] = filled(valve, p, valve_flow(valve, opening, p), dt)
+        if not chambers.broken[SENSORS_STUCK] >> j & 1:
+            chambers.sensed[j] = chambers.pressure[j]
+
+
+@kernel
+def dump(chambers, dt):
+    """Let the air of all chambers out for dt [s], past the valves: what an E-STOP must do whatever is stuck."""
+    for j in range(4):
+        p = chambers.pressure[j]
+        chambers.pressure[j] = filled(chambers.valve, p, valve_flow(chambers.valve, -1.0, p), dt)
 
 
 @inlined

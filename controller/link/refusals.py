@@ -27,5 +27,8 @@ class Refusals:
             if self._now() < self._due:
                 return False
             self._due = self._now() + PAUSE
-            log.warning("rig %s, query on %s: %s (%d refused since the start)", self._rig, key, error, self.count)
+            fields = {"rig": self._rig, "expression": key, "refused": self.count}
+            log.warning(
+                "rig %s, query on %s: %s (%d refused since the start)", self._rig, key, error, self.count, extra=fields
+            )
             return True

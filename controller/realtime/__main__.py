@@ -9,10 +9,14 @@ from controller.realtime.priority import prefer_process
 def main() -> None:
     """The heavy imports come after the priority: on a busy machine they are most of a restart."""
     prefer_process()
+    from controller.logs import log_json
     from controller.realtime.rig import RigSettings, run_rig
 
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
-    run_rig(RigSettings.model_validate_json(sys.argv[1]))
+    settings = RigSettings.model_validate_json(sys.argv[1])
+    if settings.log_format == "json":
+        log_json("rig")
+    run_rig(settings)
 
 
 main()

@@ -116,13 +116,12 @@ class Desk:
         return len(points)
 
     def faults(self, wanted: TwinFaults | None) -> TwinFaults:
-        """Inject faults into the twin's sensing, None changes nothing; those in force. Refused on hardware."""
+        """Inject faults into the twin, None changes nothing; those in force. Refused on hardware."""
         if self._faults is None:
             raise CommandRefused("refused: faults can be injected into the twin only, and this rig is hardware")
         with self._one_at_a_time:
             if wanted is not None:
-                self._faults.values[:] = wanted.noise, wanted.sample_loss, wanted.marker_loss
-                self._faults.rods[0] = wanted.rods
+                inject(wanted, self._faults)
                 self._injected = wanted
             return self._injected
 
@@ -135,6 +134,13 @@ class Desk:
                 return row
             time.sleep(POLL)
         return None
+
+
+def inject(wanted: TwinFaults, faults: Faults) -> None:
+    """Put `wanted` in force, one number after the other."""
+    faults.values[:] = wanted.noise, wanted.sample_loss, wanted.marker_loss, *wanted.jump
+    faults.rods[0], faults.freeze[0] = wanted.rods, wanted.freeze
+    faults.pneumatics[:] = wanted.sensors_stuck, wanted.valves_stuck, wanted.supply_lost
 
 
 def answer(command: Command, row: np.void) -> CommandReply:

@@ -31,6 +31,7 @@ from controller.realtime.priority import pin_memory, prefer_process, raise_threa
 from controller.realtime.ring import PUMP_NS, STOP, Ring, create_ring, ring_folders
 from controller.realtime.settings import RigReady, free_port
 from controller.realtime.settings import RigSettings as RigSettings
+from controller.whole_file import write_whole
 
 log = logging.getLogger(__name__)
 
@@ -151,12 +152,11 @@ class RigProcess:
         return Desk(info, self.ring, self.memory.commands, self._rig.control, faults)
 
     def _say_ready(self, endpoint: str) -> None:
-        log.info("rig %s ready on %s, %s", self.settings.rig, endpoint, self.policy)
+        fields = {"rig": self.settings.rig, "endpoint": endpoint, "policy": self.policy}
+        log.info("rig %s ready on %s, %s", *fields.values(), extra=fields)
         if self.settings.ready:
             ready = RigReady(endpoint=endpoint, boot=self.boot, process=os.getpid())
-            draft = self.settings.ready.with_suffix(".draft")
-            draft.write_text(ready.model_dump_json())
-            draft.replace(self.settings.ready)
+            write_whole(self.settings.ready, ready.model_dump_json(), lasting=False)
 
 
 @contextmanager

@@ -7,6 +7,7 @@ from typing import Annotated
 from pydantic import Field as Bounds
 
 from controller.layout import Model
+from controller.logs import LogFormat
 from controller.parameters import RigParameters
 
 
@@ -27,6 +28,7 @@ class RigSettings(Model):
     """Where the ring lies; None: shared memory, else the folder of temporary files."""
     ready: Path | None = None
     """Written when the loop runs and the link answers: a `RigReady` as JSON."""
+    log_format: LogFormat = "text"
     parent: int = 0
     """Process without which this rig ends, once it is VENTED; 0: none."""
 

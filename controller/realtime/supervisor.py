@@ -8,6 +8,7 @@ import tempfile
 import threading
 import time
 from pathlib import Path
+from typing import IO
 
 from controller.errors import RigUnreachable, TendrilError
 from controller.parameters import RigParameters
@@ -28,7 +29,14 @@ STOP_TIMEOUT = 5.0
 class Supervisor:
     """Runs a rig as a child process, watched by a thread; the endpoint stays the same over restarts."""
 
-    def __init__(self, settings: RigSettings) -> None:
+    def __init__(
+        self,
+        settings: RigSettings,
+        program: tuple[str, ...] = ("controller.realtime",),
+        output: IO[bytes] | None = None,
+    ) -> None:
+        """`program` follows `python -m`, and the settings follow it; `output` None leaves it where ours goes."""
+        self._program, self._output = program, output
         self._folder = tempfile.TemporaryDirectory(prefix="tendril-")
         self._ready_file = Path(self._folder.name, "ready.json")
         self.settings = settings.model_copy(
@@ -79,7 +87,9 @@ class Supervisor:
             born = time.monotonic()
             self._ready_file.unlink(missing_ok=True)
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "controller.realtime", self.settings.model_dump_json()],
+                [sys.executable, "-m", *self._program, self.settings.model_dump_json()],
+                stdout=self._output,
+                stderr=self._output,
                 start_new_session=True,  # Ctrl-C in the terminal is for us: we end the rig in order
             )
             self._live(self._process)
@@ -92,7 +102,8 @@ class Supervisor:
                 quick_deaths = 0
                 continue
             quick_deaths = quick_deaths + 1 if time.monotonic() - born < SHORT_LIFE else 0
-            log.error("rig %s ended with code %s: restart", self.settings.rig, self._process.poll())
+            fields = {"rig": self.settings.rig, "code": self._process.poll()}
+            log.error("rig %s ended with code %s: restart", *fields.values(), extra=fields)
             self.restarts += 1
 
     def _live(self, process: subprocess.Popen[bytes]) -> None:

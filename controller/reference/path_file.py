@@ -23,6 +23,8 @@ SI = {"t": "s", "x": "m", "y": "m"}
 """The unit of a column that names none, where nothing else is said."""
 NAMES = {"t": "t", "time": "t", "x": "x", "y": "y"}
 """Names of the columns that are read, in lower case; any other column is left alone."""
+HEADER_SHOWN = 20
+"""Names of a header that an error quotes."""
 DELIMITERS = ";\t,"
 """In the order in which they are looked for; without any of them a row is split at blanks."""
 
@@ -143,7 +145,13 @@ def _missing(name: str, strange: dict[str, str], header: list[str]) -> str:
     """Why there is no column `name`: perhaps one of `strange` was meant, by name."""
     if name in strange:
         return f"column {strange[name]!r} has an unknown unit (known for {name}: {', '.join(UNITS[name])})"
-    return f"column {name} is missing (the header has {', '.join(map(str.strip, header))})"
+    return f"column {name} is missing (the header has {_begin(header)})"
+
+
+def _begin(header: list[str]) -> str:
+    """The first names of a header that may be no header at all."""
+    names = [title.strip()[:40] for title in header[:HEADER_SHOWN]]
+    return ", ".join(names) + (f", and {len(header) - len(names)} more" if len(header) > len(names) else "")
 
 
 def _number(where: str, column: Column, cells: list[str]) -> float:
@@ -158,7 +166,7 @@ def _number(where: str, column: Column, cells: list[str]) -> float:
     except ValueError:
         raise DataError(f"{where}: {column.name} = {text[:60]!r} is not a number") from None
     if not math.isfinite(value):
-        raise DataError(f"{where}: {column.name} = {text} is not finite")
+        raise DataError(f"{where}: {column.name} = {text[:60]} is not finite")
     return value
 
 

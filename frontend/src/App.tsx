@@ -1,6 +1,7 @@
 import { Loader, Tabs } from "@mantine/core";
 import { lazy, Suspense, type ComponentType } from "react";
 import { ActuatorPanel } from "./panels/ActuatorPanel";
+import { Asking } from "./panels/Asking";
 import { Banner } from "./panels/Banner";
 import { ControlPanel } from "./panels/ControlPanel";
 import { GainsPanel } from "./panels/GainsPanel";
@@ -44,6 +45,7 @@ function Bench() {
           setHelp(true);
         }}
       />
+      <Asking />
       {view === "live" ? <Guide /> : null}
       <HealthStrip />
       <Live hidden={view !== "live"} />

@@ -71,9 +71,11 @@ class DrawingBody(Both):
     """A drawing, as it is saved and planned."""
 
     name: DrawingName
-    points: Annotated[list[Point], Bounds(min_length=2, max_length=5000)]
+    points: Annotated[list[Point], Bounds(min_length=2, max_length=5000, fail_fast=True)]
     """Positions in the plane frame [m]; straight lines lie between them."""
-    times: Annotated[list[Annotated[float, Bounds(allow_inf_nan=False)]], Bounds(max_length=5000)] | None = None
+    times: (
+        Annotated[list[Annotated[float, Bounds(allow_inf_nan=False)]], Bounds(max_length=5000, fail_fast=True)] | None
+    ) = None
     """Of the points [s], rising; only an imported file has them."""
     closed: bool = False
     """Whether a line leads from the last point back to the first. Not for `given`."""

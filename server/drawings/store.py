@@ -8,9 +8,9 @@ from pydantic import TypeAdapter, ValidationError
 
 from controller.errors import TendrilError
 from controller.reference.shapes import lengths
+from controller.whole_file import write_whole
 from server.drawings.messages import DrawingBody, DrawingInfo, DrawingName, Duration, Given, Speed
 from server.references import UnknownReference
-from server.settings import write_private
 
 _NAME: TypeAdapter[str] = TypeAdapter(DrawingName)
 
@@ -52,7 +52,7 @@ class Drawings:
         path = self._path(drawing.name)
         try:
             self._folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-            write_private(path, drawing.model_dump_json())
+            write_whole(path, drawing.model_dump_json())
         except OSError as error:
             raise TendrilError(f"{drawing.name} cannot be saved: {error.strerror}") from error
         return _info(drawing, path)

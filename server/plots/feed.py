@@ -1,6 +1,6 @@
 """The binary half of the live socket: the newest row, and the bins that one viewer still lacks."""
 
-from collections import deque
+from collections import OrderedDict, deque
 
 import numpy as np
 
@@ -12,11 +12,34 @@ CHUNK = 2048
 """Bins in one message at most, 33 s: the past comes in pieces, and what is urgent passes between them."""
 
 
+KEPT = 8
+"""Messages that are kept for others: within a beat most viewers lack the same bins of the same channels."""
+
+
+class Plots:
+    """PLOT messages of the newest bins, each made once for all who lack the same. Only the event loop uses it."""
+
+    def __init__(self, history: History) -> None:
+        self.history = history
+        self._made: OrderedDict[tuple[int, int, tuple[int, ...]], tuple[int, bytes]] = OrderedDict()
+
+    def newest(self, cursor: int, columns: list[int]) -> tuple[int, bytes]:
+        """The bins from `cursor` on, `CHUNK` at most: the number of the next one, and the message."""
+        stop = self.history.bin_stop
+        lacks = cursor, stop, tuple(columns)
+        if lacks not in self._made:
+            bins = self.history.bins(cursor, stop, columns, CHUNK)
+            self._made[lacks] = bins.stop, encode_plot(bins)
+            if len(self._made) > KEPT:
+                self._made.popitem(last=False)
+        return self._made[lacks]
+
+
 class Feed:
     """What one viewer plots, and what it has been sent of it."""
 
-    def __init__(self, history: History) -> None:
-        self._history = history
+    def __init__(self, plots: Plots) -> None:
+        self._plots, self._history = plots, plots.history
         self._columns: list[int] = []
         self._cursor = 0
         self._past: deque[tuple[list[int], int]] = deque()
@@ -43,9 +66,8 @@ class Feed:
     def next(self) -> bytes | None:
         """The next PLOT message; None while the viewer has everything."""
         if self._lacks_new:
-            bins = self._history.bins(self._cursor, self._history.bin_stop, self._columns, CHUNK)
-            self._cursor = bins.stop
-            return encode_plot(bins)
+            self._cursor, message = self._plots.newest(self._cursor, self._columns)
+            return message
         while self._past:
             columns, stop = self._past.popleft()
             bins = self._history.bins(stop - CHUNK, stop, columns)

@@ -11,8 +11,9 @@ from controller.actuator import PRESETS, Actuator, parse_actuator
 from controller.build_rig import observer_model
 from controller.errors import CommandRefused, ParameterError, TendrilError, sentence
 from controller.parameters import RigParameters
+from controller.whole_file import write_whole
 from server.presets.messages import ActuatorBody
-from server.settings import ServerSettings, write_private
+from server.settings import ServerSettings
 
 ELSEWHERE = "the rig was not started by this server's `tendril up`: start it again with --actuator where it runs"
 
@@ -38,7 +39,7 @@ def kept_file(settings: ServerSettings) -> Path:
 
 def keep(path: Path, body: ActuatorBody) -> None:
     """Keep the choice for the next start; raises OSError where that fails."""
-    write_private(path, body.model_dump_json(exclude_none=True))
+    write_whole(path, body.model_dump_json(exclude_none=True))
 
 
 def kept_actuator(path: Path, rig: RigParameters) -> Actuator | None:
@@ -58,7 +59,7 @@ def order(path: Path | None, actuator: Actuator) -> None:
     if path is None:
         raise CommandRefused(ELSEWHERE)
     try:
-        write_private(path, actuator.model_dump_json())
+        write_whole(path, actuator.model_dump_json(), lasting=False)
     except OSError as error:
         raise CommandRefused(f"the rig cannot be started again: {error.strerror}") from error
 

@@ -7,8 +7,8 @@ from pydantic import TypeAdapter, ValidationError
 from controller.errors import CommandRefused, TendrilError
 from controller.fit import GAINS
 from controller.parameters import Settings
+from controller.whole_file import write_whole
 from server.presets.messages import GainPreset
-from server.settings import write_private
 
 MOST = 100
 """Presets that are kept; a new one beyond is refused."""
@@ -54,7 +54,7 @@ class GainPresets:
     def _write(self, presets: list[GainPreset]) -> list[GainPreset]:
         presets = sorted(presets, key=lambda preset: preset.name.lower())
         try:
-            write_private(self._path, _FILE.dump_json(presets, indent=1).decode())
+            write_whole(self._path, _FILE.dump_json(presets, indent=1))
         except OSError as error:
             raise TendrilError(f"the presets cannot be saved: {error.strerror}") from error
         return [REPEATING, *presets]

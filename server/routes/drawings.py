@@ -5,6 +5,7 @@ import asyncio
 from fastapi import APIRouter, Response
 
 from controller.reference import lettering
+from server import answers
 from server.deps import Holder, Parts
 from server.drawings.messages import (
     DrawingBody,
@@ -50,7 +51,7 @@ async def read_drawings(parts: Parts) -> list[DrawingInfo]:
     return await asyncio.to_thread(parts.drawings.listed)
 
 
-@router.get("/api/drawings/{name}.csv", response_class=Response)
+@router.get("/api/drawings/{name}.csv", response_class=Response, responses=answers.body("text/csv", "The file"))
 async def drawing_file(name: DrawingName, parts: Parts) -> Response:
     """What would be followed as CSV: t, x, y in s and m, every tick; 404 when there is none of this name."""
     rig, settings = parts.require_info().parameters, parts.operator.settings

@@ -19,6 +19,7 @@ from recordings.exporting.table import Choice
 from recordings.exporting.tip_path import Wanted, What
 from recordings.importing.text import import_text
 from recordings.messages import Recording
+from server import answers
 from server.deps import Holder, Parts
 from server.drawings.messages import DrawingBody
 from server.recorded_path import recorded_drawing
@@ -29,7 +30,9 @@ From = Annotated[float | None, Query(alias="from", allow_inf_nan=False)]
 To = Annotated[float | None, Query(alias="to", allow_inf_nan=False)]
 Rod = Annotated[int, Query(ge=1, le=SENSORS)]
 Name = Annotated[str, Query(min_length=1, max_length=80)]
+BINARY = "application/octet-stream"
 MEDIA = {"csv": "text/csv; charset=utf-8", "parquet": "application/vnd.apache.parquet"}
+TYPES = ("text/csv", MEDIA["parquet"], BINARY)
 
 
 @router.get("/api/recordings/{id}/signals")
@@ -38,12 +41,12 @@ async def recording_signals(id: str, parts: Parts) -> list[SignalInfo]:
     return offered(await asyncio.to_thread(parts.store.find, id))
 
 
-@router.get("/api/recordings/{id}/export", response_class=FileResponse)
+@router.get("/api/recordings/{id}/export", response_class=FileResponse, responses=answers.file(*TYPES))
 async def export_recording(
     id: str,
     parts: Parts,
     kind: Annotated[Format, Query(alias="format")],
-    signals: str = "",
+    signals: Annotated[str, Query(max_length=8000)] = "",
     start: From = None,
     stop: To = None,
 ) -> FileResponse:
@@ -57,7 +60,7 @@ async def export_recording(
     except BaseException:
         shutil.rmtree(folder)
         raise
-    media = MEDIA.get(kind, "application/octet-stream")
+    media = MEDIA.get(kind, BINARY)
     after = BackgroundTask(shutil.rmtree, folder)
     return FileResponse(target, media_type=media, filename=target.name, background=after)
 

@@ -1,6 +1,7 @@
-"""Faults injected into the twin's sensing, live."""
+"""Faults injected into the twin, live."""
 
 import asyncio
+from collections.abc import Iterator
 
 from fastapi import APIRouter
 
@@ -35,6 +36,30 @@ def _require_twin(parts: Services) -> None:
 
 def _sentence(faults: TwinFaults) -> str:
     if faults == TwinFaults():
-        return "the twin's markers are as they were"
-    noise, samples, markers = faults.noise * 1e3, faults.sample_loss * 100, faults.marker_loss * 100
-    return f"injected into the twin's markers: {noise:g} mm noise, {samples:g} % of samples and {markers:g} % lost"
+        return "the twin is as it was"
+    return f"injected into the twin: {', '.join(_words(faults))}"
+
+
+def _words(faults: TwinFaults) -> Iterator[str]:
+    if faults.noise:
+        yield f"{faults.noise * 1e3:g} mm noise"
+    if faults.sample_loss:
+        yield f"{faults.sample_loss * 100:g} % of samples lost"
+    if faults.marker_loss:
+        yield f"{faults.marker_loss * 100:g} % of markers lost"
+    if any(faults.jump):
+        yield f"markers moved by {faults.jump[0] * 1e3:g}, {faults.jump[1] * 1e3:g} mm"
+    if faults.freeze:
+        yield f"markers frozen ({faults.freeze.name.replace('_', ' ').lower()})"
+    if faults.sensors_stuck:
+        yield f"pressure sensors {_chambers(faults.sensors_stuck)} stuck"
+    if faults.valves_stuck:
+        yield f"valves {_chambers(faults.valves_stuck)} stuck"
+    if faults.supply_lost:
+        yield "supply lost"
+    if faults == TwinFaults(rods=faults.rods):
+        yield "nothing"
+
+
+def _chambers(bits: int) -> str:
+    return " ".join(str(chamber + 1) for chamber in range(4) if bits >> chamber & 1)

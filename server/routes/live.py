@@ -1,22 +1,29 @@
 """The live socket's upward half: presence, targets, pings. What is malformed is refused, and the socket goes on."""
 
 import asyncio
+import contextlib
+import contextvars
 from concurrent.futures import Future
 
 from fastapi import APIRouter, WebSocket
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import from_json
+from starlette.websockets import WebSocketDisconnect
 
 from controller.errors import TendrilError, sentence
 from controller.layout import fields
 from controller.messages import CommandReply, Telemetry
-from controller.modes import Request
+from controller.modes import Mode, Request
+from server.audit import tell
+from server.auth import Identity
 from server.channels import CHANNELS, columns_of
 from server.deps import Me, Parts
-from server.live import Viewer
-from server.messages import FromBrowser, Hello, Ping, Pong, Presence, Refused, Release, Reply, Session, Target
+from server.live import Crowded, Viewer
+from server.messages import FromBrowser, Hello, Ping, Pong, Presence, Refused, Release, Reply, Target
 from server.plots.feed import Feed
 from server.plots.messages import PlotChoice
+from server.problems import answer
+from server.rates import POLICY, Verdict
 from server.services import Services
 from server.tasks import until_one_ends
 
@@ -24,16 +31,37 @@ router = APIRouter()
 
 LONGEST = 4096
 """Longest message from a page [characters]."""
+_MOVED = (Mode.HOLD, Mode.FOLLOW)
+"""HOLD too: the newest row may be older than the press."""
 _MESSAGE: TypeAdapter[FromBrowser] = TypeAdapter(FromBrowser)
+
+
+@router.get("/api/live", status_code=204, tags=["session"])
+async def may_look_on(parts: Parts, who: Me) -> None:
+    """Whether a page may open /ws/live now; 503 when too many look on. A browser hides why its socket was refused."""
+    with parts.hub.seat(who):
+        pass
 
 
 @router.websocket("/ws/live")
 async def live(socket: WebSocket, parts: Parts, who: Me) -> None:
-    """Hello with the log so far, then everything live, until either side closes."""
+    """Hello with the log so far, then everything live, until either side closes; 503 when too many look on."""
+    try:
+        with parts.hub.seat(who):
+            await _serve(socket, parts, who)
+    except Crowded as error:
+        await socket.send_denial_response(answer(error))
+
+
+async def _serve(socket: WebSocket, parts: Services, who: Identity) -> None:
     await socket.accept()
-    viewer = Viewer(socket, who, Feed(parts.history))
+    viewer = Viewer(socket, who, Feed(parts.plots))
     await socket.send_text(_hello(parts, viewer).model_dump_json())
-    await until_one_ends(parts.hub.serve(viewer), _listen(Conversation(viewer, parts)))
+    conversation = Conversation(viewer, parts)
+    await until_one_ends(parts.hub.serve(viewer), _listen(conversation), parts.sessions.ended(who))
+    conversation.leave()
+    with contextlib.suppress(RuntimeError, WebSocketDisconnect):
+        await socket.close(1008)
 
 
 class Conversation:
@@ -43,6 +71,7 @@ class Conversation:
         self._viewer, self._parts = viewer, parts
         self._written = ""
         self._loop = asyncio.get_running_loop()
+        self._context = contextvars.copy_context()
 
     def hear(self, text: str | None) -> None:
         """Act on one message; never raises."""
@@ -64,6 +93,29 @@ class Conversation:
                 self._let_go()
             case PlotChoice():
                 self._plot(message)
+
+    def leave(self) -> None:
+        """The page is gone. Another tab of its session stays present, but nobody there began this motion: hold it."""
+        parts, who, driver = self._parts, self._viewer.who, self._parts.hub.driver
+        if driver is not self._viewer:
+            return
+        parts.hub.driver = None
+        alone = all(other.who.id != who.id for other in parts.hub.viewers)
+        newest = parts.history.newest
+        if not alone and parts.lease.holds(who) and newest is not None and newest[0]["mode"] in _MOVED:
+            parts.operator.request(Request.HOLD)
+            parts.events.add(f"{who.name}: the tab that moved the target was closed: hold")
+
+    def verdict(self) -> Verdict:
+        """Whether the message that came is heard."""
+        found = self._parts.rates.message(self._viewer.who.id)
+        self._parts.refused.messages += found == Verdict.DROPPED  # the others are counted as they are told
+        return found
+
+    def hurried(self) -> str:
+        """Say that messages are dropped, and why."""
+        self._refuse(0, "messages", why := self._parts.rates.too_many)
+        return why
 
     def _present(self, message: Presence) -> None:
         """Only a number that rises, from the page of the lease's holder, is presence."""
@@ -92,13 +144,19 @@ class Conversation:
             return self._refuse(message.id, "target", str(error))
         operator, at = self._parts.operator, (message.x, message.y)
         operator.present()
+        if message.start:
+            self._parts.hub.driver = self._viewer
+            tell(f"follow, target at ({message.x:.4f}, {message.y:.4f}) m")
         asked = operator.request(Request.FOLLOW, at) if message.start else operator.move(at)
-        asked.add_done_callback(lambda done: self._loop.call_soon_threadsafe(self._answer, message, done))
+        asked.add_done_callback(
+            lambda done: self._loop.call_soon_threadsafe(self._answer, message, done, context=self._context)
+        )
 
     def _let_go(self) -> None:
         lease = self._parts.lease
         if lease.clutch and lease.holds(self._viewer.who):
             self._parts.operator.request(Request.HOLD)
+            tell("target let go: hold")
 
     def _answer(self, message: Target, done: "Future[CommandReply]") -> None:
         error = done.exception()
@@ -112,6 +170,7 @@ class Conversation:
         self._viewer.post(Reply(id=message.id, reply=reply))
 
     def _refuse(self, number: int, what: str, detail: str) -> None:
+        self._parts.refused.messages += 1
         self._write(what, detail)
         self._viewer.post(Refused(id=number, detail=detail))
 
@@ -125,12 +184,19 @@ class Conversation:
 async def _listen(conversation: Conversation) -> None:
     socket = conversation._viewer.socket
     while (message := await socket.receive())["type"] != "websocket.disconnect":
-        conversation.hear(message.get("text"))
+        match conversation.verdict():
+            case Verdict.HEARD:
+                conversation.hear(message.get("text"))
+            case Verdict.REFUSED:
+                conversation.hurried()
+            case Verdict.DROPPED:
+                await asyncio.sleep(0)  # what is dropped must not hold up what is not
+            case Verdict.FLOOD:
+                return await socket.close(POLICY, conversation.hurried())
 
 
 def _hello(parts: Services, viewer: Viewer) -> Hello:
-    session = Session(name=viewer.who.name, lease=parts.lease.view(viewer.who))
-    log = list(parts.events.recent)
+    session, log = parts.session(viewer.who), list(parts.events.recent)
     return Hello(session=session, layout=fields(Telemetry), channels=CHANNELS, rig=parts.rig.info, log=log)
 
 

@@ -6,6 +6,7 @@ from typing import Annotated
 from fastapi import APIRouter, HTTPException, Query
 from starlette.responses import StreamingResponse
 
+from server import answers
 from server.deps import Parts
 from server.plots.messages import CHANNELS_MAX, ChannelKey
 from server.plots.table import NothingKept, Window, lines, table
@@ -15,7 +16,7 @@ router = APIRouter(tags=["plots"])
 Keys = Annotated[list[ChannelKey], Query(min_length=1, max_length=CHANNELS_MAX)]
 
 
-@router.get("/api/history.csv", response_class=StreamingResponse)
+@router.get("/api/history.csv", response_class=StreamingResponse, responses=answers.body("text/csv", "The file"))
 async def history_csv(
     start: Annotated[float, Query(alias="from", allow_inf_nan=False)],
     stop: Annotated[float, Query(alias="to", allow_inf_nan=False)],

@@ -25,7 +25,8 @@ async def read_gains(parts: Parts) -> list[GainPreset]:
 @router.put("/api/gains/{name}")
 async def save_gains(name: PresetName, parts: Parts, who: Holder) -> list[GainPreset]:
     """Save the settings in force under this name; all presets."""
-    found = _presets(parts).save(name, parts.operator.settings)
+    async with parts.settings_lock:
+        found = await asyncio.to_thread(_presets(parts).save, name, parts.operator.settings)
     parts.events.add(f"{who.name}: gains saved as {name!r}")
     return found
 
@@ -33,7 +34,8 @@ async def save_gains(name: PresetName, parts: Parts, who: Holder) -> list[GainPr
 @router.delete("/api/gains/{name}")
 async def delete_gains(name: PresetName, parts: Parts, who: Holder) -> list[GainPreset]:
     """Delete a preset; the ones that are left."""
-    return _presets(parts).delete(name)
+    async with parts.settings_lock:
+        return await asyncio.to_thread(_presets(parts).delete, name)
 
 
 @router.get("/api/rig/actuator")
@@ -51,7 +53,7 @@ async def change_actuator(body: ActuatorBody, parts: Parts, who: Holder) -> None
     actuators.order(parts.settings.orders, actuator)
     parts.events.add(f"{who.name}: the rig starts again with actuator {actuator.name}", "warning")
     try:
-        actuators.keep(actuators.kept_file(parts.settings), body)
+        await asyncio.to_thread(actuators.keep, actuators.kept_file(parts.settings), body)
     except OSError as error:
         parts.events.add(f"the next start will not have this actuator: {error.strerror}", "warning")
 

@@ -11,7 +11,7 @@ from server.deps import Parts
 router = APIRouter(tags=["recordings"])
 
 Points = Annotated[int, Query(ge=100, le=20_000)]
-Keys = Annotated[list[str], Query(max_length=64)]
+Keys = Annotated[list[Annotated[str, Query(max_length=80)]], Query(max_length=64)]
 
 
 @router.get("/api/recordings/{id}/quick", response_model=Quick)

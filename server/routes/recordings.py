@@ -19,6 +19,7 @@ from recordings.metrics import Measured
 from recordings.query import matching, ordered
 from recordings.session import Context
 from recordings.store import Store
+from server import answers
 from server.deps import Holder, Me, Parts
 from server.messages import RecordingBody
 
@@ -69,7 +70,7 @@ async def stop_recording(parts: Parts, who: Holder) -> Recording:
     return found
 
 
-@router.get("/api/recordings/{id}.rrd", response_class=FileResponse)
+@router.get("/api/recordings/{id}.rrd", response_class=FileResponse, responses=answers.file(BINARY))
 async def recording_file(id: str, parts: Parts) -> Response:
     """The recording's file, for rerun's viewer or for download, as far as it is written; 404 when there is none."""
     path = parts.store.path(id)

@@ -6,7 +6,7 @@ from fastapi import APIRouter
 
 from server import references
 from server.deps import Parts
-from server.messages import ReferenceInfo, ReferencePath
+from server.messages import Name, ReferenceInfo, ReferencePath
 
 router = APIRouter(tags=["references"])
 
@@ -18,6 +18,6 @@ async def read_references(parts: Parts) -> list[ReferenceInfo]:
 
 
 @router.get("/api/references/{name}")
-async def read_reference(name: str, parts: Parts) -> ReferencePath:
+async def read_reference(name: Name, parts: Parts) -> ReferencePath:
     """The points of one of them; 404 with the known names."""
     return await asyncio.to_thread(references.path, parts.require_info().parameters, name)

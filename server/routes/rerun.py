@@ -1,6 +1,5 @@
 """Rerun's own web viewer, from our origin."""
 
-from importlib.metadata import version
 from pathlib import Path
 
 from fastapi import APIRouter, Request, Response
@@ -8,28 +7,32 @@ from starlette.responses import FileResponse, PlainTextResponse
 
 from recordings.viewer import FILES
 from server.deps import Parts
-from server.frames import SEND_COOKIE, TELL_ESCAPE
+from server.rerun_page import VERSION, rerun_page
 
 router = APIRouter(include_in_schema=False)
 
 TYPES = {".html": "text/html", ".js": "text/javascript", ".wasm": "application/wasm", ".ico": "image/x-icon"}
+FOR_GOOD = "private, max-age=31536000, immutable"
 
 
 @router.get("/rerun/")
 @router.get("/rerun/{name}")
 async def file(request: Request, parts: Parts, name: str = "index.html") -> Response:
-    """One file of the viewer, compressed where it was compressed before; 503 while it is being extracted."""
+    """One file of the viewer, compressed where it was compressed before; 503 while it is being extracted.
+
+    Browsers keep a file that was asked for with its version, `?v=`, for good: so they can keep it compiled, too.
+    """
     folder = parts.review.viewer
     if name not in FILES:
         return Response(status_code=404)
     if folder is None:
-        text = parts.review.problem or "The viewer is being unpacked (once per version). Reload in a few seconds."
-        return PlainTextResponse(text, 503, {"retry-after": "3"})
+        text = parts.review.problem or "The viewer is being unpacked (once per version). This takes a few seconds."
+        return PlainTextResponse(text, 503, {"retry-after": "3", "refresh": "3"})
     if name == "index.html":
-        page = (folder / name).read_bytes().replace(b"</head>", SEND_COOKIE + TELL_ESCAPE + b"</head>", 1)
-        return Response(page, media_type=TYPES[".html"])
-    tag = f'"{version("rerun-sdk")}"'
-    headers = {"etag": tag, "cache-control": "no-cache", "vary": "accept-encoding"}
+        return Response(rerun_page((folder / name).read_bytes()), media_type=TYPES[".html"])
+    tag = f'"{VERSION}"'
+    kept = FOR_GOOD if request.query_params.get("v") == VERSION else "no-cache"
+    headers = {"etag": tag, "cache-control": kept, "vary": "accept-encoding"}
     if request.headers.get("if-none-match") == tag:
         return Response(status_code=304, headers=headers)
     return _file(folder / name, headers, "gzip" in request.headers.get("accept-encoding", ""))

@@ -28,7 +28,7 @@ async def change_settings(body: SettingsBody, parts: Parts, who: Holder) -> Sett
         reply = await asyncio.wrap_future(parts.operator.change(wanted))
         if not reply.accepted:
             raise CommandRefused(reply.detail)
-        parts.keep_settings()
+        await parts.keep_settings()
     parts.events.add(f"{who.name}: {', '.join(f'{name} = {value}' for name, value in body.changes.items())}")
     return parts.operator.settings
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from pydantic import TypeAdapter
 
+from controller.whole_file import write_whole
 from server.runs.messages import RunResult
-from server.settings import write_private
 
 KEPT = 100
 _LIST: TypeAdapter[list[RunResult]] = TypeAdapter(list[RunResult])
@@ -39,4 +39,4 @@ class Results:
         """Keep one more; raises OSError where it will not outlive this server."""
         self._kept = [result, *self._kept[: KEPT - 1]]
         self._path.parent.mkdir(parents=True, exist_ok=True)
-        write_private(self._path, _LIST.dump_json(self._kept).decode())
+        write_whole(self._path, _LIST.dump_json(self._kept), lasting=False)  # the event loop must not wait for a disk

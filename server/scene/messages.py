@@ -22,20 +22,20 @@ class SeatLook(Model):
     """Put the camera there; null leaves it where it is."""
 
 
-Line = Annotated[list[tuple[Coordinate, Coordinate]], Bounds(min_length=1, max_length=5000)]
+Line = Annotated[list[tuple[Coordinate, Coordinate]], Bounds(min_length=1, max_length=5000, fail_fast=True)]
 
 
 class SeatPath(Model):
     """Body of PUT /api/scene/{seat}/path/{role}: what the plan view beside it shows."""
 
-    lines: Annotated[list[Line], Bounds(max_length=100)]
+    lines: Annotated[list[Line], Bounds(max_length=100, fail_fast=True)]
     """Points of each line [m]; empty: nothing is shown."""
 
 
 class PlaybackBody(Model):
     """Body of PUT /api/scene/{seat}/playback."""
 
-    recording: str
+    recording: Annotated[str, Bounds(max_length=100)]
     at: Annotated[float, Bounds(ge=0.0, le=1e6)] = 0.0
     """Time in the recording [s]; clipped at its end."""
     playing: bool = True

@@ -134,7 +134,7 @@ class Seats:
             self._seats[id] = seat
             for old in [key for key, found in self._seats.items() if not found.taken][: -self.MOST]:
                 del self._seats[old]
-        if seat.who != who:
+        if seat.who.id != who.id:
             raise NotAllowed("this 3D view belongs to another page")
         return seat
 

@@ -12,6 +12,8 @@ from controller.modes import Cause, Mode, Request
 from controller.parameters import RigParameters, Settings
 
 BOOT, MS = 7, 1_000_000
+HUM = 1e-9
+"""No two samples of a camera are the same [m]."""
 
 
 class Desk:
@@ -23,7 +25,11 @@ class Desk:
         self.measurement, self.status = to_record(Measurement()), to_record(LoopStatus())
         self.telemetry = np.zeros(1, record_dtype(Telemetry))
         self.now = 10_000 * MS
-        self.operator = self.server = self.pump = self.camera = True
+        self.operator = self.server = self.pump = self.camera = self.air = True
+        self.still = False
+        """The camera repeats its numbers."""
+        self.leak = np.zeros(4)
+        """What the pressure sensors show beyond what is in the chambers [Pa]."""
         x = 0.0253 * np.arange(1, 11)
         self.markers = np.column_stack([x, np.zeros(10)])
 
@@ -37,9 +43,16 @@ class Desk:
             if self.pump:
                 self.status["pump_ns"] = self.now
             if self.camera:
-                self.measurement["t_ns"], self.measurement["markers"] = self.now - MS, self.markers
+                self.measurement["t_ns"] = self.now - MS
+                hum = HUM * (self.measurement["markers"][0, 0, 0] == self.markers[0, 0] and not self.still)
+                self.measurement["markers"] = self.markers + hum
             row = self.telemetry[0]
             tick(self.rig, self.now, self.command[0], self.measurement[0], self.status[0], row)
+            if self.air:
+                differences = self.rig.observer.u_hat * self.rig.control.pascal_per_torque
+                self.measurement["pressures"] = (
+                    np.column_stack([differences, -differences]).clip(min=0.0).ravel() + self.leak
+                )
         return row
 
     def ask(self, request: int, **fields: Any) -> np.void:

@@ -1,4 +1,4 @@
-"""Faults that are injected into the twin's sensing."""
+"""Faults that are injected into the twin: what each breaks, and what the rig does about it."""
 
 import math
 
@@ -10,9 +10,11 @@ from controller.errors import CommandRefused
 from controller.kernels.faults import MARKER_LOSS, NOISE, SAMPLE_LOSS
 from controller.kernels.twin import Twin
 from controller.messages import TwinFaults
+from controller.modes import Cause, Freeze, Mode, Request
 from controller.parameters import RigParameters, TwinParameters
-from controller.realtime.desk import Desk
+from controller.realtime.desk import Desk, inject
 from tests.controller.test_twin import run
+from tests.controller.trial import Trial, line
 
 ROD_6 = 5
 
@@ -58,3 +60,159 @@ def test_a_rig_of_hardware_refuses_faults() -> None:
     desk = Desk(*[None] * 5)  # type: ignore[arg-type]
     with pytest.raises(CommandRefused, match="this rig is hardware"):
         desk.faults(TwinFaults(noise=1e-3))
+
+
+BENT = (0.0, 60e3, 120e3, 0.0)
+"""Setpoints of an ordinary pose [Pa]."""
+
+
+def broken(fault: TwinFaults, setpoints: np.ndarray) -> tuple[Twin, np.ndarray]:
+    """A twin held at BENT for a second, and its sensors (n,4) [Pa] while `fault` meets it at `setpoints` (n,4) [Pa]."""
+    built = build_twin(RigParameters(twin=TwinParameters(seed=3)))
+    run(built, np.tile(BENT, (1000, 1)))
+    inject(fault, built.faults)
+    return built, run(built, setpoints)[1]["pressures"]
+
+
+HELD, RAISED = np.tile(BENT, (1000, 1)), np.tile((0.0, 60e3, 160e3, 0.0), (1000, 1))
+
+
+def test_all_faults_off_keep_every_bit() -> None:
+    whole = twin_with_faults_off()
+    assert np.array_equal(sensed(twin(), 500)[1], sensed(whole, 500)[1])
+    assert np.array_equal(broken(TwinFaults(), RAISED)[1], broken(TwinFaults(noise=1e-3), RAISED)[1])
+
+
+def twin_with_faults_off() -> Twin:
+    built = build_twin(RigParameters(twin=TwinParameters(seed=3)))
+    inject(TwinFaults(noise=1e-3, jump=(0.1, 0.1), freeze=Freeze.FRESH_TIME, supply_lost=True), built.faults)
+    inject(TwinFaults(), built.faults)
+    return built
+
+
+def test_a_jump_moves_its_markers_by_just_that() -> None:
+    moved = twin()
+    inject(TwinFaults(jump=(0.0, 0.05), rods=1 << ROD_6), moved.faults)
+    apart = sensed(moved, 500)[1] - sensed(twin(), 500)[1]
+    assert apart[:, ROD_6] == pytest.approx(np.broadcast_to([0.0, 0.05], apart[:, ROD_6].shape))
+    assert not np.delete(apart, ROD_6, axis=1).any()
+
+
+@pytest.mark.parametrize("latency", [0.004, 0.03])
+def test_a_frozen_camera_repeats_its_sample_under_fresh_times_or_not_at_all(latency: float) -> None:
+    built = build_twin(RigParameters(twin=TwinParameters(seed=3, marker_latency=latency)))
+    before = sensed(built, 100)[1]
+    for freeze, delivered in ((Freeze.FRESH_TIME, 50), (Freeze.OLD_TIME, 0)):
+        inject(TwinFaults(freeze=freeze), built.faults)
+        sensed(built, 50)  # what was on its way has come
+        times, points = sensed(built, 500)
+        assert len(times) == delivered
+        assert (np.diff(times) == 10_000_000).all()
+        assert (points == points[:1]).all()
+    inject(TwinFaults(), built.faults)
+    sensed(built, 50)
+    assert len(np.unique(sensed(built, 500)[1][:, 0, 0])) == 50
+    assert len(np.unique(before[:, 0, 0])) == len(before)
+
+
+def test_a_stuck_sensor_shows_its_value_whatever_its_chamber_does() -> None:
+    built, shown = broken(TwinFaults(sensors_stuck=0b0100), RAISED)
+    assert (shown[:, 2] == shown[0, 2]).all()
+    assert built.chambers.pressure[2] > 300e3, "its loop goes on filling"
+    assert np.array_equal(shown[:, [0, 1, 3]], broken(TwinFaults(), RAISED)[1][:, [0, 1, 3]])
+
+
+def test_a_stuck_valve_leaves_its_chamber_alone_with_its_opening() -> None:
+    shown = broken(TwinFaults(valves_stuck=0b0100), RAISED)[1]
+    assert np.abs(shown[:, 2] - BENT[2]).max() < 15e3
+    assert np.array_equal(shown[:, [0, 1, 3]], broken(TwinFaults(), RAISED)[1][:, [0, 1, 3]])
+
+
+def test_without_a_supply_every_chamber_empties() -> None:
+    assert broken(TwinFaults(supply_lost=True), RAISED)[1][-1].max() < 1e3
+    assert broken(TwinFaults(), HELD)[1][-1, 2] == pytest.approx(BENT[2], rel=0.02)
+
+
+def test_an_e_stop_empties_chambers_whose_sensors_and_valves_are_stuck() -> None:
+    trial = Trial()
+    trial.arm()
+    trial.follow(0.12, 0.1, 1.5)
+    inject(TwinFaults(sensors_stuck=15, valves_stuck=15), trial.twin.faults)
+    assert trial.twin.chambers.pressure.max() > 50e3
+    trial.ask(Request.E_STOP, ticks=1000)
+    assert trial.twin.chambers.pressure.max() < 1e3
+
+
+REACTIONS = [
+    (TwinFaults(freeze=Freeze.FRESH_TIME), Mode.FAULT, Cause.MEASUREMENT_FROZEN),
+    (TwinFaults(freeze=Freeze.OLD_TIME), Mode.FAULT, Cause.MEASUREMENT_LOST),
+    (TwinFaults(sample_loss=1.0), Mode.FAULT, Cause.MEASUREMENT_LOST),
+    (TwinFaults(marker_loss=1.0), Mode.FAULT, Cause.MEASUREMENT_LOST),
+    (TwinFaults(jump=(0.0, 0.05)), Mode.FAULT, Cause.MEASUREMENT_JUMPED),
+    (TwinFaults(jump=(-0.05, 0.0)), Mode.FAULT, Cause.MEASUREMENT_JUMPED),
+    (TwinFaults(sensors_stuck=15), Mode.E_STOP, Cause.PRESSURE_MISMATCH),
+    (TwinFaults(valves_stuck=15), Mode.E_STOP, Cause.PRESSURE_MISMATCH),
+    (TwinFaults(supply_lost=True), Mode.E_STOP, Cause.PRESSURE_MISMATCH),
+]
+
+
+@pytest.mark.parametrize("name", ["P1", "P2", "P3"])
+@pytest.mark.parametrize(("fault", "mode", "cause"), REACTIONS)
+def test_the_rig_notices_what_breaks_while_it_follows_and_works_again(
+    name: str, fault: TwinFaults, mode: Mode, cause: Cause
+) -> None:
+    trial = Trial(name)
+    trial.arm()
+    trial.follow(0.12, 0.1, 1.5)
+    inject(fault, trial.twin.faults)
+    rows = trial.drag(line((0.12, 0.1), (0.12, -0.1), 40), 4.0)
+    first = np.flatnonzero(rows["mode"] != Mode.FOLLOW)
+    assert first.size and (rows["mode"][first[0]], rows["cause"][first[0]]) == (mode, cause)
+    inject(TwinFaults(), trial.twin.faults)
+    trial.run(3000)
+    trial.ask(Request.CLEAR, ticks=20)
+    trial.ask(Request.ARM, ticks=20)
+    row = trial.follow(0.15, 0.05, 3.0)[-1]
+    assert row["mode"] == Mode.FOLLOW
+    assert np.hypot(*row["error"]) < 1e-2
+
+
+def test_a_short_dropout_and_a_spike_are_ridden_out() -> None:
+    trial = Trial()
+    trial.arm()
+    trial.follow(0.12, 0.1, 1.5)
+    for fault in (TwinFaults(sample_loss=1.0), TwinFaults(jump=(0.0, 0.05)), TwinFaults(marker_loss=1.0)):
+        inject(fault, trial.twin.faults)
+        trial.run(200)
+        inject(TwinFaults(), trial.twin.faults)
+        rows = trial.run(1000)
+        assert (rows["mode"] == Mode.FOLLOW).all()
+        assert np.hypot(*rows["error"][-1]) < 1e-2
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.5, 1.0, 1.5])
+def test_a_jump_is_noticed_in_fast_motion_too(phase: float) -> None:
+    """On a circle of 1 Hz, whose tip makes 0.5 m/s and whose model drifts without markers."""
+    trial, angle = Trial(), np.linspace(0.0, 2 * np.pi, 1000, endpoint=False)
+    trial.arm()
+    trial.follow(0.19, 0.0, 2.0)
+    trial.ask(Request.HOLD, ticks=300)
+    trial.rig.control.reference[:1000] = np.column_stack([0.14 + 0.05 * np.cos(angle), 0.08 * np.sin(angle)])
+    trial.rig.control.plan[0] = 1000, 0, 100_000
+    rows = trial.ask(Request.TRACK, ticks=2000 + round(500 * phase))
+    assert (rows["mode"] == Mode.TRACK).all()
+    assert rows["sensed"][500:].all(), "none is taken for a jump"
+    inject(TwinFaults(jump=(0.05 * np.cos(phase * np.pi), 0.05 * np.sin(phase * np.pi))), trial.twin.faults)
+    row = trial.run(800)[-1]
+    assert (row["mode"], row["cause"]) == (Mode.FAULT, Cause.MEASUREMENT_JUMPED)
+
+
+def test_a_marker_that_jumped_is_not_used_but_the_others_are() -> None:
+    trial = Trial(sensed=1 << 5 | 1 << 9)
+    trial.arm()
+    trial.follow(0.12, 0.1, 1.5)
+    inject(TwinFaults(jump=(0.0, 0.05), rods=1 << 9), trial.twin.faults)
+    rows = trial.run(2000)
+    assert (rows["mode"] == Mode.FOLLOW).all()
+    assert (rows["sensed"][100:] == 1 << 5).all()
+    assert np.isnan(rows["p_meas"][100:]).all()

@@ -5,7 +5,8 @@ import pytest
 
 from controller.actuator import PRESETS
 from controller.build_rig import build_rig
-from controller.kernels.observer import Observer, Sensing, choose_gains, pressurise, pull, step
+from controller.kernels.observer import Observer, choose_gains, pressurise, pull, step
+from controller.kernels.sensing import Sensing
 from controller.kernels.statics import points_on
 from controller.layout import to_record
 from controller.modes import Integrator, Law, Mode, Request

@@ -1,5 +1,6 @@
 """Leaves the running product as the next module of tests expects it, whatever the one before did to it."""
 
+import time
 from typing import Any
 
 import httpx
@@ -27,7 +28,7 @@ class Caretaker:
 
     def put_to_rest(self) -> None:
         """Vented, nothing recorded, injected, drawn or changed, and nobody operates."""
-        wait_until(lambda: self._client.post("/api/lease").is_success, 30.0)
+        wait_until(lambda: self._client.post("/api/lease").is_success, 30.0, each=lambda: time.sleep(0.5))
         self._client.delete("/api/recordings/current")  # 409 where nothing is recorded
         wait_until(self._vented, 30.0)
         self._operate("PATCH", "/api/lease", clutch=False)

@@ -36,10 +36,17 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture
 def context(browser: Browser) -> Iterator[BrowserContext]:
-    """A fresh profile: its own cookies, so its own session."""
+    """A fresh profile: its own cookies, so its own session. Our page itself may not break its security policy.
+
+    The frames of viser and rerun may try: that they fetch fonts and report home is what the policy is there to forbid.
+    """
     opened = browser.new_context(viewport={"width": 1280, "height": 720})
+    said: list[tuple[str, str]] = []
+    opened.on("console", lambda message: said.append((message.location["url"], message.text)))
     yield opened
     opened.close()
+    ours = [text for url, text in said if "/viser/" not in url and "/rerun/" not in url]
+    assert [text for text in ours if "Content Security Policy" in text] == []
 
 
 @pytest.fixture

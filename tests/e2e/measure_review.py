@@ -4,22 +4,24 @@ Run from the root of the repository: `.venv/bin/python -m tests.e2e.measure_revi
 plots are painted: prepared (as ended recordings are), cold (the server reads the file) and warm (it has the bins), the
 median of `--runs`. With
 `--rows` more recordings in the list: from the click on the tab of a page just loaded until the list is painted,
-and from the click on a title until it stands in the new order. `rerun_s`: until rerun's own viewer shows curves.
+and from the click on a title until it stands in the new order. `rerun_at_once`: from the click on Signals, as soon as
+the quick look stands on a page just loaded, until rerun's viewer shows curves; `rerun`: once it has been read for
+`--read` seconds, so that the viewer waits behind it (`rerun_timing.py`).
 """
 
 import argparse
 import json
 import statistics
 import tempfile
-import time
 from pathlib import Path
 
 from playwright.sync_api import Page, expect
 
 from recordings.finishing import finish
 from server.browser import launch_chromium
-from tests.e2e.product import Product, open_page, pixels_of, wait_until
+from tests.e2e.product import Product, open_page, wait_until
 from tests.e2e.recorded import list_many, record_circle
+from tests.e2e.rerun_timing import Opening, in_rerun
 
 CLICK_UNTIL = """([click, sign, count]) => new Promise((say) => {
   const start = performance.now();
@@ -33,7 +35,6 @@ CLICK_UNTIL = """([click, sign, count]) => new Promise((say) => {
   look();
 })"""
 """The message comes once the frame with what was waited for is painted."""
-OBSERVER_BLUE = (0x56, 0xB4, 0xE9)
 PLOTS = ["[data-testid=quick-plot] canvas", 6]
 
 
@@ -42,24 +43,6 @@ def opened(page: Page, id: str) -> float:
     page.get_by_test_id("recording-search").fill(id)
     expect(page.locator(f"[data-id='{id}']")).to_be_visible()
     seconds = float(page.evaluate(CLICK_UNTIL, [f"[data-id='{id}']", *PLOTS]))
-    page.get_by_test_id("back").click()
-    return seconds
-
-
-def in_rerun(page: Page, id: str) -> float:
-    """Seconds from the click on Signals until rerun's viewer, not loaded before, shows curves."""
-    page.reload()
-    page.get_by_test_id("recording-search").fill(id)
-    page.locator(f"[data-id='{id}']").click()
-    expect(page.get_by_test_id("quick-plot")).to_have_count(6, timeout=30_000)
-    start = time.monotonic()
-    page.get_by_test_id("sight").get_by_text("Signals").click()
-    expect(page.get_by_test_id("viewer-loading")).to_have_count(0, timeout=60_000)
-    box = page.get_by_test_id("viewer").bounding_box()
-    assert box
-    curves = {**box, "x": box["x"] + 0.45 * box["width"], "width": 0.5 * box["width"]}
-    wait_until(lambda: len(pixels_of(page, OBSERVER_BLUE, curves)) > 100, 60.0)
-    seconds = time.monotonic() - start
     page.get_by_test_id("back").click()
     return seconds
 
@@ -85,6 +68,7 @@ def main() -> None:
     asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     asked.add_argument("--runs", type=int, default=5)
     asked.add_argument("--rows", type=int, default=5000)
+    asked.add_argument("--read", type=float, default=5.0)
     options = asked.parse_args()
     with tempfile.TemporaryDirectory() as folder, launch_chromium() as browser, Product(Path(folder)) as product:
         made = [record_circle(product.recordings, f"circle {n}", 60.0) for n in range(2 * options.runs)]
@@ -97,14 +81,21 @@ def main() -> None:
         prepared = [opened(page, recording.id) for recording in made[: options.runs]]
         cold = [opened(page, recording.id) for recording in made[options.runs :]]
         warm = [opened(page, recording.id) for recording in made]
-        rerun = [in_rerun(page, recording.id) for recording in made[: options.runs]]
+        at_once = [in_rerun(page, recording.id, 0.0) for recording in made[: options.runs]]
+        rerun = [in_rerun(page, recording.id, options.read) for recording in made[: options.runs]]
         order = [sorted_in(page) for _ in range(options.runs)]
         context.close()
     opening = {"quick_prepared_s": prepared, "quick_cold_s": cold, "quick_warm_s": warm}
-    figures = {"list_s": lists, **opening, "rerun_s": rerun, "sort_s": order}
+    opened_in = fields("rerun_at_once", at_once) | fields("rerun", rerun)
+    figures = {"list_s": lists, **opening, **opened_in, "sort_s": order}
     print(
         json.dumps({name: {"median": statistics.median(of), "max": max(of)} for name, of in figures.items()}, indent=2)
     )
+
+
+def fields(name: str, openings: list[Opening]) -> dict[str, list[float]]:
+    """Each field of `openings` as a column."""
+    return {f"{name}_{field}": [getattr(one, field) for one in openings] for field in Opening._fields}
 
 
 if __name__ == "__main__":

@@ -1,9 +1,8 @@
 """Measures many viewers on one server, and prints JSON. Needs a quiet machine.
 
 Run from the root of the repository: `.venv/bin/python -m tests.e2e.measure_viewers`. Each viewer is a session of its
-own with a live socket and a few plots, as the page has them, but without drawing; `--clients` processes read for all.
-A recording goes on meanwhile. Before and with the viewers: processor time and memory of the server, the rig's lost
-ticks.
+own with a live socket and a few plots, as the page has them, but without its drawing: `--clients` processes read.
+A recording goes on meanwhile. Before and with the viewers: processor time and memory of the server, ticks lost.
 """
 
 import argparse

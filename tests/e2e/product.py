@@ -104,15 +104,20 @@ def wait_until(condition: Callable[[], Any], seconds: float, each: Callable[[], 
     return time.monotonic() - start
 
 
+def remember(context: BrowserContext, key: str, value: str) -> None:
+    """Put a value into the page's own storage before it is opened; frames with another viewer may have none."""
+    context.add_init_script(f"if (window === window.top) localStorage.setItem('{key}', '{value}')")
+
+
 def open_page(context: BrowserContext, product: Product, *, guide: bool = False, with_3d: bool = False) -> Page:
     """Open the page and wait for live telemetry.
 
     The guide of the first visit and the 3D view only when asked for: drawn in software it makes everything else slow.
     """
     if not guide:
-        context.add_init_script("localStorage.setItem('tendril-guide', 'seen')")
+        remember(context, "tendril-guide", "seen")
     if not with_3d:
-        context.add_init_script("localStorage.setItem('tendril-3d', 'closed')")
+        remember(context, "tendril-3d", "closed")
     page = context.new_page()
     page.goto(product.url)
     wait_until(lambda: page.evaluate("!!window.__tendril?.frame"), 20.0)  # by evaluate: the page forbids eval

@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from controller.modes import Mode
-from tests.e2e.product import Product, frame, open_page, shot, wait_until
+from tests.e2e.product import Product, frame, open_page, remember, shot, wait_until
 
 
 @pytest.fixture
@@ -57,3 +57,35 @@ def test_a_wrong_token_is_refused_and_a_right_one_lets_in(context: BrowserContex
     page.get_by_test_id("sign-in").click()
     expect(page.get_by_test_id("state")).to_contain_text("VENTED", timeout=20_000)
     assert "token" not in page.url
+
+
+def test_a_viewer_asks_the_operator_accepts_and_takes_control_back(
+    page: Page, browser: Browser, product: Product
+) -> None:
+    context = browser.new_context(viewport={"width": 1280, "height": 720})
+    remember(context, "tendril-guide", "seen")
+    remember(context, "tendril-3d", "closed")
+    viewer = context.new_page()
+    viewer.goto(product.ready.viewer_url)
+    expect(viewer.get_by_test_id("me")).to_have_attribute("data-role", "viewer", timeout=20_000)
+    expect(viewer.get_by_test_id("lease-take")).to_have_attribute("data-disabled", "true")
+    page.get_by_test_id("lease-take").click()
+    viewer.get_by_test_id("lease-menu").click()
+    expect(viewer.get_by_test_id("lease-take-over")).to_be_disabled()
+    viewer.get_by_test_id("lease-ask").click()
+    expect(page.get_by_test_id("asking")).to_contain_text("(viewer) asks for control")
+    shot(page, "asked-for-control")
+    page.get_by_test_id("ask-accept").click()
+    expect(viewer.get_by_test_id("lease")).to_have_attribute("data-mine", "true")
+    expect(viewer.get_by_text("You operate now")).to_be_visible()
+    viewer.get_by_test_id("arm").click()
+    expect(page.get_by_test_id("state")).to_contain_text("HOLD")
+    page.get_by_test_id("lease-menu").click()
+    page.get_by_test_id("lease-take-over").click()
+    shot(page, "take-over")
+    page.get_by_test_id("take-over-confirm").click()
+    expect(page.get_by_test_id("lease")).to_have_attribute("data-mine", "true")
+    expect(viewer.get_by_text("You no longer operate")).to_be_visible()
+    expect(viewer.get_by_test_id("lease-take")).to_have_attribute("data-disabled", "true")
+    page.get_by_test_id("lease-release").click()
+    context.close()

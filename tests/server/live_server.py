@@ -29,6 +29,7 @@ from server.services import Services, open_services
 from server.settings import ServerSettings
 
 TOKEN = "correct horse"
+VIEWER_TOKEN = "battery staple"
 ROW = record_dtype(Telemetry)
 PATIENCE = 200.0
 """Seconds before a wait gives up: a machine may be busy, so no test asserts a time."""
@@ -147,8 +148,8 @@ class Page(httpx.Client):
     def __init__(self, url: str) -> None:
         super().__init__(base_url=url, trust_env=False, timeout=PATIENCE)
 
-    def sign_in(self) -> "Page":
-        assert self.post("/api/session", json={"token": TOKEN}).status_code == 200
+    def sign_in(self, token: str = TOKEN) -> "Page":
+        assert self.post("/api/session", json={"token": token}).status_code == 200
         return self
 
     def operate(self) -> "Page":
@@ -178,7 +179,7 @@ class TestServer:
 
     __test__ = False
 
-    def __init__(self, folder: Path, endpoint: str, key: Path | None = None) -> None:
+    def __init__(self, folder: Path, endpoint: str, key: Path | None = None, **more: Any) -> None:
         self.settings = ServerSettings(
             port=0,
             endpoint=endpoint,
@@ -187,14 +188,16 @@ class TestServer:
             recordings=folder / "recordings",
             state=folder / "state",
             token=SecretStr(TOKEN),
+            viewer_token=SecretStr(VIEWER_TOKEN),
             light_scene=True,
             record_faults=False,  # every operator begins with an E-STOP
+            **more,
         )
         self.services: Services = open_services(self.settings)
         self.app = create_app(self.services)
         listening = listen("127.0.0.1", 0)
-        self.url = address("127.0.0.1", listening)
-        self._server = uvicorn_server(self.app)
+        self.url = address(self.settings, listening)
+        self._server = uvicorn_server(self.app, self.settings)
         self._thread = threading.Thread(target=self._server.run, args=([listening],))
         self._thread.start()
         wait_for(lambda: self._server.started, "the server")

@@ -14,8 +14,8 @@ from server.app import openapi_schema
 from server.auth import FAILURES
 from tests.server.live_server import TOKEN, TestServer
 
-OPEN = {("GET", "/"), ("HEAD", "/"), ("POST", "/api/session")}
-"""What answers without a session; assets are mounted, not routed."""
+OPEN = {("GET", "/"), ("HEAD", "/"), ("POST", "/api/session"), ("GET", "/healthz")}
+"""What answers without a session, the last one to this machine alone; assets are mounted, not routed."""
 OPERATORS = [
     ("POST", "/api/command", {"request": "arm"}),
     ("POST", "/api/command", {"request": "hold"}),

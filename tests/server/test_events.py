@@ -5,6 +5,7 @@ from pathlib import Path
 
 from server.event_file import EventFile
 from server.events import EventLog
+from server.messages import Event
 from tests.server.live_server import RigProcess, TestServer, free_environment
 
 
@@ -30,28 +31,28 @@ def test_a_restarted_server_tells_what_was_refused_before(shared_rig: RigProcess
 
 def test_a_torn_last_line_is_left_out_and_spoils_no_later_one(tmp_path: Path) -> None:
     path = tmp_path / "events.jsonl"
-    log = EventLog(EventFile(path))
+    log = EventLog(EventFile(path, Event))
     log.add("before")
     with path.open("ab") as file:
         file.write(b'{"type":"event","time":"2026-01-01T00:0')
-    log = EventLog(EventFile(path))
+    log = EventLog(EventFile(path, Event))
     assert texts(log) == ["before"]
     log.add("after")
-    assert texts(EventLog(EventFile(path))) == ["before", "after"]
+    assert texts(EventLog(EventFile(path, Event))) == ["before", "after"]
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
 
 
 def test_the_files_stay_small_and_the_last_200_lines_are_read_back(tmp_path: Path) -> None:
     path = tmp_path / "events.jsonl"
-    log = EventLog(EventFile(path, largest=20_000))
+    log = EventLog(EventFile(path, Event, largest=20_000))
     for number in range(1000):
         log.add(f"line {number}")
     assert sum(file.stat().st_size for file in tmp_path.iterdir()) < 2 * 20_200
-    assert texts(EventLog(EventFile(path))) == [f"line {number}" for number in range(800, 1000)]
+    assert texts(EventLog(EventFile(path, Event))) == [f"line {number}" for number in range(800, 1000)]
 
 
 def test_a_log_that_cannot_be_kept_says_so_once_and_goes_on(tmp_path: Path) -> None:
-    log = EventLog(EventFile(tmp_path / "nowhere" / "events.jsonl"))
+    log = EventLog(EventFile(tmp_path / "nowhere" / "events.jsonl", Event))
     log.add("one")
     log.add("two")
     assert len(texts(log)) == 3

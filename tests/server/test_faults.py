@@ -8,7 +8,7 @@ from tests.server.live_server import TestServer, wait_for
 
 def test_the_operator_hides_a_marker_of_the_running_twin_and_a_viewer_may_not(server: TestServer) -> None:
     operator, viewer = server.operator(), server.page().sign_in()
-    wanted = {"noise": 0.0, "sample_loss": 0.0, "marker_loss": 1.0, "rods": 1 << 5}
+    wanted = {**TwinFaults().model_dump(mode="json"), "marker_loss": 1.0, "rods": 1 << 5}
     assert viewer.put("/api/twin/faults", json=wanted).status_code == 403
     assert operator.put("/api/twin/faults", json={**wanted, "noise": 0.5}).status_code == 422
     with operator.live() as live:
@@ -17,6 +17,6 @@ def test_the_operator_hides_a_marker_of_the_running_twin_and_a_viewer_may_not(se
         assert np.isfinite(live.frames[-1]["markers"][4]).all()
         live.wait("event", lambda event: "100 %" in event["text"] and event["level"] == "warning")
         assert viewer.get("/api/twin/faults").json() == wanted
-        off = TwinFaults().model_dump()
+        off = TwinFaults().model_dump(mode="json")
         assert operator.put("/api/twin/faults", json=off).json() == off
         wait_for(lambda: np.isfinite(live.frames[-1]["markers"]).all(), "all markers again")

@@ -6,7 +6,7 @@ from controller.layout import record_dtype
 from controller.messages import Telemetry
 from server.channels import CHANNELS, columns_of
 from server.history import BIN_TICKS, History
-from server.plots.feed import CHUNK, Feed
+from server.plots.feed import CHUNK, Feed, Plots
 
 ALL = list(range(len(CHANNELS)))
 ERROR, X_MEAS, ENERGY = columns_of(["error.norm", "p_meas.0", "energy"])
@@ -106,7 +106,7 @@ def test_a_feed_sends_the_past_in_pieces_and_then_each_bin_once() -> None:
     history = History(1000, 3 * CHUNK)
     for first in range(0, 40_000, 500):
         history.add(rows(first, 500))
-    feed = Feed(history)
+    feed = Feed(Plots(history))
     assert feed.next() is None, "nothing was chosen"
     feed.choose([ERROR, ENERGY], None)
     pieces = []
@@ -125,7 +125,7 @@ def test_a_feed_sends_the_past_in_pieces_and_then_each_bin_once() -> None:
 
 def test_of_a_new_channel_the_past_comes_and_no_other_twice() -> None:
     history = filled(800)
-    feed = Feed(history)
+    feed = Feed(Plots(history))
     feed.choose([ENERGY], None)
     assert len(plot(feed.next())[2]) == 50
     assert feed.next() is None
@@ -140,7 +140,7 @@ def test_of_a_new_channel_the_past_comes_and_no_other_twice() -> None:
 
 def test_a_page_that_comes_back_gets_what_it_missed() -> None:
     history = filled(800)
-    feed = Feed(history)
+    feed = Feed(Plots(history))
     feed.choose([ENERGY], since=0.7)
     first, _, t, _, _ = plot(feed.next())
     assert first == 44
@@ -150,7 +150,7 @@ def test_a_page_that_comes_back_gets_what_it_missed() -> None:
 
 def test_a_feed_survives_a_rig_that_restarts() -> None:
     history = filled(800)
-    feed = Feed(history)
+    feed = Feed(Plots(history))
     feed.choose([ENERGY], None)
     history.forget()
     history.add(rows(0, 48))

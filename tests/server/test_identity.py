@@ -1,6 +1,7 @@
 """Token, cookie and lease."""
 
 import stat
+import time
 from pathlib import Path
 
 import pytest
@@ -8,10 +9,14 @@ from pydantic import SecretStr
 
 from controller.errors import ParameterError
 from controller.parameters import Settings
-from server.auth import FAILURES, Identity, Sessions, TooManyAttempts, WrongToken, same_origin
+from controller.whole_file import write_whole
+from server.auth import FAILURES, MAX_AGE, Identity, Sessions, TooManyAttempts, WrongToken, same_origin
+from server.events import EventLog
 from server.lease import LAPSE, OperatorLease
 from server.services import kept_settings
-from server.settings import Secrets, ServerSettings, exposed, load_secrets
+from server.settings import ServerSettings, exposed
+from server.token_watch import TokenWatch
+from server.tokens import Secrets, TokenFile, load_secrets
 
 
 class Clock:
@@ -38,6 +43,17 @@ def test_cookie_is_read_back_and_a_forged_or_foreign_one_is_not() -> None:
     assert sessions("another token").read({ours.cookie: sealed}) is None, "a new token ends old sessions"
 
 
+def test_a_cookie_lapses_after_a_week_but_not_because_the_wall_clock_was_set_back(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    ours, now = sessions(), time.time()
+    who = ours.open("right", "here")
+    sealed = ours.seal(who)
+    for step, found in ((-3600.0, who), (MAX_AGE - 60.0, who), (MAX_AGE + 60.0, None), (-MAX_AGE - 60.0, None)):
+        monkeypatch.setattr(time, "time", lambda step=step: now + step)
+        assert ours.read({ours.cookie: sealed}) == found, step
+
+
 def test_guessing_is_stopped_and_forgiven_after_a_minute() -> None:
     clock = Clock()
     ours = sessions(clock=clock)
@@ -57,6 +73,49 @@ def test_token_is_kept_and_readable_by_the_user_alone(tmp_path: Path) -> None:
     assert stat.S_IMODE((tmp_path / "state" / "secrets.json").stat().st_mode) == 0o600
     given = load_secrets(ServerSettings(state=tmp_path / "state", token=SecretStr("mine")))
     assert (given.token, given.key) == ("mine", first.key)
+
+
+def test_an_old_file_with_one_token_is_the_operators_and_gets_a_viewers(tmp_path: Path) -> None:
+    write_whole(tmp_path / "secrets.json", '{"token": "old", "key": "kkk"}')
+    found = load_secrets(ServerSettings(state=tmp_path))
+    assert (found.token, found.key) == ("old", "kkk")
+    assert len(found.viewer_token) > 20
+    assert load_secrets(ServerSettings(state=tmp_path)) == found
+    with pytest.raises(ParameterError, match="are the same"):
+        load_secrets(ServerSettings(state=tmp_path, viewer_token=SecretStr("old")))
+    (tmp_path / "secrets.json").chmod(0o644)
+    with pytest.raises(ParameterError, match="has mode 0644"):
+        load_secrets(ServerSettings(state=tmp_path))
+
+
+def test_a_changed_token_ends_only_the_sessions_that_it_opened(tmp_path: Path) -> None:
+    file = TokenFile(ServerSettings(state=tmp_path))
+    kept = file.read()
+    ours = Sessions(kept, "rig")
+    operator, viewer = ours.open(kept.token, "here"), ours.open(kept.viewer_token, "here")
+    assert (operator.role, viewer.role) == ("operator", "viewer")
+    cookies = [{ours.cookie: ours.seal(who)} for who in (operator, viewer)]
+    assert [ours.read(cookie) for cookie in cookies] == [operator, viewer]
+    clock = Clock()
+    watch, lease, log = TokenWatch(file, ours, kept, clock), OperatorLease(), EventLog()
+    assert lease.acquire(operator)
+    away = (tmp_path / "secrets.json").rename(tmp_path / "away")
+    clock.now = 1.0
+    watch.look(lease, log)
+    assert [ours.read(cookie) for cookie in cookies] == [operator, viewer], "a folder that went away signs nobody out"
+    away.rename(tmp_path / "secrets.json")
+    token = file.renew("viewer")
+    clock.now = 2.0
+    watch.look(lease, log)
+    assert [ours.read(cookie) for cookie in cookies] == [operator, None]
+    assert (ours.stands(operator), ours.stands(viewer), lease.holds(operator)) == (True, False, True)
+    assert ours.open(token, "here").role == "viewer"
+    file.renew("operator")
+    clock.now = 4.0
+    watch.look(lease, log)
+    assert (ours.read(cookies[0]), lease.holder) == (None, None)
+    assert len(log.recent) == 2
+    assert stat.S_IMODE((tmp_path / "secrets.json").stat().st_mode) == 0o600
 
 
 @pytest.mark.parametrize("content", [b"", b"{", b'{"token": "x"}', b"\xff\xfe\x00"])

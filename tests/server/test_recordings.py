@@ -26,7 +26,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestServer]:
     folder = tmp_path_factory.mktemp("server")
     for name in ("Circle slow", "circle fast", "eight"):
         _record(folder / "recordings", name)
-    found = TestServer(folder, "tcp/127.0.0.1:9")
+    found = TestServer(folder, "tcp/127.0.0.1:9", rate_factor=1e6)
     yield found
     found.close()
 

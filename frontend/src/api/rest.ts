@@ -90,8 +90,15 @@ function fieldError(item: unknown): string {
 export const rest = {
   login: (token: string) => call<Session>("POST", "/api/session", { token }),
   session: () => call<Session>("GET", "/api/session"),
+  /** Refused where the live socket would be: a browser hides why. */
+  mayLookOn: () => call<null>("GET", "/api/live"),
   takeLease: () => call<Lease>("POST", "/api/lease"),
   releaseLease: () => call<Lease>("DELETE", "/api/lease"),
+  askForLease: () => call<Lease>("POST", "/api/lease/request"),
+  withdrawRequest: () => call<Lease>("DELETE", "/api/lease/request"),
+  refuseRequest: (tag: string) => call<Lease>("POST", "/api/lease/refuse", { tag }),
+  handOver: (tag: string) => call<Lease>("POST", "/api/lease/hand-over", { tag }),
+  takeOver: (tag: string) => call<Lease>("POST", "/api/lease/take-over", { tag }),
   setClutch: (clutch: boolean) => call<Lease>("PATCH", "/api/lease", { clutch }),
   loopHealth: () => call<LoopHealth>("GET", "/api/health/loop"),
   alarms: () => call<AlarmLimits>("GET", "/api/alarms"),
@@ -126,14 +133,20 @@ export function drawingUrl(name: string): string {
   return `/api/drawings/${encodeURIComponent(name)}`;
 }
 
-/** Address of rerun's own viewer, showing the recording `id` of the server at `origin`. */
+/** Address at which rerun's viewer gets the recording `id` of the server at `origin`. */
+export function recordingUrl(origin: string, id: string): string {
+  return `${origin}/api/recordings/${encodeURIComponent(id)}.rrd`;
+}
+
+/** Address of rerun's own viewer, showing the recording `id` of the server at `origin`; with null it shows nothing yet. */
 export function viewerUrl(
   origin: string,
-  id: string,
+  id: string | null,
   theme: "dark" | "light",
   renderer: string | null,
 ): string {
-  const query = new URLSearchParams({ url: `${origin}/api/recordings/${encodeURIComponent(id)}.rrd` });
+  const query = new URLSearchParams();
+  if (id !== null) query.set("url", recordingUrl(origin, id));
   if (renderer !== null) query.set("renderer", renderer);
   return `/rerun/?${query.toString()}&hide_welcome_screen&persist=0&theme=${theme}`;
 }

@@ -9,13 +9,13 @@ export interface paths {
     };
     /**
      * Read Session
-     * @description Who I am, and whether I operate.
+     * @description Who I am, what I may do, and whether I operate.
      */
     get: operations["read_session"];
     put?: never;
     /**
      * Sign In By Token
-     * @description Sign in with the access token; 401 when it is wrong, 429 after too many wrong ones.
+     * @description Sign in with an access token; 401 when it is wrong, 429 after too many wrong ones.
      */
     post: operations["sign_in_by_token"];
     delete?: never;
@@ -50,6 +50,90 @@ export interface paths {
      * @description Switch the held clutch on or off.
      */
     patch: operations["change_lease"];
+    trace?: never;
+  };
+  "/api/lease/request": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Ask For Lease
+     * @description Ask whoever operates for the lease; the request stands for a minute. 409 where nobody operates.
+     */
+    post: operations["ask_for_lease"];
+    /**
+     * Withdraw Request
+     * @description Ask no longer.
+     */
+    delete: operations["withdraw_request"];
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/lease/refuse": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Refuse Request
+     * @description Keep the lease, and tell who asked; 409 when it asks no more.
+     */
+    post: operations["refuse_request"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/lease/hand-over": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Hand Over Lease
+     * @description Give the lease to another session, a viewer's too; the motion is held first. 409 when its page is not open.
+     */
+    post: operations["hand_over_lease"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/lease/take-over": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Take Over Lease
+     * @description Take the lease from its holder (named, so that nobody else loses it); held first. 403 with a viewer's token.
+     */
+    post: operations["take_over_lease"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
     trace?: never;
   };
   "/api/command": {
@@ -842,6 +926,66 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/live": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * May Look On
+     * @description Whether a page may open /ws/live now; 503 when too many look on. A browser hides why its socket was refused.
+     */
+    get: operations["may_look_on"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/healthz": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Healthz
+     * @description Whether all is well, 503 when something is not; open to anyone on this machine.
+     */
+    get: operations["read_healthz"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/metrics": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Metrics
+     * @description Figures for Prometheus, with a session or `Authorization: Bearer ACCESS_TOKEN`.
+     */
+    get: operations["read_metrics"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/twin/faults": {
     parameters: {
       query?: never;
@@ -1227,7 +1371,20 @@ export interface components {
      * @description Why the rig is in its mode, or why it refused.
      * @enum {integer}
      */
-    Cause: 0 | 1 | 2 | 3 | 4 | 5 | 6 | 7 | 8 | 9 | 10 | 11 | 12 | 13 | 14 | 15 | 16;
+    Cause: 0 | 1 | 2 | 3 | 4 | 5 | 6 | 7 | 8 | 9 | 10 | 11 | 12 | 13 | 14 | 15 | 16 | 17 | 18 | 19 | 20;
+    /**
+     * Check
+     * @description One part, and what is wrong with it.
+     */
+    Check: {
+      /** Ok */
+      ok: boolean;
+      /**
+       * Detail
+       * @default
+       */
+      detail: string;
+    };
     /**
      * CommandBody
      * @description Body of POST /api/command.
@@ -1260,6 +1417,33 @@ export interface components {
        * @description One sentence for the operator.
        */
       detail: string;
+    };
+    /**
+     * Complaint
+     * @description One fault of a malformed request.
+     */
+    Complaint: {
+      /** Type */
+      type: string;
+      /**
+       * Loc
+       * @description Where: body, query or path, then the field and, in a list, the place.
+       */
+      loc: (string | number)[];
+      /**
+       * Msg
+       * @description With the bound.
+       */
+      msg: string;
+      /** @description The value that was given; what is no JSON, as text. */
+      input: components["schemas"]["JsonValue"];
+      /**
+       * Ctx
+       * @description The bound by itself, where there is one.
+       */
+      ctx: {
+        [key: string]: components["schemas"]["JsonValue"];
+      };
     };
     /**
      * ControllerParameters
@@ -1345,6 +1529,12 @@ export interface components {
        * @default 0.03
        */
       rest_rate: number;
+      /**
+       * Torque Slew Max
+       * @description Bound on the rate of u in HOLD and FOLLOW, feedback and all (ours); a planned reference may step.
+       * @default 5
+       */
+      torque_slew_max: number;
     };
     /**
      * DistanceLimit
@@ -1586,6 +1776,12 @@ export interface components {
       symbol: string;
     };
     /**
+     * Freeze
+     * @description How the twin's motion capture is frozen.
+     * @enum {integer}
+     */
+    Freeze: 0 | 1 | 2;
+    /**
      * GainPreset
      * @description Settings that were saved under a name; the page loads law, gains and limits from them.
      */
@@ -1642,6 +1838,22 @@ export interface components {
       trouble: string;
     };
     /**
+     * Healthz
+     * @description All parts; `ok` (and status 200) only when every one is.
+     */
+    Healthz: {
+      /** Ok */
+      ok: boolean;
+      /** @description Its beat of 60 Hz goes on. */
+      server: components["schemas"]["Check"];
+      /** @description It is heard, and takes our commands. */
+      rig: components["schemas"]["Check"];
+      /** @description Its thread lives, and the last recording did not end by itself. */
+      recorder: components["schemas"]["Check"];
+      /** @description A recording could begin. */
+      disk: components["schemas"]["Check"];
+    };
+    /**
      * Hello
      * @description First message on the live socket.
      */
@@ -1685,6 +1897,7 @@ export interface components {
      * @enum {integer}
      */
     Integrator: 0 | 1;
+    JsonValue: unknown;
     /**
      * Lag
      * @description The pressure loops as dead time and first-order lag [s].
@@ -1844,6 +2057,51 @@ export interface components {
      * @enum {integer}
      */
     Mode: 0 | 1 | 2 | 3 | 4 | 5 | 6;
+    /**
+     * People
+     * @description Who is here, and who wants to operate.
+     */
+    People: {
+      /**
+       * Holder
+       * @description Tag of whoever operates, "" when nobody does.
+       */
+      holder: string;
+      /**
+       * Asking
+       * @description Who asked for control, the longest waiting first.
+       */
+      asking: components["schemas"]["Person"][];
+      /**
+       * Others
+       * @description Whose pages are open, but mine.
+       */
+      others: components["schemas"]["Person"][];
+      /**
+       * Waiting
+       * @description I asked, and nobody has answered.
+       */
+      waiting: boolean;
+    };
+    /**
+     * Person
+     * @description A session as others see it.
+     */
+    Person: {
+      /**
+       * Tag
+       * @description Names the session; its id stays its own.
+       */
+      tag: string;
+      /** Name */
+      name: string;
+      /**
+       * Role
+       * @description Whose token it signed in with.
+       * @enum {string}
+       */
+      role: "operator" | "viewer";
+    };
     /**
      * Ping
      * @description For the page's round trip display; t is echoed.
@@ -2074,6 +2332,14 @@ export interface components {
        * @default 1
        */
       laps: number;
+    };
+    /**
+     * Problem
+     * @description Body of every refusal: a sentence, or what is wrong with each field.
+     */
+    Problem: {
+      /** Detail */
+      detail: string | components["schemas"]["Complaint"][];
     };
     /**
      * ProfileInfo
@@ -2522,7 +2788,8 @@ export interface components {
        *       "dead_time": 0.05,
        *       "pneumatic_lag": 0.05,
        *       "torque_rate_max": 0.5,
-       *       "rest_rate": 0.03
+       *       "rest_rate": 0.03,
+       *       "torque_slew_max": 5
        *     }
        */
       controller: components["schemas"]["ControllerParameters"];
@@ -2538,7 +2805,15 @@ export interface components {
        *       "loop_gap": 0.05,
        *       "error_max": 0.08,
        *       "error_time": 2,
-       *       "pressure_max": 340000
+       *       "jump_max": 0.03,
+       *       "jump_speed": 0.5,
+       *       "frozen_time": 0.2,
+       *       "frozen_torque": 0.003,
+       *       "speed_max": 20,
+       *       "pressure_off_max": 30000,
+       *       "pressure_off_time": 0.3,
+       *       "pressure_max": 340000,
+       *       "pressure_min": -20000
        *     }
        */
       limits: components["schemas"]["SafetyLimits"];
@@ -2788,11 +3063,55 @@ export interface components {
        */
       error_time: number;
       /**
+       * Jump Max
+       * @description A marker that leaves its own course, and the model's, by more than this between two samples is not used.
+       * @default 0.03
+       */
+      jump_max: number;
+      /**
+       * Jump Speed
+       * @description Added to jump_max for the time between the two samples.
+       * @default 0.5
+       */
+      jump_speed: number;
+      /**
+       * Frozen Time
+       * @default 0.2
+       */
+      frozen_time: number;
+      /**
+       * Frozen Torque
+       * @default 0.003
+       */
+      frozen_torque: number;
+      /**
+       * Speed Max
+       * @description Five times as fast as a step of the paper: beyond, gains make the observer diverge.
+       * @default 20
+       */
+      speed_max: number;
+      /**
+       * Pressure Off Max
+       * @default 30000
+       */
+      pressure_off_max: number;
+      /**
+       * Pressure Off Time
+       * @default 0.3
+       */
+      pressure_off_time: number;
+      /**
        * Pressure Max
        * @description A measured chamber pressure above this is an E-STOP.
        * @default 340000
        */
       pressure_max: number;
+      /**
+       * Pressure Min
+       * @description So is one below this: gauge pressure, so a sensor or its wire is broken.
+       * @default -20000
+       */
+      pressure_min: number;
     };
     /**
      * SeatLook
@@ -2828,7 +3147,26 @@ export interface components {
     Session: {
       /** Name */
       name: string;
+      /**
+       * Role
+       * @description Whose token I signed in with.
+       * @enum {string}
+       */
+      role: "operator" | "viewer";
+      /**
+       * Unprotected
+       * @description Other machines can reach this server, and what is said to it travels unencrypted.
+       */
+      unprotected: boolean;
       lease: components["schemas"]["Lease"];
+    };
+    /**
+     * SessionTag
+     * @description Body of requests about another session: which one.
+     */
+    SessionTag: {
+      /** Tag */
+      tag: string;
     };
     /**
      * Settings
@@ -2990,6 +3328,7 @@ export interface components {
        */
       type: "status";
       lease: components["schemas"]["Lease"];
+      people: components["schemas"]["People"];
       settings: components["schemas"]["Settings"];
       recording: components["schemas"]["RecordingState"];
       health: components["schemas"]["Health"];
@@ -3141,7 +3480,7 @@ export interface components {
     };
     /**
      * TwinFaults
-     * @description What is injected into the twin's markers beside its own noise; off with every life of the rig.
+     * @description What is injected into the twin beside its own flaws; off with every life of the rig.
      */
     "TwinFaults-Input": {
       /**
@@ -3164,14 +3503,46 @@ export interface components {
       marker_loss: number;
       /**
        * Rods
-       * @description Bit i-1 set: noise and loss of markers meet rod i.
+       * @description Bit i-1 set: noise, jump and loss of markers meet rod i.
        * @default 1023
        */
       rods: number;
+      /**
+       * Jump
+       * @description By how much markers are measured beside where they are.
+       * @default [
+       *       0,
+       *       0
+       *     ]
+       */
+      jump: [number, number];
+      /**
+       * @description Samples of all markers repeat the last one.
+       * @default 0
+       */
+      freeze: components["schemas"]["Freeze"];
+      /**
+       * Sensors Stuck
+       * @description Bit i set: the pressure sensor of chamber i (u1+, u1-, u2+, u2-) keeps its value, also for its valve's loop.
+       * @default 0
+       */
+      sensors_stuck: number;
+      /**
+       * Valves Stuck
+       * @description Bit i set: the spool of chamber i stays where it is.
+       * @default 0
+       */
+      valves_stuck: number;
+      /**
+       * Supply Lost
+       * @description The supply line is open to the atmosphere: all chambers empty, whatever is commanded.
+       * @default false
+       */
+      supply_lost: boolean;
     };
     /**
      * TwinFaults
-     * @description What is injected into the twin's markers beside its own noise; off with every life of the rig.
+     * @description What is injected into the twin beside its own flaws; off with every life of the rig.
      */
     "TwinFaults-Output": {
       /**
@@ -3194,10 +3565,42 @@ export interface components {
       marker_loss: number;
       /**
        * Rods
-       * @description Bit i-1 set: noise and loss of markers meet rod i.
+       * @description Bit i-1 set: noise, jump and loss of markers meet rod i.
        * @default 1023
        */
       rods: number;
+      /**
+       * Jump
+       * @description By how much markers are measured beside where they are.
+       * @default [
+       *       0,
+       *       0
+       *     ]
+       */
+      jump: [number, number];
+      /**
+       * @description Samples of all markers repeat the last one.
+       * @default 0
+       */
+      freeze: components["schemas"]["Freeze"];
+      /**
+       * Sensors Stuck
+       * @description Bit i set: the pressure sensor of chamber i (u1+, u1-, u2+, u2-) keeps its value, also for its valve's loop.
+       * @default 0
+       */
+      sensors_stuck: number;
+      /**
+       * Valves Stuck
+       * @description Bit i set: the spool of chamber i stays where it is.
+       * @default 0
+       */
+      valves_stuck: number;
+      /**
+       * Supply Lost
+       * @description The supply line is open to the atmosphere: all chambers empty, whatever is commanded.
+       * @default false
+       */
+      supply_lost: boolean;
     };
     /**
      * TwinParameters
@@ -3405,7 +3808,116 @@ export interface components {
       length: number;
     };
   };
-  responses: never;
+  responses: {
+    /** @description No HTTP request, or a range that is none */
+    Refused400: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+    /** @description Not signed in */
+    Refused401: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+    /** @description From another origin, or without the operator's lease */
+    Refused403: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+    /** @description There is no such thing */
+    Refused404: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+    /** @description Not in this state */
+    Refused409: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+    /** @description A body without its length */
+    Refused411: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+    /** @description The body is too long */
+    Refused413: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+    /** @description This server has another name */
+    Refused421: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+    /** @description Field, value and bound of what is wrong */
+    Refused422: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+    /** @description Too often; the header retry-after says for how long to wait [s] */
+    Refused429: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+    /** @description The server's disk or a file of its own fails */
+    Refused500: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+    /** @description The rig does not answer, or takes no command from this server */
+    Refused503: {
+      headers: {
+        [name: string]: unknown;
+      };
+      content: {
+        "application/json": components["schemas"]["Problem"];
+      };
+    };
+  };
   parameters: never;
   requestBodies: never;
   headers: never;
@@ -3431,6 +3943,18 @@ export interface operations {
           "application/json": components["schemas"]["Session"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   sign_in_by_token: {
@@ -3455,15 +3979,18 @@ export interface operations {
           "application/json": components["schemas"]["Session"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   take_lease: {
@@ -3484,6 +4011,18 @@ export interface operations {
           "application/json": components["schemas"]["Lease"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   release_lease: {
@@ -3504,6 +4043,18 @@ export interface operations {
           "application/json": components["schemas"]["Lease"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   change_lease: {
@@ -3528,15 +4079,190 @@ export interface operations {
           "application/json": components["schemas"]["Lease"];
         };
       };
-      /** @description Validation Error */
-      422: {
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  ask_for_lease: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
         headers: {
           [name: string]: unknown;
         };
         content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
+          "application/json": components["schemas"]["Lease"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  withdraw_request: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Lease"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  refuse_request: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["SessionTag"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Lease"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  hand_over_lease: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["SessionTag"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Lease"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  take_over_lease: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["SessionTag"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Lease"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   command: {
@@ -3561,24 +4287,26 @@ export interface operations {
           "application/json": components["schemas"]["CommandReply"];
         };
       };
-      /** @description Conflict */
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      /** @description The rig refuses */
       409: {
         headers: {
           [name: string]: unknown;
         };
         content: {
-          "application/json": components["schemas"]["CommandReply"];
+          "application/json": components["schemas"]["CommandReply"] | components["schemas"]["Problem"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_settings: {
@@ -3599,6 +4327,18 @@ export interface operations {
           "application/json": components["schemas"]["Settings"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   change_settings: {
@@ -3623,15 +4363,18 @@ export interface operations {
           "application/json": components["schemas"]["Settings"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   rig_info: {
@@ -3652,6 +4395,18 @@ export interface operations {
           "application/json": components["schemas"]["RigInfo"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_health: {
@@ -3672,6 +4427,18 @@ export interface operations {
           "application/json": components["schemas"]["Health"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_loop_health: {
@@ -3692,6 +4459,18 @@ export interface operations {
           "application/json": components["schemas"]["LoopHealth"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_alarms: {
@@ -3712,6 +4491,18 @@ export interface operations {
           "application/json": components["schemas"]["AlarmLimits-Output"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   keep_alarms: {
@@ -3736,15 +4527,18 @@ export interface operations {
           "application/json": components["schemas"]["AlarmLimits-Output"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   reset_alarms: {
@@ -3765,6 +4559,18 @@ export interface operations {
           "application/json": components["schemas"]["AlarmLimits-Output"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_workspace: {
@@ -3785,6 +4591,18 @@ export interface operations {
           "application/json": components["schemas"]["Workspace"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_references: {
@@ -3805,6 +4623,18 @@ export interface operations {
           "application/json": components["schemas"]["ReferenceInfo"][];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_reference: {
@@ -3827,15 +4657,18 @@ export interface operations {
           "application/json": components["schemas"]["ReferencePath"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   plan_drawing: {
@@ -3860,15 +4693,18 @@ export interface operations {
           "application/json": components["schemas"]["DrawingPlan"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   text_path: {
@@ -3893,15 +4729,18 @@ export interface operations {
           "application/json": components["schemas"]["TextPath"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   preview: {
@@ -3926,15 +4765,18 @@ export interface operations {
           "application/json": components["schemas"]["Preview"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_drawings: {
@@ -3955,6 +4797,18 @@ export interface operations {
           "application/json": components["schemas"]["DrawingInfo"][];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   drawing_file: {
@@ -3968,22 +4822,27 @@ export interface operations {
     };
     requestBody?: never;
     responses: {
-      /** @description Successful Response */
+      /** @description The file */
       200: {
         headers: {
           [name: string]: unknown;
         };
-        content?: never;
-      };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
         content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
+          "text/csv": string;
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_drawing: {
@@ -4006,15 +4865,18 @@ export interface operations {
           "application/json": components["schemas"]["DrawingBody"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   save_drawing: {
@@ -4041,15 +4903,18 @@ export interface operations {
           "application/json": components["schemas"]["DrawingInfo"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   delete_drawing: {
@@ -4070,15 +4935,18 @@ export interface operations {
         };
         content?: never;
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   start_run: {
@@ -4103,15 +4971,18 @@ export interface operations {
           "application/json": components["schemas"]["RunState"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   pause_run: {
@@ -4132,6 +5003,18 @@ export interface operations {
           "application/json": components["schemas"]["RunState"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   resume_run: {
@@ -4152,6 +5035,18 @@ export interface operations {
           "application/json": components["schemas"]["RunState"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   stop_run: {
@@ -4172,6 +5067,18 @@ export interface operations {
           "application/json": components["schemas"]["RunState"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_runs: {
@@ -4192,6 +5099,18 @@ export interface operations {
           "application/json": components["schemas"]["RunResult"][];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   recording_profiles: {
@@ -4212,6 +5131,18 @@ export interface operations {
           "application/json": components["schemas"]["ProfileInfo"][];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   recording_quick: {
@@ -4237,15 +5168,18 @@ export interface operations {
           "application/json": components["schemas"]["Quick"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   recordings: {
@@ -4270,15 +5204,18 @@ export interface operations {
           "application/json": components["schemas"]["Recording"][];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   start_recording: {
@@ -4303,15 +5240,18 @@ export interface operations {
           "application/json": components["schemas"]["RecordingState"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   stop_recording: {
@@ -4332,6 +5272,18 @@ export interface operations {
           "application/json": components["schemas"]["Recording"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   recording_file: {
@@ -4345,22 +5297,54 @@ export interface operations {
     };
     requestBody?: never;
     responses: {
-      /** @description Successful Response */
+      /** @description The file */
       200: {
         headers: {
           [name: string]: unknown;
         };
-        content?: never;
+        content: {
+          "application/octet-stream": string;
+        };
       };
-      /** @description Validation Error */
-      422: {
+      /** @description The range that was asked for */
+      206: {
         headers: {
           [name: string]: unknown;
         };
         content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
+          "application/octet-stream": string;
+          "multipart/byteranges": string;
         };
       };
+      /** @description A range that is none */
+      400: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/plain": string;
+        };
+      };
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      /** @description A range beyond the end */
+      416: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/plain": string;
+        };
+      };
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   recording: {
@@ -4383,15 +5367,18 @@ export interface operations {
           "application/json": components["schemas"]["Recording"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   remove_recording: {
@@ -4412,15 +5399,18 @@ export interface operations {
         };
         content?: never;
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   edit_recording: {
@@ -4447,15 +5437,18 @@ export interface operations {
           "application/json": components["schemas"]["Recording"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   recording_metrics: {
@@ -4478,15 +5471,18 @@ export interface operations {
           "application/json": components["schemas"]["Measured"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   recording_signals: {
@@ -4509,15 +5505,18 @@ export interface operations {
           "application/json": components["schemas"]["SignalInfo"][];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   export_recording: {
@@ -4536,22 +5535,58 @@ export interface operations {
     };
     requestBody?: never;
     responses: {
-      /** @description Successful Response */
+      /** @description The file */
       200: {
         headers: {
           [name: string]: unknown;
         };
-        content?: never;
+        content: {
+          "text/csv": string;
+          "application/vnd.apache.parquet": string;
+          "application/octet-stream": string;
+        };
       };
-      /** @description Validation Error */
-      422: {
+      /** @description The range that was asked for */
+      206: {
         headers: {
           [name: string]: unknown;
         };
         content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
+          "text/csv": string;
+          "application/vnd.apache.parquet": string;
+          "application/octet-stream": string;
+          "multipart/byteranges": string;
         };
       };
+      /** @description A range that is none */
+      400: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/plain": string;
+        };
+      };
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      /** @description A range beyond the end */
+      416: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/plain": string;
+        };
+      };
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   recording_path: {
@@ -4579,15 +5614,18 @@ export interface operations {
           "application/json": components["schemas"]["DrawingBody"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   import_recording: {
@@ -4616,15 +5654,18 @@ export interface operations {
           "application/json": components["schemas"]["Recording"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   history_csv: {
@@ -4640,22 +5681,27 @@ export interface operations {
     };
     requestBody?: never;
     responses: {
-      /** @description Successful Response */
+      /** @description The file */
       200: {
         headers: {
           [name: string]: unknown;
         };
-        content?: never;
-      };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
         content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
+          "text/csv": string;
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_gains: {
@@ -4676,6 +5722,18 @@ export interface operations {
           "application/json": components["schemas"]["GainPreset"][];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   save_gains: {
@@ -4698,15 +5756,18 @@ export interface operations {
           "application/json": components["schemas"]["GainPreset"][];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   delete_gains: {
@@ -4729,15 +5790,18 @@ export interface operations {
           "application/json": components["schemas"]["GainPreset"][];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_actuators: {
@@ -4758,6 +5822,18 @@ export interface operations {
           "application/json": components["schemas"]["ActuatorChoice"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   change_actuator: {
@@ -4782,15 +5858,18 @@ export interface operations {
           "application/json": unknown;
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_layouts: {
@@ -4811,6 +5890,18 @@ export interface operations {
           "application/json": string[];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_layout: {
@@ -4833,15 +5924,18 @@ export interface operations {
           "application/json": components["schemas"]["PlotLayout"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   keep_layout: {
@@ -4868,15 +5962,18 @@ export interface operations {
           "application/json": components["schemas"]["PlotLayout"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   delete_layout: {
@@ -4897,15 +5994,120 @@ export interface operations {
         };
         content?: never;
       };
-      /** @description Validation Error */
-      422: {
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  may_look_on: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      204: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  read_healthz: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
         headers: {
           [name: string]: unknown;
         };
         content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
+          "application/json": components["schemas"]["Healthz"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      /** @description Something is not well */
+      503: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Healthz"];
+        };
+      };
+    };
+  };
+  read_metrics: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Prometheus' text format */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/plain": string;
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_faults: {
@@ -4926,6 +6128,18 @@ export interface operations {
           "application/json": components["schemas"]["TwinFaults-Output"];
         };
       };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   inject_faults: {
@@ -4950,15 +6164,18 @@ export interface operations {
           "application/json": components["schemas"]["TwinFaults-Output"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   change_look: {
@@ -4983,15 +6200,18 @@ export interface operations {
         };
         content?: never;
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   change_path: {
@@ -5017,15 +6237,18 @@ export interface operations {
         };
         content?: never;
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   play: {
@@ -5052,15 +6275,18 @@ export interface operations {
           "application/json": components["schemas"]["Playback"];
         };
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   end_playback: {
@@ -5081,15 +6307,18 @@ export interface operations {
         };
         content?: never;
       };
-      /** @description Validation Error */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["HTTPValidationError"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   live_messageslive_post: {

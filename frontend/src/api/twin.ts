@@ -3,7 +3,7 @@ import type { components } from "./schema";
 
 export type TwinFaults = components["schemas"]["TwinFaults-Output"];
 
-/** Faults of the twin's sensing, live. */
+/** Faults of the twin, live. */
 export const twin = {
   faults: () => call<TwinFaults>("GET", "/api/twin/faults"),
   inject: (faults: TwinFaults) => call<TwinFaults>("PUT", "/api/twin/faults", faults),

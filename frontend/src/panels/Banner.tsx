@@ -11,13 +11,15 @@ import type { Page } from "../state/page";
 import { LiveText } from "./LiveText";
 import { useDashboard, usePage } from "./context";
 
-/** What the plan lies under: nothing, no link yet, a lost link, a rig that is not there or obeys others, a latched state. */
-type Trouble = "none" | "connecting" | "offline" | "refused" | "noRig" | "rigGone" | "fault" | "stopped";
+/** What the plan lies under: nothing, no link, no place, a rig that is not there or obeys others, a latched state. */
+type Trouble =
+  "none" | "connecting" | "offline" | "shutOut" | "refused" | "noRig" | "rigGone" | "fault" | "stopped";
 
 const TEXT: Record<Trouble, string> = {
   none: "",
   connecting: "Connecting to the server",
   offline: "No connection to the server; trying again",
+  shutOut: "The server does not take this page in",
   refused: "The rig takes no command from this server",
   noRig: "The server waits for a rig",
   rigGone: "The rig does not answer; waiting for it",
@@ -25,7 +27,8 @@ const TEXT: Record<Trouble, string> = {
   stopped: "E-STOP: the chambers were vented",
 };
 
-function troubleOf({ online, rigLive, rig, mode, health }: Page): Trouble {
+function troubleOf({ online, shutOut, rigLive, rig, mode, health }: Page): Trouble {
+  if (!online && shutOut !== "") return "shutOut";
   if (!online) return rig ? "offline" : "connecting";
   if (health && health.trouble !== "") return "refused";
   if (!rigLive) return rig ? "rigGone" : "noRig";
@@ -34,18 +37,18 @@ function troubleOf({ online, rigLive, rig, mode, health }: Page): Trouble {
 }
 
 /** What leads out of a latched state, for whoever looks. */
-function wayOut({ cause, lease, mode }: Page): string {
+function wayOut({ cause, lease, me, mode }: Page): string {
   const button = mode === MODE.E_STOP ? "Clear E-STOP" : "Clear fault";
   if (lease.mine) return `${remedy(cause)}, then press ${button}, and arm again.`;
   if (lease.held) return `${lease.holder} operates and can clear it.`;
-  return "Take control to clear it.";
+  return me.role === "viewer" ? "An operator can clear it." : "Take control to clear it.";
 }
 
 /** Over the plan: what is wrong, since when, and what comes next. */
 export function Banner() {
   const trouble = usePage(troubleOf);
   if (trouble === "none") return null;
-  if (trouble === "refused") return <Refused />;
+  if (trouble === "refused" || trouble === "shutOut") return <Refused trouble={trouble} />;
   return trouble === "fault" || trouble === "stopped" ? (
     <Latched trouble={trouble} />
   ) : (
@@ -53,13 +56,15 @@ export function Banner() {
   );
 }
 
-function Refused() {
-  const reason = usePage((page) => page.health?.trouble ?? "");
+function Refused({ trouble }: { readonly trouble: "refused" | "shutOut" }) {
+  const reason = usePage(({ health, shutOut }) =>
+    trouble === "refused" ? (health?.trouble ?? "") : shutOut,
+  );
   return (
-    <div className="banner" role="alert" data-testid="refused">
+    <div className="banner" role="alert" data-testid={trouble}>
       <IconLock size={18} aria-hidden />
       <span>
-        {TEXT.refused}: {reason}
+        {TEXT[trouble]}: {reason}
       </span>
     </div>
   );

@@ -30,12 +30,14 @@ const STEPS: readonly Step[] = [
 ];
 
 /** What to do next, in one sentence. */
-function advice({ online, rigLive, lease, mode, cause }: Page): string {
+function advice({ online, rigLive, lease, me, mode, cause }: Page): string {
   if (!online || !rigLive || mode === null) return "Waiting for the rig.";
   if (!lease.mine)
     return lease.held
       ? `${lease.holder} operates. You can watch, and stop.`
-      : "Take control to operate (top right).";
+      : me.role === "viewer"
+        ? "You can watch, and stop. Whoever operates can hand control over to you."
+        : "Take control to operate (top right).";
   if (isLatched(mode)) return `Latched. ${remedy(cause)}, then clear.`;
   if (mode === MODE.VENTED) return "Arm to pressurise the actuator.";
   if (mode === MODE.REST) return "Returning to rest, then vented.";

@@ -3,12 +3,15 @@ import { IconFileImport } from "@tabler/icons-react";
 import { useEffect } from "react";
 import type { Point } from "../api/types";
 import type { Dashboard } from "../state/dashboard";
-import { parseCsv } from "../state/drawingCsv";
+import { ImportError, parseCsv } from "../state/drawingCsv";
 import { pieceOf, type Piece } from "../state/drawingPiece";
 import { parseSvg } from "../state/drawingSvg";
 import { middleOfReach } from "./DrawText";
 import { ToolButton } from "./ToolButton";
 import { useDashboard } from "./context";
+
+/** Largest file that is read: the page would stand still over a larger one. */
+const BYTES_MAX = 2_000_000;
 
 /** A CSV or SVG file becomes a drawing: by this button, or dropped on the page. */
 export function DrawImport() {
@@ -47,6 +50,10 @@ export function DrawImport() {
 async function read(file: File | null, { drawing, operations, page, runs }: Dashboard): Promise<void> {
   if (!file) return;
   await operations.attempt(`${file.name} not imported`, async () => {
+    if (file.size > BYTES_MAX)
+      throw new ImportError(
+        `The file has ${file.size} bytes, more than ${BYTES_MAX}: a path needs far fewer`,
+      );
     const text = await file.text();
     const isSvg = file.name.toLowerCase().endsWith(".svg") || text.trimStart().startsWith("<");
     const pieces = isSvg

@@ -6,10 +6,11 @@ import {
   useComputedColorScheme,
   useMantineColorScheme,
 } from "@mantine/core";
-import { IconHandStop, IconKeyboard, IconMoon, IconSun, IconUser } from "@tabler/icons-react";
-import { ControlButton } from "./ControlButton";
+import { IconHandStop, IconKeyboard, IconMoon, IconSun } from "@tabler/icons-react";
+import { LeaseControl } from "./LeaseControl";
 import { RecordButton } from "./RecordButton";
 import { StatePill } from "./StatePill";
+import { Unprotected } from "./Unprotected";
 import { useDashboard, usePage } from "./context";
 
 export type View = "live" | "review";
@@ -39,6 +40,7 @@ export function Header({ view, onView, onHelp }: Props) {
       />
       <StatePill />
       <span className="spacer" />
+      <Unprotected />
       <LeaseControl />
       <RecordButton />
       <SchemeButton />
@@ -65,41 +67,6 @@ function RigName() {
         {rig.twin ? " · twin" : ""}
       </span>
     </Tooltip>
-  );
-}
-
-/** Who operates, and the way to take it over or give it back. */
-function LeaseControl() {
-  const dashboard = useDashboard();
-  const lease = usePage((page) => page.lease);
-  return (
-    <span className="lease" data-testid="lease" data-mine={lease.mine} data-held={lease.held}>
-      <IconUser size={15} aria-hidden />
-      <span className="lease-holder">
-        {lease.mine ? "you operate" : lease.held ? lease.holder : "no operator"}
-      </span>
-      {lease.mine ? (
-        <ControlButton
-          control="release"
-          variant="default"
-          testId="lease-release"
-          meaning="Give control back; a motion is held"
-          onClick={() => void dashboard.operations.releaseLease()}
-        >
-          Release
-        </ControlButton>
-      ) : (
-        <ControlButton
-          control="take"
-          variant="filled"
-          testId="lease-take"
-          meaning="Become the operator: only one page at a time can move the rig"
-          onClick={() => void dashboard.operations.takeLease()}
-        >
-          Take control
-        </ControlButton>
-      )}
-    </span>
   );
 }
 

@@ -28,7 +28,7 @@ export function Login() {
           </Title>
           <PasswordInput
             label="Access token"
-            description="Printed by `tendril up` beside the page's address"
+            description="The operator's or the viewer's: `tendril token` prints them"
             data-testid="token"
             autoFocus
             value={token}

@@ -1,12 +1,23 @@
-import { NativeSelect, NumberInput, Tooltip } from "@mantine/core";
+import { NumberInput, Tooltip } from "@mantine/core";
 import { useEffect, useState } from "react";
 import { twin, type TwinFaults } from "../api/twin";
 import { rounded } from "./settings";
 import { ControlButton } from "./ControlButton";
+import { FaultChoices, type Inject } from "./FaultChoices";
 import { useDashboard, usePage, useWhyNot } from "./context";
-import { ALL_RODS, FAULTY_RODS } from "./sensing";
+import { ALL_RODS } from "./sensing";
 
-const OFF: TwinFaults = { noise: 0, sample_loss: 0, marker_loss: 0, rods: ALL_RODS };
+const OFF: TwinFaults = {
+  noise: 0,
+  sample_loss: 0,
+  marker_loss: 0,
+  rods: ALL_RODS,
+  jump: [0, 0],
+  freeze: 0,
+  sensors_stuck: 0,
+  valves_stuck: 0,
+  supply_lost: false,
+};
 
 interface Fault {
   readonly name: "noise" | "sample_loss" | "marker_loss";
@@ -24,7 +35,7 @@ const FAULTS: readonly Fault[] = [
   { name: "marker_loss", label: "Markers lost", unit: "%", scale: 100, max: 100, step: 5 },
 ];
 
-/** Noise and dropout that are injected into the twin's markers, live. */
+/** What is broken in the twin, live: markers, pressure sensors, valves, supply. */
 export function TwinFaultsPanel() {
   const { operations } = useDashboard();
   const boot = usePage((page) => page.rig?.boot ?? 0);
@@ -48,16 +59,16 @@ export function TwinFaultsPanel() {
   };
   return (
     <fieldset className="faults" data-testid="faults">
-      <legend>Inject into the twin&apos;s markers</legend>
+      <legend>Inject into the twin</legend>
       {FAULTS.map((fault) => (
         <FaultField key={fault.name} fault={fault} value={faults[fault.name]} inject={inject} />
       ))}
-      <FaultyRods rods={faults.rods} inject={inject} />
+      <FaultChoices faults={faults} inject={inject} />
       <ControlButton
         control="settings"
         variant="default"
         testId="faults-off"
-        meaning="The twin's markers as they were"
+        meaning="The twin as it was"
         onClick={() => {
           inject(OFF);
         }}
@@ -67,8 +78,6 @@ export function TwinFaultsPanel() {
     </fieldset>
   );
 }
-
-type Inject = (change: Partial<TwinFaults>) => void;
 
 interface FieldProps {
   readonly fault: Fault;
@@ -108,23 +117,5 @@ function FaultField({ fault, value, inject }: FieldProps) {
         }}
       />
     </Tooltip>
-  );
-}
-
-function FaultyRods({ rods, inject }: { readonly rods: number; readonly inject: Inject }) {
-  const reason = useWhyNot("settings");
-  return (
-    <NativeSelect
-      size="xs"
-      w={98}
-      label="Noise, loss on"
-      data-testid="fault-rods"
-      disabled={reason !== null}
-      value={String(rods)}
-      data={FAULTY_RODS.map(([name, mask]) => ({ value: String(mask), label: name }))}
-      onChange={(event) => {
-        inject({ rods: Number(event.currentTarget.value) });
-      }}
-    />
   );
 }

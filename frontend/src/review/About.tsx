@@ -1,6 +1,7 @@
 import { TagsInput, Textarea, TextInput } from "@mantine/core";
 import { useState } from "react";
 import type { Recording } from "../api/types";
+import { useWhyNot } from "../panels/context";
 import { bytes, clock, millimetres, percent, wholeNumber } from "../state/format";
 import { marksOf } from "./listing";
 import type { Recordings } from "./useRecordings";
@@ -13,6 +14,7 @@ interface Props {
 
 /** What is known about a recording, and what people write on it; kept when a field is left. */
 export function About({ recording, running, recordings }: Props) {
+  const reason = useWhyNot("edit");
   const [name, setName] = useState(recording.name);
   const [notes, setNotes] = useState(recording.notes);
   const { id, tags } = recording;
@@ -34,10 +36,11 @@ export function About({ recording, running, recordings }: Props) {
           </div>
         ))}
       </dl>
-      <div className="row review-fields">
+      <div className="row review-fields" title={reason ?? undefined}>
         <TextInput
           size="xs"
           label="Name"
+          readOnly={reason !== null}
           maxLength={80}
           data-testid="recording-name"
           value={name}
@@ -51,6 +54,7 @@ export function About({ recording, running, recordings }: Props) {
         <TagsInput
           size="xs"
           label="Tags"
+          readOnly={reason !== null}
           w={240}
           maxTags={20}
           data-testid="recording-tags"
@@ -60,6 +64,7 @@ export function About({ recording, running, recordings }: Props) {
         <Textarea
           size="xs"
           label="Notes"
+          readOnly={reason !== null}
           autosize
           minRows={1}
           maxRows={4}

@@ -2,6 +2,7 @@ import { ActionIcon, Button, Popover } from "@mantine/core";
 import { IconTrash } from "@tabler/icons-react";
 import { useState } from "react";
 import type { Recording } from "../api/types";
+import { useWhyNot } from "../panels/context";
 
 interface Props {
   readonly row: Recording;
@@ -12,11 +13,13 @@ interface Props {
 /** Deletes for good, so it asks; a starred recording and the one being written are kept. */
 export function DeleteButton({ row, running, onDelete }: Props) {
   const [opened, setOpened] = useState(false);
-  const reason = running
-    ? "It is being recorded: stop first."
-    : row.starred
-      ? "It is starred: take the star away first."
-      : null;
+  const reason =
+    useWhyNot("edit") ??
+    (running
+      ? "It is being recorded: stop first."
+      : row.starred
+        ? "It is starred: take the star away first."
+        : null);
   return (
     <Popover opened={opened} onChange={setOpened} position="bottom-end" shadow="md" trapFocus withinPortal>
       <Popover.Target>

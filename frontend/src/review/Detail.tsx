@@ -14,6 +14,7 @@ import { Badges, Star } from "./RecordingRow";
 import type { TimeWindow } from "./QuickPlot";
 import { Signals } from "./Signals";
 import { useActive, type Recordings } from "./useRecordings";
+import { useWarm } from "./useWarm";
 
 type Sight = "quick" | "figures" | "plots" | "3d";
 
@@ -27,7 +28,9 @@ interface Props {
 export function Detail({ id, recordings, onBack }: Props) {
   const [sight, setSight] = useState<Sight>("quick");
   const [zoomed, setZoomed] = useState<TimeWindow | null>(null);
+  const [drawn, setDrawn] = useState(false);
   const running = useActive() === id;
+  const warm = useWarm(drawn, sight === "plots");
   const recording = recordings.find(id);
   if (!recording) return <Unknown id={id} onBack={onBack} />;
   return (
@@ -65,7 +68,18 @@ export function Detail({ id, recordings, onBack }: Props) {
         />
       </div>
       {sight === "quick" ? <About recording={recording} running={running} recordings={recordings} /> : null}
-      <Sighted sight={sight} recording={recording} running={running} onZoom={setZoomed} />
+      <Sighted
+        sight={sight}
+        recording={recording}
+        running={running}
+        onZoom={setZoomed}
+        onDrawn={() => {
+          setDrawn(true);
+        }}
+      />
+      {sight === "plots" || (warm && !running) ? (
+        <Signals key={String(running)} id={id} shown={sight === "plots"} />
+      ) : null}
     </main>
   );
 }
@@ -75,16 +89,17 @@ interface SightedProps {
   readonly recording: Recording;
   readonly running: boolean;
   readonly onZoom: (to: TimeWindow | null) => void;
+  readonly onDrawn: () => void;
 }
 
-function Sighted({ sight, recording, running, onZoom }: SightedProps) {
+function Sighted({ sight, recording, running, onZoom, onDrawn }: SightedProps) {
   switch (sight) {
     case "quick":
-      return <QuickLook id={recording.id} running={running} onZoom={onZoom} />;
+      return <QuickLook id={recording.id} running={running} onZoom={onZoom} onDrawn={onDrawn} />;
     case "figures":
       return running ? <p className="panel note">Figures are taken after its end.</p> : <Figures id={recording.id} />; // prettier-ignore
     case "plots":
-      return <Signals id={recording.id} />;
+      return null; // stands beside: it is there before
     case "3d":
       return <Replay3D recording={recording} />;
   }

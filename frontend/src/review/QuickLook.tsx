@@ -1,5 +1,5 @@
 import { Loader } from "@mantine/core";
-import { useCallback, useMemo, useRef } from "react";
+import { useCallback, useEffect, useMemo, useRef } from "react";
 import type { Quick } from "../api/types";
 import { PathCanvas, type DrawnPath, type PathMark } from "./PathCanvas";
 import { pathsOf } from "./paths";
@@ -11,24 +11,28 @@ interface Props {
   readonly id: string;
   readonly running: boolean;
   readonly onZoom: Zoomed;
+  /** Its plots stand. */
+  readonly onDrawn: () => void;
 }
 
 /** The main signals and the tip's path of a recording, without rerun. */
-export function QuickLook({ id, running, onZoom }: Props) {
+export function QuickLook({ id, running, onZoom, onDrawn }: Props) {
   const { looks, problem } = useQuick([id], running);
   const quick = looks?.at(0);
   if (problem !== "") return <p className="panel advice" role="alert">No quick look: {problem}</p>; // prettier-ignore
   if (!quick) return <Loader m="xl" data-testid="quick-loading" />;
   if (quick.rows === 0) return <p className="panel note">Nothing is recorded in it.</p>;
-  return <Shown quick={quick} onZoom={onZoom} />;
+  return <Shown quick={quick} onZoom={onZoom} onDrawn={onDrawn} />;
 }
 
 interface ShownProps {
   readonly quick: Quick;
   readonly onZoom: Zoomed;
+  readonly onDrawn: () => void;
 }
 
-function Shown({ quick, onZoom }: ShownProps) {
+function Shown({ quick, onZoom, onDrawn }: ShownProps) {
+  useEffect(onDrawn, [onDrawn]);
   const charts = useMemo(() => quickCharts(quick), [quick]);
   const paths = useMemo(() => pathsOf(quick), [quick]);
   return <PlotsAndPath charts={charts} paths={paths} group="quick" unitX="s" onZoom={onZoom} />;

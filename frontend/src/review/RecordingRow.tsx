@@ -3,7 +3,7 @@ import { IconDownload, IconStar, IconStarFilled } from "@tabler/icons-react";
 import type { MouseEvent } from "react";
 import { recordingUrl } from "../api/recordings";
 import type { Recording } from "../api/types";
-import { useDashboard } from "../panels/context";
+import { useDashboard, useWhyNot } from "../panels/context";
 import { bytes, clock, DASH, localTime, millimetres, percent, wholeNumber } from "../state/format";
 import { DeleteButton } from "./DeleteButton";
 import { marksOf } from "./listing";
@@ -96,12 +96,15 @@ interface StarProps {
 
 /** Starred recordings are never removed to make room. */
 export function Star({ row, recordings }: StarProps) {
+  const reason = useWhyNot("edit");
   const Icon = row.starred ? IconStarFilled : IconStar;
   return (
     <ActionIcon
       variant="subtle"
       color={row.starred ? "yellow" : "gray"}
       size="sm"
+      disabled={reason !== null}
+      title={reason ?? undefined}
       aria-pressed={row.starred}
       aria-label={`Star ${row.name || row.id}`}
       data-testid="star"

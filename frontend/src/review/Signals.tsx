@@ -1,31 +1,63 @@
 import { Loader, useComputedColorScheme } from "@mantine/core";
-import { useEffect, useState } from "react";
-import { viewerUrl } from "../api/rest";
+import { useEffect, useRef, useState } from "react";
+import { recordingUrl, viewerUrl } from "../api/rest";
+
+interface Props {
+  readonly id: string;
+  /** It is started hidden before: a viewer takes seconds to start. */
+  readonly shown: boolean;
+}
 
 /** The recording in rerun's own viewer. */
-export function Signals({ id }: { readonly id: string }) {
-  const scheme = useComputedColorScheme("dark");
+export function Signals(props: Props) {
+  const scheme = useComputedColorScheme("dark", { getInitialValueInEffect: false });
+  return <Viewer key={scheme} scheme={scheme} {...props} />;
+}
+
+interface ViewerProps extends Props {
+  readonly scheme: "dark" | "light";
+}
+
+function Viewer({ id, shown, scheme }: ViewerProps) {
+  const { origin } = window.location;
+  const frame = useRef<HTMLIFrameElement>(null);
+  const opened = useRef(shown);
   const [ready, setReady] = useState(false);
+  const [source] = useState(() => viewerUrl(origin, shown ? id : null, scheme, wishedRenderer()));
   useEffect(() => {
-    const hear = (event: MessageEvent<unknown>) => {
-      if (event.origin === window.location.origin && event.data === "READY") setReady(true);
+    const hear = ({ source, data }: MessageEvent<unknown>) => {
+      if (source === frame.current?.contentWindow && data === "READY") setReady(true);
     };
     window.addEventListener("message", hear);
     return () => {
       window.removeEventListener("message", hear);
     };
   }, []);
-  const renderer = new URLSearchParams(window.location.search).get("rerun_renderer");
+  useEffect(() => {
+    if (!ready || !shown || opened.current) return;
+    opened.current = true;
+    const open = { tendril: "open", url: recordingUrl(origin, id) };
+    frame.current?.contentWindow?.postMessage(open, origin);
+  }, [origin, id, ready, shown]);
   return (
     <>
-      {ready ? null : <Loader size="xs" m="xs" data-testid="viewer-loading" />}
+      {ready || !shown ? null : (
+        <Loader className="viewer-loading" size="xs" m="xs" data-testid="viewer-loading" />
+      )}
       <iframe
+        ref={frame}
         className="viewer-frame"
         title="Recording in rerun"
         data-testid="viewer"
         data-ready={ready}
-        src={viewerUrl(window.location.origin, id, scheme, renderer)}
+        data-shown={shown}
+        inert={!shown}
+        src={source}
       />
     </>
   );
+}
+
+function wishedRenderer(): string | null {
+  return new URLSearchParams(window.location.search).get("rerun_renderer");
 }

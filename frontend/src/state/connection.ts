@@ -1,7 +1,7 @@
 import { LayoutError } from "../api/record";
 import { Refusal, rest } from "../api/rest";
 import { LiveSocket, liveUrl } from "../api/socket";
-import type { FromBrowser, FromServer } from "../api/types";
+import type { FromBrowser, FromServer, Session } from "../api/types";
 import type { Live } from "./live";
 import { asCause, asMode } from "./modes";
 import { keep, withLines, type Page } from "./page";
@@ -18,6 +18,8 @@ export interface ConnectionListener {
   disconnected(): void;
   /** A rig was met, or another life of it. */
   met(): void;
+  /** I operate now, or no longer do; nobody asked for it here. */
+  leaseChanged(mine: boolean, holder: string): void;
   failed(title: string, error: unknown): void;
 }
 
@@ -35,7 +37,7 @@ export class Connection {
   ) {
     this.socket = new LiveSocket(liveUrl(window.location), {
       opened: () => {
-        page.patch({ online: true });
+        page.patch({ online: true, shutOut: "" });
       },
       closed: () => {
         this.closed();
@@ -82,8 +84,8 @@ export class Connection {
 
   private async enter(): Promise<void> {
     try {
-      await rest.session();
-      this.page.patch({ session: "present" });
+      const session = await rest.session();
+      this.page.patch({ session: "present", me: mine(session) });
       this.socket.start();
     } catch (error) {
       if (isSignedOut(error)) this.page.patch({ session: "absent" });
@@ -96,14 +98,16 @@ export class Connection {
     this.page.patch({ online: false, rigLive: false });
     this.live.roundTrip = NaN;
     this.listener.disconnected();
-    if (!wasOnline) void this.checkSession();
+    if (!wasOnline) void this.askWhy();
   }
 
-  /** The server answers but refuses the socket: the session may be over. */
-  private async checkSession(): Promise<void> {
+  /** No socket came about: the session may be over, or there are too many pages. */
+  private async askWhy(): Promise<void> {
     try {
-      await rest.session();
+      await rest.mayLookOn();
+      this.page.patch({ shutOut: "" });
     } catch (error) {
+      this.page.patch({ shutOut: error instanceof Refusal ? error.message : "" });
       if (!isSignedOut(error)) return;
       this.socket.stop();
       this.page.patch({ session: "absent" });
@@ -119,6 +123,7 @@ export class Connection {
           this.send(this.live.choice());
         });
         this.page.patch({
+          me: keep(page.me, mine(message.session)),
           lease: keep(page.lease, message.session.lease),
           log: withLines(page.log, message.log),
         });
@@ -127,12 +132,15 @@ export class Connection {
       case "status":
         this.page.patch({
           lease: keep(page.lease, message.lease),
+          people: keep(page.people, message.people),
           settings: keep(page.settings, message.settings),
           recording: keep(page.recording, message.recording),
           health: keep(page.health, message.health),
           run: keep(page.run, message.run),
           result: keep(page.result, message.result),
         });
+        if (page.lease.mine !== message.lease.mine)
+          this.listener.leaseChanged(message.lease.mine, message.lease.holder);
         this.noteProblem(page.recording.problem, message.recording.problem);
         this.meet(message.rig);
         return;
@@ -214,6 +222,10 @@ export class Connection {
     const silent = now - this.live.freshAt > RIG_SILENT_MS;
     this.page.patch({ rigLive: online && !silent && health?.rig_connected !== false });
   }
+}
+
+function mine({ name, role, unprotected }: Session): Page["me"] {
+  return { name, role, unprotected };
 }
 
 function isSignedOut(error: unknown): boolean {

@@ -45,7 +45,10 @@ export class Dashboard {
     this.runs = new Runs(this.drawing.store, this.page, rest, this.operations);
     keepRecord(this.runs, shelf);
     keepProfile(this.page, shelf);
-    if (keepDrawing(this.drawing, shelf)) this.runs.choose("drawing");
+    const lost = (why: string) => {
+      notify("warning", "A reload will lose the drawing", `${why}: save it on the server, or simplify it`);
+    };
+    if (keepDrawing(this.drawing, shelf, lost)) this.runs.choose("drawing");
     this.connection = new Connection(this.live, this.page, {
       answered: (id, refusal) => {
         this.aim.answered(id, refusal);
@@ -57,6 +60,9 @@ export class Dashboard {
         void this.operations.learnAlarms();
         void this.references.learn();
         void this.saved.learn();
+      },
+      leaseChanged: (mine, holder) => {
+        this.operations.leaseChanged(mine, holder);
       },
       failed: (title, error) => {
         this.operations.report(title, error);

@@ -19,9 +19,9 @@ function shelfOf(texts: Map<string, string>, room = Infinity): Shelf {
 }
 
 /** A page that is loaded in a browser with this storage. */
-function visit(shelf: Shelf): Drawing {
+function visit(shelf: Shelf, lost: (why: string) => void = () => undefined): Drawing {
   const drawing = new Drawing();
-  keepDrawing(drawing, shelf);
+  keepDrawing(drawing, shelf, lost);
   return drawing;
 }
 
@@ -69,6 +69,21 @@ test("what is too long, or finds no room, is not kept, nor is the older drawing 
     drawing.add([{ ...pieceOf(line), shape: Array.from({ length: points }, (_, i) => [i / 7, i / 3]) }]);
     expect(texts.size).toBe(0);
   }
+});
+
+test("the page hears once that a drawing is too long to be kept, and again for the next one", () => {
+  const said: string[] = [];
+  const drawing = visit(shelfOf(new Map()), (why) => said.push(why));
+  const long: Point[] = Array.from({ length: CHARACTERS_MAX / 20 }, (_, i) => [i / 7, i / 3]);
+  drawing.add([pieceOf(line)]);
+  expect(said).toEqual([]);
+  drawing.add([{ ...pieceOf(line), shape: long }]);
+  drawing.rename("still too long");
+  expect(said).toHaveLength(1);
+  expect(said[0]).toContain(`more than the ${CHARACTERS_MAX}`);
+  drawing.clear();
+  drawing.add([{ ...pieceOf(line), shape: long }]);
+  expect(said).toHaveLength(2);
 });
 
 test("only a whole drawing is read back", () => {

@@ -9,17 +9,23 @@ export const KEY = "tendril-drawing";
 /** Longest text that is kept: some 50 000 points, and well under the 5 MB of a browser. */
 export const CHARACTERS_MAX = 2_000_000;
 
-/** Bring back the drawing of the last visit, and keep every change that counts from now on. True if something is drawn. */
-export function keepDrawing(drawing: Drawing, shelf: Shelf): boolean {
+/**
+ * Bring back the drawing of the last visit, and keep every change that counts from now on. True if something is drawn.
+ * `lost` hears, once for each drawing, why a reload will not bring it back.
+ */
+export function keepDrawing(drawing: Drawing, shelf: Shelf, lost: (why: string) => void): boolean {
   const last = quietly(() => parseKept(shelf.getItem(KEY) ?? ""));
   if (last) drawing.restore(last);
   let shown = keptOf(drawing);
+  let told = "";
   const isDrawn = shown.sketch.pieces.length > 0;
   drawing.store.subscribe(() => {
     const now = keptOf(drawing);
     if (now.sketch === shown.sketch && now.manner === shown.manner && now.name === shown.name) return;
     shown = now;
-    put(shelf, JSON.stringify(now));
+    const why = put(shelf, JSON.stringify(now));
+    if (why !== "" && told === "") lost(why);
+    told = why;
   });
   return isDrawn;
 }
@@ -35,12 +41,18 @@ function keptOf(drawing: Drawing): Kept {
   return { sketch: history.present, manner, name };
 }
 
-/** A drawing that cannot be kept must not bring back an older one. */
-function put(shelf: Shelf, text: string): void {
+/** Keep the drawing, or say why not: one that cannot be kept must not bring back an older one. */
+function put(shelf: Shelf, text: string): string {
   quietly(() => {
     shelf.removeItem(KEY);
-    if (text.length <= CHARACTERS_MAX) shelf.setItem(KEY, text);
   });
+  if (text.length > CHARACTERS_MAX)
+    return `It takes ${text.length} characters, more than the ${CHARACTERS_MAX} that the page keeps`;
+  const kept = quietly(() => {
+    shelf.setItem(KEY, text);
+    return true;
+  });
+  return kept ? "" : "This browser has no room for it";
 }
 
 /** A browser that keeps nothing is no trouble: the drawing then lasts as long as the page. */

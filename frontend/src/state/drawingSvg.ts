@@ -8,6 +8,8 @@ const MILLIMETRES: Partial<Record<string, number>> = { mm: 1, cm: 10, in: 25.4 }
 /** Distance of the points taken from a path [mm]. */
 const SPACING = 0.5;
 const POINTS_MAX = 4000;
+/** Every stroke is laid out by the browser once; a text turned into paths has some hundreds. */
+const STROKES_MAX = 2000;
 
 /** A flat transform of SVG: x' = a x + c y + e, y' = b x + d y + f. */
 export interface Matrix {
@@ -39,6 +41,9 @@ export function parseSvg(text: string): Point[][] {
   const fault = file.querySelector("parsererror");
   if (fault) throw new ImportError(`The SVG file is broken: ${faultText(fault)}`);
   if (root.localName !== "svg") throw new ImportError("This is not an SVG file");
+  const count = [...root.querySelectorAll(SHAPES)].reduce((sum, shape) => sum + subpathsOf(shape).length, 0);
+  if (count > STROKES_MAX)
+    throw new ImportError(`The SVG file has ${count} strokes, more than ${STROKES_MAX}`);
   const unit = unitOf(root.getAttribute("width"), root.getAttribute("viewBox"));
   const shapes = [...root.querySelectorAll(SHAPES)].filter((shape) => !shape.closest("defs, clipPath, mask"));
   const strokes = shapes.flatMap((shape) => strokesOf(shape, unit)).filter((points) => points.length > 1);
@@ -75,10 +80,14 @@ function sampled(copy: SVGGeometryElement, matrix: Matrix, unit: number): Point[
   });
 }
 
+/** The data of each subpath; null for the one stroke of a shape that is no path. */
+function subpathsOf(shape: Element): (string | null)[] {
+  return shape.getAttribute("d")?.split(/(?=M)/) ?? [null];
+}
+
 /** The bare geometry, a path's subpaths each by itself. */
 function copies(shape: Element): SVGGeometryElement[] {
-  const subpaths = shape.getAttribute("d")?.split(/(?=M)/) ?? [null];
-  return subpaths.map((subpath) => {
+  return subpathsOf(shape).map((subpath) => {
     const copy = document.createElementNS(SVG, shape.localName) as SVGGeometryElement;
     for (const name of GEOMETRY) {
       const value = shape.getAttribute(name);

@@ -49,14 +49,22 @@ export const CAUSE_TEXT: Record<Cause, string> = {
   14: "meant for an earlier start of the rig",
   15: "no reference loaded",
   16: "no operator present",
+  17: "markers frozen",
+  18: "markers jumped",
+  19: "chambers do not follow their pressures",
+  20: "model moved too fast",
 };
 
 /** What to look at before a latch is cleared: without it the rig would only fault again. */
 const REMEDY: Partial<Record<Cause, string>> = {
   6: "Check camera, markers and injected faults",
   8: "Check gains and settings",
-  9: "Check supply and valves",
+  9: "Check supply, valves and pressure sensors",
   10: "Check that nothing holds the actuator, then the gains",
+  17: "Check that the camera runs and its link delivers",
+  18: "Check that the camera was not moved and markers are not swapped, then the gains",
+  19: "Check supply, valves and pressure sensors",
+  20: "Check gains and settings",
 };
 
 export function remedy(cause: Cause): string {

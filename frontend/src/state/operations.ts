@@ -1,5 +1,5 @@
 import { Refusal, rest, Unreachable } from "../api/rest";
-import type { AlarmLimits, CommandBody, Event, Settings } from "../api/types";
+import type { AlarmLimits, CommandBody, Event, Lease, Settings } from "../api/types";
 import { keep, situation, withLines, type Page } from "./page";
 import { whyNot, type Control } from "./permission";
 import type { Store } from "./store";
@@ -12,6 +12,9 @@ const STOP_RETRY_MS = 500;
 
 /** What an operator asks of the server by buttons and keys; refusals are shown in the server's own words. */
 export class Operations {
+  /** Requests about the lease that this page itself has under way: their outcome is no news. */
+  private passing = 0;
+
   constructor(
     private readonly page: Store<Page>,
     private readonly notify: Notify,
@@ -46,15 +49,45 @@ export class Operations {
   }
 
   async takeLease(): Promise<void> {
-    await this.attempt("Control not taken", async () => {
-      this.page.patch({ lease: await rest.takeLease() });
-    });
+    await this.pass("Control not taken", rest.takeLease);
   }
 
   async releaseLease(): Promise<void> {
-    await this.attempt("Control not released", async () => {
-      this.page.patch({ lease: await rest.releaseLease() });
+    await this.pass("Control not released", rest.releaseLease);
+  }
+
+  /** Give control to the session `tag`. */
+  async handOver(tag: string): Promise<void> {
+    await this.pass("Control not handed over", () => rest.handOver(tag));
+  }
+
+  /** Take control from the session `tag`. */
+  async takeOver(tag: string): Promise<void> {
+    await this.pass("Control not taken over", () => rest.takeOver(tag));
+  }
+
+  async refuseRequest(tag: string): Promise<void> {
+    await this.pass("Request not refused", () => rest.refuseRequest(tag));
+  }
+
+  /** Ask whoever operates for control, or ask no longer. */
+  async askForLease(wanted: boolean): Promise<void> {
+    await this.pass("Control not asked for", wanted ? rest.askForLease : rest.withdrawRequest);
+  }
+
+  /** The lease came or went without this page's doing. */
+  leaseChanged(mine: boolean, holder: string): void {
+    if (this.passing > 0) return;
+    if (mine) this.notify("info", "You operate now", "Control was handed over to you; the motion is held.");
+    else this.notify("warning", "You no longer operate", holder === "" ? "" : `${holder} operates now.`);
+  }
+
+  private async pass(title: string, action: () => Promise<Lease>): Promise<void> {
+    this.passing += 1;
+    await this.attempt(title, async () => {
+      this.page.patch({ lease: await action() });
     });
+    this.passing -= 1;
   }
 
   /** Held clutch: letting go of the target holds the rig. */

@@ -5,6 +5,7 @@ import type {
   Health,
   Lease,
   Mode,
+  People,
   Profile,
   RecordingState,
   ReferenceInfo,
@@ -12,6 +13,7 @@ import type {
   RigInfo,
   RunResult,
   RunState,
+  Session,
   Settings,
   Workspace,
 } from "../api/types";
@@ -30,8 +32,13 @@ export interface Page {
   readonly compared: readonly string[];
   readonly session: "unknown" | "absent" | "present";
   readonly online: boolean;
+  /** Why the server does not take this page in, "" where it does or does not answer. */
+  readonly shutOut: string;
   readonly rigLive: boolean;
+  /** My session's name and role, and whether others can read along. */
+  readonly me: Omit<Session, "lease">;
   readonly lease: Lease;
+  readonly people: People;
   readonly settings: Settings | null;
   readonly recording: RecordingState;
   readonly health: Health | null;
@@ -70,8 +77,11 @@ export const EMPTY_PAGE: Page = {
   compared: [],
   session: "unknown",
   online: false,
+  shutOut: "",
   rigLive: false,
+  me: { name: "", role: "viewer", unprotected: false },
   lease: { held: false, mine: false, holder: "", clutch: false },
+  people: { holder: "", asking: [], others: [], waiting: false },
   settings: null,
   recording: { recording: false, id: "", seconds: 0, rows: 0, gaps: 0, problem: "" },
   health: null,
@@ -119,6 +129,6 @@ export function keep<T>(old: T, next: T): T {
 
 /** The part of the page that decides what is allowed. */
 export function situation(page: Page): Situation {
-  const { online, rigLive, mode, lease, recording } = page;
-  return { online, rigLive, mode, ...lease, recording: recording.recording };
+  const { online, rigLive, mode, lease, me, recording } = page;
+  return { online, rigLive, mode, ...lease, role: me.role, recording: recording.recording };
 }

@@ -1,8 +1,10 @@
-import type { Mode } from "../api/types";
+import type { Mode, Role } from "../api/types";
 import { isLatched, isMovable, MODE, MODE_WORD } from "./modes";
 
 export type Control =
   | "take"
+  | "take_over"
+  | "ask"
   | "release"
   | "arm"
   | "disarm"
@@ -13,6 +15,7 @@ export type Control =
   | "run"
   | "settings"
   | "record"
+  | "edit"
   | "e_stop";
 
 /** What decides whether a control works now. */
@@ -24,14 +27,20 @@ export interface Situation {
   readonly held: boolean;
   readonly holder: string;
   readonly recording: boolean;
+  readonly role: Role;
 }
+
+/** Why a viewer's session may not. */
+const LOOKING = "The viewer's token is for looking and for the E-STOP";
 
 /** Why `control` does not work now, as one sentence; null when it does. E-STOP is never refused. */
 export function whyNot(control: Control, now: Situation): string | null {
   if (control === "e_stop") return null;
   if (!now.online) return "No connection to the server";
   if (control === "take") return whyNotTake(now);
-  if (!now.mine) return now.held ? `${now.holder} operates` : "Take control first";
+  if (control === "take_over" || control === "ask") return whyNotGet(control, now);
+  if (control === "edit") return now.mine ? null : whyNotByRole(now);
+  if (!now.mine) return now.held ? `${now.holder} operates` : (whyNotByRole(now) ?? "Take control first");
   if (control === "release" || control === "settings") return null;
   if (control === "record" && now.recording) return null;
   if (!now.rigLive || now.mode === null) return "The rig does not answer";
@@ -40,7 +49,17 @@ export function whyNot(control: Control, now: Situation): string | null {
 
 function whyNotTake(now: Situation): string | null {
   if (now.mine) return "You operate already";
-  return now.held ? `${now.holder} operates` : null;
+  return now.held ? `${now.holder} operates` : whyNotByRole(now);
+}
+
+function whyNotGet(control: "take_over" | "ask", now: Situation): string | null {
+  if (now.mine) return "You operate already";
+  if (!now.held) return "Nobody operates";
+  return control === "ask" ? null : whyNotByRole(now);
+}
+
+function whyNotByRole({ role }: Situation): string | null {
+  return role === "viewer" ? LOOKING : null;
 }
 
 function whyNotInMode(control: Control, mode: Mode): string | null {
@@ -64,6 +83,9 @@ function whyNotInMode(control: Control, mode: Mode): string | null {
     case "clear":
       return isLatched(mode) ? null : "Nothing is latched";
     case "take":
+    case "take_over":
+    case "ask":
+    case "edit":
     case "release":
     case "settings":
     case "record":

@@ -1,0 +1,32 @@
+import { Button } from "@mantine/core";
+import { IconHandGrab } from "@tabler/icons-react";
+import type { Page } from "../state/page";
+import { useDashboard, usePage } from "./context";
+
+const NOBODY: Page["people"]["asking"] = [];
+
+/** To whoever operates: who asks for control. */
+export function Asking() {
+  const { operations } = useDashboard();
+  const asking = usePage((page) => (page.lease.mine ? page.people.asking : NOBODY));
+  return asking.map(({ tag, name, role }) => (
+    <div key={tag} className="asking" role="alert" data-testid="asking">
+      <IconHandGrab size={18} aria-hidden />
+      <span>
+        {name}
+        {role === "viewer" ? " (viewer)" : ""} asks for control. A motion is held first.
+      </span>
+      <Button size="compact-sm" data-testid="ask-accept" onClick={() => void operations.handOver(tag)}>
+        Accept
+      </Button>
+      <Button
+        size="compact-sm"
+        variant="default"
+        data-testid="ask-refuse"
+        onClick={() => void operations.refuseRequest(tag)}
+      >
+        Refuse
+      </Button>
+    </div>
+  ));
+}

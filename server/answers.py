@@ -1,0 +1,85 @@
+"""The one form of every refusal, and when which is given: all routes document it from here."""
+
+import math
+from typing import Any
+
+from pydantic import JsonValue
+from starlette.responses import JSONResponse
+
+from controller.layout import Model
+
+
+class Complaint(Model):
+    """One fault of a malformed request."""
+
+    type: str
+    loc: list[str | int]
+    """Where: body, query or path, then the field and, in a list, the place."""
+    msg: str
+    """With the bound."""
+    input: JsonValue
+    """The value that was given; what is no JSON, as text."""
+    ctx: dict[str, JsonValue]
+    """The bound by itself, where there is one."""
+
+
+class Problem(Model):
+    """Body of every refusal: a sentence, or what is wrong with each field."""
+
+    detail: str | list[Complaint]
+
+
+_WHEN = {
+    400: "No HTTP request, or a range that is none",
+    401: "Not signed in",
+    403: "From another origin, or without the operator's lease",
+    404: "There is no such thing",
+    409: "Not in this state",
+    411: "A body without its length",
+    413: "The body is too long",
+    421: "This server has another name",
+    422: "Field, value and bound of what is wrong",
+    429: "Too often; the header retry-after says for how long to wait [s]",
+    500: "The server's disk or a file of its own fails",
+    503: "The rig does not answer, or takes no command from this server",
+}
+REFUSALS: dict[int | str, dict[str, Any]] = {
+    status: {"model": Problem, "description": when} for status, when in _WHEN.items()
+}
+
+
+def say_once(schema: dict[str, Any]) -> None:
+    """Put every refusal once among the components of the OpenAPI `schema`, and let the operations refer to it."""
+    problem = {"application/json": {"schema": {"$ref": f"#/components/schemas/{Problem.__name__}"}}}
+    told = {str(status): {"description": when, "content": problem} for status, when in _WHEN.items()}
+    schema["components"]["responses"] = {f"Refused{status}": one for status, one in told.items()}
+    for methods in (schema["paths"] | schema["webhooks"]).values():
+        for operation in methods.values():
+            same = [status for status, one in operation["responses"].items() if one == told.get(status)]
+            references = {status: {"$ref": f"#/components/responses/Refused{status}"} for status in same}
+            operation["responses"].update(references)
+
+
+def refusal(status: int, detail: str, wait: float | None = None) -> JSONResponse:
+    """A refusal by one sentence; `wait` tells for how long to stay away [s]."""
+    headers = None if wait is None else {"retry-after": str(math.ceil(wait))}
+    return JSONResponse({"detail": detail}, status, headers)
+
+
+def body(media: str, what: str) -> dict[int | str, dict[str, Any]]:
+    """Documents the answer of a route that sends `what`, of type `media`, instead of JSON."""
+    return {200: {"content": _binary(media), "description": what}}
+
+
+def file(*media: str) -> dict[int | str, dict[str, Any]]:
+    """Documents the answers of a route that sends a file, of one of the types `media`, whole or a range of it."""
+    return {
+        200: {"content": _binary(*media), "description": "The file"},
+        206: {"content": _binary(*media, "multipart/byteranges"), "description": "The range that was asked for"},
+        400: {"content": {"text/plain": {"schema": {"type": "string"}}}, "description": "A range that is none"},
+        416: {"content": {"text/plain": {"schema": {"type": "string"}}}, "description": "A range beyond the end"},
+    }
+
+
+def _binary(*media: str) -> dict[str, Any]:
+    return {one: {"schema": {"type": "string", "format": "binary"}} for one in media}

@@ -1,0 +1,40 @@
+"""Waiting for what must come, and what a fault that failed says."""
+
+import time
+from collections.abc import Callable
+from typing import NamedTuple, TypeVar
+
+from controller.errors import TendrilError
+
+T = TypeVar("T")
+
+
+class Failed(TendrilError):
+    """Something expected did not happen, or something else did."""
+
+
+class Skipped(TendrilError):
+    """A fault that cannot be injected here."""
+
+
+class Seen(NamedTuple):
+    """What came of a fault."""
+
+    observed: str
+    reaction_ms: float
+
+
+def wait(what: Callable[[], T | None], seconds: float, text: str, pause: float = 0.01) -> T:
+    """The first true value of `what()`; `Failed` after `seconds`."""
+    end = time.monotonic() + seconds
+    while not (found := what()):
+        if time.monotonic() > end:
+            raise Failed(f"not within {seconds:g} s: {text}")
+        time.sleep(pause)
+    return found
+
+
+def require(condition: object, text: str) -> None:
+    """Raise `Failed` with `text` unless `condition` holds."""
+    if not condition:
+        raise Failed(text)

@@ -1,0 +1,1 @@
+"""How the server does, for machines that watch over it: /healthz and /metrics."""

@@ -1,0 +1,13 @@
+"""The units of the two services, as they lie beside this file, with the path of this installation."""
+
+import sys
+from pathlib import Path
+
+PLACE = "/opt/tendril/bin"
+"""Where the units say that tendril is."""
+
+
+def unit_text(name: str, place: Path | None = None) -> str:
+    """Unit "rig" or "server" for the tendril in `place`; None: the one that runs now."""
+    text = (Path(__file__).parent / f"tendril-{name}.service").read_text()
+    return text.replace(PLACE, str(place or Path(sys.executable).parent))

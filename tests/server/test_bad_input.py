@@ -1,0 +1,162 @@
+"""What no page sends, by hand: each is refused by a sentence that names what is wrong, and nothing is lost."""
+
+from typing import Any
+
+import httpx
+import pytest
+
+from server.gate import BODY_MAX, COMMAND_MAX
+from tests.server.live_server import Page, TestServer
+
+UNREADABLE = {
+    "no Unicode": b'{"request": "\xff\xfe"}',
+    "nested": b'{"request": ' + b"[" * 1900 + b"]" * 1900 + b"}",
+    "digits": b'{"request": ' + b"9" * 4000 + b"}",
+    "nothing": b"",
+    "NUL": b"\x00" * 100,
+    "half": b'{"request": "ar',
+    "number": b"1e999",
+    "a lone surrogate": b'{"request": "\\ud800"}',
+}
+CSV = {
+    "empty": (b"", "required"),
+    "one line": (b"t,x,y\n0,0,0\n", "at least 2 rows"),
+    "no column y": (b"t,x\n0,0\n1,0\n", "column y is missing"),
+    "two columns y": (b"t,x,y,y\n0,0,0,0\n1,0,0,0\n", "names y twice"),
+    "nan": (b"t,x,y\n0,nan,0\n1,0,0\n", "line 2: x = nan is not finite"),
+    "word": (b"t,x,y\n0,0,0\n1,zero,0\n", "line 3: x = 'zero' is not a number"),
+    "far": (b"t,x,y\n0,0,0\n1,1e308,0\n", "line 3: x = 1e+308 m, more than 1000"),
+    "late": (b"t,x,y\n0,0,0\n1e300,0,0\n", "line 3: t = 1e+300 s after the first line, more than 1e+06"),
+    "falling": (b"t,x,y\n1,0,0\n0,0,0\n", "line 3: t = 0 s is not after 1 s"),
+    "short row": (b"t,x,y\n0,0,0\n1,0\n", "line 3: 2 values, but y is column 3"),
+    "no Unicode": (b"t,x,y\n0,\xff,0\n", "cannot be read"),
+    "NUL": (b"t,x,y\n0,\x00,0\n1,0,0\n", "line 2"),
+    "many columns": (b"a," * 300_000 + b"b\n" + b"1\n" * 5, "and 299981 more"),
+    "an .rrd": (b"RRF2\x00\x00\x00\x01PK\x03\x04" * 200, "the file"),
+    "open quote": (b't,x,y\n0,"0,0\n' + b"1,0,0\n" * 5, "line 2"),
+}
+GOOD = {
+    "BOM": b"\xef\xbb\xbft,x,y\n0,0,0\n1,0.1,0\n",
+    "quotes": b'"t","x","y"\n"0","0","0"\n"1","0.1","0"\n',
+    "decimal commas": b"t;x;y\n0;0,0;0\n1;0,1;0\n",
+    "carriage returns": b"t,x,y\r\n0,0,0\r\n1,0.1,0\r\n",
+}
+TOML = {
+    "nested arrays": ("a = " + "[" * 5000, "nested too deeply"),
+    "deep keys": ("a." * 150_000 + "b = 1", "more than 10 parts"),
+    "deep quoted keys": ('"a" . ' * 50_000 + "b = 1", "more than 10 parts"),
+    "deep tables": ("[" + "a." * 150_000 + "b]", "more than 10 parts"),
+    "digits": ("length = " + "9" * 5000, "not TOML"),
+    "date": ("length = 2020-13-45", "not TOML"),
+    "nan": ('name = "X"\nmass = nan', "mass = nan"),
+    "long word": ("a" * 390_000, "not TOML"),
+    "many keys": ("\n".join(f"k{n} = 1" for n in range(30_000)), "the file"),
+}
+NAMES = ("%2e%2e%2fsecrets", "%00", "a%00b", "a%2Fb", "%E2%80%AEtxt", "%FF", "x" * 3000, "CON%0A", "%C2%85")
+
+
+@pytest.fixture
+def operator(server: TestServer) -> Page:
+    return server.operator()
+
+
+def refused(answer: httpx.Response, *statuses: int) -> str:
+    """The text of a refusal with one of `statuses`."""
+    assert answer.status_code in statuses, (answer.status_code, answer.text[:300])
+    assert len(answer.content) < 50_000, "an answer is no echo"
+    return str(answer.json()["detail"])
+
+
+@pytest.mark.parametrize("body", UNREADABLE.values(), ids=UNREADABLE)
+def test_a_body_that_is_no_json_is_malformed_whatever_it_is(body: bytes, operator: Page) -> None:
+    headers = {"content-type": "application/json"}
+    for method, path in (("POST", "/api/command"), ("PATCH", "/api/settings"), ("POST", "/api/drawings/plan")):
+        assert "body" in refused(operator.request(method, path, content=body, headers=headers), 422)
+
+
+def test_a_field_that_is_named_twice_counts_with_the_last_in_the_log_too(server: TestServer, operator: Page) -> None:
+    body = b'{"request": "arm", "request": "follow", "request": "hold", "target": [0, 0], "target": ["twice", 0]}'
+    answer = operator.post("/api/command", content=body, headers={"content-type": "application/json"})
+    assert "'loc': ['body', 'target', 0]" in refused(answer, 422)
+    assert any("hold refused: target.0" in event.text for event in server.services.events.recent)
+
+
+def test_lists_without_end_are_refused_early_and_briefly(operator: Page) -> None:
+    drawing = {"name": "x", "timing": {"kind": "fastest"}, "points": [[0, 0]] * 140_000}
+    assert "at most 5000" in refused(operator.post("/api/drawings/plan", json=drawing), 422)
+    assert "at most 16" in refused(operator.patch("/api/settings", json={"changes": {"K_P": [None] * 150_000}}), 422)
+    many = {"changes": {f"k{n}": 1 for n in range(50_000)}}
+    assert "at most 64" in refused(operator.patch("/api/settings", json=many), 422)
+    lines = {"lines": [[["x", "y"]] * 5000] * 10}
+    assert "lines" in refused(operator.put("/api/scene/abcdefgh/path/ghost", json=lines), 422)
+
+
+def test_bodies_have_a_bound_and_a_command_a_small_one(operator: Page) -> None:
+    assert str(BODY_MAX) in refused(operator.post("/api/drawings/plan", content=b" " * (BODY_MAX + 1)), 413)
+    assert str(COMMAND_MAX) in refused(operator.post("/api/command", content=b" " * (COMMAND_MAX + 1)), 413)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_names_in_the_address_lead_nowhere_else(name: str, operator: Page) -> None:
+    drawing = {"name": "x", "timing": {"kind": "fastest"}, "points": [[0.1, 0.1], [0.2, 0.1]]}
+    asked: list[tuple[str, str, Any]] = [
+        ("GET", f"/api/recordings/{name}", None),
+        ("GET", f"/api/recordings/{name}.rrd", None),
+        ("GET", f"/api/recordings/{name}/quick", None),
+        ("DELETE", f"/api/recordings/{name}", None),
+        ("PUT", f"/api/drawings/{name}", drawing),
+        ("GET", f"/api/drawings/{name}.csv", None),
+        ("GET", f"/api/layouts/{name}", None),
+        ("PUT", f"/api/gains/{name}", None),
+        ("GET", f"/api/references/{name}", None),
+        ("GET", f"/rerun/{name}", None),
+        ("GET", f"/assets/{name}", None),
+    ]
+    for method, path, body in asked:
+        answer = operator.request(method, path, json=body)
+        assert answer.status_code in (404, 405, 422), (method, path, answer.status_code)
+
+
+@pytest.mark.parametrize(("text", "words"), CSV.values(), ids=CSV)
+def test_an_imported_file_is_refused_with_its_line_column_and_value(text: bytes, words: str, operator: Page) -> None:
+    answer = operator.post("/api/recordings/import?name=x", content=text, headers={"content-type": "text/csv"})
+    assert words in refused(answer, 422)
+    assert operator.get("/api/recordings").json() == []
+
+
+@pytest.mark.parametrize("text", GOOD.values(), ids=GOOD)
+def test_an_imported_file_may_come_from_any_program(text: bytes, operator: Page) -> None:
+    answer = operator.post("/api/recordings/import?name=x", content=text, headers={"content-type": "text/csv"})
+    assert (answer.status_code, answer.json().get("rows")) == (200, 2), answer.text
+
+
+@pytest.mark.parametrize(("text", "words"), TOML.values(), ids=TOML)
+def test_an_actuator_file_that_is_none_is_refused_at_once(text: str, words: str, operator: Page) -> None:
+    assert words in refused(operator.put("/api/rig/actuator", json={"toml": text}), 422)
+
+
+@pytest.mark.parametrize("asked", ["from=1e308&to=1e309", "from=-1e308&to=1e308", "from=nan&to=1", "from=&to="])
+def test_windows_of_the_history_may_be_anything(asked: str, operator: Page) -> None:
+    answer = operator.get(f"/api/history.csv?{asked}&channels=energy")
+    assert answer.status_code in (200, 404, 422), answer.text[:200]
+
+
+def test_ranges_of_a_recording_may_be_anything(operator: Page) -> None:
+    text = GOOD["BOM"]
+    made = operator.post("/api/recordings/import?name=x", content=text, headers={"content-type": "text/csv"}).json()
+    path = f"/api/recordings/{made['id']}.rrd"
+    whole = operator.get(path).content
+    for asked, status in {
+        "bytes=0-9": 206,
+        "bytes=-5": 206,
+        "bytes=5-2": 400,
+        "bytes=99999999999-": 416,
+        "bytes=a-b": 400,
+        "lines=1-2": 400,
+        "bytes=" + "9" * 5000 + "-": 416,
+        "bytes=" + ",".join(f"{n}-{n}" for n in range(0, 4000, 2)): 200,  # too many to answer: it is whole
+    }.items():
+        answer = operator.get(path, headers={"range": asked})
+        assert answer.status_code in (status, 400), (asked[:40], answer.status_code)
+        assert len(answer.content) < len(whole) + 1_000_000
+    assert operator.get(path, headers={"range": "bytes=0-9"}).content == whole[:10]

@@ -1,0 +1,35 @@
+"""The shortened fault campaign, as anyone runs it."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from server.faults.table import chosen
+
+TENDRIL = Path(sys.executable).parent / "tendril"
+KEYS = {"name", "expected", "observed", "reaction_ms", "limit_ms", "pass"}
+
+
+@pytest.mark.timeout(600)
+def test_the_shortened_campaign_passes_and_says_so_in_json(tmp_path: Path) -> None:
+    file = tmp_path / "faults.json"
+    done = subprocess.run([TENDRIL, "faults", "--quick", "--json", file], capture_output=True, text=True)
+    assert file.exists(), done.stdout + done.stderr
+    found = json.loads(file.read_text())
+    assert set(found) == {"faults"}
+    assert [one["name"] for one in found["faults"]] == [fault.name for fault in chosen(None, quick=True)]
+    for one in found["faults"]:
+        assert set(one) == KEYS
+        assert one["pass"], one
+        assert 0 <= one["reaction_ms"] <= one["limit_ms"]
+    assert done.returncode == 0
+    assert not list(Path("/dev/shm").glob("tendril-faults-*")), "nothing is left in shared memory"
+
+
+def test_an_unknown_fault_is_one_clear_line() -> None:
+    done = subprocess.run([TENDRIL, "faults", "--only", "earthquake"], capture_output=True, text=True)
+    assert (done.returncode, len(done.stderr.splitlines())) == (1, 1)
+    assert "fault = 'earthquake' is not one of server-killed" in done.stderr

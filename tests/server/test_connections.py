@@ -1,0 +1,132 @@
+"""Connections that send too much, too slowly, or what is no request: ended, while others are served."""
+
+import contextlib
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from server.connections import CALLERS, HEAD_MAX, Connection
+from tests.server.live_server import TestServer, wait_for
+
+
+@contextmanager
+def raw(server: TestServer) -> Iterator[socket.socket]:
+    """A bare connection to the server."""
+    host, port = server.url.removeprefix("http://").split(":")
+    with socket.create_connection((host, int(port)), timeout=120) as found:
+        yield found
+
+
+def answer(connection: socket.socket) -> bytes:
+    """All that comes until the server ends the connection."""
+    found = b""
+    try:
+        while piece := connection.recv(65536):
+            found += piece
+    except ConnectionResetError:
+        pass
+    return found
+
+
+@pytest.mark.parametrize(
+    "begun",
+    [
+        b"",
+        b"GET /api/health HTTP/1.1\r\nhost: x\r\n",
+        b"POST /api/session HTTP/1.1\r\nhost: x\r\ncontent-type: application/json\r\ncontent-length: 50\r\n\r\n{",
+    ],
+    ids=["nothing", "half a head", "half a body"],
+)
+def test_a_request_that_does_not_come_to_its_end_is_given_up(
+    begun: bytes, server: TestServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Connection, "seconds", 0.5)
+    with raw(server) as slow:
+        slow.sendall(begun)
+        assert b"200" not in answer(slow)
+    assert server.page().sign_in().get("/api/session").status_code == 200
+
+
+def test_dripping_bytes_do_not_buy_time(server: TestServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Connection, "seconds", 1.0)
+    with raw(server) as slow:
+        slow.settimeout(0.1)
+        slow.sendall(b"GET /api/health HTTP/1.1\r\nhost: x\r\nx-")
+        for _ in range(1000):
+            try:
+                slow.sendall(b"a")
+                if slow.recv(1) == b"":
+                    return
+            except TimeoutError:
+                continue
+            except OSError:
+                return
+        raise AssertionError("the server still waits")
+
+
+def test_an_answer_may_take_its_time(server: TestServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The deadline is one of the request, not of the work: a live socket outlives it many times."""
+    page = server.page().sign_in()
+    monkeypatch.setattr(Connection, "seconds", 2.0)
+    with page.live() as live:
+        first = live.wait("status")
+        for _ in range(3):
+            live.wait("status", lambda message, first=first: message is not first)
+        live.send(type="ping", t=1.0)
+        assert live.wait("pong")
+
+
+@pytest.mark.parametrize(
+    "head", ["GET /{0} HTTP/1.1\r\n", "GET / HTTP/1.1\r\nx: {0}\r\n", "GET /?search={0} HTTP/1.1\r\n"]
+)
+def test_a_head_without_end_is_refused(head: str, server: TestServer) -> None:
+    with raw(server) as long:
+        long.sendall(head.format("a" * 8 * HEAD_MAX).removesuffix("\r\n").encode())
+        found = answer(long)
+    assert found.startswith(b"HTTP/1.1 431 "), found[:100]
+    assert str(HEAD_MAX).encode() in found
+
+
+@pytest.mark.parametrize(
+    "garbage",
+    [b"\x16\x03\x01\x02\x00\x01", b"\x00" * 1000, b"GET / HTTP/9.9\r\n\r\n", b"GET\r\n\r\n", b"\r\n" * 5000 + b"\xff"],
+)
+def test_what_is_no_request_ends_its_own_connection_only(garbage: bytes, server: TestServer) -> None:
+    with raw(server) as bad:
+        bad.sendall(garbage)
+        assert answer(bad).startswith(b"HTTP/1.1 400 ")
+    assert server.page().sign_in().get("/api/session").status_code == 200
+
+
+def test_of_too_many_connections_those_that_ask_nothing_make_room(
+    server: TestServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(CALLERS, "most", 5)
+    with contextlib.ExitStack() as stack:
+        many = [stack.enter_context(raw(server)) for _ in range(12)]
+        assert [answer(one) for one in many[:6]] == [b""] * 6, "the oldest went"
+        page = server.operator()
+        with page.live() as live:
+            assert live.wait("hello")
+            assert page.command("e_stop").status_code == 200, "whoever asks is served"
+
+
+def test_an_address_with_too_many_sockets_is_told_so(server: TestServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Connection, "seconds", 0.5)
+    page, signed_in = server.page(), server.page().sign_in()
+    page.cookies.update(signed_in.cookies)
+    signed_in.close()
+    with page.live() as first, page.live() as second:
+        assert first.wait("hello")
+        assert second.wait("hello")
+        monkeypatch.setattr(CALLERS, "most", 2)
+
+        def told() -> bytes:
+            with raw(server) as late:
+                return answer(late)
+
+        wait_for(lambda: told().startswith(b"HTTP/1.1 503 "), "the last idle connection to be gone")
+        assert b"more than 2 connections from 127.0.0.1" in told()
+    wait_for(lambda: page.get("/api/session").status_code == 200, "room again")

@@ -1,0 +1,70 @@
+"""https with a certificate made here, and what is said where there is none."""
+
+import ssl
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import httpx
+import pytest
+from websockets.sync.client import connect
+
+from controller.errors import ParameterError
+from server.settings import ServerSettings
+from server.tls import require_certificate
+from tests.server.live_server import TOKEN, RigProcess, TestServer, free_environment
+
+
+@pytest.fixture(scope="module")
+def pair(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    folder = tmp_path_factory.mktemp("tls")
+    cert, key = folder / "cert.pem", folder / "key.pem"
+    names = ["-subj", "/CN=127.0.0.1", "-addext", "subjectAltName=IP:127.0.0.1"]
+    made = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", *names]
+    subprocess.run([*made, "-keyout", key, "-out", cert], check=True, capture_output=True)
+    return cert, key
+
+
+@pytest.fixture
+def server(shared_rig: RigProcess, tmp_path: Path, pair: tuple[Path, Path]) -> Iterator[TestServer]:
+    free_environment()
+    found = TestServer(tmp_path, shared_rig.endpoint, tls_cert=pair[0], tls_key=pair[1])
+    yield found
+    found.close()
+
+
+def test_page_cookie_and_socket_under_https(server: TestServer, pair: tuple[Path, Path]) -> None:
+    trust = ssl.create_default_context(cafile=pair[0])
+    assert server.url.startswith("https://")
+    with httpx.Client(base_url=server.url, verify=trust, trust_env=False) as page:
+        answer = page.post("/api/session", json={"token": TOKEN}, headers={"origin": server.url})
+        assert "Secure" in answer.headers["set-cookie"]
+        assert answer.headers["strict-transport-security"].startswith("max-age=")
+        assert "wss://" in answer.headers["content-security-policy"]
+        assert page.get("/viser/").status_code == 200
+        assert not page.get("/api/session").json()["unprotected"]
+        cookie = "; ".join(f"{name}={value}" for name, value in page.cookies.items())
+    address = server.url.replace("https", "wss") + "/ws/live"
+    with connect(address, ssl=trust, additional_headers={"Cookie": cookie}, origin=server.url, proxy=None) as live:  # type: ignore[arg-type]
+        assert "hello" in str(live.recv())
+
+
+def test_a_certificate_that_cannot_be_used_is_named(tmp_path: Path, pair: tuple[Path, Path]) -> None:
+    cert, key = pair
+    broken = tmp_path / "broken.pem"
+    broken.write_text("no certificate")
+    for given, complaint in (
+        ({"tls_cert": cert}, "tls-cert is given without tls-key"),
+        ({"tls_cert": tmp_path / "none.pem", "tls_key": key}, "none.pem cannot be read: No such file"),
+        ({"tls_cert": broken, "tls_key": key}, "broken.pem and tls-key"),
+        ({"tls_cert": key, "tls_key": cert}, "cannot be used together"),
+    ):
+        with pytest.raises(ParameterError, match=complaint):
+            require_certificate(ServerSettings(state=tmp_path, **given))  # type: ignore[arg-type]
+    require_certificate(ServerSettings(state=tmp_path, tls_cert=cert, tls_key=key))
+
+
+def test_only_an_open_server_without_tls_is_unprotected(tmp_path: Path) -> None:
+    assert not ServerSettings(state=tmp_path).unprotected
+    assert ServerSettings(state=tmp_path, host="0.0.0.0").unprotected
+    assert not ServerSettings(state=tmp_path, host="0.0.0.0", tls_cert=Path("x"), tls_key=Path("y")).unprotected
