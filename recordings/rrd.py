@@ -1,5 +1,6 @@
 """One .rrd file while it is written: telemetry rows in, rerun columns out. Not thread-safe: one thread owns it."""
 
+import threading
 from pathlib import Path
 from typing import Any, Literal
 
@@ -18,6 +19,8 @@ Rows = np.ndarray[Any, np.dtype[np.void]]
 Level = Literal["info", "warning", "error"]
 
 APPLICATION = "tendril"
+ABANDON_TIMEOUT = 2.0
+"""Longest wait for the end of a file that failed [s]."""
 FLUSH_TIMEOUT = 5.0
 BATCH = 1000
 """Rows in one batch of columns, where all are known already."""
@@ -76,6 +79,12 @@ class RrdFile:
     def close(self) -> None:
         """Write the footer and close the file."""
         self._stream.disconnect()
+
+    def abandon(self) -> None:
+        """Close a file that takes no more. rerun may wait for its dead writer then, for ever: it does so apart."""
+        closing = threading.Thread(target=self._stream.disconnect, name="abandoned-rrd", daemon=True)
+        closing.start()
+        closing.join(ABANDON_TIMEOUT)
 
     def _begin(self, t_ns: int) -> None:
         self._origin = t_ns

@@ -160,7 +160,7 @@ class Session:
 
     def _release(self, complete: bool) -> Recording:
         try:
-            self._file.close()
+            (self._file.close if complete else self._file.abandon)()
             return sidecar.write(self._folder, self._described(complete))
         finally:
             self._lock.close()

@@ -99,7 +99,8 @@ class Recorder:
         self._thread.join()
 
     def _run(self) -> None:
-        warm_up()
+        with contextlib.suppress(Exception):  # a full disk, say: the first recording will tell
+            warm_up()
         while (item := self._next()) is not None:
             self._guarded(item)
         if self._session:

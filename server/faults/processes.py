@@ -72,7 +72,11 @@ def server_gone(scene: Scene) -> Seen:
 def _restarted(scene: Scene, start: int, mark: int) -> Seen:
     """Wait for the next life of the rig, which has to begin vented, and for what the page says."""
     old = scene.boot
-    wait(lambda: scene.boot != old and len(scene.since(start)), RESTART_MS / 1e3 + SLACK, "a rig that ticks again")
+    wait(
+        lambda: scene.boot not in (0, old) and len(scene.since(start)),
+        RESTART_MS / 1e3 + SLACK,
+        "a rig that ticks again",
+    )
     rows = scene.since(start)
     require((rows["mode"] == Mode.VENTED).all(), "the next life did not begin vented")
     line = scene.operator.sees("the rig restarted", mark, 20.0)

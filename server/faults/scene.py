@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from controller.errors import RigUnreachable
 from controller.modes import Cause, Mode
 from controller.parameters import RigParameters, SafetyLimits
 from controller.realtime.ring import find_ring, remove_rings
@@ -85,8 +86,11 @@ class Scene:
 
     @property
     def boot(self) -> int:
-        """The rig's life that writes the newest ring."""
-        return find_ring(self.rig).boot
+        """The rig's life that writes the newest ring; 0 between two lives."""
+        try:
+            return find_ring(self.rig).boot
+        except RigUnreachable:
+            return 0
 
     @property
     def mode(self) -> Mode:

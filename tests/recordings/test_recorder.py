@@ -2,11 +2,13 @@
 
 import subprocess
 import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from rerun import RecordingStream
 
 from controller.errors import RecordingError
 from controller.messages import Telemetry
@@ -14,6 +16,7 @@ from controller.parameters import Settings
 from recordings import tool
 from recordings.messages import Hole, Recording
 from recordings.reader import read_about, read_log, read_rows
+from recordings.rrd import RrdFile
 from recordings.session import Context
 from recordings.store import Store
 from recordings.writer import Recorder
@@ -180,3 +183,31 @@ def test_a_full_disk_ends_the_recording_says_so_and_leaves_it_readable(tmp_path:
     found = read_rows(tmp_path / f"{left.id}.rrd")["tick"]
     assert len(found) > 100
     assert (found == np.arange(len(found))).all()
+
+
+def test_a_file_that_failed_and_never_closes_stops_no_other(
+    recorder: Recorder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Rerun's disconnect may wait for ever for the writer of a full disk; here it waits for the test."""
+    over, closed = threading.Event(), threading.Event()
+
+    def wait_for_ever(_: RecordingStream) -> None:
+        over.wait(30.0)
+        closed.set()
+
+    recorder.start("full", rig_info(), Settings())
+    with monkeypatch.context() as full:
+        full.setattr(RrdFile, "write", _full)
+        full.setattr(RecordingStream, "disconnect", wait_for_ever)
+        recorder.rows(telemetry_rows(2000))
+        with pytest.raises(RecordingError, match="ended by itself: no room"):
+            recorder.stop()
+    recorder.start("with room again", rig_info(), Settings())
+    recorder.rows(telemetry_rows(100))
+    assert recorder.stop().complete
+    assert not closed.is_set(), "nobody waited for it"
+    over.set()
+
+
+def _full(*_: object) -> None:
+    raise RecordingError("no room")
