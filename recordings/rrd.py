@@ -6,6 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 import rerun as rr
+from rerun_bindings import flush_and_cleanup_orphaned_recordings
 
 from controller.errors import RecordingError
 from controller.modes import Cause, Mode
@@ -77,8 +78,10 @@ class RrdFile:
             raise RecordingError(f"the recording cannot be written any further (disk full?): {error}") from error
 
     def close(self) -> None:
-        """Write the footer and close the file."""
+        """Write the footer and close the file; no other call may follow. rerun keeps 3 MB of it until it is told so."""
         self._stream.disconnect()
+        del self._stream
+        flush_and_cleanup_orphaned_recordings()
 
     def abandon(self) -> None:
         """Close a file that takes no more. rerun may wait for its dead writer then, for ever: it does so apart."""
