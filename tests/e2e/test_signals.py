@@ -30,6 +30,7 @@ def asked(page: Page) -> list[str]:
     return found
 
 
+@pytest.mark.long
 def test_signals_show_at_once_without_a_quick_look_before(page: Page, made: Recording, asked: list[str]) -> None:
     open_recording(page, made)
     sight(page, "Signals")
@@ -86,6 +87,7 @@ def test_esc_in_the_viewer_that_was_started_behind_reaches_our_page(page: Page, 
     wait_until(lambda: page.evaluate("window.heard === true"), 20.0)
 
 
+@pytest.mark.long
 def test_a_viewer_that_nobody_looks_at_is_let_go(context: BrowserContext, product: Product, made: Recording) -> None:
     context.clock.install()
     page = open_page(context, product)
