@@ -8,9 +8,9 @@ import rerun.blueprint as rrb
 
 from controller.errors import RecordingError
 from controller.identification.observe import Observed
+from recordings.blueprint import APPLICATION
 from recordings.signals import MEASURED, OBSERVER, rgba
 
-APPLICATION = "tendril"
 PAUSE = 0.5
 """Between two decays on the timeline [s]."""
 MILLI = 1e3

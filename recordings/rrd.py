@@ -12,14 +12,13 @@ from controller.errors import RecordingError
 from controller.modes import Cause, Mode
 from recordings import plan
 from recordings.about import About, description, mode_style, series_style, word
-from recordings.blueprint import blueprint
+from recordings.blueprint import APPLICATION, layout
 from recordings.profiles import TICKS, rounded
 from recordings.signals import APPROACH, GROUPS, MARKERS, Group
 
 Rows = np.ndarray[Any, np.dtype[np.void]]
 Level = Literal["info", "warning", "error"]
 
-APPLICATION = "tendril"
 ABANDON_TIMEOUT = 2.0
 """Longest wait for the end of a file that failed [s]."""
 FLUSH_TIMEOUT = 5.0
@@ -40,11 +39,12 @@ class RrdFile:
         self._stream = rr.RecordingStream(
             APPLICATION, recording_id=about.id, batcher_config=rr.ChunkBatcherConfig(flush_tick=0.03)
         )
-        layout = blueprint(about.info.parameters.actuator.length)
         try:
-            self._stream.save(path, default_blueprint=layout)
+            self._stream.save(path)
         except (OSError, RuntimeError) as error:
             raise RecordingError(f"{path} cannot be written: {error}") from error
+        length = about.info.parameters.actuator.length
+        self._stream.log_file_from_contents(Path("layout.rbl"), layout(length))
         self._write_static()
 
     def write(self, rows: Rows) -> None:
@@ -78,7 +78,7 @@ class RrdFile:
             raise RecordingError(f"the recording cannot be written any further (disk full?): {error}") from error
 
     def close(self) -> None:
-        """Write the footer and close the file; no other call may follow. rerun keeps 3 MB of it until it is told so."""
+        """Write the footer and close the file; no other call may follow. rerun keeps 1 MB of it until it is told so."""
         self._stream.disconnect()
         del self._stream
         flush_and_cleanup_orphaned_recordings()

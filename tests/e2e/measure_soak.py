@@ -110,6 +110,7 @@ def review(page: Page) -> None:
     page.get_by_text("Review", exact=True).click()
     page.get_by_test_id("recording").first.click(timeout=20_000)
     expect(page.get_by_test_id("sight")).to_be_visible()
+    page.get_by_role("link", name="Recordings").or_(page.get_by_role("button", name="Recordings")).click()
     page.get_by_text("Live", exact=True).click()
     wait_until(lambda: page.get_by_test_id("state").count() > 0, 20.0)
 
