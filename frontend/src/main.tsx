@@ -2,7 +2,7 @@ import "@mantine/core/styles.css";
 import "@mantine/notifications/styles.css";
 import "uplot/dist/uPlot.min.css";
 import "./styles/index.css";
-import { createTheme, MantineProvider } from "@mantine/core";
+import { createTheme, MantineProvider, Menu } from "@mantine/core";
 import { Notifications, notifications } from "@mantine/notifications";
 import { createRoot } from "react-dom/client";
 import { App } from "./App";
@@ -28,6 +28,8 @@ const theme = createTheme({
   defaultRadius: "sm",
   cursorType: "pointer",
   primaryShade: 8,
+  // Its placeholder for the focus is no child that a menu may have.
+  components: { Menu: Menu.extend({ defaultProps: { withInitialFocusPlaceholder: false } }) },
 });
 
 const dashboard = new Dashboard(notify, localStorage);

@@ -23,9 +23,9 @@ SCREENSHOTS = Path(os.environ.get("TENDRIL_SCREENSHOTS", "/tmp/tendril-screensho
 
 
 class Product:
-    """A running `tendril up`."""
+    """A running `tendril up`, with more options of its own where a test needs them."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *options: str) -> None:
         self.folder = folder
         self.recordings = folder / "recordings"
         ready = folder / "up.json"
@@ -43,7 +43,7 @@ class Product:
             "--ready",
             str(ready),
         ]
-        command += ["--recordings", str(self.recordings), "--rig", self.rig]
+        command += ["--recordings", str(self.recordings), "--rig", self.rig, *options]
         self.log = (folder / "up.log").open("w")
         self.process = subprocess.Popen(command, env=environment, stdout=self.log, stderr=self.log)
         wait_until(ready.exists, 240.0, self.alive)

@@ -1,7 +1,6 @@
 """https with a certificate made here, and what is said where there is none."""
 
 import ssl
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,17 +11,13 @@ from websockets.sync.client import connect
 from controller.errors import ParameterError
 from server.settings import ServerSettings
 from server.tls import require_certificate
+from tests.server.certificate import make_pair
 from tests.server.live_server import TOKEN, RigProcess, TestServer, free_environment
 
 
 @pytest.fixture(scope="module")
 def pair(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    folder = tmp_path_factory.mktemp("tls")
-    cert, key = folder / "cert.pem", folder / "key.pem"
-    names = ["-subj", "/CN=127.0.0.1", "-addext", "subjectAltName=IP:127.0.0.1"]
-    made = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", *names]
-    subprocess.run([*made, "-keyout", key, "-out", cert], check=True, capture_output=True)
-    return cert, key
+    return make_pair(tmp_path_factory.mktemp("tls"))
 
 
 @pytest.fixture

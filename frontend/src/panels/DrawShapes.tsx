@@ -22,7 +22,7 @@ export function DrawShapes() {
       runs.choose("drawing");
     });
   return (
-    <Menu position="bottom-start" shadow="md" withInitialFocusPlaceholder={false}>
+    <Menu position="bottom-start" shadow="md">
       <Menu.Target>
         <ToolButton label="Place a shape of the library" testId="tool-shape">
           <IconShape size={18} />
