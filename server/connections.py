@@ -163,6 +163,7 @@ class Socket(WebSocketsSansIOProtocol):
         if self.close_sent and message["type"] == "websocket.send":
             raise ClientDisconnected
         await super().send(message)
+        self.handshake_complete |= self.close_sent  # by a refusal too: else uvicorn logs it as an error of the route
 
     def send_receive_event_to_app(self) -> None:
         """Pass on a whole message."""

@@ -1,6 +1,7 @@
 """Who gets in, from where, and what only the operator may do."""
 
 import itertools
+import logging
 import re
 from collections.abc import Iterator
 
@@ -40,7 +41,7 @@ def walk(routes: list[BaseRoute]) -> Iterator[tuple[str, str]]:
             yield from walk(inner.routes)
 
 
-def test_nothing_answers_without_a_session(server: TestServer) -> None:
+def test_nothing_answers_without_a_session(server: TestServer, caplog: pytest.LogCaptureFixture) -> None:
     page = server.page()
     found = set(walk(server.app.routes))
     assert {("PATCH", "/api/settings"), ("GET", "/api/recordings/{id}.rrd"), ("WEBSOCKET", "/ws/live")} <= found
@@ -56,6 +57,7 @@ def test_nothing_answers_without_a_session(server: TestServer) -> None:
             assert page.request(method, path).status_code == 401, (method, path)
     assert page.get("/api/openapi.json").status_code == 401
     assert page.get("/no/such/path").status_code == 401
+    assert [record.getMessage() for record in caplog.records if record.levelno >= logging.ERROR] == []
 
 
 def test_forged_cookies_are_no_session(server: TestServer) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import httpx
 import pytest
 from websockets.sync.client import connect
+from websockets.typing import Origin
 
 from controller.errors import ParameterError
 from server.settings import ServerSettings
@@ -40,7 +41,8 @@ def test_page_cookie_and_socket_under_https(server: TestServer, pair: tuple[Path
         assert not page.get("/api/session").json()["unprotected"]
         cookie = "; ".join(f"{name}={value}" for name, value in page.cookies.items())
     address = server.url.replace("https", "wss") + "/ws/live"
-    with connect(address, ssl=trust, additional_headers={"Cookie": cookie}, origin=server.url, proxy=None) as live:  # type: ignore[arg-type]
+    asked = {"additional_headers": {"Cookie": cookie}, "origin": Origin(server.url), "proxy": None}
+    with connect(address, ssl=trust, open_timeout=60.0, **asked) as live:
         assert "hello" in str(live.recv())
 
 
