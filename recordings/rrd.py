@@ -13,6 +13,7 @@ from controller.modes import Cause, Mode
 from recordings import plan
 from recordings.about import About, description, mode_style, series_style, word
 from recordings.blueprint import APPLICATION, layout
+from recordings.heap import give_back
 from recordings.profiles import TICKS, rounded
 from recordings.signals import APPROACH, GROUPS, MARKERS, Group
 
@@ -82,6 +83,7 @@ class RrdFile:
         self._stream.disconnect()
         del self._stream
         flush_and_cleanup_orphaned_recordings()
+        give_back()
 
     def abandon(self) -> None:
         """Close a file that takes no more. rerun may wait for its dead writer then, for ever: it does so apart."""

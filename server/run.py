@@ -10,6 +10,7 @@ import uvicorn
 from fastapi import FastAPI
 
 from controller.errors import TendrilError
+from recordings.heap import few_arenas
 from server.app import create_app
 from server.connections import Connection, Socket
 from server.farewell import Server, farewell
@@ -34,6 +35,7 @@ def run_server(settings: ServerSettings, ready: Callable[[Addresses], None]) -> 
     """Serve until stopped; `ready` gets the addresses with the access tokens once connections are accepted."""
     sys.setswitchinterval(SWITCH_INTERVAL)
     _allow_files()
+    few_arenas()
     require_certificate(settings)
     if settings.unprotected:
         log.warning(

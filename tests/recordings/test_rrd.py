@@ -12,7 +12,7 @@ from recordings.about import About
 from recordings.rrd import RrdFile
 from tests.recordings.synthetic import rig_info, telemetry_rows
 
-GROWTH_MAX_MB = 0.7
+GROWTH_MAX_MB = 0.5
 """Per file, beyond what the first ten need: rerun kept 2.8 MB of each when the layout was given to `save`."""
 
 
