@@ -67,7 +67,7 @@ test-browser: setup chromium
 	$(BIN)/python -m pytest tests/e2e -rP -m "not long"
 
 test-long: setup chromium
-	$(BIN)/python -m pytest tests/e2e tests/server/test_fuzz.py tests/server/test_openapi.py -rP -m long
+	$(BIN)/python -m pytest tests -rP -m long
 
 # The page's types follow the server's OpenAPI; `make types` compares. docs/safety.md follows the loop's tables.
 schema: .venv/installed frontend/node_modules/installed

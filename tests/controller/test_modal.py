@@ -24,7 +24,7 @@ TORQUES = np.array(
 BOTH_WAYS = np.vstack([TORQUES, -1.1 * TORQUES])
 
 
-@pytest.fixture(scope="module", params=[1, 2])
+@pytest.fixture(scope="module", params=[pytest.param(1, marks=pytest.mark.long), 2])
 def decays(request: pytest.FixtureRequest) -> list[Decay]:
     return decays_of(hanging_body(), BOTH_WAYS, seed=request.param)
 
