@@ -114,3 +114,4 @@ def lead(control, settings):
     state.p_ref[0], state.p_ref[1] = static_tip(control.smap, state.u_ff[0], state.u_ff[1])
     state.p_ref_dot[0] = state.p_ref_dot[1] = 0.0
     anchor(state)
+    state.reached = 0  # of a wish that moves on when the loop is closed u_ff knows nothing before it is solved

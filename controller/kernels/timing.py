@@ -18,6 +18,6 @@ def begin(control, t_ns):
 
 @kernel
 def feedforward_due(control, settings):
-    """Whether this tick solves the static inverse: every `feedforward_period`."""
+    """Whether this tick solves the static inverse: every `feedforward_period`, and when a mode begins."""
     every = max(int(settings.feedforward_period / control.dt + 0.5), 1)
-    return control.state[0].tick % every == 0
+    return control.state[0].tick % every == 0 or control.state[0].entered == 1

@@ -12,6 +12,7 @@ from controller.kernels.follow import limit_motion
 from controller.kernels.inverse import REFINE_STEPS, TOLERANCE, StaticMap, gauss_newton, invert, refine
 from controller.kernels.polygon import admissible, nearest_admissible
 from controller.kernels.statics import expand_tip, static_tip
+from controller.modes import Law, Request
 from controller.parameters import ControllerParameters
 from tests.controller.chains import preset
 from tests.controller.trial import Trial, distance, line, true_tip
@@ -169,3 +170,20 @@ def test_a_dragged_target_crosses_without_a_jump_and_is_reached(name: str, x: fl
     assert rows["mode"][-1] == 2
     assert rows["p_ref"][-1] == pytest.approx((x, 0.08), abs=1e-4)
     assert distance(true_tip(rows)[-500:], rows["p_ref"][-500:]).mean() < 6e-3
+
+
+@pytest.mark.parametrize("period", [0.01, 0.1])
+def test_between_two_solutions_the_reference_is_where_the_torque_leads_and_a_hold_stays_there(period: float) -> None:
+    trial = Trial(feedforward_period=period)
+    trial.arm()
+    reference, plan = trial.rig.control.reference, trial.rig.control.plan
+    reference[:2000], plan[0] = (0.16, 0.0), (2000, 0, 2000)
+    begun = trial.ask(Request.TRACK)[-1]
+    assert static_tip(trial.rig.control.smap, *begun["u_ff"]) == pytest.approx(begun["p_ref"], abs=1e-4)
+    trial.switch(law=Law.OPEN_LOOP)
+    opened = trial.run(1)[-1]
+    trial.switch(law=Law.FF_PI)
+    closed = trial.run(1)[-1]
+    assert closed["p_ref"].tolist() == opened["p_ref"].tolist(), "not where the plan is: nothing leads there yet"
+    held = trial.ask(Request.HOLD, ticks=300)
+    assert distance(held["p_ref"], opened["p_ref"]).max() < 2e-4
