@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Browser, expect
 
 from server.settings import ServerSettings
@@ -10,6 +11,7 @@ from server.up import ServerChild
 from tests.e2e.product import Product
 
 
+@pytest.mark.long  # tests/server/test_trouble.py shows the same of the servers
 def test_the_page_of_a_second_server_names_the_first_and_its_e_stop_works(
     browser: Browser, product: Product, tmp_path: Path
 ) -> None:

@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Page, expect
 
 from controller.actuator import PRESETS, write_actuator
@@ -63,6 +64,7 @@ def test_gains_are_saved_changed_and_loaded_again(page: Page) -> None:
     page.get_by_test_id("lease-release").click()
 
 
+@pytest.mark.long
 def test_limits_of_the_health_figures_are_set_bounded_and_reset_and_the_log_says_when_red_is_passed(page: Page) -> None:
     operate(page, "Health")
     page.get_by_test_id("alarm-limits").click()
@@ -89,6 +91,7 @@ def test_limits_of_the_health_figures_are_set_bounded_and_reset_and_the_log_says
     page.get_by_test_id("lease-release").click()
 
 
+@pytest.mark.long
 def test_a_recording_plays_in_3d_stands_at_its_end_and_begins_again(page: Page) -> None:
     page.get_by_test_id("lease-take").click()
     page.get_by_test_id("record").click()
