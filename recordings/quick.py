@@ -27,7 +27,8 @@ TRACKS = ("p_ref", "p_meas", "p_hat")
 DIGITS = 6
 AT_ONCE_MAX = 256 << 20
 """Larger files [B] are read one group after the other: that takes longer, but a fraction of the memory."""
-CACHED = 64
+CACHED = 8
+"""Some 0.3 MB each, ten times that with the most points; what is prepared beside the data is nearly as quick."""
 POINTS = 2000
 """Values of a signal in what is prepared, and unless another number is asked for."""
 
