@@ -53,15 +53,13 @@ test-page: frontend/node_modules/installed
 	cd frontend && $(NODE) npm test --silent
 
 # What keeps time or kills processes runs apart from what takes all cores, two at a time; the campaign runs alone.
-# One more worker than there are cores: some always wait for a server.
-WORKERS := $(shell expr $$(nproc) + 1)
 CAMPAIGN := tests/server/test_campaign.py
 ALONE := $(patsubst %,tests/controller/test_%.py,clock link link_guarded loop pool rig ring supervisor) \
 	$(patsubst %,tests/server/test_%.py,chain killed_rig live load logs runs shutdown) \
 	$(patsubst %,tests/server/test_%.py,trouble two_machines viser) \
 	$(patsubst %,tests/recordings/test_%.py,killed recorder)
 test-python: setup
-	$(BIN)/python -m pytest tests --ignore tests/e2e $(ALONE:%=--ignore %) --ignore $(CAMPAIGN) -n $(WORKERS) --dist loadfile -m "not long"
+	$(BIN)/python -m pytest tests --ignore tests/e2e $(ALONE:%=--ignore %) --ignore $(CAMPAIGN) -n auto --dist loadfile -m "not long"
 	$(BIN)/python -m pytest $(ALONE) -n 2 --dist loadfile
 	$(BIN)/python -m pytest $(CAMPAIGN)
 
