@@ -202,10 +202,11 @@ class Recorder:
         """End the recording because of `error` and keep the reason for `state`."""
         self._intake.is_open, self._pending = False, []
         session, self._session = self._session, None
-        self._state = self._session_over(f"the recording ended by itself: {error}")
+        over = self._session_over(f"the recording ended by itself: {error}")
         if session:
             with contextlib.suppress(Exception):  # the first error is the one that counts
-                session.abandon(self._state.problem)
+                session.abandon(over.problem)
+        self._state = over  # last: who reads it finds file and sidecar closed
 
     def _session_over(self, problem: str = "") -> RecordingState:
         return self._state.model_copy(update={"recording": False, "problem": problem})

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -183,6 +184,27 @@ def test_a_full_disk_ends_the_recording_says_so_and_leaves_it_readable(tmp_path:
     found = read_rows(tmp_path / f"{left.id}.rrd")["tick"]
     assert len(found) > 100
     assert (found == np.arange(len(found))).all()
+
+
+def test_who_hears_that_it_ended_by_itself_finds_all_its_rows_in_the_list(
+    recorder: Recorder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    abandon = RrdFile.abandon
+
+    def slowly(file: RrdFile) -> None:
+        time.sleep(0.3)
+        abandon(file)
+
+    recorder.start("full", rig_info(), Settings(), Context(earlier=telemetry_rows(500)))
+    monkeypatch.setattr(RrdFile, "abandon", slowly)
+    monkeypatch.setattr(RrdFile, "write", _full)
+    recorder.rows(telemetry_rows(500, first=500))
+    end = time.monotonic() + 60.0
+    while recorder.state().recording and time.monotonic() < end:
+        time.sleep(0.005)
+    assert "no room" in recorder.state().problem
+    [left] = Store(tmp_path).list()
+    assert left.rows == 500 and not left.complete
 
 
 def test_a_file_that_failed_and_never_closes_stops_no_other(
