@@ -7,7 +7,7 @@ from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from controller.modes import Mode
 from tests.e2e.product import Product, frame, open_page, remember, shot, wait_until
-from tests.e2e.test_accessibility import AXE, in_both_schemes
+from tests.e2e.test_accessibility import in_both_schemes, load_axe
 
 
 @pytest.fixture
@@ -73,11 +73,11 @@ def test_a_viewer_asks_the_operator_accepts_and_takes_control_back(
     page.get_by_test_id("lease-take").click()
     viewer.get_by_test_id("lease-menu").click()
     expect(viewer.get_by_test_id("lease-take-over")).to_be_disabled()
-    viewer.evaluate(AXE.read_text() + "; 0")
+    load_axe(viewer)
     assert in_both_schemes(viewer, "control", "[role=menu]") == []
     viewer.get_by_test_id("lease-ask").click()
     expect(page.get_by_test_id("asking")).to_contain_text("(viewer) asks for control")
-    page.evaluate(AXE.read_text() + "; 0")
+    load_axe(page)
     assert in_both_schemes(page, "asked", ".header") == []
     shot(page, "asked-for-control")
     page.get_by_test_id("ask-accept").click()

@@ -11,7 +11,7 @@ from playwright.sync_api import BrowserContext, FilePayload, Page, Request, expe
 from recordings.messages import Recording
 from tests.e2e.product import Product, open_page, pixels_of, shot, wait_until
 from tests.e2e.recorded import list_many, record_circle
-from tests.e2e.test_accessibility import AXE, look
+from tests.e2e.test_accessibility import load_axe, look
 
 COLOURED = """() => [...document.querySelectorAll("[data-testid=quick-plot] canvas")].map((canvas) => {
   const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
@@ -320,7 +320,7 @@ def test_a_list_that_cannot_be_read_says_why_and_can_be_asked_again(page: Page, 
 
 def test_axe_finds_nothing_serious_in_review(context: BrowserContext, product: Product, made: list[Recording]) -> None:
     page = open_page(context, product)
-    page.evaluate(AXE.read_text() + "; 0")
+    load_axe(page)
     findings = []
     for scheme in ("dark", "light"):
         page.emulate_media(color_scheme=scheme)  # type: ignore[arg-type]
