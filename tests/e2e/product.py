@@ -16,7 +16,7 @@ from PIL import Image
 from playwright.sync_api import BrowserContext, Page
 
 from controller.modes import Mode
-from controller.realtime.ring import find_ring
+from controller.realtime.ring import find_ring, remove_rings
 from server.ready import UpReady
 
 SCREENSHOTS = Path(os.environ.get("TENDRIL_SCREENSHOTS", "/tmp/tendril-screenshots"))
@@ -91,6 +91,7 @@ class Product:
         self.process.send_signal(signal.SIGINT)
         code = self.process.wait(30.0)
         self.log.close()
+        remove_rings(self.rig)
         assert code == 0, (self.folder / "up.log").read_text()
 
 
