@@ -22,7 +22,7 @@ from controller.link.seal import Introduction, Sealer
 TIMED_OUT = "Timeout"
 """What zenoh itself puts into an error reply when nobody answered in time."""
 TIMEOUT = 0.5
-"""Longest wait for an answer [s]; the rig itself waits 50 ms for its loop."""
+"""Longest wait for an answer [s]; the rig itself waits for its loop, 0.4 s at most."""
 _KINDS: dict[str, type[TendrilError]] = {
     kind.__name__: kind for kind in (KeyRefused, SessionUnknown, RigHeld, LayoutMismatch)
 }

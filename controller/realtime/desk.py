@@ -15,8 +15,8 @@ from controller.realtime.compiled import Words
 from controller.realtime.mailbox import post, words
 from controller.realtime.ring import Ring
 
-ECHO_TIMEOUT = 0.05
-"""Longest wait until the loop has looked at a command [s]."""
+ECHO_MIN, ECHO_MAX = 0.05, 0.4
+"""Wait for a tick that saw a command [s]: as long as the rig's limits let the loop pause, between these two."""
 COORDINATE_MAX = 2.0
 POLL = 1e-4
 """Pause between two looks at the ring [s]."""
@@ -40,6 +40,7 @@ class Desk:
     def __init__(self, info: RigInfo, ring: Ring, commands: Words, control: Control, faults: Faults | None) -> None:
         """`faults` of the twin in the loop's memory; None on hardware."""
         self._info = info
+        self._echo = min(max(ECHO_MIN, info.parameters.limits.loop_gap), ECHO_MAX)
         self._ring = ring
         self._commands = commands
         self._control = control
@@ -127,7 +128,7 @@ class Desk:
 
     def _row_after(self, t_ns: int) -> np.void | None:
         """The newest row of a tick that began after t_ns, or None in time."""
-        end = t_ns + int(ECHO_TIMEOUT * 1e9)
+        end = t_ns + int(self._echo * 1e9)
         while time.monotonic_ns() < end:
             row = self._ring.newest()
             if row is not None and row["t_ns"] > t_ns:
