@@ -1,5 +1,6 @@
 """What goes when all recordings together take too much, and what a file does that has grown too large."""
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from recordings.quota import default_quota, enforce
 from recordings.reader import read_rows
 from recordings.session import Context
 from recordings.store import Store
-from recordings.writer import Recorder
+from recordings.writer import BATCH_ROWS, Recorder
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows
 
 
@@ -40,8 +41,11 @@ def test_a_file_that_grows_too_large_goes_on_in_another_without_a_missing_tick(t
     ended: list[Recording] = []
     recorder, rows = Recorder(tmp_path, split=1_000_000, ended=ended.append), telemetry_rows(6000)
     recorder.start("long", rig_info(), Settings(), Context(operator="ann"))
-    for batch in batches(rows):
+    for batch in batches(rows, BATCH_ROWS):
+        before = recorder.state()
         recorder.rows(batch)
+        while recorder.state() is before:  # as slowly as it writes on a busy machine
+            time.sleep(0.005)
     last = recorder.stop()
     recorder.close()
     parts = [*ended, last]

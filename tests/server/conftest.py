@@ -3,6 +3,7 @@ from collections.abc import Iterator
 import pytest
 
 from recordings import apart
+from server import lease
 from tests.server.live_server import RigProcess, TestServer, free_environment
 
 
@@ -10,6 +11,12 @@ from tests.server.live_server import RigProcess, TestServer, free_environment
 def no_starving(monkeypatch: pytest.MonkeyPatch) -> None:
     """Work apart is as urgent as all else here: with niceness it would wait for the tests beside it."""
     monkeypatch.setattr(apart, "NICE", 0)
+
+
+@pytest.fixture(autouse=True)
+def slow_operators(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A page that only posts keeps the lease on a busy machine, too; that one lapses is shown on a clock of its own."""
+    monkeypatch.setattr(lease, "LAPSE", 60.0)
 
 
 @pytest.fixture(scope="session")

@@ -70,7 +70,8 @@ class RigProcess:
             "ready": str(ready),
             "folder": str(self._folder),
             "key_file": str(key_file(self._folder)),
-            "parameters": {"limits": {"loop_gap": 0.4}},  # shared machines pause for 50 ms and more
+            # Shared machines pause for 50 ms and more, and the page under test shares a process with its server.
+            "parameters": {"limits": {"loop_gap": 0.4, "operator_timeout": 2.0}},
         }
         self.process = subprocess.Popen([sys.executable, "-m", "controller.realtime", json.dumps(settings)])
         wait_for(lambda: ready.exists() or self.process.poll() is not None, "the rig")

@@ -10,9 +10,10 @@ from pydantic import SecretStr
 from controller.errors import ParameterError
 from controller.parameters import Settings
 from controller.whole_file import write_whole
+from server import lease as leases
 from server.auth import FAILURES, MAX_AGE, Identity, Sessions, TooManyAttempts, WrongToken, same_origin
 from server.events import EventLog
-from server.lease import LAPSE, OperatorLease
+from server.lease import OperatorLease
 from server.services import kept_settings
 from server.settings import ServerSettings, exposed
 from server.token_watch import TokenWatch
@@ -148,10 +149,10 @@ def test_one_session_operates_until_it_releases_or_falls_silent() -> None:
     assert lease.acquire(ann)
     assert not lease.acquire(bob)
     assert lease.view(bob).model_dump() == {"held": True, "mine": False, "holder": "ann", "clutch": False}
-    clock.now = LAPSE
+    clock.now = leases.LAPSE
     lease.touch(bob)
     lease.touch(ann)
-    clock.now = 2 * LAPSE
+    clock.now = 2 * leases.LAPSE
     assert lease.holds(ann)
     assert not lease.release(bob)
     clock.now += 0.1

@@ -23,6 +23,7 @@ class Loop:
         self.heard: list[Command] = []
         self.gate = threading.Event()
         self.gate.set()
+        self.stalled = threading.Event()
         self.arrived = threading.Semaphore(0)
         self.accepts = True
         self.answers = True
@@ -32,10 +33,19 @@ class Loop:
     def send(self, command: Command) -> CommandReply:
         self.heard.append(command)
         self.arrived.release()
-        self.gate.wait()
+        if not self.gate.is_set():
+            self.stalled.set()
+            self.gate.wait()
         if not self.answers:
             raise RigUnreachable("no answer")
         return CommandReply(n=command.n, accepted=self.accepts, mode=Mode.HOLD, cause=Cause.NONE, detail="")
+
+    def stall(self) -> int:
+        """Answer no more until the gate is opened; how many commands it had heard when one waits there."""
+        self.stalled.clear()
+        self.gate.clear()
+        assert self.stalled.wait(20)
+        return len(self.heard)
 
     def hear(self) -> Command:
         """Wait for the next command."""
@@ -82,8 +92,7 @@ def test_a_sign_of_the_operator_rises_above_what_another_server_sent(loop: Loop,
 
 
 def test_targets_are_newest_wins_and_everyone_is_answered(loop: Loop, operator: Operator) -> None:
-    loop.gate.clear()
-    loop.hear()
+    loop.stall()
     waiting = [operator.move((i / 100, 0.0)) for i in range(50)]
     loop.gate.set()
     replies = {asked.result(20).n for asked in waiting}
@@ -93,8 +102,7 @@ def test_targets_are_newest_wins_and_everyone_is_answered(loop: Loop, operator: 
 
 
 def test_requests_keep_their_order_and_a_later_move_does_not_pass_them(loop: Loop, operator: Operator) -> None:
-    loop.gate.clear()
-    loop.hear()
+    before = loop.stall()
     asked: list[Future[CommandReply]] = [
         operator.request(Request.FOLLOW, (0.1, 0.0)),
         operator.move((0.2, 0.0)),
@@ -104,7 +112,7 @@ def test_requests_keep_their_order_and_a_later_move_does_not_pass_them(loop: Loo
     ]
     loop.gate.set()
     wait(asked, 20)
-    seen = [(c.request, c.target[0]) for c in loop.heard if c.n > loop.heard[0].n][:5]
+    seen = [(c.request, c.target[0]) for c in loop.heard[before : before + 5]]
     follow, none, hold = Request.FOLLOW, Request.NONE, Request.HOLD
     assert seen == [(follow, 0.1), (none, 0.2), (hold, 0.2), (follow, 0.3), (none, 0.4)]
     numbers = [c.request_n for c in loop.heard if c.request]
@@ -112,8 +120,7 @@ def test_requests_keep_their_order_and_a_later_move_does_not_pass_them(loop: Loo
 
 
 def test_e_stop_overtakes_what_waits_and_is_repeated_until_answered(loop: Loop, operator: Operator) -> None:
-    loop.gate.clear()
-    loop.hear()
+    loop.stall()
     clear, arm = operator.request(Request.CLEAR), operator.request(Request.ARM)
     loop.answers = False
     stop = operator.request(Request.E_STOP)
@@ -155,10 +162,7 @@ def test_settings_count_only_when_the_rig_took_them(loop: Loop, operator: Operat
 
 def test_a_request_for_the_life_before_is_refused_and_settings_outlive_it(loop: Loop, operator: Operator) -> None:
     operator.change(Settings(K_P=(2.0, 2.0))).result(20)
-    loop.gate.clear()
-    while loop.arrived.acquire(blocking=False):
-        pass
-    loop.hear()
+    loop.stall()
     stale = operator.request(Request.ARM)
     loop.life = 9
     loop.gate.set()
