@@ -40,7 +40,6 @@ class Desk:
     def __init__(self, info: RigInfo, ring: Ring, commands: Words, control: Control, faults: Faults | None) -> None:
         """`faults` of the twin in the loop's memory; None on hardware."""
         self._info = info
-        self._echo = min(max(ECHO_MIN, info.parameters.limits.loop_gap), ECHO_MAX)
         self._ring = ring
         self._commands = commands
         self._control = control
@@ -128,7 +127,8 @@ class Desk:
 
     def _row_after(self, t_ns: int) -> np.void | None:
         """The newest row of a tick that began after t_ns, or None in time."""
-        end = t_ns + int(self._echo * 1e9)
+        pause = self._info.parameters.limits.loop_gap
+        end = t_ns + int(min(max(ECHO_MIN, pause), ECHO_MAX) * 1e9)
         while time.monotonic_ns() < end:
             row = self._ring.newest()
             if row is not None and row["t_ns"] > t_ns:
