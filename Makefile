@@ -21,11 +21,15 @@ setup: .venv/installed frontend/node_modules/installed server/static/index.html 
 kernels: .venv/installed
 	$(BIN)/tendril compile
 
-.venv/installed: .ci/requirements.lock pyproject.toml
+.venv/node: .ci/requirements.lock
 	.ci/make-venv "$(PYTHON)"
 	touch $@
 
-frontend/node_modules/installed: frontend/package-lock.json .venv/installed
+.venv/installed: .venv/node pyproject.toml
+	.ci/fill-venv
+	touch $@
+
+frontend/node_modules/installed: frontend/package-lock.json .venv/node
 	cd frontend && $(NODE) npm ci --no-audit --no-fund --loglevel=error
 	touch $@
 

@@ -45,6 +45,7 @@ def run_server(settings: ServerSettings, ready: Callable[[Addresses], None]) -> 
         )
     listening = listen(settings.host, settings.port)
     services = open_services(settings)
+    services.history.claim()
     url = address(settings, listening)
     log.info("serving on %s", url, extra={"url": url})
     ready(

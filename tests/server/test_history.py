@@ -96,6 +96,13 @@ def test_rows_of_an_earlier_life_are_forgotten() -> None:
     assert np.allclose(bins.t, [0.008, 0.024])
 
 
+def test_to_claim_its_memory_changes_nothing_that_is_in_it() -> None:
+    history, same = filled(1500), filled(1500)
+    history.claim()
+    for ring in ("_rows", "_t", "_low", "_high"):
+        assert getattr(history, ring).tobytes() == getattr(same, ring).tobytes(), ring
+
+
 def test_the_history_is_ten_minutes_within_its_bound() -> None:
     history = History()
     assert history.nbytes < 110e6
