@@ -80,6 +80,8 @@ def test_axe_finds_nothing_serious_while_the_page_records_runs_and_faults_and_in
     findings += in_both_schemes(page, "Saved", ".mantine-Popover-dropdown")
     page.get_by_test_id("saved-drawings").click()
 
+    page.get_by_test_id("timing").select_option("duration")
+    page.get_by_test_id("duration").fill("4")
     page.get_by_test_id("run").click()
     expect(page.get_by_test_id("run-progress")).to_be_visible()
     findings += look(page, "run under way", ".run")  # axe keeps a slow page from giving presence: the run may break off
