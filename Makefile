@@ -7,7 +7,7 @@ PAGE_SOURCES := $(shell find frontend -type f -not -path '*/node_modules/*' 2>/d
 .PHONY: run test setup kernels build chromium lint types test-python test-page test-browser test-long lock schema clean
 
 run:
-	$(MAKE) --no-print-directory -j2 --output-sync=target setup
+	$(MAKE) --no-print-directory -j2 setup
 	$(BIN)/tendril up
 
 # What can run side by side does; tests that keep time run alone.
