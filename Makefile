@@ -4,19 +4,17 @@ BIN := .venv/bin
 NODE := PATH="$(CURDIR)/$(BIN):$$PATH"
 PAGE_SOURCES := $(shell find frontend -type f -not -path '*/node_modules/*' 2>/dev/null)
 
-.PHONY: run test setup kernels build chromium lint types test-page test-served test-timed test-computed test-campaign \
-	test-long lock schema clean
+.PHONY: run test setup kernels build chromium lint types test-python test-page test-browser test-long lock schema clean
 
 run:
 	$(MAKE) --no-print-directory -j2 setup
 	$(BIN)/tendril up
 
-# What can run side by side does. What only computes takes what the timed tests and the browser leave of the cores.
+# What can run side by side does; tests that keep time run alone.
 test:
 	$(MAKE) --no-print-directory -j2 --output-sync=target setup chromium lint types test-page
-	$(MAKE) --no-print-directory test-served
-	$(MAKE) --no-print-directory -j2 --output-sync=target test-timed test-computed
-	$(MAKE) --no-print-directory test-campaign
+	$(MAKE) --no-print-directory test-python
+	$(MAKE) --no-print-directory test-browser
 	@echo "make test: all passed"
 
 setup: .venv/installed frontend/node_modules/installed server/static/index.html kernels
@@ -59,29 +57,19 @@ types: .venv/installed frontend/node_modules/installed
 test-page: frontend/node_modules/installed
 	cd frontend && $(NODE) npm test --silent
 
-PYTEST := $(BIN)/python -m pytest -m "not long"
-COMPUTED := tests/controller $(patsubst %,tests/server/test_%.py,calibrate identify observe reproduce)
-# These keep time or kill processes: they run apart from what takes all cores.
-TIMED := $(patsubst %,tests/controller/test_%.py,clock link link_guarded loop pool rig ring supervisor) \
+# What keeps time or kills processes runs apart from what takes all cores, two at a time; the campaign runs alone.
+CAMPAIGN := tests/server/test_campaign.py
+ALONE := $(patsubst %,tests/controller/test_%.py,clock link link_guarded loop pool rig ring supervisor) \
 	$(patsubst %,tests/server/test_%.py,chain killed_rig live load logs runs shutdown) \
 	$(patsubst %,tests/server/test_%.py,trouble two_machines viser) \
 	$(patsubst %,tests/recordings/test_%.py,killed recorder)
-CAMPAIGN := tests/server/test_campaign.py
-# Runs only while nothing else wants the core.
-IDLE := $(shell chrt --idle 0 true 2>/dev/null && echo chrt --idle 0 || echo nice -n 19)
+test-python: setup
+	$(BIN)/python -m pytest tests --ignore tests/e2e $(ALONE:%=--ignore %) --ignore $(CAMPAIGN) -n auto --dist loadfile -m "not long"
+	$(BIN)/python -m pytest $(ALONE) -n 2 --dist loadfile
+	$(BIN)/python -m pytest $(CAMPAIGN)
 
-test-served: setup
-	$(PYTEST) tests --ignore tests/e2e $(patsubst %,--ignore %,$(COMPUTED) $(TIMED) $(CAMPAIGN)) -n auto --dist loadfile
-
-test-computed: setup
-	$(IDLE) $(PYTEST) $(COMPUTED) $(TIMED:%=--ignore %) -n auto --dist loadfile --timeout 1200
-
-test-timed: setup chromium
-	$(PYTEST) $(TIMED) -n 2 --dist loadfile
-	$(PYTEST) tests/e2e -rP
-
-test-campaign: setup
-	$(PYTEST) $(CAMPAIGN)
+test-browser: setup chromium
+	$(BIN)/python -m pytest tests/e2e -rP -m "not long"
 
 test-long: setup chromium
 	$(BIN)/python -m pytest tests -rP -m long
