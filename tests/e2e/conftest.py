@@ -34,6 +34,15 @@ def browser() -> Iterator[Browser]:
         yield launched
 
 
+@pytest.fixture(autouse=True)
+def nobody_stays(browser: Browser) -> Iterator[None]:
+    """What a test that failed has left open may not go on to operate: it would keep the lease from all others."""
+    before = [*browser.contexts]
+    yield
+    for left in [context for context in browser.contexts if context not in before]:
+        left.close()
+
+
 @pytest.fixture
 def context(browser: Browser) -> Iterator[BrowserContext]:
     """A fresh profile: its own cookies, so its own session. Our page itself may not break its security policy.

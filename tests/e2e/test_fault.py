@@ -17,7 +17,8 @@ def lose_samples(page: Page, percent: int) -> None:
     """Inject the loss of this share of the twin's samples, as an operator does it."""
     page.get_by_role("tab", name="Sensing").click()
     page.get_by_test_id("fault-sample_loss").fill(str(percent))
-    page.get_by_test_id("fault-sample_loss").press("Enter")
+    with page.expect_response(lambda answer: answer.url.endswith("/faults") and answer.request.method != "GET"):
+        page.get_by_test_id("fault-sample_loss").press("Enter")
     page.get_by_role("tab", name="Control").click()
 
 
