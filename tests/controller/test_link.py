@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -94,9 +94,6 @@ class Reader:
         if len(self.ticks) == 10:
             raise RuntimeError("a reader's own mistake")
 
-    def has(self, tick: int) -> Callable[[], bool]:
-        return lambda: self.ticks[-1:] == [tick]
-
 
 @pytest.fixture
 def endpoint() -> str:
@@ -128,11 +125,20 @@ def meet(rig: FakeRig, reader: Reader) -> None:
     wait_for(met)
 
 
+def deliver(rig: FakeRig, reader: Reader, first: int, end: int) -> None:
+    """Publish these rows until the reader has them all: a busy link may lose a batch, but a rig goes on publishing."""
+
+    def has_all() -> bool:
+        rig.publish(first, end)
+        return reader.ticks[-1:] == [end - 1]
+
+    wait_for(has_all)
+
+
 def test_rows_of_a_lost_batch_are_fetched_again_and_delivered_in_order(rig: FakeRig, reader: Reader) -> None:
     rig.publish(5, 10)
-    rig.publish(20, 30)
-    rig.publish(9000, 9010)
-    wait_for(reader.has(9009))
+    deliver(rig, reader, 20, 30)
+    deliver(rig, reader, 9000, 9010)
     assert reader.ticks == list(range(9010))
     assert reader.client.gaps == 0
     assert rig.replays > 2
@@ -141,18 +147,12 @@ def test_rows_of_a_lost_batch_are_fetched_again_and_delivered_in_order(rig: Fake
 def test_a_rig_too_busy_to_answer_in_time_is_asked_again_and_nothing_is_lost(
     rig: FakeRig, reader: Reader, caplog: pytest.LogCaptureFixture
 ) -> None:
-    rig.publish(5, 10)
-    wait_for(reader.has(9))
+    deliver(rig, reader, 5, 10)
     wait_for(lambda: "own mistake" in caplog.text)  # logged after the reader has taken the rows
     caplog.clear()
     rig.busy = 0.7
     rig.publish(20, 30)
-
-    def publish_on() -> bool:
-        rig.publish(30, 40)
-        return reader.ticks[-1:] == [39]
-
-    wait_for(publish_on)
+    deliver(rig, reader, 30, 40)
     assert reader.ticks == list(range(40))
     assert reader.client.gaps == 0
     assert rig.replays > 1
@@ -167,18 +167,22 @@ def test_what_fails_in_a_batch_is_logged_with_one_traceback_for_each_kind(
 
     reader.client._stream._deliver = fail
     caplog.clear()
-    for first in (10, 20, 30):
+    firsts = iter(range(10, 10_000, 10))
+
+    def complained() -> bool:
+        first = next(firsts)
         rig.publish(first, first + 10)
-    wait_for(lambda: len(caplog.records) == 3)
+        return len(caplog.records) >= 3
+
+    wait_for(complained)
     assert all("RuntimeError: a reader's own mistake" in record.getMessage() for record in caplog.records)
-    assert [bool(record.exc_info) for record in caplog.records] == [True, False, False]
+    assert [bool(record.exc_info) for record in caplog.records[:3]] == [True, False, False]
 
 
 def test_rows_that_the_ring_has_lost_are_skipped_and_counted(rig: FakeRig, reader: Reader) -> None:
-    rig.publish(5, 10)
+    deliver(rig, reader, 5, 10)
     rig.kept = 15
-    rig.publish(20, 30)
-    wait_for(reader.has(29))
+    deliver(rig, reader, 20, 30)
     assert reader.ticks == [*range(10), *range(15, 30)]
     assert reader.client.gaps == 5
 
@@ -194,16 +198,15 @@ def test_a_slow_reader_does_not_hold_up_commands(rig: FakeRig, endpoint: str) ->
 
 
 def test_a_restarted_rig_is_announced_and_its_rows_begin_at_tick_0(endpoint: str, rig: FakeRig, reader: Reader) -> None:
-    rig.publish(5, 10)
-    wait_for(reader.has(9))
+    deliver(rig, reader, 5, 10)
     rig.close()
     wait_for(lambda: not reader.client.connected)
     with pytest.raises(RigUnreachable, match="'fake'"):
         reader.client.command(Command())
     reader.ticks.clear()
     second = FakeRig(endpoint, boot=2)
-    wait_for(lambda: (second.publish(7, 9), reader.client.connected)[1])
-    wait_for(reader.has(8))
+    deliver(second, reader, 7, 9)
+    assert reader.client.connected
     assert reader.boots == [1, 2]
     assert reader.ticks == list(range(9))
     assert reader.client.info is not None and reader.client.info.boot == 2
