@@ -3,8 +3,11 @@ PYTHON ?= python3
 BIN := .venv/bin
 NODE := PATH="$(CURDIR)/$(BIN):$$PATH"
 PAGE_SOURCES := $(shell find frontend -type f -not -path '*/node_modules/*' 2>/dev/null)
+KERNEL_SOURCES := $(shell find controller server/drawings -name '*.py')
+# Where the environment forbids bytecode, every process would compile all of its libraries anew: 1 to 2 s each.
+export PYTHONDONTWRITEBYTECODE =
 
-.PHONY: run test setup kernels build chromium lint types test-python test-page test-browser test-long lock schema clean
+.PHONY: run test setup build chromium lint types test-python test-page test-browser test-long lock schema clean
 
 run:
 	$(MAKE) --no-print-directory -j2 setup
@@ -17,10 +20,11 @@ test:
 	$(MAKE) --no-print-directory test-browser
 	@echo "make test: all passed"
 
-setup: .venv/installed frontend/node_modules/installed server/static/index.html kernels
+setup: .venv/installed frontend/node_modules/installed server/static/index.html .venv/kernels
 
-kernels: .venv/installed
+.venv/kernels: .venv/installed $(KERNEL_SOURCES)
 	$(BIN)/tendril compile
+	touch $@
 
 .venv/node: .ci/requirements.lock
 	.ci/make-venv "$(PYTHON)"
