@@ -174,7 +174,7 @@ def test_the_plant_stays_finite_and_whole_under_the_wildest_valves(name: str) ->
 def test_a_step_of_the_twin_allocates_nothing() -> None:
     @compiled
     def step(twin: Twin, telemetry: np.ndarray, measurement: np.ndarray) -> None:
-        twin_step(twin, 1, telemetry[0], measurement[0])
+        twin_step(twin, twin.ticks[0], telemetry[0], measurement[0])
 
     step(twin_of(), np.zeros(1, record_dtype(Telemetry)), np.zeros(1, record_dtype(Measurement)))
     assert "NRT_MemInfo_alloc" not in "".join(step.inspect_llvm().values())
