@@ -49,7 +49,7 @@ def test_a_killed_server_leaves_the_rig_at_rest_and_no_tick_of_the_recording_is_
     page.get_by_test_id("follow").click()
     expect(page.get_by_test_id("state")).to_contain_text("FOLLOW")
     page.get_by_test_id("record").click()
-    time.sleep(3.0)
+    time.sleep(1.5)
     ring = find_ring(product.rig)
     killed = product.child("server")
     last = ring.newest()

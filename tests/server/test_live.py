@@ -118,6 +118,7 @@ def test_a_slow_viewer_skips_frames_and_then_sees_the_newest(server: TestServer)
         wait_for(lambda: len(quick.frames) > seen + 120, "the quick viewer to go on")
         assert stuck.cursor == at, "nothing more was prepared for the slow one"
         last = quick.frames[-1]["tick"]
+        slow.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
         ticks = []
         while not ticks or ticks[-1] < last:
             message = slow.recv(timeout=60)

@@ -107,6 +107,7 @@ def hold_up(server: TestServer, stuck: ClientConnection) -> None:
     held = sum(len(text) for text in viewer.outbox)
     assert held < WAITING * (len(LINE) + 200)
     wait_for(lambda: still(viewer, server.services), "it is stuck all the same")
+    stuck.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
     texts = []
     while not texts or last not in texts[-1]:
         message = stuck.recv(timeout=60)
