@@ -1,10 +1,14 @@
-"""The rig faults by itself: what the page says, what it lets an operator do, and the way out."""
+"""The rig faults by itself or is killed: what the page says, what it lets an operator do, and the way out."""
 
+import os
 import re
+import signal
 
 from playwright.sync_api import Browser, Page, expect
 
-from tests.e2e.product import Product, open_page, shot
+from controller.modes import Mode
+from controller.realtime.ring import find_ring
+from tests.e2e.product import Product, frame, open_page, shot, wait_until
 
 
 def dashboard(browser: Browser, product: Product) -> Page:
@@ -56,3 +60,21 @@ def test_a_rig_that_sees_no_marker_faults_and_the_page_leads_out_of_it(browser: 
     page.get_by_test_id("lease-release").click()
     viewer.context.close()
     page.context.close()
+
+
+def test_a_killed_rig_is_noticed_and_comes_back_vented(page: Page, product: Product) -> None:
+    page.get_by_test_id("lease-take").click()
+    if frame(page)["mode"] == Mode.VENTED:
+        page.get_by_test_id("arm").click()
+    expect(page.get_by_test_id("state")).to_contain_text("HOLD")
+    boot = find_ring(product.rig).boot
+    os.kill(product.child("controller.realtime").pid, signal.SIGKILL)
+    wait_until(lambda: page.get_by_test_id("banner").count() > 0, 1.0)
+    shot(page, "rig-gone")
+    wait_until(lambda: find_ring(product.rig).boot != boot, 3.0)
+    expect(page.get_by_test_id("state")).to_contain_text("VENTED")
+    expect(page.get_by_test_id("banner")).to_have_count(0, timeout=10_000)
+    assert frame(page)["tick"] < 60_000
+    page.get_by_test_id("arm").click()
+    expect(page.get_by_test_id("state")).to_contain_text("HOLD")
+    page.get_by_test_id("lease-release").click()

@@ -1,4 +1,4 @@
-"""Processes killed under the operator's hands: what the page says, and what it takes to move again."""
+"""The server killed or frozen under the operator's hands: what rig and recording do, and what the page says."""
 
 import os
 import signal
@@ -23,22 +23,7 @@ def product(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Product]:
         yield running
 
 
-def test_a_killed_rig_is_noticed_and_comes_back_vented(page: Page, product: Product) -> None:
-    page.get_by_test_id("lease-take").click()
-    page.get_by_test_id("arm").click()
-    expect(page.get_by_test_id("state")).to_contain_text("HOLD")
-    boot = find_ring(product.rig).boot
-    os.kill(product.child("controller.realtime").pid, signal.SIGKILL)
-    wait_until(lambda: page.get_by_test_id("banner").count() > 0, 1.0)
-    shot(page, "rig-gone")
-    wait_until(lambda: find_ring(product.rig).boot != boot, 3.0)
-    expect(page.get_by_test_id("state")).to_contain_text("VENTED")
-    expect(page.get_by_test_id("banner")).to_have_count(0, timeout=10_000)
-    assert frame(page)["tick"] < 60_000
-    page.get_by_test_id("arm").click()
-    expect(page.get_by_test_id("state")).to_contain_text("HOLD")
-
-
+@pytest.mark.long  # tests/server/test_automatic.py and the campaign show the same without a browser
 def test_a_killed_server_leaves_the_rig_at_rest_and_no_tick_of_the_recording_is_missing(
     context: BrowserContext, product: Product
 ) -> None:
