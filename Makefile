@@ -7,7 +7,7 @@ KERNEL_SOURCES := $(shell find controller server/drawings -name '*.py')
 # Where the environment forbids bytecode, every process would compile all of its libraries anew: 1 to 2 s each.
 export PYTHONDONTWRITEBYTECODE =
 
-.PHONY: run test setup build chromium lint types test-python test-page test-browser test-long lock schema clean
+.PHONY: run test setup build chromium lint types test-page lint-page types-page test-python test-browser test-long lock schema clean
 
 run:
 	$(MAKE) --no-print-directory -j2 setup
@@ -15,7 +15,7 @@ run:
 
 # What can run side by side does; tests that keep time run alone.
 test:
-	$(MAKE) --no-print-directory -j2 --output-sync=target setup chromium lint types test-page
+	$(MAKE) --no-print-directory -j3 --output-sync=target setup chromium test-page lint types
 	$(MAKE) --no-print-directory test-python
 	$(MAKE) --no-print-directory test-browser
 	@echo "make test: all passed"
@@ -47,19 +47,24 @@ build: server/static/index.html
 chromium:
 	.ci/need-chromium
 
-lint: .venv/installed frontend/node_modules/installed
+lint: .venv/installed lint-page
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
-	cd frontend && $(NODE) npm run --silent lint
 
-types: .venv/installed frontend/node_modules/installed
-	$(BIN)/mypy
-	cd frontend && $(NODE) npm run --silent check
+types: .venv/installed types-page
+	nice $(BIN)/mypy
 	$(NODE) .ci/same-schema
 
+# What needs the page's libraries only is done while pip still works, for which everything else waits.
 test-page: frontend/node_modules/installed
-	cd frontend && $(NODE) npm test --silent
+	cd frontend && $(NODE) nice npm test --silent
+
+lint-page: frontend/node_modules/installed
+	cd frontend && $(NODE) nice npm run --silent lint
+
+types-page: frontend/node_modules/installed
+	cd frontend && $(NODE) nice npm run --silent check
 
 # What keeps time or kills processes runs apart from what takes all cores, two at a time; the campaign runs alone.
 CAMPAIGN := tests/server/test_campaign.py
