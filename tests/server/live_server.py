@@ -31,6 +31,8 @@ from server.settings import ServerSettings
 TOKEN = "correct horse"
 VIEWER_TOKEN = "battery staple"
 ROW = record_dtype(Telemetry)
+PATIENT = {"loop_gap": 0.4, "operator_timeout": 2.0, "server_hold": 1.5, "pump_hold": 1.5}
+"""Limits of the rig under test: shared machines pause, and the page shares a process with its server."""
 PATIENCE = 200.0
 """Seconds before a wait gives up: a machine may be busy, so no test asserts a time."""
 
@@ -70,8 +72,7 @@ class RigProcess:
             "ready": str(ready),
             "folder": str(self._folder),
             "key_file": str(key_file(self._folder)),
-            # Shared machines pause for 50 ms and more, and the page under test shares a process with its server.
-            "parameters": {"limits": {"loop_gap": 0.4, "operator_timeout": 2.0}},
+            "parameters": {"limits": PATIENT},
         }
         self.process = subprocess.Popen([sys.executable, "-m", "controller.realtime", json.dumps(settings)])
         wait_for(lambda: ready.exists() or self.process.poll() is not None, "the rig")
