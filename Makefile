@@ -66,7 +66,8 @@ lint-page: frontend/node_modules/installed
 types-page: frontend/node_modules/installed
 	cd frontend && $(NODE) nice npm run --silent check
 
-# What keeps time or kills processes runs apart from what takes all cores, two at a time; the campaign runs alone.
+# What keeps time or kills processes runs apart from what takes all cores: three at a time, as it mostly waits. The
+# campaign runs alone.
 CAMPAIGN := tests/server/test_campaign.py
 ALONE := $(patsubst %,tests/controller/test_%.py,clock link link_guarded loop pool rig ring supervisor) \
 	$(patsubst %,tests/server/test_%.py,chain killed_rig live load logs runs shutdown) \
@@ -74,7 +75,7 @@ ALONE := $(patsubst %,tests/controller/test_%.py,clock link link_guarded loop po
 	$(patsubst %,tests/recordings/test_%.py,killed recorder)
 test-python: setup
 	$(BIN)/python -m pytest tests --ignore tests/e2e $(ALONE:%=--ignore %) --ignore $(CAMPAIGN) -n auto --dist loadfile -m "not long"
-	$(BIN)/python -m pytest $(ALONE) -n 2 --dist loadfile
+	$(BIN)/python -m pytest $(ALONE) -n 3 --dist loadfile
 	$(BIN)/python -m pytest $(CAMPAIGN)
 
 test-browser: setup chromium
