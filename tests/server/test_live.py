@@ -12,7 +12,7 @@ from websockets.exceptions import ConnectionClosed
 from server.channels import CHANNELS
 from server.live import CROWD
 from server.plots.messages import CHANNELS_MAX
-from tests.server.live_server import ROW, Live, TestServer, wait_for
+from tests.server.live_server import ROW, TestServer, wait_for
 from tests.server.test_history import plot
 
 TICK = ROW.fields["tick"][1] + 8
@@ -187,9 +187,8 @@ def test_the_clutch_is_the_holders_to_switch(server: TestServer) -> None:
 
 def test_a_closed_page_is_forgotten(server: TestServer) -> None:
     page = server.page().sign_in()
-    with page.live() as live:
-        assert isinstance(live, Live)
-        assert len(server.services.hub.viewers) == 1
+    with page.live():
+        wait_for(lambda: len(server.services.hub.viewers) == 1, "the viewer")
     wait_for(lambda: not server.services.hub.viewers, "the viewer to be dropped")
 
 
