@@ -159,7 +159,10 @@ class Page(httpx.Client):
         return self
 
     def command(self, request: str, **more: Any) -> httpx.Response:
-        return self.post("/api/command", json={"request": request, **more})
+        """The answer; asked once more, as an operator would, where the machine was too busy for one in time."""
+        answer = self.post("/api/command", json={"request": request, **more})
+        late = answer.status_code == 503 and "did not answer within" in answer.text
+        return self.post("/api/command", json={"request": request, **more}) if late else answer
 
     def connect(self, path: str, **more: Any) -> ClientConnection:
         cookies = "; ".join(f"{name}={value}" for name, value in self.cookies.items())
