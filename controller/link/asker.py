@@ -1,9 +1,13 @@
-"""Questions to the rig: plain ones, and sealed ones within a session that is opened when it is first needed."""
+"""Questions to the rig: plain ones, and sealed ones within a session that is opened when it is first needed.
+
+Only a reply that is proven to be the rig's, to this very question, is an answer; all others are as if they never came.
+"""
 
 import os
+import secrets
 import socket
 import threading
-from typing import Any
+from typing import Any, NamedTuple
 
 import zenoh
 
@@ -15,37 +19,48 @@ from controller.errors import (
     RigUnreachable,
     SessionUnknown,
     TendrilError,
+    Unproven,
 )
 from controller.link.keys import Keys
+from controller.link.proof import PROOF_BYTES, Reply, question, read_reply
+from controller.link.refusals import Refusals
 from controller.link.seal import Introduction, Sealer
 
-TIMED_OUT = "Timeout"
-"""What zenoh itself puts into an error reply when nobody answered in time."""
 TIMEOUT = 0.5
 """Longest wait for an answer [s]; the rig itself waits for its loop, 0.4 s at most."""
+NONCE_BYTES = 16
 _KINDS: dict[str, type[TendrilError]] = {
     kind.__name__: kind for kind in (KeyRefused, SessionUnknown, RigHeld, LayoutMismatch)
 }
 
 
+class Answer(NamedTuple):
+    """What the rig answered, and what the proof of it says."""
+
+    payload: bytes
+    proof: Reply
+
+
 class Asker:
     """Asks one rig over the zenoh session `link`. Thread safe; sealed questions on one key leave in order."""
 
-    def __init__(self, link: Any, keys: Keys, key: bytes | None) -> None:
-        """`key` None: everything can be read, nothing changed."""
+    def __init__(self, link: Any, keys: Keys, key: bytes, urgent: bool = False) -> None:
+        """`urgent` questions pass all others on the link."""
+        self._quality = {"priority": zenoh.Priority.REAL_TIME, "express": True} if urgent else {}
         self._link, self._keys, self._key = link, keys, key
         self._sealer: Sealer | None = None
         self._lock = threading.Lock()
         self._trouble: TendrilError | None = None
+        self._refusals = Refusals(keys.rig, what="reply")
 
     @property
     def trouble(self) -> TendrilError | None:
         """Why the rig takes nothing from this server, as it said last; None when it does."""
         return self._trouble
 
-    def ask(self, expression: str, payload: bytes = b"", timeout: float = TIMEOUT) -> bytes:
+    def ask(self, expression: str, payload: bytes = b"", timeout: float = TIMEOUT) -> Answer:
         """Answer of the queryable `expression`; RigUnreachable without one, the rig's own error if it refuses."""
-        return self._answer(self._get(expression, payload, timeout), timeout)
+        return self._get(expression, payload, secrets.token_bytes(NONCE_BYTES), timeout).answer()
 
     def ask_sealed(self, expression: str, payload: bytes, timeout: float = TIMEOUT, any_server: bool = False) -> bytes:
         """The same with a seal. A rig that restarted, or forgot this server, is met anew.
@@ -65,6 +80,12 @@ class Asker:
             self._trouble = None
         return answer
 
+    def prepare(self, timeout: float = TIMEOUT) -> None:
+        """Open the session now, so that the first sealed question needs not wait for it."""
+        with self._lock:
+            if self._sealer is None:
+                self._sealer = self._opened(timeout)
+
     def forget(self) -> None:
         """Open another session with the next sealed question: the rig restarted."""
         with self._lock:
@@ -83,33 +104,67 @@ class Asker:
         with self._lock:
             if self._sealer is None:
                 self._sealer = self._opened(timeout)
-            replies = self._get(expression, payload, timeout, self._sealer.seal(expression, payload))
-        return self._answer(replies, timeout)
+            asked = self._get(expression, payload, self._sealer.seal(expression, payload), timeout)
+        return asked.answer().payload
 
     def _opened(self, timeout: float) -> Sealer:
-        if self._key is None:
-            raise KeyRefused("this end was given no key of the rig: it can read and nothing else")
-        words = self.ask(self._keys.session, timeout=timeout)
+        words = self.ask(self._keys.session, timeout=timeout).payload
         boot, number = int.from_bytes(words[:8], "little"), int.from_bytes(words[8:], "little")
         sealer = Sealer(self._key, boot, number)
         introduction = Introduction(who=f"the server on {socket.gethostname()[:100]} (process {os.getpid()})")
         payload = introduction.model_dump_json().encode()
         expression = self._keys.session
-        self._answer(self._get(expression, payload, timeout, sealer.seal(expression, payload)), timeout)
+        self._get(expression, payload, sealer.seal(expression, payload), timeout).answer()
         return sealer
 
-    def _get(self, expression: str, payload: bytes, timeout: float, seal: bytes | None = None) -> Any:
-        """Send the question; the replies come while they are read."""
+    def _get(self, expression: str, payload: bytes, attachment: bytes, timeout: float) -> "_Asked":
+        """Send the question to all who may answer it; the replies come while they are read, none instead of another."""
         try:
-            return self._link.get(expression, payload=payload, attachment=seal, timeout=timeout)
+            replies = self._link.get(
+                expression,
+                target=zenoh.QueryTarget.ALL,
+                consolidation=zenoh.ConsolidationMode.NONE,
+                payload=payload,
+                attachment=attachment,
+                timeout=timeout,
+                **self._quality,
+            )
         except zenoh.ZError as error:
             raise RigUnreachable(f"rig {self._keys.rig!r} cannot be asked: {error}") from error
+        asked = question(attachment, payload)
+        return _Asked(replies, self._key, self._keys.rig, expression, asked, timeout, self._refusals)
 
-    def _answer(self, replies: Any, timeout: float) -> bytes:
-        for reply in replies:
-            if reply.ok:
-                return bytes(reply.ok.payload.to_bytes())
-            text = reply.err.payload.to_string()
-            if text != TIMED_OUT:
-                raise _KINDS.get(str(reply.err.encoding).partition(";")[2], ParameterError)(text)
-        raise RigUnreachable(f"rig {self._keys.rig!r} did not answer within {timeout:g} s")
+
+class _Asked(NamedTuple):
+    """A question that was sent."""
+
+    replies: Any
+    key: bytes
+    rig: str
+    expression: str
+    question: bytes
+    timeout: float
+    refusals: Refusals
+
+    def answer(self) -> Answer:
+        """The first reply that is the rig's; its own error if it refuses, RigUnreachable without one."""
+        false = 0
+        for reply in self.replies:
+            if not reply.ok:  # zenoh's own, such as a timeout: the rig's refusals bear a proof
+                continue
+            try:
+                answer = self._proven(reply.ok)
+            except Unproven as error:
+                false += 1
+                self.refusals.note(self.expression, error)
+                continue
+            if kind := answer.proof.kind:
+                raise _KINDS.get(kind, ParameterError)(answer.payload.decode())
+            return answer
+        others = f"; {false} replies did not bear the proof of its key" if false else ""
+        raise RigUnreachable(f"rig {self.rig!r} did not answer within {self.timeout:g} s{others}")
+
+    def _proven(self, reply: Any) -> Answer:
+        attachment = b"" if reply.attachment is None else reply.attachment.to_bytes()[: PROOF_BYTES + 1]
+        payload = reply.payload.to_bytes()
+        return Answer(payload, read_reply(self.key, self.expression, self.question, attachment, payload))

@@ -1,5 +1,10 @@
-"""The server's end of the link: every telemetry row in order, commands with the rig's answer, and who the rig is."""
+"""The server's end of the link: every telemetry row in order, commands with the rig's answer, and who the rig is.
 
+A batch is taken if it is proven to be the rig's (proof.py), newer than all before it, of the life that answered us, and
+follows from the last one (pace.py). What is refused is counted, and stands in the log once a minute at most.
+"""
+
+import contextlib
 import json
 import logging
 import queue
@@ -9,20 +14,26 @@ import time
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import zenoh
 from pydantic import ValidationError
 
-from controller.errors import LayoutMismatch, RigUnreachable, TendrilError
+from controller.errors import KeyRefused, LayoutMismatch, RigUnreachable, TendrilError, Unproven
 from controller.layout import record_dtype, to_record
 from controller.link.asker import Asker
 from controller.link.keys import Keys, open_session
+from controller.link.knock import kept_out
+from controller.link.pace import Pace
+from controller.link.planned import PlannedRows, encoded
+from controller.link.proof import PROOF_BYTES, Reply, read_batch
+from controller.link.refusals import Refusals
 from controller.link.stream import RowStream
 from controller.link.version import mismatch, require_same
 from controller.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults
 from controller.modes import Request
+from controller.worker import Worker
 
 log = logging.getLogger(__name__)
 
@@ -30,10 +41,23 @@ QUEUED_BATCHES = 3000
 """Batches kept for a slow reader: 30 s, as long as the rig's ring could refill them."""
 QUIET = 1.0
 """Seconds without a batch after which the rig counts as not connected [s]."""
+LOOK = 1.0
+"""Between two looks at why nothing comes, where nothing does [s]."""
+DEAD_LIVES = 16
+"""Lives of the rig that are over, of which recorded batches are refused without another question."""
 PLAN_TIMEOUT = 5.0
-"""Longest wait for the answer to a reference, which may be of 5 MB [s]."""
+"""Longest wait for the answer to a reference, which may be of 7 MB [s]."""
 LEAVE_TIMEOUT = 0.2
 """The same for a good-bye [s]."""
+
+
+class _Batch(NamedTuple):
+    """Proven to be the rig's, at some time."""
+
+    boot: int
+    number: int
+    arrived: float
+    payload: bytes
 
 
 class RigClient:
@@ -50,28 +74,36 @@ class RigClient:
         on_rows: Callable[[np.ndarray], None],
         on_boot: Callable[[RigInfo], None] = lambda info: None,
         *,
-        key: bytes | None = None,
+        key: bytes,
         tls: Path | None = None,
     ) -> None:
         """Connect in the background; `endpoint` like "tcp/127.0.0.1:7557".
 
-        `key` is the rig's, without which nothing can be changed; `tls` as of `open_session`.
+        `key` is the rig's, without which it opens no session; `tls` as of `open_session`.
         """
-        self._keys = Keys(rig_id)
+        self._keys, self._key, self._endpoint = Keys(rig_id), key, endpoint
         self._on_boot = on_boot
         self._stream = RowStream(self._missing, on_rows)
-        self._queue: queue.Queue[tuple[int, bytes] | None] = queue.Queue(QUEUED_BATCHES)
+        self._queue: queue.Queue[_Batch | None] = queue.Queue(QUEUED_BATCHES)
         self._boot: int | None = None
+        self._dead: deque[int] = deque(maxlen=DEAD_LIVES)
+        self._heard = self._floor = 0
+        self._hearing = threading.Lock()
+        self._pace: Pace | None = None
+        self._flows = False
+        self._kept_out: KeyRefused | None = None
+        self._refusals = Refusals(rig_id, what="batch")
         self._info: RigInfo | None = None
         self._refused: LayoutMismatch | None = None
         self._alive: set[str] = set()
         self._logged: set[type[Exception]] = set()
         self._last = time.monotonic()
         self._round_trips: deque[float] = deque(maxlen=50)
-        self._session = open_session(connect=endpoint, tls=tls)
+        self._session = open_session(key=key, connect=endpoint, tls=tls)
         self._asker = Asker(self._session, self._keys, key)
-        self._worker = threading.Thread(target=self._work, name="rig-link", daemon=True)
-        self._worker.start()
+        self._stopper = Asker(self._session, self._keys, key, urgent=True)
+        self.worker = Worker("rig-link", self._work)
+        self.worker.start()
         # Direct: no thread of Python's for zenoh, which would keep an interpreter from ending without `close`.
         on_batch, on_alive = (
             zenoh.handlers.Callback(call, indirect=False) for call in (self._on_batch, self._on_alive)
@@ -86,8 +118,8 @@ class RigClient:
 
     @property
     def connected(self) -> bool:
-        """The rig is alive, speaks our layout and sent something within the last second."""
-        met = self._info is not None and self._refused is None
+        """The rig is alive, speaks our layout and sent something within the last second, of which rows were taken."""
+        met = self._info is not None and self._refused is None and self._flows
         return met and self._keys.alive(str(self._boot)) in self._alive and self.age() < QUIET
 
     @property
@@ -103,10 +135,10 @@ class RigClient:
     @property
     def trouble(self) -> TendrilError | None:
         """Why this rig takes nothing from us: another version, another key, another server; None when it does."""
-        return self._refused or self._asker.trouble
+        return self._refused or self._kept_out or self._asker.trouble
 
     def age(self) -> float:
-        """Time since the last batch, or since this client began [s]."""
+        """Time since the last batch that was the rig's, and new, or since this client began [s]."""
         return time.monotonic() - self._last
 
     def rtt(self) -> float:
@@ -122,35 +154,43 @@ class RigClient:
         """
         if self._refused:
             raise self._refused
-        started = time.monotonic()
-        reply = CommandReply.model_validate_json(
-            self._asker.ask_sealed(
-                self._keys.command, to_record(command).tobytes(), any_server=command.request == Request.E_STOP
-            )
-        )
+        started, stops = time.monotonic(), command.request == Request.E_STOP
+        try:
+            answer = self._asker.ask_sealed(self._keys.command, to_record(command).tobytes(), any_server=stops)
+        except RigUnreachable as error:
+            raise self._kept_out or error from error
+        reply = CommandReply.model_validate_json(answer)
         self._round_trips.append(time.monotonic() - started)
         return reply
+
+    def stop(self, number: int, boot: int) -> CommandReply:
+        """E-STOP, past all that waits here, on the link and at the rig; the reply's n is the request's number.
+
+        `number` names one press, and is unlike those of all other servers: with the same one it acts once, however
+        often it is sent. A rig that started anew since, whose boot id is not `boot`, refuses it, and is vented. Raises
+        as `command`, but never RigHeld.
+        """
+        payload = np.array([boot, number], np.int64).tobytes()
+        return CommandReply.model_validate_json(self._stopper.ask_sealed(self._keys.stop, payload))
 
     def replay(self, first: int, count: int) -> np.ndarray:
         """Telemetry rows of ticks [first, first + count) that the rig's ring still holds."""
         payload = np.array([first, count], np.int64).tobytes()
-        return np.frombuffer(self._asker.ask(self._keys.replay, payload), record_dtype(Telemetry))
+        return np.frombuffer(self._asker.ask(self._keys.replay, payload).payload, record_dtype(Telemetry))
 
-    def plan(self, points: np.ndarray, again: int = 0, ticks: int | None = None) -> int:
-        """Send (n, 2) points [m], one a tick, as the reference of the next TRACK run; returns their number.
+    def plan(self, rows: PlannedRows) -> int:
+        """Send `rows` as the reference of the next TRACK run; returns their number.
 
-        Point `again` comes after the last one, and `ticks` points are followed in all: each once where that is None.
-        Raises ParameterError with the rig's words if it cannot take them, because of their values or of its mode.
+        Raises ParameterError with the rig's words if it cannot take them, because of their values, of what they ask of
+        the arm, or of its mode.
         """
-        words = np.array([again, len(points) if ticks is None else ticks], np.int64)
-        payload = words.tobytes() + np.ascontiguousarray(points, np.float64).tobytes()
-        answer = self._asker.ask_sealed(self._keys.reference, payload, PLAN_TIMEOUT)
+        answer = self._asker.ask_sealed(self._keys.reference, encoded(rows), PLAN_TIMEOUT)
         return int.from_bytes(answer, "little")
 
     def faults(self, wanted: TwinFaults | None = None) -> TwinFaults:
         """Inject faults into the twin's sensing; None only asks. Those in force; ParameterError on hardware."""
         if wanted is None:
-            return TwinFaults.model_validate_json(self._asker.ask(self._keys.faults))
+            return TwinFaults.model_validate_json(self._asker.ask(self._keys.faults).payload)
         payload = wanted.model_dump_json().encode()
         return TwinFaults.model_validate_json(self._asker.ask_sealed(self._keys.faults, payload))
 
@@ -158,34 +198,75 @@ class RigClient:
         """End the connection; no callback comes after this. Another server may command the rig at once."""
         self._asker.leave(LEAVE_TIMEOUT)
         self._session.close()
-        while self._worker.is_alive() and self._worker is not threading.current_thread():
+        while self.worker.alive:
             try:
                 self._queue.put_nowait(None)
             except queue.Full:
                 self._queue.get_nowait()
-            self._worker.join(0.1)
+            if self.worker.join(0.1):
+                return
 
     def _on_batch(self, sample: Any) -> None:
-        """In a thread of zenoh: only note and queue; a full queue drops the batch, a replay brings it back."""
-        self._last = time.monotonic()
+        """In a thread of zenoh: only judge and queue; a full queue drops the batch, a replay brings it back."""
+        now = time.monotonic()
         try:
-            boot = int.from_bytes(sample.attachment.to_bytes(), "little")
-            self._queue.put_nowait((boot, sample.payload.to_bytes()))
+            batch = self._proven(sample, now)
+            self._hear(batch)
+            self._queue.put_nowait(batch)
+        except Unproven as error:
+            self._refusals.note(self._keys.telemetry, error)
         except queue.Full:
             pass
+
+    def _proven(self, sample: Any, now: float) -> _Batch:
+        attachment, payload = sample.attachment, sample.payload
+        if attachment is None or len(attachment) > PROOF_BYTES:
+            raise Unproven("refused: it bears no proof of the rig's key")
+        found = payload.to_bytes()
+        return _Batch(*read_batch(self._key, self._keys.telemetry, attachment.to_bytes(), found), now, found)
+
+    def _hear(self, batch: _Batch) -> None:
+        with self._hearing:
+            if batch.boot in self._dead or (batch.boot == self._boot and batch.number <= self._heard):
+                raise Unproven(f"refused: batch {batch.number} of life {batch.boot} was sent before")
+            if batch.boot == self._boot:
+                self._heard, self._last, self._kept_out = batch.number, batch.arrived, None
 
     def _on_alive(self, sample: Any) -> None:
         change = self._alive.add if sample.kind == zenoh.SampleKind.PUT else self._alive.discard
         change(str(sample.key_expr))
 
     def _work(self) -> None:
-        while (item := self._queue.get()) is not None:
+        while True:
+            self.worker.turn()
             try:
-                self._take(*item)
+                batch = self._queue.get(timeout=LOOK)
+            except queue.Empty:
+                self._look()
+                continue
+            if batch is None:
+                return
+            try:
+                self._take(batch)
             except RigUnreachable as error:
                 log.info("%s", error)
+            except Unproven as error:
+                self._refusals.note(self._keys.telemetry, error)
             except Exception as error:
                 self._complain(error)
+
+    def _look(self) -> None:
+        """Nothing comes: does somebody keep us out?"""
+        before, self._kept_out = self._kept_out, None if self._joined() else kept_out(self._endpoint)
+        if self._kept_out and not before:
+            log.warning("%s", self._kept_out)
+
+    def _joined(self) -> bool:
+        """Whether a session with the other end is open."""
+        try:
+            return bool(self._session.info.peers_zid() or self._session.info.routers_zid())
+        except zenoh.ZError:  # closed meanwhile
+            return True
 
     def _complain(self, error: Exception) -> None:
         """Log with the traceback once for every kind: there are 100 batches a second."""
@@ -193,27 +274,54 @@ class RigClient:
         log.error("telemetry batch failed: %s: %s", kind.__name__, error, exc_info=kind not in self._logged)
         self._logged.add(kind)
 
-    def _take(self, boot: int, payload: bytes) -> None:
-        if self._boot != boot:
-            self._meet(boot)
-        if self._boot == boot and self._refused is None:
-            self._stream.take(np.frombuffer(payload, record_dtype(Telemetry)))
+    def _take(self, batch: _Batch) -> None:
+        if self._boot != batch.boot or not (self._pace or self._refused):
+            self._meet(batch.boot)
+        if self._boot != batch.boot or self._pace is None or batch.number <= self._floor:
+            return
+        rows = _rows(batch.payload)
+        try:
+            self._pace.judge(rows, batch.arrived)
+        except Unproven:
+            self._pace = None  # the rig itself is asked, before anything else is taken
+            raise
+        self._flows = True
+        self._stream.take(rows)
 
     def _meet(self, boot: int) -> None:
-        """A new life of the rig: do we speak the same layout, who is it, and where do its rows begin?"""
-        answer = json.loads(self._asker.ask(self._keys.info))
-        if answer["boot"] != boot:
+        """A new life of the rig: do we speak the same layout, who is it, and where do its rows begin?
+
+        Its answer is proven to be of this moment, so batches sent before it, which anybody may have kept, are too old.
+        """
+        payload, proof = self._asker.ask(self._keys.info)
+        answer, now = json.loads(payload), time.monotonic()
+        if proof.boot != boot:
+            self._dead.append(boot)
             return
-        first_contact, self._boot, self._refused = self._boot is None, boot, None
+        if self._boot == boot and self._info:
+            self._begin(proof, now, self._info)
+            return
+        first_contact, self._refused, self._pace, self._flows = self._boot is None, None, None, False
+        with self._hearing:
+            self._boot, self._heard, self._last = boot, proof.sent, now
         self._asker.forget()
+        self._stopper.forget()
+        with contextlib.suppress(TendrilError):  # an E-STOP opens it too, only later
+            self._stopper.prepare()
         try:
             self._info = self._read(answer)
         except LayoutMismatch as error:
             self._refused = error
             log.error("%s", error)
             return
+        self._begin(proof, now, self._info)
         self._stream.expect(None if first_contact else 0)
         self._on_boot(self._info)
+
+    def _begin(self, proof: Reply, now: float, info: RigInfo) -> None:
+        """Judge what comes by what the rig says of itself now."""
+        self._floor = proof.sent
+        self._pace = Pace(info.parameters.controller.dt, proof.clock_ns, now)
 
     def _read(self, answer: Any) -> RigInfo:
         """Who the rig is; LayoutMismatch if it is built from other definitions than we are."""
@@ -231,3 +339,10 @@ class RigClient:
             if self.connected:  # only slow: with the next batch the rows are asked for again
                 raise
             return np.empty(0, record_dtype(Telemetry))
+
+
+def _rows(payload: bytes) -> np.ndarray:
+    dtype = record_dtype(Telemetry)
+    if len(payload) % dtype.itemsize:
+        raise Unproven(f"refused: {len(payload)} bytes are not rows of {dtype.itemsize}")
+    return np.frombuffer(payload, dtype)

@@ -8,6 +8,7 @@ from typing import Any
 import zenoh
 
 from controller.errors import ParameterError, RigUnreachable
+from controller.link.guard import guarded
 
 ENDLESS = 2**62
 """So many ticks of a reference that repeats are followed until something else is asked for."""
@@ -17,6 +18,10 @@ MESSAGE_MAX = 8 * 1024 * 1024
 """Longest message that either end receives [bytes]; zenoh drops a longer one while it arrives."""
 LEASE_MS = 1000
 """Silence after which the other end counts as gone (zenoh's own default is 10 s)."""
+ACCEPT_MS, ACCEPT_PENDING = 2000, 4000
+"""For how long, and how many at once, connections may be open that have not proven to have the key (zenoh: 10 s, 100).
+
+Beyond that number even a server would be turned away: connections that say nothing must not add up to it."""
 
 
 @dataclass(frozen=True)
@@ -27,13 +32,21 @@ class Keys:
 
     @property
     def telemetry(self) -> str:
-        """Publisher: batches of Telemetry rows as raw bytes; attachment: the boot id, int64."""
+        """Publisher: batches of Telemetry rows as raw bytes; attachment: their proof (proof.py)."""
         return f"tendril/{self.rig}/telemetry"
 
     @property
     def command(self) -> str:
         """Sealed queryable: one raw Command record -> CommandReply as JSON, after the loop has looked at it."""
         return f"tendril/{self.rig}/command"
+
+    @property
+    def stop(self) -> str:
+        """Sealed queryable: int64, a number that its server gives to one E-STOP -> CommandReply as JSON.
+
+        From any server with the key. It waits for no command, and a repetition with the same number acts once.
+        """
+        return f"tendril/{self.rig}/stop"
 
     @property
     def replay(self) -> str:
@@ -49,7 +62,7 @@ class Keys:
     def reference(self) -> str:
         """Sealed queryable: a planned reference -> the number of its points, int64.
 
-        int64 (point after the last one, ticks to follow in all), then float64 (n, 2) points [m], one a tick.
+        As `controller.link.planned` writes it: points [m] and the torques [N m] that hold them, one a tick.
         """
         return f"tendril/{self.rig}/reference"
 
@@ -73,8 +86,8 @@ class Keys:
         return f"tendril/{self.rig}/alive/{boot}"
 
 
-def open_session(*, listen: str | None = None, connect: str | None = None, tls: Path | None = None) -> Any:
-    """A zenoh session over explicit endpoints only, e.g. "tcp/127.0.0.1:7557".
+def open_session(*, key: bytes, listen: str | None = None, connect: str | None = None, tls: Path | None = None) -> Any:
+    """A zenoh session over explicit endpoints only, e.g. "tcp/127.0.0.1:7557", between ends that have `key` (guard.py).
 
     No multicast, no shared memory (for rows of 10 kB it only adds tails); a connecting end keeps trying for ever.
     For endpoints tls/... the folder `tls` holds ca.pem, cert.pem and key.pem: each end proves itself to the other.
@@ -88,19 +101,22 @@ def open_session(*, listen: str | None = None, connect: str | None = None, tls: 
         "transport/shared_memory/enabled": False,
         "transport/link/tx/lease": LEASE_MS,
         "transport/link/rx/max_message_size": MESSAGE_MAX,
+        "transport/unicast/accept_timeout": ACCEPT_MS,
+        "transport/unicast/accept_pending": ACCEPT_PENDING,
         "listen/endpoints": [listen] if listen else [],
         "connect/endpoints": [connect] if connect else [],
         "connect/timeout_ms": -1,
         "connect/exit_on_failure": False,
         "connect/retry": {"period_init_ms": 100, "period_max_ms": 200, "period_increase_factor": 2},
     }
-    config = zenoh.Config()
-    for key, value in (settings | (_certificates(tls) if tls else {})).items():
-        config.insert_json5(key, json.dumps(value))
-    try:
-        return zenoh.open(config)
-    except zenoh.ZError as error:
-        raise RigUnreachable(f"no link at {listen or connect}: {error}") from error
+    with guarded(key, listens=listen is not None) as guard:
+        config = zenoh.Config()
+        for name, value in (settings | guard | (_certificates(tls) if tls else {})).items():
+            config.insert_json5(name, json.dumps(value))
+        try:
+            return zenoh.open(config)
+        except zenoh.ZError as error:
+            raise RigUnreachable(f"no link at {listen or connect}: {error}") from error
 
 
 def _certificates(folder: Path) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """The rig's end of the link: it publishes telemetry and answers commands, replays and questions.
 
-What changes the rig is judged in this order: size, seal, meaning, and who holds the rig.
+What changes the rig is judged in this order: size, seal, meaning, and who holds the rig. What it says bears a proof.
 """
 
 import logging
@@ -12,11 +12,12 @@ import numpy as np
 import zenoh
 from pydantic import ValidationError
 
-from controller.build_rig import REFERENCE_ROWS
-from controller.errors import ParameterError, RigHeld, TendrilError, sentence
+from controller.errors import ParameterError, TendrilError, sentence
 from controller.layout import from_record, record_dtype
 from controller.link.holder import Holder
 from controller.link.keys import REPLAY_MAX, Keys
+from controller.link.planned import PLANNED_MAX, PlannedRows, decoded
+from controller.link.proof import Prover, question
 from controller.link.refusals import Refusals
 from controller.link.seal import SEAL_BYTES, Seals, Session
 from controller.messages import Command, CommandReply, RigInfo, TwinFaults
@@ -40,14 +41,14 @@ class RigService(Protocol):
     def submit(self, command: Command) -> CommandReply:
         """Hand the command to the loop and wait until it has looked at it."""
 
-    def stop(self, command: Command) -> CommandReply:
-        """The same with an E-STOP, of whose record nothing but the request is taken."""
+    def stop(self, who: tuple[int, int], boot: int | None = None) -> CommandReply:
+        """E-STOP at once; `who` is the same where it is only repeated. Refused if meant for another `boot`."""
 
     def replay(self, first: int, count: int) -> np.ndarray:
         """Telemetry rows of ticks [first, first + count) that are still there."""
 
-    def plan(self, points: np.ndarray, again: int, ticks: int) -> int:
-        """Take (n, 2) points [m] as the planned reference, to follow as `RigClient.plan` says; their number."""
+    def plan(self, rows: PlannedRows) -> int:
+        """Take `rows` as the planned reference of the next TRACK run; their number."""
 
     def faults(self, wanted: TwinFaults | None) -> TwinFaults:
         """Inject faults into the twin's sensing, None changes nothing; those in force."""
@@ -60,7 +61,7 @@ class RigEnd:
         """Start to answer; the liveliness token comes last, when everything else works."""
         self.refusals = Refusals(rig)
         self._keys = Keys(rig)
-        self._seals, self._holder = seals, Holder()
+        self._seals, self._prover, self._holder = seals, seals.prover, Holder()
         self._boot = seals.boot.to_bytes(8, "little")
         self._service = service
         self._publisher = session.declare_publisher(
@@ -68,22 +69,24 @@ class RigEnd:
         )
         answers: dict[str, tuple[int, Answer]] = {
             self._keys.command: (record_dtype(Command).itemsize, self._command),
+            self._keys.stop: (16, self._stop),
             self._keys.replay: (16, self._replay),
-            self._keys.reference: (16 + 16 * REFERENCE_ROWS, self._reference),
+            self._keys.reference: (PLANNED_MAX, self._reference),
             self._keys.faults: (JSON_MAX, self._faults),
             self._keys.info: (0, lambda payload, seal: service.info().model_dump_json().encode()),
             self._keys.session: (JSON_MAX, self._session),
             self._keys.leave: (0, self._leave),
         }
         self._declared = [
-            session.declare_queryable(key, partial(_answer, self.refusals, key, most, answer))
+            session.declare_queryable(key, partial(_answer, self.refusals, self._prover, key, most, answer))
             for key, (most, answer) in answers.items()
         ]
         self._declared.append(session.liveliness().declare_token(self._keys.alive(str(seals.boot))))
 
     def publish(self, rows: np.ndarray) -> None:
         """Send Telemetry rows as one batch; a reader that cannot keep up misses it and asks for a replay."""
-        self._publisher.put(rows.tobytes(), attachment=self._boot)
+        payload = rows.tobytes()
+        self._publisher.put(payload, attachment=self._prover.batch(self._keys.telemetry, payload))
 
     def close(self) -> None:
         """Withdraw the token first, then the rest."""
@@ -107,13 +110,17 @@ class RigEnd:
         return self._obey(session, read_command(payload)).model_dump_json().encode()
 
     def _obey(self, session: Session, command: Command) -> CommandReply:
-        try:
-            self._holder.take(session)
-        except RigHeld:
-            if command.request != Request.E_STOP:
-                raise
-            return self._service.stop(command)
+        if command.request == Request.E_STOP:
+            return self._service.stop((session.number, command.n))
+        self._holder.take(session)
         return self._service.submit(command)
+
+    def _stop(self, payload: bytes, seal: bytes) -> bytes:
+        if len(payload) != 16:
+            raise ParameterError(f"E-STOP of {len(payload)} bytes is not two int64 words (boot, its number)")
+        self._seals.admit(self._keys.stop, payload, seal)
+        boot, number = np.frombuffer(payload, np.int64).tolist()
+        return self._service.stop((0, number), boot).model_dump_json().encode()
 
     def _replay(self, payload: bytes, seal: bytes) -> bytes:
         if len(payload) != 16:
@@ -126,12 +133,9 @@ class RigEnd:
         return self._service.replay(first, count).tobytes()
 
     def _reference(self, payload: bytes, seal: bytes) -> bytes:
-        if len(payload) < 16 or len(payload) % 16:
-            raise ParameterError(f"reference of {len(payload)} bytes is not two int64 words and rows of two float64")
+        rows = decoded(payload)
         self._holder.take(self._seals.admit(self._keys.reference, payload, seal))
-        again, ticks = np.frombuffer(payload[:16], np.int64).tolist()
-        points = np.frombuffer(payload, offset=16).reshape(-1, 2)
-        return self._service.plan(points, again, ticks).to_bytes(8, "little")
+        return self._service.plan(rows).to_bytes(8, "little")
 
     def _faults(self, payload: bytes, seal: bytes) -> bytes:
         wanted = None
@@ -165,18 +169,22 @@ def _sentence(item: Any) -> str:
     return f"{'.'.join(map(str, item['loc']))} = {item['input']}: {item['msg']}"
 
 
-def _answer(refusals: Refusals, key: str, most: int, answer: Answer, query: Any) -> None:
-    """Reply to one query; every error becomes an error reply, so that a caller never waits in vain."""
+def _answer(refusals: Refusals, prover: Prover, key: str, most: int, answer: Answer, query: Any) -> None:
+    """Reply to one query; every error becomes a reply of its kind, so that a caller never waits in vain."""
     with query:
+        asked, kind = b"", ""
         try:
-            query.reply(key, answer(_bounded(query.payload, "payload", most), _bounded(query.attachment, "seal")))
+            payload, seal = _bounded(query.payload, "payload", most), _bounded(query.attachment, "seal")
+            asked = question(seal, payload)
+            found = answer(payload, seal)
         except TendrilError as error:
             refusals.note(key, error)
-            query.reply_err(str(error), encoding=zenoh.Encoding.TEXT_PLAIN.with_schema(type(error).__name__))
+            found, kind = str(error).encode(), type(error).__name__
         except Exception as error:
             if refusals.note(key, error):
                 log.exception("query on %s failed", key)
-            query.reply_err(f"the rig could not answer on {key}")
+            found, kind = f"the rig could not answer on {key}".encode(), TendrilError.__name__
+        query.reply(key, found, attachment=prover.reply(key, asked, found, kind))
 
 
 def _bounded(given: Any, name: str, most: int = SEAL_BYTES) -> bytes:

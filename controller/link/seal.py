@@ -12,7 +12,8 @@ It travels as the attachment of a query, little endian:
 - The count rises strictly within a session and key expression: no message is taken twice, or after a later one.
 - The key expression is signed too: a command is no reference. Keys are compared in constant time.
 
-What is read (telemetry, replay, info) bears no seal, and nothing is encrypted: docs/two-machines.md.
+What only reads (replay, info) bears a random number instead, to which the reply is bound: what the rig says is proven
+in the other direction (proof.py). Nothing is encrypted: docs/two-machines.md.
 """
 
 import hmac
@@ -27,10 +28,11 @@ from pydantic import ValidationError
 
 from controller.errors import KeyRefused, ParameterError, SessionUnknown, sentence
 from controller.layout import Model
+from controller.link.proof import Prover
 from controller.link.version import LAYOUT, OURS, require_same
 
-SESSIONS_MAX = 16
-"""Servers that the rig remembers; the one that was silent longest is forgotten."""
+SESSIONS_MAX = 32
+"""Sessions that the rig remembers, two a server (its commands, its E-STOPs); the one silent longest is forgotten."""
 _DOMAIN = b"tendril seal 1"
 _HEAD = struct.Struct("<qq")
 _MAC_BYTES = 32
@@ -77,6 +79,8 @@ class Seals:
     def __init__(self, key: bytes, boot: int, file: str) -> None:
         """`file` holds the key and is named to whoever has another one."""
         self.boot = boot
+        self.prover = Prover(key, boot)
+        """What the rig says is proven by the same key."""
         self._key, self._file = key, file
         self._next = secrets.randbits(61)  # not 1: a session of the last life must not be known in this one
         self._sessions: dict[int, Session] = {}

@@ -3,6 +3,7 @@
 import threading
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from controller.errors import LayoutMismatch, ParameterError, RigUnreachable
 from controller.key_file import KEY_BYTES
 from controller.layout import layout_hash, record_dtype, to_record
-from controller.link import ENDLESS, RigClient, RigEnd
+from controller.link import ENDLESS, PlannedRows, RigClient, RigEnd
 from controller.link.asker import Asker
 from controller.link.keys import Keys, open_session
 from controller.link.seal import Seals
@@ -26,7 +27,7 @@ KEY = b"k" * KEY_BYTES
 class FakeRig:
     """Rows without a loop; `kept` is the first tick that the ring still holds."""
 
-    def __init__(self, endpoint: str, boot: int, layout: str = "") -> None:
+    def __init__(self, endpoint: str, boot: int, layout: str = "", tls: Path | None = None) -> None:
         self.rows = np.zeros(20_000, record_dtype(Telemetry))
         self.rows["tick"] = np.arange(len(self.rows))
         self.kept = self.replays = 0
@@ -35,7 +36,7 @@ class FakeRig:
         self.layout = layout or layout_hash(Command, Telemetry)
         self.boot = boot
         self.injected = TwinFaults()
-        self.session = open_session(listen=endpoint)
+        self.session = open_session(key=KEY, listen=endpoint, tls=tls)
         self.end = RigEnd(self.session, "fake", Seals(KEY, boot, "/rig/fake.key"), self)
 
     def info(self) -> RigInfo:
@@ -50,9 +51,9 @@ class FakeRig:
             parameters=RigParameters(),
         )
 
-    def stop(self, command: Command) -> CommandReply:
-        self.stopped = command
-        return CommandReply(n=command.n, accepted=True, mode=Mode.E_STOP, cause=Cause.OPERATOR, detail="E_STOP")
+    def stop(self, who: tuple[int, int]) -> CommandReply:
+        self.stopped = who
+        return CommandReply(n=1, accepted=True, mode=Mode.E_STOP, cause=Cause.OPERATOR, detail="E_STOP")
 
     def submit(self, command: Command) -> CommandReply:
         self.commanded = command
@@ -64,9 +65,9 @@ class FakeRig:
         self.busy = 0.0
         return self.rows[max(first, self.kept) : max(first + count, self.kept)]
 
-    def plan(self, points: np.ndarray, again: int, ticks: int) -> int:
-        self.planned = (points.shape, again, ticks)
-        return len(points)
+    def plan(self, rows: PlannedRows) -> int:
+        self.planned = rows
+        return len(rows.points)
 
     def faults(self, wanted: TwinFaults | None) -> TwinFaults:
         self.injected = wanted or self.injected
@@ -226,7 +227,7 @@ def test_a_rig_of_another_layout_is_refused_with_a_clear_word(endpoint: str) -> 
 
 
 def test_a_malformed_command_is_answered_with_field_value_and_bound(endpoint: str, rig: FakeRig) -> None:
-    session = open_session(connect=endpoint)
+    session = open_session(key=KEY, connect=endpoint)
     asker = Asker(session, Keys("fake"), KEY)
 
     def ask(payload: bytes) -> str:
@@ -252,12 +253,16 @@ def test_a_malformed_command_is_answered_with_field_value_and_bound(endpoint: st
 
 
 def test_a_replay_request_or_a_reference_of_wrong_size_is_refused(rig: FakeRig, reader: Reader) -> None:
-    assert reader.client.plan(np.zeros((7, 2))) == 7
-    assert rig.planned == ((7, 2), 0, 7)
-    assert reader.client.plan(np.zeros((7, 2)), again=3, ticks=ENDLESS) == 7
-    assert rig.planned == ((7, 2), 3, ENDLESS)
-    with pytest.raises(ParameterError, match="40 bytes is not two int64 words and rows of two"):
-        reader.client.plan(np.zeros(3))
+    points, torques = np.random.default_rng(1).random((2, 7, 2))
+    assert reader.client.plan(PlannedRows(points)) == 7
+    assert np.array_equal(rig.planned.points, points)
+    assert rig.planned[1:] == (None, 0, 7, False)
+    assert reader.client.plan(PlannedRows(points, torques, 3, ENDLESS, steps=True)) == 7
+    assert np.array_equal(rig.planned.points, points)
+    assert rig.planned.torques == pytest.approx(torques, rel=1e-6)
+    assert rig.planned[2:] == (3, ENDLESS, True)
+    with pytest.raises(ParameterError, match="56 bytes is not four int64 words and rows of 16 bytes"):
+        reader.client.plan(PlannedRows(np.zeros(3)))
     with pytest.raises(ParameterError, match="could not answer"):
         rig.rows = None  # type: ignore[assignment]
         reader.client.replay(0, 5)

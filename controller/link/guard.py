@@ -1,0 +1,66 @@
+"""Who may open a session with the rig, and what either end of it may say.
+
+- A session is opened only to those who have the rig's key: zenoh's user and password, where the password is made from
+  the key. It is never sent: the rig asks for an HMAC over a number that it draws for every connection.
+- On an open session the server asks and the rig tells, on every key of ours, by one rule; all else is denied. So no end
+  can answer in the rig's place, publish its telemetry, or have the rig pass anything on to another server.
+
+This keeps strangers out of the session; what passes on it is signed as well (seal.py, proof.py), because on a plain TCP
+line others can sit between the two ends.
+"""
+
+import hmac
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+USER = "tendril"
+OURS = "tendril/**"
+"""Every key of every rig."""
+ASKS = ("declare_subscriber", "query", "declare_liveliness_subscriber", "liveliness_query")
+"""What a server sends, and a rig takes."""
+TELLS = ("put", "reply", "declare_queryable", "liveliness_token")
+"""What a rig sends, and a server takes."""
+_DOMAIN = b"tendril session 1"
+
+
+@contextmanager
+def guarded(key: bytes, listens: bool) -> Iterator[dict[str, Any]]:
+    """Settings of zenoh for the rig, which `listens`, or for a server; good for `zenoh.open` within the context."""
+    with _credentials(password(key), listens) as credentials:
+        yield {"transport/auth/usrpwd": credentials, "access_control": _access(listens)}
+
+
+def password(key: bytes) -> str:
+    """What opens a session, and nothing else: neither seals nor proofs can be made with it."""
+    return hmac.digest(key, _DOMAIN, "sha256").hex()
+
+
+@contextmanager
+def _credentials(secret: str, listens: bool) -> Iterator[dict[str, str]]:
+    """What zenoh is to know: whom it lets in stands in a file, here one in memory that is gone at once."""
+    if not listens:
+        yield {"user": USER, "password": secret}
+        return
+    file = os.memfd_create("tendril-session", os.MFD_CLOEXEC)
+    try:
+        os.write(file, f"{USER}:{secret}\n".encode())
+        yield {"dictionary_file": f"/proc/self/fd/{file}"}
+    finally:
+        os.close(file)
+
+
+def _access(listens: bool) -> dict[str, Any]:
+    asks, tells = ("ingress", "egress") if listens else ("egress", "ingress")
+    return {
+        "enabled": True,
+        "default_permission": "deny",
+        "rules": [_rule("asks", ASKS, asks), _rule("tells", TELLS, tells)],
+        "subjects": [{"id": "other end"} | ({"usernames": [USER]} if listens else {})],
+        "policies": [{"rules": ["asks", "tells"], "subjects": ["other end"]}],
+    }
+
+
+def _rule(name: str, messages: tuple[str, ...], flow: str) -> dict[str, Any]:
+    return {"id": name, "permission": "allow", "messages": messages, "flows": [flow], "key_exprs": [OURS]}
