@@ -4,6 +4,7 @@ import math
 
 from controller.kernels.compiled import kernel
 from controller.kernels.inverse import TOLERANCE, refine
+from controller.kernels.statics import static_tip
 
 
 @kernel
@@ -20,6 +21,19 @@ def walk(smap, p, row, u, every, steps, torques, distances):
         if distances[i] >= TOLERANCE and (i % every == 0 or distances[i - 1] < TOLERANCE):
             return i
     return p.shape[0]
+
+
+@kernel
+def settle(smap, p, torques, steps):
+    """Refine torques (n,2) [N m], each from itself, until they hold p (n,2) [m]; both in place.
+
+    A point that is out of the reach of its torques by TOLERANCE or more becomes the tip that they hold.
+    """
+    for i in range(p.shape[0]):
+        u1, u2, distance, _ = refine(smap, (p[i, 0], p[i, 1]), (torques[i, 0], torques[i, 1]), steps)
+        torques[i, 0], torques[i, 1] = u1, u2
+        if distance >= TOLERANCE:
+            p[i, 0], p[i, 1] = static_tip(smap, u1, u2)
 
 
 @kernel

@@ -24,8 +24,14 @@ def blended(smap: StaticMap, u_from: Array, u_to: Array, ticks: int) -> Array:
 
     Blended in u by a quintic, at rest at both ends: a blend in p would leave the reach (PHYSICS.md).
     """
+    return static_tips(smap, blended_torques(u_from, u_to, ticks))
+
+
+def blended_torques(u_from: Array, u_to: Array, ticks: int) -> Array:
+    """The torques (ticks, 2) [N m] that hold the tips of `blended`."""
     s = np.arange(ticks) / ticks
-    return static_tips(smap, u_from + (s**3 * (10.0 - 15.0 * s + 6.0 * s * s))[:, None] * (u_to - u_from))
+    found: Array = u_from + (s**3 * (10.0 - 15.0 * s + 6.0 * s * s))[:, None] * (u_to - u_from)
+    return found
 
 
 def branch(smap: StaticMap, p: Array) -> Array:

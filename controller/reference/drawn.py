@@ -72,6 +72,7 @@ def drawn(samples: Samples, actuator: Actuator, wish: Wish) -> tuple[Reference, 
         frequency=found.frequency,
         velocity_feedforward=on if wish.velocity_feedforward is None else wish.velocity_feedforward,
         axis_frequencies=found.axis_frequencies,
+        led=len(lead),
     ), path
 
 
@@ -80,7 +81,7 @@ def led(smap: StaticMap, p: Array, dt: float) -> tuple[Array, Carried]:
     if at_rest(smap, p[0]):
         return np.empty((0, 2)), projected(smap, leaving_rest(smap, p))
     path = projected(smap, p)
-    return approach(smap, path.u, round(APPROACH / dt)), path
+    return approach(smap, path.u[0], round(APPROACH / dt)), path
 
 
 def start_row(samples: Samples, wish: Wish, rows: int, dt: float) -> int | None:

@@ -76,6 +76,7 @@ def reference(name: str, actuator: Actuator, controller: ControllerParameters | 
         steps=tuple(start + round(i * STEP / controller.dt) for i in range(plan.steps)),
         frequency=plan.frequency,
         velocity_feedforward=plan.velocity_feedforward,
+        led=ticks,
     )
 
 

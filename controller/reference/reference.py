@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from controller.kernels.rod import Array
 
 
@@ -21,5 +23,11 @@ class Reference:
     """[Hz], of a periodic shape."""
     velocity_feedforward: bool = False
     """Whether K_FF is on: in all of Task 2 and for the circles of Task 3."""
+    led: int = 0
+    """Ticks of the approach from rest to where the path itself begins; it may wait or approach until `start`."""
+    u: Array | None = None
+    """(n, 2) torques [N m] that hold the points, where they are known."""
+    travel: np.ndarray | None = None
+    """(n,) of bool: rows that only lead to another pose of the arm, and are not judged; None: no row after `start`."""
     axis_frequencies: tuple[float, float] | None = None
     """[Hz] at which x and y swing, where that is not `frequency` for both, as in a Lissajous figure."""

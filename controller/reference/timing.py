@@ -1,32 +1,26 @@
 """When a drawn path is where: at constant speed, or as fast as limits of speed and acceleration allow."""
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from controller.errors import ParameterError
 from controller.kernels.rod import Array
+from controller.reference.bounds import Limits
 from controller.reference.shapes import along, lengths
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 APART = 1e-9
 """Points that are nearer to one another are one [m]."""
 
 
-class Limits(NamedTuple):
-    """What the tip may do along a path."""
-
-    speed: float
-    """[m/s]."""
-    acceleration: float
-    """Length of the vector, tangential and centripetal [m/s^2]."""
-
-
 class Ride(NamedTuple):
     """Speeds along a path; between two points v^2 is linear in s."""
 
-    path: CubicSpline
+    path: "CubicSpline"
     """Positions [m] by arc length."""
     s: Array
     """(m,) [m]."""
@@ -60,6 +54,8 @@ def fastest(path: Array, limits: Limits) -> Ride:
     path = path[np.concatenate([[True], np.linalg.norm(np.diff(path, axis=0), axis=1) > APART])]
     if len(path) < 2:
         raise ParameterError("points: all are one")
+    from scipy.interpolate import CubicSpline  # half a second, which a start of the server must not take
+
     s = lengths(path)
     spline = CubicSpline(s, path)
     v = profile(s, np.linalg.norm(spline(s, 2), axis=1), limits)

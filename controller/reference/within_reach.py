@@ -16,6 +16,8 @@ from controller.reference.reach import static_tips
 
 FAR = 3.0
 """A point further from the base than so many lengths is in other units."""
+LOOK = 1e-3
+"""Out of reach another branch is looked for once in so much of the path [m], or at every so many rows."""
 DT = ControllerParameters().dt
 """Period of a path's rows [s]."""
 JUST = 1e-9
@@ -26,9 +28,7 @@ class Carried(NamedTuple):
     """A path as the static inverse carries it from one pose on."""
 
     u: Array
-    """(2,) torques of the first point [N m]."""
-    u_end: Array
-    """(2,) torques of the last point [N m]."""
+    """(n, 2) torques that hold the points [N m]."""
     p: Array
     """(n, 2) [m], the path's own points where they are within reach, else the nearest."""
     distance: Array
@@ -96,10 +96,12 @@ def carried(smap: StaticMap, p: Array, begin: Array) -> Carried:
 
     Another is taken as the tick does (`kernels.inverse.invert`), but looked for among all seeds.
     """
+    length = float(np.hypot(*np.diff(p, axis=0).T).sum())
+    every = max(EVERY, int(len(p) * LOOK / length)) if length > LOOK else len(p)
     p = np.ascontiguousarray(p)  # one kind of array, so that the kernel is compiled once
     torques, distances, changes = np.empty_like(p), np.zeros(len(p)), []
     row, u = 0, (begin[0], begin[1])
-    while (row := walk(smap, p, row, u, EVERY, REFINE_STEPS, torques, distances)) < len(p):
+    while (row := walk(smap, p, row, u, every, REFINE_STEPS, torques, distances)) < len(p):
         v, other = nearest(smap, p[row])
         if other < TOLERANCE or other < distances[row] - MARGIN_NEARER:
             torques[row], distances[row] = v, other
@@ -108,7 +110,7 @@ def carried(smap: StaticMap, p: Array, begin: Array) -> Carried:
     out = distances >= TOLERANCE
     found = p.copy()
     found[out] = static_tips(smap, torques[out])
-    return Carried(begin, torques[-1], found, np.where(out, distances, 0.0), tuple(changes))
+    return Carried(torques, found, np.where(out, distances, 0.0), tuple(changes))
 
 
 def nearest(smap: StaticMap, p: Array) -> tuple[tuple[float, float], float]:

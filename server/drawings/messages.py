@@ -113,7 +113,7 @@ class DrawingPlan(Model):
     peak_speed: float
     """[m/s]."""
     peak_acceleration: float
-    """[m/s^2], over 20 ms: a corner at constant speed has a finite one."""
+    """[m/s^2], over 20 ms: a corner at constant speed has a finite one; from rest to rest."""
     t: list[float]
     """Times of the rows after the approach [s]."""
     points: list[tuple[float, float]]
@@ -122,12 +122,14 @@ class DrawingPlan(Model):
     """The same rows before the projection [m]."""
     inside: list[bool]
     """Whether the row is within reach."""
+    travel: list[bool]
+    """Whether the row only leads to another pose of the arm: it is not judged."""
     outside_share: float
     """Share of the time out of reach, 0..1."""
     reachable: bool
     """Whether it may run: within reach, or projected."""
     reason: str
-    """Why it may not run, or what is projected; "" where all of it is within reach."""
+    """Why it may not run, or what was projected, retimed or led round; "" where all is followed as it was asked."""
 
 
 class DrawingInfo(Model):

@@ -5,15 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from controller.kernels.rod import Array
 from controller.parameters import RigParameters, Settings
+from controller.reference.bounds import accelerations, speeds, standing
 from controller.reference.shapes import lengths
 from server.drawings.messages import DrawingBody, DrawingPlan
-from server.drawings.planned import Planned, plan
+from server.drawings.planned import plan
 from server.references import POINTS, points, times
-
-WINDOW = 0.02
-"""Time over which an acceleration is taken [s]."""
 
 Indices = np.ndarray[Any, np.dtype[np.intp]]
 
@@ -21,39 +18,23 @@ Indices = np.ndarray[Any, np.dtype[np.intp]]
 def drawing_plan(drawing: DrawingBody, rig: RigParameters, settings: Settings) -> DrawingPlan:
     """What would be followed. Raises ParameterError for what cannot be timed."""
     found, dt = plan(drawing, rig, settings), rig.controller.dt
-    p, out = found.path.p, found.path.distance > 0.0
-    rows = spread(len(p))
+    path, rows = found.path, spread(len(found.path.p))
+    out = path.distance > 0.0
     return DrawingPlan(
-        length=float(lengths(p)[-1]),
-        duration=(len(p) - 1) * dt,
+        length=float(lengths(path.p)[-1]),
+        duration=(len(path.p) - 1) * dt,
         approach=found.reference.start * dt,
-        peak_speed=float(np.diff(lengths(p)).max(initial=0.0)) / dt,
-        peak_acceleration=peak_acceleration(p, dt),
+        peak_speed=float(speeds(path.p, dt).max(initial=0.0)),
+        peak_acceleration=float(accelerations(standing(path.p, dt), dt).max(initial=0.0)),
         t=times(rows * dt),
-        points=points(p[rows]),
-        wished=points(found.wished[rows]),
+        points=points(path.p[rows]),
+        wished=points(path.wished[rows]),
         inside=(~out[rows]).tolist(),
+        travel=path.travel[rows].tolist(),
         outside_share=float(out.mean()),
         reachable=drawing.outside == "project" or not out.any(),
-        reason=reason(found, dt),
+        reason="; ".join(filter(None, [found.outside(), *path.said])),
     )
-
-
-def reason(found: Planned, dt: float) -> str:
-    """What there is to say of the reach; "" for nothing."""
-    said = [found.outside()] if found.outside() else []
-    if found.path.changes:
-        when = ", ".join(f"{row * dt:.3g}" for row in found.path.changes[:3])
-        more = " and more" if len(found.path.changes) > 3 else ""
-        said.append(f"at {when} s{more} it can only go on in another pose of the arm")
-    return "; ".join(said)
-
-
-def peak_acceleration(p: Array, dt: float) -> float:
-    """Largest |p(t + T) - 2 p(t) + p(t - T)| / T^2 [m/s^2] along rows p (n, 2) [m], T = 20 ms: corners are finite."""
-    apart = max(1, round(WINDOW / dt))
-    change = p[2 * apart :] - 2.0 * p[apart:-apart] + p[: -2 * apart]
-    return float(np.linalg.norm(change, axis=1).max(initial=0.0)) / (apart * dt) ** 2
 
 
 def spread(rows: int) -> Indices:

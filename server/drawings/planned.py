@@ -6,17 +6,22 @@ import numpy as np
 
 from controller.errors import ParameterError
 from controller.experiments.live_path import LIVE_PATH_FILE
+from controller.kernels.inverse import StaticMap
 from controller.kernels.rod import Array
 from controller.parameters import RigParameters, Settings
 from controller.reference import library
+from controller.reference.bounds import Limits
 from controller.reference.course import Course, course
-from controller.reference.drawn import Wish, drawn, led
+from controller.reference.drawn import resampled
+from controller.reference.from_rest import leaving_rest
 from controller.reference.path_file import read_samples
 from controller.reference.reference import Reference
 from controller.reference.shapes import lengths
 from controller.reference.smoothing import smoothed
-from controller.reference.timing import Limits, fastest, steady
-from controller.reference.within_reach import Carried
+from controller.reference.timing import fastest, steady
+from controller.reference.travel import travel
+from controller.reference.within_limits import Followed, within_limits
+from controller.reference.within_reach import at_rest
 from server.drawings.messages import DURATION_MAX, DURATION_MIN, DrawingBody, Duration, Fastest, Given, Speed, Wanted
 from server.references import TITLES, UnknownReference
 
@@ -32,10 +37,8 @@ ROUND = 1e-4
 class Planned:
     """A drawing on its way to the rig."""
 
-    wished: Array
-    """Rows (n, 2) [m] before the projection, without the approach."""
-    path: Carried
-    """The same rows within reach."""
+    path: Followed
+    """What is followed, without the approach."""
     reference: Reference
 
     def outside(self) -> str:
@@ -58,21 +61,48 @@ def planned(drawing: DrawingBody, rig: RigParameters, settings: Settings) -> Ref
 
 
 def plan(drawing: DrawingBody, rig: RigParameters, settings: Settings) -> Planned:
-    """What `drawing` becomes, whether or not it may leave the reach. Raises ParameterError as `path_of` does."""
-    dt = rig.controller.dt
-    wished = path_of(drawing, settings, dt)
-    lead, path = led(library.static_map(rig.actuator, rig.controller), wished, dt)
-    found = _course(drawing, path.p, dt)
+    """What `drawing` becomes within the limits of `settings`, whether or not it may leave the reach.
+
+    Raises ParameterError as `path_of` and `within_limits` do.
+    """
+    dt, limits = rig.controller.dt, operator_limits(rig, settings)
+    smap, wished = library.static_map(rig.actuator, rig.controller), path_of(drawing, settings, rig.controller.dt)
+    path, lead = led_within(smap, wished, limits, dt, drawing.timing.kind == "given")
+    _require_time((len(path.p) - 1) * dt, "within the limits of speed, acceleration and torque rate")
+    found = _course(drawing, path.p, dt) if not path.travel.any() else Course(0)
     reference = Reference(
         name=drawing.name,
-        p=np.vstack([lead, path.p]),
-        start=len(lead),
-        steps=tuple(len(lead) + row for row in found.steps),
-        frequency=found.frequency,
+        p=np.vstack([lead[0], path.p]),
+        start=len(lead[0]),
+        frequency=found.frequency if not found.steps else None,
         velocity_feedforward=True,  # K_FF is what the settings say
+        led=len(lead[0]),
+        u=np.vstack([lead[1], path.u]),
+        travel=np.concatenate([np.ones(len(lead[0]), bool), path.travel]),
         axis_frequencies=found.axis_frequencies,
     )
-    return Planned(wished, path, reference)
+    return Planned(path, reference)
+
+
+def rig_limits(rig: RigParameters) -> Limits:
+    """What the rig itself lets a planned reference do, which the paper's own references keep within."""
+    bounds = rig.controller
+    return Limits(bounds.reference_speed_max, bounds.reference_acceleration_max, bounds.torque_slew_max)
+
+
+def led_within(
+    smap: StaticMap, wished: Array, limits: Limits, dt: float, sampled: bool
+) -> tuple[Followed, tuple[Array, Array]]:
+    """The path `wished` (n, 2) [m] within reach and limits, and its approach from rest: none where it begins there."""
+    if at_rest(smap, wished[0]):
+        return within_limits(smap, leaving_rest(smap, wished), limits, dt, sampled), (np.empty((0, 2)),) * 2
+    path = within_limits(smap, wished, limits, dt, sampled)
+    return path, travel(smap, np.zeros(2), path.u[0], limits, dt, library.APPROACH)
+
+
+def operator_limits(rig: RigParameters, settings: Settings) -> Limits:
+    """What an operator lets the tip do, and the rig its torques."""
+    return Limits(settings.speed_max, settings.acceleration_max, rig.controller.torque_slew_max)
 
 
 def wanted(body: Wanted, rig: RigParameters, settings: Settings) -> Reference:
@@ -88,7 +118,22 @@ def named(name: str, rig: RigParameters) -> Reference:
         raise UnknownReference(f"reference = {name!r} is not one of {', '.join(TITLES)}")
     if name in library.PLANS:
         return library.reference(name, rig.actuator, rig.controller)
-    return drawn(read_samples(LIVE_PATH_FILE), rig.actuator, Wish(project=True, start=0.0))[0]
+    return _live_path(rig)
+
+
+def _live_path(rig: RigParameters) -> Reference:
+    """The recorded path, where this actuator reaches it, within the rig's own limits."""
+    dt, smap = rig.controller.dt, library.static_map(rig.actuator, rig.controller)
+    wished = resampled(read_samples(LIVE_PATH_FILE), dt)
+    path, lead = led_within(smap, wished, rig_limits(rig), dt, sampled=True)
+    return Reference(
+        name="live_path",
+        p=np.vstack([lead[0], path.p]),
+        start=len(lead[0]),
+        led=len(lead[0]),
+        u=np.vstack([lead[1], path.u]),
+        travel=np.concatenate([np.ones(len(lead[0]), bool), path.travel]),
+    )
 
 
 def path_of(drawing: DrawingBody, settings: Settings, dt: float) -> Array:

@@ -14,21 +14,24 @@ from controller.kernels.inverse import StaticMap
 from controller.kernels.rod import Array
 from controller.modes import Mode, Request
 from controller.parameters import RigParameters, Settings
-from controller.reference.approach import blended
+from controller.reference.approach import blended_torques
 from controller.reference.library import static_map
+from controller.reference.reach import static_tips
 from controller.reference.reference import Reference
 from server.drawings.messages import DURATION_MIN, DrawingBody, Duration, Preview, PreviewBody
 from server.drawings.plan import Indices, spread
 from server.drawings.planned import wanted
 from server.references import points, times
-from server.runs.laps import APPROACH, first_leg, lap_of
+from server.runs.laps import allowed_by, first_leg, lap_of
 from server.runs.tally import Tally
 from server.runs.tracker import LIVE
 
-FIELDS = ["slot", "mode", "cause", "request_cause", "saturated", "p_meas", "twin_backbone"]
+FIELDS = ["slot", "mode", "cause", "request_cause", "saturated", "p_ref", "p_meas", "twin_backbone"]
 """What is kept of a row: minutes of whole ones are hundreds of megabytes."""
 PIECE = 10_000
 """Ticks from one look at the mode to the next."""
+WAY = 2000
+"""Ticks in which the twin comes to where the rig stands."""
 SETTLE = 2000
 """Ticks for which the twin stands where the rig does, before the run."""
 AT_REST = 1e-3
@@ -44,16 +47,18 @@ def predicted(body: PreviewBody, rig: RigParameters, settings: Settings, u: Arra
     """
     begin = time.perf_counter()
     smap = static_map(rig.actuator, rig.controller)
-    lap = lap_of(wanted(body, rig, settings), rig, body.laps)
+    allowed = allowed_by(rig, settings, drawn=body.drawing is not None)
+    lap = lap_of(wanted(body, rig, settings), rig, body.laps, allowed)
     leg = first_leg(smap, lap, body.laps, u)
     before = way_to(smap, u)
-    _require_room(len(before) + leg.ticks, body.laps, rig.controller.dt)
-    p_ref = np.vstack([leg.p, *[lap.p] * (body.laps - 1)])[: leg.ticks]
-    rows = foreseen(rig, Reference(lap.name, np.vstack([before, p_ref]), 0), settings)[len(before) :]
+    _require_room(len(before[0]) + leg.ticks, body.laps, rig.controller.dt)
+    row, first = leg.row(np.arange(leg.ticks)), len(before[0])
+    p, u = np.vstack([before[0], leg.p[row]]), np.vstack([before[1], leg.u[row]])
+    rows = foreseen(rig, Reference(lap.name, p, 0, u=u), settings)[first:]
     broken = broken_off(rows, lap.name)
     rows = rows[rows["mode"] == Mode.TRACK]
     tally = Tally(lap.frequency)
-    tally.add(p_ref[leg.again : len(rows)], rows[leg.again :])
+    tally.add(rows[~leg.travel[row[: len(rows)]]])
     figures, shown = tally.figures(), spread(len(rows))
     return Preview(
         t=times(shown * rig.controller.dt),
@@ -81,11 +86,12 @@ def standing(newest: Rows | None) -> Array:
     return found
 
 
-def way_to(smap: StaticMap, u: Array) -> Array:
+def way_to(smap: StaticMap, u: Array) -> tuple[Array, Array]:
     """Rows (n, 2) [m] from rest to where the torques u (2,) [N m] hold the tip, and standing there; none for u = 0."""
     if not u.any():
-        return np.empty((0, 2))
-    return np.vstack([blended(smap, np.zeros(2), u, APPROACH), blended(smap, u, u, SETTLE)])
+        return np.empty((0, 2)), np.empty((0, 2))
+    torques = np.vstack([blended_torques(np.zeros(2), u, WAY), np.tile(u, (SETTLE, 1))])
+    return static_tips(smap, torques), torques
 
 
 def foreseen(rig: RigParameters, reference: Reference, settings: Settings) -> Rows:

@@ -1,5 +1,6 @@
 """Saved drawings: one JSON file each."""
 
+import logging
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -8,11 +9,15 @@ from pydantic import TypeAdapter, ValidationError
 
 from controller.errors import TendrilError
 from controller.reference.shapes import lengths
-from controller.whole_file import write_whole
+from controller.whole_file import read_whole, set_aside, write_whole
 from server.drawings.messages import DrawingBody, DrawingInfo, DrawingName, Duration, Given, Speed
 from server.references import UnknownReference
 
 _NAME: TypeAdapter[str] = TypeAdapter(DrawingName)
+TOLD_MAX = 20
+"""Odd files that the log names."""
+
+log = logging.getLogger(__name__)
 
 
 class UnknownDrawing(UnknownReference):
@@ -24,6 +29,7 @@ class Drawings:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
+        self._told: set[str] = set()
 
     def listed(self) -> list[DrawingInfo]:
         """All that can be read, the last saved first."""
@@ -31,15 +37,15 @@ class Drawings:
         for path in self._folder.glob("*.json"):
             try:
                 found.append(_info(self.read(path.stem), path))
-            except (UnknownDrawing, FileNotFoundError):
-                continue  # damaged, not ours, or deleted meanwhile
+            except (UnknownDrawing, OSError) as error:  # damaged, not ours, or deleted meanwhile
+                self._leave_out(path, error)
         return sorted(found, key=lambda info: info.saved, reverse=True)
 
     def read(self, name: str) -> DrawingBody:
         """The drawing `name`. Raises UnknownDrawing."""
         path = self._path(name)
         try:
-            return DrawingBody.model_validate_json(path.read_bytes()).model_copy(update={"name": name})
+            return DrawingBody.model_validate_json(read_whole(path)).model_copy(update={"name": name})
         except OSError as error:
             raise _unknown(name) from error
         except ValidationError as error:
@@ -52,6 +58,8 @@ class Drawings:
         path = self._path(drawing.name)
         try:
             self._folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+            if path.is_dir():
+                set_aside(path)
             write_whole(path, drawing.model_dump_json())
         except OSError as error:
             raise TendrilError(f"{drawing.name} cannot be saved: {error.strerror}") from error
@@ -63,6 +71,12 @@ class Drawings:
             self._path(name).unlink()
         except OSError as error:
             raise _unknown(name) from error
+
+    def _leave_out(self, path: Path, why: Exception) -> None:
+        """Say once in the log what is no drawing; the folder may hold any number of such."""
+        if path.name not in self._told and len(self._told) < TOLD_MAX:
+            self._told.add(path.name)
+            log.warning("%s is left out of the drawings: %s", path, why)
 
     def _path(self, name: str) -> Path:
         """File of a name; whatever is no name has none."""

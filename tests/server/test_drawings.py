@@ -48,7 +48,7 @@ def test_a_square_is_as_long_and_as_fast_as_asked() -> None:
     found = drawing_plan(drawing(points=SQUARE), RIG, LIVE)
     assert found.length == pytest.approx(0.08)
     assert found.duration == pytest.approx(4.0)
-    assert found.approach == 2.0
+    assert found.approach > 2.0, "at 200 mm/s the arm takes longer to its first point"
     assert found.peak_speed == pytest.approx(0.02, rel=1e-3)
     assert found.peak_acceleration == pytest.approx(math.sqrt(2.0) * 0.02 / 0.02, rel=0.02), "a right angle in 20 ms"
     assert (found.reachable, found.reason, found.outside_share) == (True, "", 0.0)
@@ -81,7 +81,7 @@ def test_what_leaves_the_reach_is_projected_or_refused_as_asked() -> None:
     assert found.reachable
     assert "out of reach" in found.reason
     wished, points, inside = np.array(found.wished), np.array(found.points), np.array(found.inside)
-    assert wished[inside] == pytest.approx(points[inside])
+    assert wished[inside] == pytest.approx(points[inside], abs=1e-4)
     assert (np.linalg.norm(wished - points, axis=1)[~inside] > 5e-5).all()
     assert not drawing_plan(drawing(points=far, outside="refuse"), RIG, LIVE).reachable
     with pytest.raises(ParameterError, match=r"outside = refuse: star: .* out of reach"):
@@ -124,10 +124,10 @@ def test_the_preview_is_what_the_twin_does() -> None:
     found = predicted(PreviewBody(drawing=drawing()), RIG, LIVE, REST)
     assert found.broken_off == ""
     assert found.rmse == pytest.approx(error(RIG), rel=1e-9)
-    assert found.t[found.start] == pytest.approx(2.0, abs=0.01)
+    assert found.t[found.start] == pytest.approx(planned(drawing(), RIG, LIVE).start * 1e-3, abs=0.01)
     assert found.rmse < (found.max_error or 0.0) < 0.03
-    twice = predicted(PreviewBody(drawing=drawing(), laps=2), RIG, LIVE, REST)
-    assert twice.t[-1] - 2.0 == pytest.approx(2.0 * (found.t[-1] - 2.0), rel=1e-3)
+    twice, begin = predicted(PreviewBody(drawing=drawing(), laps=2), RIG, LIVE, REST), found.t[found.start]
+    assert twice.t[-1] - begin == pytest.approx(2.0 * (found.t[-1] - begin), rel=1e-3)
 
 
 def test_the_preview_begins_where_the_rig_stands() -> None:
@@ -140,7 +140,8 @@ def test_the_preview_begins_where_the_rig_stands() -> None:
     assert static_tips(smap, standing(row)) == pytest.approx(STAR[0], abs=1e-4)
     here, rest = (predicted(PreviewBody(drawing=drawing()), RIG, LIVE, u) for u in (standing(row), REST))
     assert here.points[0] == pytest.approx(STAR[0], abs=5e-3)
-    assert (here.t, here.start) == (rest.t, rest.start)
+    assert here.t[here.start] == pytest.approx(2.0, abs=0.01), "the least time of an approach"
+    assert here.t[-1] - here.t[here.start] == pytest.approx(rest.t[-1] - rest.t[rest.start], abs=0.02)
     assert here.rmse is not None and rest.rmse is not None and here.rmse < 0.9 * rest.rmse, (
         "there is no swing left from the approach"
     )
@@ -158,7 +159,9 @@ def test_the_prediction_holds_on_a_plant_that_is_stiffer_and_later() -> None:
 def test_a_run_that_would_be_broken_off_says_when_and_why() -> None:
     wild = LIVE.model_copy(update={"K_P": (5.0, 5.0), "K_I": (20.0, 20.0)})
     found = predicted(PreviewBody(reference="circle_1hz", laps=3), RIG, wild, REST)
-    assert re.fullmatch(r"circle_1hz: (FAULT|E_STOP) \(\w+\) after \d+\.\d+ s, instead of to the end", found.broken_off)
+    assert re.fullmatch(
+        r"circle_1hz: (REST|FAULT|E_STOP) \(\w+\) after \d+\.\d+ s, instead of to the end", found.broken_off
+    )
     assert (found.rmse, found.max_error, found.lag_deg_x) == (None, None, None)
     assert found.t[-1] < 23.0
     assert any(found.saturated)

@@ -1,0 +1,69 @@
+"""The rig's own bounds on a planned reference, whichever server sends it."""
+
+import numpy as np
+
+from controller.errors import ParameterError
+from controller.kernels.inverse import TOLERANCE
+from controller.kernels.memory import Control
+from controller.kernels.rod import Array
+from controller.link import PlannedRows
+from controller.parameters import ControllerParameters
+from controller.reference.approach import follow
+from controller.reference.bounds import Limits, place, stretches, worst
+from controller.reference.reach import static_tips
+
+COORDINATE_MAX = 2.0
+"""[m]"""
+OFF_MAX = 10.0 * TOLERANCE
+"""So far from its point may the tip be that a row's torques hold [m]."""
+ADMISSIBLE = 1e-6
+"""Share by which rounding may exceed an admissible torque."""
+
+
+def require_sound(rows: PlannedRows, room: int) -> None:
+    """ParameterError with field, place, value and bound for rows that are not a reference at all."""
+    points, count = rows.points, len(rows.points)
+    if not 0 < count <= room:
+        raise ParameterError(f"reference of {count} points is outside [1, {room}]")
+    far = np.flatnonzero(~(np.abs(points) <= COORDINATE_MAX).all(axis=1))
+    if far.size:
+        raise ParameterError(
+            f"points[{far[0]}] = ({points[far[0], 0]:g}, {points[far[0], 1]:g}): the reference holds a coordinate "
+            f"outside [-{COORDINATE_MAX}, {COORDINATE_MAX}] m"
+        )
+    if not 0 <= rows.again < count or rows.ticks is None or rows.ticks < 1:
+        raise ParameterError(f"reference of {count} points cannot go on at {rows.again} for {rows.ticks} ticks")
+
+
+def require_followable(rows: PlannedRows, u: Array, control: Control, bounds: ControllerParameters) -> None:
+    """ParameterError with field, place, value and bound for rows that the arm cannot follow within the rig's `bounds`.
+
+    Rows without torques are followed from the torques u (2,) [N m] at which the rig is. Of what declares steps only the
+    torques are judged.
+    """
+    torques = rows.torques
+    if torques is not None:
+        _require_held(rows.points, torques, control)
+    if rows.steps:
+        return
+    torques = follow(control.smap, rows.points, u)[0] if torques is None else torques
+    limits = Limits(bounds.reference_speed_max, bounds.reference_acceleration_max, bounds.torque_slew_max)
+    for row in stretches(len(rows.points), rows.again, rows.ticks or len(rows.points), bounds.dt):
+        if found := worst(rows.points[row], torques[row], limits, bounds.dt):
+            at = int(row[found.row])
+            raise ParameterError(f"points[{at}], {place(rows.points, at, bounds.dt)}: {found}, the rig's bound")
+
+
+def _require_held(p: Array, u: Array, control: Control) -> None:
+    polygon = control.smap.polygon
+    over = np.abs(u @ polygon.normals.T) > polygon.bounds * (1.0 + ADMISSIBLE)
+    bad = np.flatnonzero(over.any(axis=1) | ~np.isfinite(u).all(axis=1))
+    if bad.size:
+        raise ParameterError(f"torques[{bad[0]}] = ({u[bad[0], 0]:g}, {u[bad[0], 1]:g}) N m is not admissible")
+    off = np.hypot(*(static_tips(control.smap, u) - p).T)
+    worst_row = int(off.argmax())
+    if off[worst_row] > OFF_MAX:
+        raise ParameterError(
+            f"torques[{worst_row}] hold the tip {1e3 * off[worst_row]:.3g} mm from points[{worst_row}], "
+            f"more than {1e3 * OFF_MAX:g} mm"
+        )
