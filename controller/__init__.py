@@ -4,9 +4,13 @@ numba keys its cache on one file only: a changed callee in another file would le
 is named by a hash of every source that is compiled, and it must be set before a kernel is declared, hence here.
 """
 
+import atexit
+import contextlib
 import hashlib
 import os
+import shutil
 import sys
+import tempfile
 from importlib.metadata import version
 from pathlib import Path
 
@@ -29,9 +33,24 @@ def _cache_folder() -> str:
     digest = hashlib.sha256(b"".join(path.read_bytes() for path in compiled_sources()))
     digest.update(f"{version('numba')} {version('numpy')}".encode())
     root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return str(Path(root, "tendril", "numba", digest.hexdigest()[:16]))
+    return _writable(Path(root, "tendril", "numba", digest.hexdigest()[:16]))
 
 
-os.environ.setdefault("NUMBA_CACHE_DIR", _cache_folder())
+def _writable(folder: Path) -> str:
+    """`folder`; where it takes nothing, a copy of it for this process alone: numba refuses to read such a one."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+        return str(folder)
+    except OSError:
+        copy = tempfile.mkdtemp(prefix="tendril-numba-")
+        atexit.register(shutil.rmtree, copy, ignore_errors=True)
+        with contextlib.suppress(OSError, shutil.Error):
+            shutil.copytree(folder, copy, dirs_exist_ok=True)
+        return copy
+
+
+if "NUMBA_CACHE_DIR" not in os.environ:
+    os.environ["NUMBA_CACHE_DIR"] = _cache_folder()
 if "numba" in sys.modules:  # it read the environment when it was imported
     sys.modules["numba"].config.reload_config()

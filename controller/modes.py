@@ -80,6 +80,12 @@ class Cause(IntEnum):
     PRESSURE_MISMATCH = 19
     """The chambers do not follow their setpoints: sensor, valve or supply."""
     TOO_FAST = 20
+    OSCILLATION = 21
+    """The feedback makes the tip swing fast, by more than the reference explains."""
+    TRACKING_RMS = 22
+    """The tracking error swings widely."""
+    RESIDUAL = 23
+    """The observer is far from the markers that it uses."""
 
 
 class Freeze(IntEnum):

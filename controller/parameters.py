@@ -84,7 +84,11 @@ class ControllerParameters(Model):
     rest_rate: Annotated[float, Bounds(gt=0.0, le=1.0), Q("N m/s", "u_dot_rest")] = 0.03
     """Rate at which u is brought to zero in REST and FAULT (ours)."""
     torque_slew_max: Annotated[float, Bounds(gt=0.0, le=100.0), Q("N m/s")] = 5.0
-    """Bound on the rate of u in HOLD and FOLLOW, feedback and all (ours); a planned reference may step."""
+    """Bound on the rate of u in HOLD and FOLLOW, feedback and all (ours), and of what holds a planned reference."""
+    reference_speed_max: Annotated[float, Bounds(gt=0.0, le=100.0), Q("m/s")] = 1.0
+    """No planned reference that does not declare steps is faster, whoever plans it (ours: what settings may allow)."""
+    reference_acceleration_max: Annotated[float, Bounds(gt=0.0, le=1000.0), Q("m/s^2")] = 25.0
+    """The same for its acceleration over 20 ms (ours: the paper's 2 Hz circle sets in at once, with 19 m/s^2)."""
 
 
 class SafetyLimits(Model):
@@ -100,6 +104,18 @@ class SafetyLimits(Model):
     loop_gap: Annotated[float, Bounds(gt=0.0, le=1.0), Q("s")] = 0.05
     error_max: Annotated[float, Bounds(gt=0.0, le=1.0), Q("m")] = 0.08
     error_time: Annotated[float, Bounds(gt=0.0, le=60.0), Q("s")] = 2.0
+    error_rms_max: Annotated[float, Bounds(gt=0.0, le=1.0), Q("m")] = 0.12
+    """About its mean: a constant error is that of `error_max`."""
+    error_rms_time: Annotated[float, Bounds(ge=0.1, le=60.0), Q("s")] = 1.0
+    """Window of the mean and of the mean square."""
+    swing_max: Annotated[float, Bounds(gt=0.0, le=1.0), Q("m")] = 0.025
+    """Of the error, while the reference stands still: an amplitude of 35 mm."""
+    swing_time: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.3
+    """A tick counts as many times as the mean square is beyond its bound: a wide swing is stopped sooner."""
+    swing_ratio: Annotated[float, Bounds(ge=0.0, le=100.0), Q("1")] = 2.0
+    """As much more is allowed for each metre by which the reference itself swings (root of the sum of squares)."""
+    residual_max: Annotated[float, Bounds(gt=0.0, le=1.0), Q("m")] = 0.04
+    residual_time: Annotated[float, Bounds(gt=0.0, le=60.0), Q("s")] = 1.0
     jump_max: Annotated[float, Bounds(gt=0.0, le=1.0), Q("m")] = 0.03
     """A marker that leaves its own course, and the model's, by more than this between two samples is not used."""
     jump_speed: Annotated[float, Bounds(ge=0.0, le=10.0), Q("m/s")] = 0.5

@@ -43,7 +43,8 @@ def _bounds(dog: Watchdog) -> str:
 
 
 def _value(name: str) -> str:
-    return f"{SafetyLimits.model_fields[name].default:g} {quantity(SafetyLimits, name).unit}"
+    unit = quantity(SafetyLimits, name).unit
+    return f"{SafetyLimits.model_fields[name].default:g}" + (f" {unit}" if unit != "1" else "")
 
 
 def _modes(dog: Watchdog) -> str:

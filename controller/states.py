@@ -29,6 +29,10 @@ DRIVEN = (*LIVE, REST, FAULT)
 """Chambers may hold pressure."""
 
 
+KEPT = (Cause.OSCILLATION, Cause.TRACKING_RMS)
+"""Where REST ends, VENTED keeps these causes: armed again with the same gains, the same would happen."""
+
+
 def next_mode(mode: Mode, request: Request) -> Mode | None:
     """Mode after `request` in `mode`; None: refused."""
     return {Request.NONE: mode, **TRANSITIONS[mode], Request.E_STOP: E_STOP}.get(request)
@@ -47,10 +51,13 @@ class Watch(IntEnum):
     MARKERS_JUMPED = 7
     MARKERS_FROZEN = 8
     ERROR = 9
-    SPEED = 10
-    FLOW = 11
-    NUMBERS = 12
-    PRESSURE = 13
+    ERROR_RMS = 10
+    OSCILLATION = 11
+    RESIDUAL = 12
+    SPEED = 13
+    FLOW = 14
+    NUMBERS = 15
+    PRESSURE = 16
 
 
 @dataclass(frozen=True)
@@ -106,6 +113,28 @@ WATCHDOGS: dict[Watch, Watchdog] = {
         LIVE,
         FAULT,
         Cause.TRACKING_ERROR,
+    ),
+    Watch.ERROR_RMS: Watchdog(
+        "rms of the tracking error about its mean, both over a window, in closed loop",
+        ("error_rms_max", "error_rms_time"),
+        LIVE,
+        REST,
+        Cause.TRACKING_RMS,
+    ),
+    Watch.OSCILLATION: Watchdog(
+        "time for which the tracking error swings faster than 1.6 Hz by more (rms) than its limit and its ratio to the "
+        "swing of the reference (root of both squares' sum), in closed loop; time below counts back",
+        ("swing_time", "swing_max", "swing_ratio"),
+        LIVE,
+        REST,
+        Cause.OSCILLATION,
+    ),
+    Watch.RESIDUAL: Watchdog(
+        "time with used markers further (rms) from the observer than the limit; time below counts back",
+        ("residual_time", "residual_max"),
+        LIVE,
+        FAULT,
+        Cause.RESIDUAL,
     ),
     Watch.SPEED: Watchdog("speed of the observer's last rod", ("speed_max",), DRIVEN, E_STOP, Cause.TOO_FAST),
     Watch.FLOW: Watchdog(

@@ -7,6 +7,10 @@ the compiler fuse a product and a sum, and nothing else: sums keep their order.
 
 from numba import njit
 
+from controller import kernel_cache
+
+kernel_cache.use()
+
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract"}, "_nrt": False}
 
 kernel = njit(**OPTIONS)

@@ -6,6 +6,7 @@ from controller.kernels.compiled import kernel
 from controller.kernels.feedforward import OPEN_LOOP, towards
 from controller.kernels.inverse import way_down
 from controller.kernels.observer import TIP
+from controller.kernels.oscillation import note_tracking
 from controller.kernels.polygon import nearest_admissible
 from controller.kernels.safety import E_STOP, FOLLOW, HOLD, NUMBERS, TRACK, is_live, react
 from controller.kernels.statics import sensitivity
@@ -38,7 +39,7 @@ def feed_back(control, settings, telemetry):
     let_go(state, g_1, g_2, live, switched, math.exp(-control.dt / BUMP_TIME))
     if not live or settings.law == FF or settings.law == FF_P:
         state.integral[0] = state.integral[1] = 0.0
-    watch_off_time(control, telemetry.error, closed)
+    note_tracking(control, telemetry.error, closed)
 
 
 @kernel
@@ -114,18 +115,6 @@ def scheme_changed(state, settings, how):
         changed |= settings.K_FF[j] != state.gains[4 + j]
         state.gains[j], state.gains[2 + j], state.gains[4 + j] = settings.K_P[j], settings.K_I[j], settings.K_FF[j]
     return changed
-
-
-@kernel
-def watch_off_time(control, error, closed):
-    """Count the time for which a closed loop is off by more than the limit; out of reach, off the nearest point in it.
-
-    Time within the limit counts back: a loop that swings through its reference is off most of the time, not always.
-    """
-    state = control.state[0]
-    off = math.hypot(error[0], error[1]) > control.limits[0].error_max
-    change = control.dt if off else -control.dt
-    state.off_time = max(0.0, state.off_time + change) if closed else 0.0
 
 
 @kernel

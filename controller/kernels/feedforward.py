@@ -33,13 +33,15 @@ def feed_forward(control, settings, due):
 def solve(control, settings):
     """One update of the static inverse of the wish, warm-started on the present branch.
 
-    Where the branch ends short of the wish, a blend to the goal's branch begins. In FOLLOW the rate of u_ff is limited:
+    A planned row that names its torques is solved from those. Where the branch ends short of the wish, a blend to the
+    goal's branch begins. In FOLLOW the rate of u_ff is limited:
     near a fold the inverse moves infinitely faster than the wish.
     """
     state = control.state[0]
-    u1, u2, distance, settled = refine(
-        control.smap, (state.wish[0], state.wish[1]), (state.u_ff[0], state.u_ff[1]), REFINE_STEPS
-    )
+    begin = (state.u_ff[0], state.u_ff[1])
+    if state.mode == TRACK and state.guided:
+        begin = (state.u_goal[0], state.u_goal[1])
+    u1, u2, distance, settled = refine(control.smap, (state.wish[0], state.wish[1]), begin, REFINE_STEPS)
     step = control.controller[0].torque_rate_max * max(settings.feedforward_period, control.dt)
     if state.mode == TRACK:
         step = math.inf

@@ -3,7 +3,7 @@
 import math
 
 from controller.kernels.compiled import kernel
-from controller.kernels.inverse import TOLERANCE, invert
+from controller.kernels.inverse import REFINE_STEPS, TOLERANCE, invert, refine
 from controller.kernels.safety import FOLLOW, HOLD, TRACK, move
 from controller.kernels.statics import static_tip
 from controller.modes import Cause
@@ -45,11 +45,18 @@ def aim(control, x, y):
     state = control.state[0]
     search = state.tick % SEARCH_EVERY == 0
     u1, u2, distance = invert(control.smap, (x, y), (state.u_goal[0], state.u_goal[1]), search)
-    state.u_goal[0], state.u_goal[1] = u1, u2
-    state.reachable = distance < TOLERANCE
+    place(control, (x, y), (u1, u2, distance))
+
+
+@kernel
+def place(control, target, found):
+    """Take over u_goal and the distance [m] that it leaves to `target` (x, y) [m]; p_goal is where they lead."""
+    state = control.state[0]
+    state.u_goal[0], state.u_goal[1] = found[0], found[1]
+    state.reachable = found[2] < TOLERANCE
     if not state.reachable:
-        x, y = static_tip(control.smap, u1, u2)
-    state.p_goal[0], state.p_goal[1] = x, y
+        target = static_tip(control.smap, found[0], found[1])
+    state.p_goal[0], state.p_goal[1] = target
 
 
 @kernel
@@ -100,13 +107,23 @@ def limit_motion(p, v, goal, limits, dt):
 
 @kernel
 def track(control):
-    """Take the next row of the planned reference, which may repeat; after as many as are to be followed, HOLD."""
+    """Take the next row of the planned reference, which may repeat; after as many as are to be followed, HOLD.
+
+    A row may name the torques that hold it, and is followed in that pose of the arm; else in that of the row before.
+    """
     state, plan = control.state[0], control.plan[0]
     if state.followed >= plan.ticks:
         move(state, HOLD, REFERENCE_DONE)
         anchor(state)
         return
-    aim(control, control.reference[state.index, 0], control.reference[state.index, 1])
+    x, y = control.reference[state.index, 0], control.reference[state.index, 1]
+    u1, u2 = control.guide[state.index, 0], control.guide[state.index, 1]
+    state.guided = math.isfinite(u1) and math.isfinite(u2)
+    if state.guided:
+        u1, u2, distance, _ = refine(control.smap, (x, y), (u1, u2), REFINE_STEPS)
+        place(control, (x, y), (u1, u2, distance))
+    else:
+        aim(control, x, y)
     state.followed += 1
     state.index += 1
     if state.index == plan.rows:

@@ -32,9 +32,20 @@ STATE = np.dtype(
         ("moved_ns", "<i8"),  # capture time of the last sample in which a marker was not where it was before
         ("u_moved", "<f8", (2,)),  # torque on the model at that time [N m]
         ("off_time", "<f8"),  # time with the tracking error above its limit, less that below it [s]
+        ("error_slow", "<f8", (2,)),  # mean of the error over a short window: what is left swings [m]
+        ("ref_slow", "<f8", (2,)),  # the same of the reference
+        ("swing", "<f8"),  # windowed mean square of the error's swing [m^2]
+        ("swing_ref", "<f8"),  # the same of the reference's
+        ("swing_held", "<f8"),  # the most that this was lately
+        ("swing_off", "<f8"),  # time with the error's swing above its limit, less that below it [s]
+        ("error_mean", "<f8", (2,)),  # mean of the error over the window of its rms [m]
+        ("error_square", "<f8"),  # mean square of the error over it [m^2]
+        ("error_first", "<f8"),  # square of the error when the loop was closed, as far as it still counts in it [m^2]
+        ("residual_off", "<f8"),  # time with the residual above its limit, less that below it [s]
         ("pressure_off", "<f8"),  # the same for the pressures' distance from the model [s]
         ("index", "<i8"),  # next row of the planned reference
         ("followed", "<i8"),  # rows of it taken so far
+        ("guided", "<i8"),  # the row in force names its torques
         ("reachable", "<i8"),  # the goal is in reach
         ("reached", "<i8"),  # the static tip of u_ff is at the wish
         ("blending", "<i8"),  # u_ff is on its way to another branch
@@ -87,6 +98,8 @@ class Control(NamedTuple):
     """The observer's velocity (3,N)."""
     reference: Array
     """Planned reference for TRACK (rows,2) [m], one row a tick."""
+    guide: Array
+    """Torques (rows,2) [N m] that hold the tip at the rows of `reference`; nan where the tick is to find them."""
     plan: np.ndarray
     """PLAN, one record; like the reference written only while the rig is not in TRACK."""
     state: np.ndarray

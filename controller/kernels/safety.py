@@ -9,7 +9,7 @@ import numpy as np
 
 from controller.kernels.compiled import kernel
 from controller.modes import Cause, Mode, Request
-from controller.states import DRIVEN, LIVE, MOVING, WATCHDOGS, Watch, next_mode
+from controller.states import DRIVEN, KEPT, LIVE, MOVING, WATCHDOGS, Watch, next_mode
 
 VENTED, HOLD, FOLLOW, TRACK, REST, FAULT, E_STOP = (int(mode) for mode in Mode)
 REFUSED = -1
@@ -20,8 +20,8 @@ def _refusable(mode: Mode, request: Request) -> int:
     return REFUSED if wanted is None else int(wanted)
 
 
-def _bits(modes: tuple[Mode, ...]) -> int:
-    return sum(1 << mode for mode in modes)
+def _bits(members: tuple[Mode, ...] | tuple[Cause, ...]) -> int:
+    return sum(1 << member for member in members)
 
 
 TRANSITIONS = np.array([[_refusable(mode, request) for request in Request] for mode in Mode])
@@ -29,12 +29,13 @@ TRANSITIONS = np.array([[_refusable(mode, request) for request in Request] for m
 WATCHED_IN = np.array([_bits(WATCHDOGS[watch].modes) for watch in Watch])
 REACTION = np.array([int(WATCHDOGS[watch].reaction) for watch in Watch])
 CAUSE = np.array([int(WATCHDOGS[watch].cause) for watch in Watch])
-LIVE_BITS, MOVING_BITS, DRIVEN_BITS = _bits(LIVE), _bits(MOVING), _bits(DRIVEN)
+LIVE_BITS, MOVING_BITS, DRIVEN_BITS, KEPT_BITS = _bits(LIVE), _bits(MOVING), _bits(DRIVEN), _bits(KEPT)
 
 LOOP, OPERATOR_SIGN, SERVER_SILENT, SERVER_GONE = (int(watch) for watch in list(Watch)[:4])
 PUMP_SILENT, PUMP_GONE = int(Watch.PUMP_SILENT), int(Watch.PUMP_GONE)
 MARKERS_LOST, MARKERS_JUMPED = int(Watch.MARKERS_LOST), int(Watch.MARKERS_JUMPED)
-MARKERS_FROZEN, ERROR, SPEED = int(Watch.MARKERS_FROZEN), int(Watch.ERROR), int(Watch.SPEED)
+MARKERS_FROZEN, ERROR, ERROR_RMS = int(Watch.MARKERS_FROZEN), int(Watch.ERROR), int(Watch.ERROR_RMS)
+OSCILLATION, RESIDUAL, SPEED = int(Watch.OSCILLATION), int(Watch.RESIDUAL), int(Watch.SPEED)
 FLOW, NUMBERS, PRESSURE = int(Watch.FLOW), int(Watch.NUMBERS), int(Watch.PRESSURE)
 
 ASK_CLEAR, ASK_E_STOP = int(Request.CLEAR), int(Request.E_STOP)
@@ -62,12 +63,14 @@ def supervise(control, t_ns, command, status, measurement, u_hat):
     watch_markers(state, limits, silence(state, state.seen_ns, t_ns))
     watch_frozen(state, limits, u_hat)
     watch_error(state, limits)
+    watch_oscillation(state, limits)
+    watch_residual(state, limits)
     watch_speed(state, limits, control.v)
     watch_flow(control, measurement, u_hat)
     watch_numbers(control, command)
     watch_pressure(state, limits, measurement)
     if state.mode == REST and state.u[0] == 0.0 and state.u[1] == 0.0:
-        move(state, VENTED, RESTED)
+        move(state, VENTED, state.cause if KEPT_BITS >> state.cause & 1 else RESTED)
     state.entered = state.mode != before
     state.last_ns = t_ns
 
@@ -191,6 +194,29 @@ def watch_error(state, limits):
     """Tracking error above its limit for its time, in closed loop with the target in reach: FAULT."""
     if state.off_time > limits.error_time:
         react(state, ERROR)
+
+
+@kernel
+def watch_oscillation(state, limits):
+    """The error swings widely, or fast and by more than the reference's own motion explains: REST.
+
+    HOLD would be no remedy: it keeps on the feedback that makes the arm whip. Chambers that do not follow make it
+    swing, too: that is left to their own watchdog.
+    """
+    if state.pressure_off > 0.0:
+        return
+    mean_x, mean_y = state.error_mean
+    if state.error_square - mean_x * mean_x - mean_y * mean_y > limits.error_rms_max**2 + state.error_first:
+        react(state, ERROR_RMS)
+    if state.swing_off > limits.swing_time:
+        react(state, OSCILLATION)
+
+
+@kernel
+def watch_residual(state, limits):
+    """The observer is off the markers by more than its limit for its time: FAULT."""
+    if state.residual_off > limits.residual_time:
+        react(state, RESIDUAL)
 
 
 @kernel

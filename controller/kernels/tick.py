@@ -6,6 +6,7 @@ from controller.kernels.feedforward import feed_forward
 from controller.kernels.follow import refer
 from controller.kernels.memory import Rig as Rig
 from controller.kernels.observer import observe
+from controller.kernels.oscillation import note_residual
 from controller.kernels.report import report_command, report_estimate, report_loop
 from controller.kernels.safety import supervise
 from controller.kernels.sensing import sense
@@ -25,6 +26,7 @@ def tick(rig, t_ns, command, measurement, status, telemetry):
     sense(control, sensing, observer, t_ns, settings, measurement)
     observe(state, observer, sensing, settings, periods)
     report_estimate(control, observer, sensing, t_ns, measurement, telemetry)
+    note_residual(control, telemetry.residual)
     supervise(control, t_ns, command, status, measurement, observer.u_hat)
     due = feedforward_due(control, settings)
     refer(control, command, due)

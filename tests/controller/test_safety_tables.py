@@ -11,7 +11,7 @@ from controller.kernels import safety
 from controller.modes import Cause, Mode, Request
 from controller.parameters import SafetyLimits
 from controller.safety_tables import PAGE, filled
-from controller.states import TRANSITIONS, WATCHDOGS, Watch, Watchdog, next_mode
+from controller.states import KEPT, TRANSITIONS, WATCHDOGS, Watch, Watchdog, next_mode
 from tests.controller.desk import MS, Desk
 from tests.controller.test_safety import ALLOWED
 
@@ -79,6 +79,36 @@ def miss(desk: Desk, share: float) -> None:
     desk.step()
 
 
+def spread(desk: Desk, share: float) -> None:
+    """As if the error had been so far from its mean."""
+    state = desk.rig.control.state
+    mean = state["error_mean"][0] = (0.03, -0.02)
+    state["error_square"] = (LIMITS.error_rms_max * share) ** 2 + np.dot(mean, mean)
+    desk.step()
+
+
+def swing(desk: Desk, share: float) -> None:
+    """As if the error had swung for so long."""
+    desk.rig.control.state["swing_off"] = LIMITS.swing_time * share
+    desk.step()
+
+
+def sway(desk: Desk, share: float) -> None:
+    """As if the error swung like this from now on, beside a reference that swings by 10 mm."""
+    state = desk.rig.control.state
+    for _ in range(round(1100 * LIMITS.swing_time)):
+        state["swing_held"], state["swing_ref"] = 0.01**2, 0.0
+        state["error_slow"], state["ref_slow"] = desk.telemetry["error"], desk.telemetry["p_ref"]
+        state["swing"] = share**2 * (LIMITS.swing_max**2 + (LIMITS.swing_ratio * 0.01) ** 2)
+        desk.step()
+
+
+def drift(desk: Desk, share: float) -> None:
+    """As if the observer had been off for so long."""
+    desk.rig.control.state["residual_off"] = LIMITS.residual_time * share
+    desk.step()
+
+
 def rush(desk: Desk, share: float) -> None:
     """Before the watchdog looks, the observer takes a step: far beyond and far within."""
     desk.rig.control.v[1] += LIMITS.speed_max * (1.0 + 20.0 * (share - 1.0))
@@ -126,6 +156,10 @@ TRIALS = [
     Trial(Watch.MARKERS_JUMPED, jump),
     Trial(Watch.MARKERS_FROZEN, freeze),
     Trial(Watch.ERROR, miss),
+    Trial(Watch.ERROR_RMS, spread),
+    Trial(Watch.OSCILLATION, swing),
+    Trial(Watch.OSCILLATION, sway),
+    Trial(Watch.RESIDUAL, drift),
     Trial(Watch.SPEED, rush),
     Trial(Watch.FLOW, leak),
     Trial(Watch.FLOW, linger),
@@ -153,7 +187,8 @@ def test_every_watchdog_is_tried() -> None:
 
 def came_to_rest(dog: Watchdog, mode: Mode) -> tuple[Mode, Cause] | None:
     """Where a REST that begins without torque ends at once."""
-    return (Mode.VENTED, Cause.RESTED) if dog.reaction == Mode.REST != mode else None
+    cause = dog.cause if dog.cause in KEPT else Cause.RESTED
+    return (Mode.VENTED, cause) if dog.reaction == Mode.REST != mode else None
 
 
 @pytest.mark.parametrize("mode", Mode, ids=lambda mode: mode.name)
