@@ -38,12 +38,17 @@ def _as_profile(value: Any) -> Any:
 Profile = Annotated[tuple[T, ...], Bounds(min_length=1, max_length=1000), BeforeValidator(_as_profile)]
 """Values from base to tip: one (uniform), two (linear in between), or one for each of `table_rods`."""
 
-Stiffness = Annotated[float, Bounds(gt=0.0, le=1000.0)]
+LIGHTEST = 1e-3
+"""Least mass of a body [kg]: a gram."""
+RATIO_MAX = 1e4
+"""Largest over smallest value of a profile, and tip load over mass: beyond it the chain's equations lose digits."""
+
+Stiffness = Annotated[float, Bounds(ge=1e-4, le=1000.0)]
 Damping = Annotated[float, Bounds(ge=0.0, le=1e3)]
-Density = Annotated[float, Bounds(gt=0.0, le=1e3)]
+Density = Annotated[float, Bounds(ge=1e-3, le=1e3)]
 Curvature = Annotated[float, Bounds(ge=-100.0, le=100.0)]
 Acceleration = Annotated[float, Bounds(ge=-20.0, le=20.0)]
-PressureSlope = Annotated[float, Bounds(gt=0.0, le=1e9)]
+PressureSlope = Annotated[float, Bounds(ge=1e4, le=1e9)]
 Rod = Annotated[int, Bounds(ge=0, le=1000)]
 ReplayGain = Annotated[float, Bounds(ge=0.0, le=1e5)]
 ReplayDamping = Annotated[float, Bounds(ge=0.0, le=1e3)]
@@ -68,7 +73,7 @@ class Tracking(Model):
     from rest."""
     release: tuple[Annotated[float, Bounds(ge=0.0, le=100.0)], Annotated[float, Bounds(gt=0.0, le=100.0)]] = (0.0, 1e-3)
     """When these torques begin to fade, and for how long they do [s]."""
-    starts: tuple[Annotated[float, Bounds(ge=0.0)], ...] = ()
+    starts: tuple[Annotated[float, Bounds(ge=0.0, le=1e4)], ...] = ()
     """Times after release from which `products` are taken [s]."""
     products: tuple[tuple[Product, ...], ...] = ()
     """For each of `starts` the mean products of the bodies' lateral motions (bodies x bodies, row by row) [m^2] in the
@@ -99,10 +104,10 @@ class Actuator(Model):
     name: Annotated[str, Bounds(min_length=1, max_length=40, pattern=r"^[\w .+-]+$")]
     mass: Annotated[float, Bounds(gt=0.0, le=10.0), Q("kg", "m")]
     """The whole body, without the tip load."""
-    length: Annotated[float, Bounds(gt=0.0, le=2.0), Q("m", "L")]
-    height: Annotated[float, Bounds(gt=0.0, le=0.5), Q("m")] = 0.0275
+    length: Annotated[float, Bounds(ge=0.01, le=2.0), Q("m", "L")]
+    height: Annotated[float, Bounds(ge=1e-4, le=0.5), Q("m")] = 0.0275
     """Out of the plane; drawn, and no more."""
-    width: Annotated[float, Bounds(gt=0.0, le=0.5), Q("m")] = 0.030
+    width: Annotated[float, Bounds(ge=1e-4, le=0.5), Q("m")] = 0.030
     """In the plane; drawn, and no more (the default is ours; the paper gives only the height)."""
     table_rods: Annotated[int, Bounds(ge=2, le=1000), Q("1", "N")] = 10
     """Number of rods that k, b and chambers are given for; joint i lies at the base-side end of rod i."""
@@ -124,12 +129,12 @@ class Actuator(Model):
     chambers: Annotated[tuple[tuple[Rod, Rod], tuple[Rod, Rod]], Q("1", "T_theta")] = ((0, 5), (5, 10))
     """For u1 and for u2 the rods between which its chamber pair acts: net torque -u on the first, +u on the second.
     0 is the clamp. ((1, 5), (5, 10)) is the other reading of the paper's "proximal, distal, and mid-chamber rod"."""
-    u_max: Annotated[float, Bounds(gt=0.0, le=0.2), Q("N m", "u_max")] = 0.060
-    bend_max: Annotated[float, Bounds(gt=0.0, le=12.0), Q("rad")] = 5.6
+    u_max: Annotated[float, Bounds(ge=1e-4, le=0.2), Q("N m", "u_max")] = 0.060
+    bend_max: Annotated[float, Bounds(ge=0.01, le=12.0), Q("rad")] = 5.6
     """Coupled limit on the static tip angle, counted from rest: beyond it the body would touch itself (ours)."""
     pressure_map: Annotated[tuple[PressureSlope, PressureSlope], Q("Pa/(N m)", "", (2,))] = (4.0216e6, 4.0216e6)
     """Differential pressure of a chamber pair per torque, for u1 and u2: with the default, u_max needs 35 psi."""
-    pressure_max: Annotated[float, Bounds(gt=0.0, le=1e6), Q("Pa", "p_max")] = 241.3e3
+    pressure_max: Annotated[float, Bounds(ge=1e3, le=1e6), Q("Pa", "p_max")] = 241.3e3
     """Highest chamber pressure that is ever commanded (35 psi; the paper gives no range)."""
     tracking: Tracking | None = None
     """Only to identify and observe recorded marker data."""
@@ -140,6 +145,14 @@ class Actuator(Model):
             values = len(getattr(self, name))
             if values not in (1, 2, self.table_rods):
                 raise ValueError(f"{name} has {values} values: 1, 2 or table_rods = {self.table_rods} are allowed")
+        if self.mass < LIGHTEST:
+            raise ValueError(f"mass = {self.mass} kg is less than {LIGHTEST} kg")
+        for name in ("k", "mass_profile"):
+            low, high = min(getattr(self, name)), max(getattr(self, name))
+            if high > RATIO_MAX * low:
+                raise ValueError(f"{name} goes from {low:g} to {high:g}: {RATIO_MAX:g} to 1 is the most")
+        if self.tip_load > RATIO_MAX * self.mass:
+            raise ValueError(f"tip_load = {self.tip_load} kg is more than {RATIO_MAX:g} times mass = {self.mass} kg")
         for first, second in self.chambers:
             if not first < second <= self.table_rods:
                 raise ValueError(f"chambers ({first}, {second}): first < second <= table_rods = {self.table_rods}")

@@ -1,5 +1,8 @@
 """From an actuator to the arrays of a rod model: a table of a few rods becomes a model of any number of rods."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import numpy as np
 
 from controller.actuator import Actuator
@@ -12,6 +15,20 @@ FEWEST, MOST = 2, 1000
 
 NO_STIFFNESS = 1e-9
 """Stands for a stiffness or damping of zero, whose compliance is infinite [N m/rad]."""
+
+
+@contextmanager
+def computable(actuator: Actuator) -> Iterator[None]:
+    """Numbers that run over, and matrices that are singular to the digits there are, become a ParameterError."""
+    try:
+        with np.errstate(over="raise", divide="raise", invalid="raise"):
+            yield
+    except ParameterError:
+        raise
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError, MemoryError) as error:
+        raise ParameterError(
+            f"actuator {actuator.name}: k, b, mass, length, rest_curvature and gravity do not fit together: {error}"
+        ) from error
 
 
 def build_rod(actuator: Actuator, rods: int, *, omega_B: float = 100.0, zeta_B: float = 1.0) -> RodModel:

@@ -6,7 +6,8 @@ import math
 import numpy as np
 
 from controller.actuator import Actuator
-from controller.build import build_rod
+from controller.build import build_rod, computable
+from controller.errors import ParameterError
 from controller.kernels.energy import make_ledger, open_ledger
 from controller.kernels.implicit import make_implicit_work
 from controller.kernels.inverse import StaticMap
@@ -18,7 +19,7 @@ from controller.kernels.sensing import Sensing
 from controller.kernels.statics import at_rest, places, points_on, static_tip
 from controller.layout import to_record
 from controller.modes import Cause, Integrator
-from controller.parameters import BACKBONE_POINTS, SENSORS, ControllerParameters, RigParameters
+from controller.parameters import BACKBONE_POINTS, SENSORS, ControllerParameters, RigParameters, SafetyLimits
 from controller.stability import require_stable
 
 SEED_GRID = 41
@@ -30,9 +31,15 @@ REFERENCE_ROWS = 300_000
 def build_rig(parameters: RigParameters, boot: int) -> Rig:
     """The controller's memory for one life of a rig with boot id `boot`: vented, at rest, nothing planned.
 
-    Raises ParameterError as `observer_model` does.
+    Raises ParameterError as `observer_model` does, and where numbers run over.
     """
+    with computable(parameters.actuator):
+        return _built(parameters, boot)
+
+
+def _built(parameters: RigParameters, boot: int) -> Rig:
     controller, actuator = parameters.controller, parameters.actuator
+    require_pressure(actuator, parameters.limits)
     model = observer_model(parameters)
     observer = build_observer(model, controller)
     state = np.zeros(1, STATE)
@@ -47,10 +54,21 @@ def build_rig(parameters: RigParameters, boot: int) -> Rig:
         q=observer.state.q,
         v=observer.state.v,
         reference=np.zeros((REFERENCE_ROWS, 2)),
+        guide=np.full((REFERENCE_ROWS, 2), math.nan),
         plan=np.zeros(1, PLAN),
         state=state,
     )
     return Rig(control, observer, no_sample())
+
+
+def require_pressure(actuator: Actuator, limits: SafetyLimits) -> None:
+    """Raise ParameterError if full torque takes a pressure at which the rig stops itself."""
+    needed = actuator.u_max * max(actuator.pressure_map)
+    if needed > limits.pressure_max:
+        raise ParameterError(
+            f"u_max = {actuator.u_max} N m needs {needed:.0f} Pa: an E-STOP of the rig, above its limit of "
+            f"{limits.pressure_max:.0f} Pa"
+        )
 
 
 def no_sample() -> Sensing:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from controller.actuator import Actuator
-from controller.build import build_rod, profile
+from controller.build import build_rod, computable, profile
 from controller.equilibrium import Body, equilibrium
 from controller.kernels.faults import Faults
 from controller.kernels.friction import Hysteresis, Sheet
@@ -25,7 +25,15 @@ TUNED_PRESSURE = 60e3
 
 
 def build_twin(parameters: RigParameters) -> Twin:
-    """The simulated plant of `parameters`, at rest, with the substeps that its fastest mode needs."""
+    """The simulated plant of `parameters`, at rest, with the substeps that its fastest mode needs.
+
+    Raises ParameterError where it has no rest, is too fast to be computed in time, or where numbers run over.
+    """
+    with computable(parameters.actuator):
+        return _built(parameters)
+
+
+def _built(parameters: RigParameters) -> Twin:
     twin, actuator, dt = parameters.twin, parameters.actuator, parameters.controller.dt
     model = twin_model(actuator, twin)
     stiffest = model._replace(k=model.k * (1.0 + sum(twin.creep) + twin.hysteresis))

@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solveh_banded
 
 from controller.errors import ParameterError
 from controller.kernels.rod import Array, RodModel
@@ -71,4 +70,6 @@ def solve(body: Body, theta: Array, right: Array) -> Array:
     """K^-1 right: K is tridiagonal, springs and gravity; LinAlgError where it is not positive definite."""
     outer = np.append(body.k[1:], 0.0)
     banded = np.stack([np.append(0.0, -body.k[1:]), body.k + outer - gravity_torque(body, theta)[1]])
+    from scipy.linalg import solveh_banded  # not for a start of the server
+
     return np.asarray(solveh_banded(banded, right))

@@ -31,6 +31,14 @@ class SessionUnknown(KeyRefused):
     """The rig does not know the session of a sealed message: it restarted since, or forgot a silent server."""
 
 
+class Unproven(TendrilError):
+    """What came over the link is not shown to be the rig's, in this life of it, and new."""
+
+
+class StartRefused(TendrilError):
+    """A process could not start, and has said why in a sentence of its own."""
+
+
 class RigHeld(CommandRefused):
     """Another server commands the rig; the text says which and since when."""
 

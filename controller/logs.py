@@ -1,9 +1,12 @@
 """Logs as one JSON object a line, for machines that read them; people read text."""
 
+import atexit
 import json
 import logging
 import os
+import queue
 import sys
+import threading
 from datetime import UTC, datetime
 from types import TracebackType
 from typing import Literal
@@ -48,6 +51,66 @@ def log_json(process: str) -> None:
     logging.basicConfig(level=logging.INFO, handlers=[handler], force=True)
     logging.captureWarnings(True)
     sys.excepthook = _crashed
+
+
+QUEUED = 10_000
+"""Lines that wait for a standard error that takes none; what comes beyond them is left out, and counted."""
+LAST = 1.0
+"""Longest wait for the last lines at the end [s]."""
+
+
+class Background(logging.Handler):
+    """Passes records on to `handlers` from a thread: a pipe that nobody reads holds up nothing but the log itself."""
+
+    def __init__(self, handlers: list[logging.Handler]) -> None:
+        super().__init__()
+        self._handlers = handlers
+        self._queue: queue.SimpleQueue[logging.LogRecord | threading.Event] = queue.SimpleQueue()
+        self._left_out = 0
+        self.setFormatter(handlers[0].formatter if handlers else None)
+        threading.Thread(target=self._run, name="log", daemon=True).start()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Hand the record over, with its text as it is now."""
+        if self._queue.qsize() >= QUEUED:
+            self._left_out += 1
+            return
+        count, self._left_out = self._left_out, 0
+        text = record.getMessage()
+        record.msg, record.args = f"{text} ({count} lines before it were left out)" if count else text, None
+        self._queue.put(record)
+
+    def flush(self) -> None:
+        """Wait until all of it is written, but not for long."""
+        written = threading.Event()
+        self._queue.put(written)
+        written.wait(LAST)
+
+    def _run(self) -> None:
+        while True:
+            item = self._queue.get()
+            if isinstance(item, threading.Event):
+                item.set()
+                continue
+            for handler in self._handlers:
+                try:
+                    handler.handle(item)
+                except Exception:  # a log that cannot be written must not end the log
+                    handler.handleError(item)
+
+
+def log_in_background() -> None:
+    """From now on no thread of this process waits for whoever reads its log."""
+    root = logging.getLogger()
+    if root.handlers and not any(isinstance(handler, Background) for handler in root.handlers):
+        root.handlers[:] = [background := Background(root.handlers[:])]
+        atexit.register(background.flush)
+
+
+def flush_log() -> None:
+    """Let what was logged be written, before this process ends without an orderly end."""
+    for handler in logging.getLogger().handlers:
+        handler.flush()
 
 
 def logs_json() -> bool:

@@ -4,8 +4,6 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from scipy.linalg import cho_solve_banded, cholesky_banded
-from scipy.sparse.linalg import LinearOperator, eigs
 
 from controller.equilibrium import gravity_torque
 from controller.errors import ParameterError
@@ -14,8 +12,12 @@ from controller.parameters import OBSERVER_GAIN_MAX
 
 DENSE_MAX = 60
 """Most rods for which every mode is computed."""
+ROUNDS = 1000
+"""Most restarts of the search for a fastest motion: a second for 1000 rods."""
 HALF_DISC = 2.615
 """RK4 is stable for every mode that does not grow with dt |s| up to this."""
+SUBSTEPS_MAX = 100
+"""Steps of a plant in a period: with 14 rods they take some 0.15 ms."""
 STEP_MARGIN = 0.7
 """A step is at most this share of the largest stable one."""
 
@@ -87,6 +89,8 @@ def angular_acceleration(model: RodModel, theta: Array) -> Callable[[Array], Arr
 
     By the hinge forces, as in the rod kernel: A M^-1 A^T, here in LAPACK's band storage (two rows a hinge).
     """
+    from scipy.linalg import cho_solve_banded, cholesky_banded  # not for a start of the server
+
     a = model.arm * np.array([-np.sin(theta), np.cos(theta)])
     rods, swing = theta.size, a * a[:, None] * model.I_inv
     light = np.eye(2)[:, :, None] * model.m_inv
@@ -111,10 +115,18 @@ def angular_acceleration(model: RodModel, theta: Array) -> Callable[[Array], Arr
 
 def strongest(apply: Callable[[Array], Array], size: int) -> float:
     """Largest eigenvalue of the map `apply` of vectors (size,), to 0.1 %; 0 for a map to zero."""
+    from scipy.sparse.linalg import ArpackError, LinearOperator, eigs  # as above
+
     start = np.random.default_rng(0).normal(size=size)
     if not apply(start).any():
         return 0.0
-    found = eigs(LinearOperator((size, size), apply, dtype=float), 1, tol=1e-3, v0=start, return_eigenvectors=False)
+    operator = LinearOperator((size, size), apply, dtype=float)
+    try:
+        found = eigs(operator, 1, tol=1e-3, v0=start, maxiter=ROUNDS, return_eigenvectors=False)
+    except ArpackError as error:
+        raise ParameterError(
+            f"rods = {size}: the fastest motion of so many was not found in {ROUNDS} rounds"
+        ) from error
     return float(found[0].real)
 
 
@@ -124,10 +136,19 @@ def require_stable(model: RodModel, dt: float, u_max: float) -> None:
     if dt > bound:
         raise ParameterError(
             f"dt = {dt} s is too long for RK4 with this actuator and rods = {model.L.size}: the largest stable dt is "
-            f"{bound:.3g} s; integrator = implicit is stable with any dt"
+            f"{bound:.3g} s; integrator = implicit is stable with any dt, and k, b, mass and length decide"
         )
 
 
 def stable_substeps(model: RodModel, dt: float, u_max: float = 0.0, K_o: float = 0.0) -> int:
-    """Steps that dt [s] must be cut into, with a margin, for RK4 to be stable (see `largest_step`)."""
-    return math.ceil(dt / (STEP_MARGIN * largest_step(model, u_max, K_o)))
+    """Steps that dt [s] must be cut into, with a margin, for RK4 to be stable (see `largest_step`).
+
+    Raises ParameterError where they are more than can be computed in time.
+    """
+    step = STEP_MARGIN * largest_step(model, u_max, K_o)
+    if step * SUBSTEPS_MAX < dt:
+        raise ParameterError(
+            f"k, mass and length: the plant's fastest motion needs steps of {step:.3g} s, and {SUBSTEPS_MAX} in "
+            f"dt = {dt} s are the most"
+        )
+    return math.ceil(dt / step)

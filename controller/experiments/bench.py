@@ -8,6 +8,7 @@ from controller.actuator import PRESETS
 from controller.build import build_rod
 from controller.experiments.elastica_rod import ElasticaFigures, beside_elastica
 from controller.experiments.mujoco_chain import MujocoChain
+from controller.experiments.proof_bench import ProofFigures, time_proofs
 from controller.experiments.scaling import DT, Scaling, run_steps, step_us, time_chains
 from controller.experiments.stopwatch import time_steps
 from controller.experiments.tick_bench import closed_loop
@@ -41,6 +42,7 @@ class Figures(TypedDict):
     implicit_n1000_over_n10: float
     rk4_n1000_over_n10: float
     scaling: list[Scaling]
+    link: ProofFigures
     elastica: ElasticaFigures | None
     """None where PyElastica is not installed."""
 
@@ -68,6 +70,7 @@ def bench(quick: bool = False) -> Figures:
         implicit_n1000_over_n10=implicit / step_us(rows, "implicit", 10),
         rk4_n1000_over_n10=step_us(rows, "RK4", 1000) / step_us(rows, "RK4", 10),
         scaling=rows,
+        link=time_proofs(rounds),
         elastica=beside_elastica(),
     )
 

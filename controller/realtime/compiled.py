@@ -9,6 +9,10 @@ from numba.core import cgutils as numba_cgutils
 from numba.extending import intrinsic as numba_intrinsic
 from numba.np import arrayobj as numba_arrayobj
 
+from controller import kernel_cache
+
+kernel_cache.use()
+
 cgutils: Any = numba_cgutils
 arrayobj: Any = numba_arrayobj
 intrinsic: Any = numba_intrinsic

@@ -5,19 +5,27 @@ import time
 
 import numpy as np
 
-from controller.errors import CommandRefused, ParameterError
+from controller.errors import CommandRefused
 from controller.kernels.faults import Faults
 from controller.kernels.memory import Control
 from controller.layout import to_record
+from controller.link import PlannedRows
 from controller.messages import Command, CommandReply, RigInfo, TwinFaults
 from controller.modes import Cause, Mode, Request
 from controller.realtime.compiled import Words
+from controller.realtime.followable import require_followable, require_sound
 from controller.realtime.mailbox import post, words
 from controller.realtime.ring import Ring
 
 ECHO_MIN, ECHO_MAX = 0.05, 0.4
 """Wait for a tick that saw a command [s]: as long as the rig's limits let the loop pause, between these two."""
-COORDINATE_MAX = 2.0
+STRIDE = 1 << 20
+"""By how much the number of an E-STOP is above every one that was used."""
+STOPS_KEPT = 256
+"""E-STOPs whose repetitions are known."""
+START_NEAR = 3e-3
+"""A planned reference begins this near to where the rig's own reference stands, unless it declares steps [m]."""
+STANDING = (Mode.HOLD, Mode.FOLLOW)
 POLL = 1e-4
 """Pause between two looks at the ring [s]."""
 
@@ -33,6 +41,9 @@ NEXT_STEPS = {
     Mode.E_STOP: "clear the E-STOP first",
 }
 
+Stopper = tuple[int, int]
+"""Which E-STOP of which server: a session, and a number that this server gives to one press."""
+
 
 class Desk:
     """Serves the link (RigService) with the loop's mailbox and ring."""
@@ -44,8 +55,14 @@ class Desk:
         self._commands = commands
         self._control = control
         self._faults, self._injected = faults, TwinFaults()
-        self._last = self._asked = Command()
-        self._one_at_a_time = threading.Lock()
+        self._last = Command()
+        """The record in the mailbox, without its request."""
+        self._used = self._stop_n = 0
+        """The highest number of a request that was posted; that of the newest E-STOP."""
+        self._stops: dict[Stopper, int] = {}
+        self._one_at_a_time, self._posting = threading.Lock(), threading.Lock()
+        """The first is held until a command is answered, the second only while the mailbox is written."""
+        self._begin: np.ndarray | None = None
 
     def info(self) -> RigInfo:
         """Who the rig is."""
@@ -57,63 +74,119 @@ class Desk:
         return rows[: max(0, first + count - start)]
 
     def submit(self, command: Command) -> CommandReply:
-        """Put the command into the mailbox, wait for a tick that began after that, and say what it made of it.
+        """Put the command into the mailbox, wait for the tick that looked at it, and say what that made of it.
 
-        A command for another life of the rig is refused whole, its settings and target too; but an E-STOP never is.
+        A command for another boot of the rig is refused whole, its settings and target too, and so is a request whose
+        number was used: by this server, by another one, or passed over by an E-STOP.
         """
-        if command.boot != self._info.boot and command.request != Request.E_STOP:
+        if command.boot != self._info.boot:
             text = refused_text(command.request, self._mode(), Cause.WRONG_BOOT)
             return _reply(command, self._mode(), Cause.WRONG_BOOT, text)
+        if too_far := self._too_far(command):
+            return _reply(command, self._mode(), Cause.NONE, too_far)
         with self._one_at_a_time:
             return self._put(command)
 
-    def stop(self, command: Command) -> CommandReply:
-        """An E-STOP of a server that does not command this rig: settings, target and presence stay as they are.
+    def stop(self, who: Stopper, boot: int | None = None) -> CommandReply:
+        """E-STOP, from any server and past every command that is being answered; the reply's n is the request's number.
 
-        The loop acts on risen numbers only and that server may know an old one, so the number is given here.
+        Nothing else changes: settings, target and presence stay as they are. Asked once more with the same `who`, it is
+        answered and not acted on again. Its number is STRIDE above all that was used: requests number on from what the
+        rig echoes, so none that was asked before this E-STOP was seen can be above it, wherever it was delayed.
+        One meant for another `boot`, on its way since, is refused: this one began vented.
         """
-        with self._one_at_a_time:
-            number = max(command.request_n, self._asked.request_n + 1)
-            request = {"n": command.n, "request": command.request, "request_n": number}
-            return self._put(self._last.model_copy(update=request))
+        if boot not in (None, self._info.boot):
+            text = refused_text(Request.E_STOP, self._mode(), Cause.WRONG_BOOT)
+            return CommandReply(n=0, accepted=False, mode=self._mode(), cause=Cause.WRONG_BOOT, detail=text)
+        with self._posting:
+            number = self._stops.get(who)
+            if number is None:
+                number = self._used = max(self._used, self._echoed()) + STRIDE
+                self._stops[who] = self._stop_n = number
+                while len(self._stops) > STOPS_KEPT:
+                    del self._stops[next(iter(self._stops))]
+                self._post(self._last)
+        return self._answered_stop(number)
 
     def _put(self, command: Command) -> CommandReply:
-        asked = self._asked
-        if command.request and command.request_n == asked.request_n and command.request != asked.request:
-            text = f"refused: request {command.request_n} was {asked.request.name} of another server; ask again"
-            return _reply(command, self._mode(), Cause.NONE, text)
-        if command.request and command.request_n > asked.request_n:
-            self._asked = command
-        self._last = command
-        post(self._commands, words(to_record(command)))
-        row = self._row_after(time.monotonic_ns())
+        before = self._last
+        with self._posting:
+            if command.request and command.request_n <= (used := max(self._used, self._echoed())):
+                return _older(command, self._mode(), used)
+            self._used = max(self._used, command.request_n if command.request else 0)
+            self._last, since, posted_ns = _plain(command), self._ring.head, time.monotonic_ns()
+            self._post(command)
+        row = self._row_of(command, since, posted_ns)
+        if row is None and command.request:
+            row = self._withdrawn(command, before, since)
         if row is not None:
             return answer(command, row)
         return _reply(command, self._mode(), Cause.LOOP_STALLED, "refused: the control loop does not answer")
+
+    def _post(self, command: Command) -> None:
+        """Into the mailbox, with `_posting` held; an E-STOP that no tick has shown yet goes along."""
+        if self._stop_n > self._echoed():
+            command = command.model_copy(update={"request": Request.E_STOP, "request_n": self._stop_n})
+        post(self._commands, words(to_record(command)))
+
+    def _withdrawn(self, command: Command, before: Command, since: int) -> np.void | None:
+        """Take back a request at which no tick looked in time: what was answered as refused must not act later.
+
+        The row of it, if a tick had taken it just before.
+        """
+        with self._posting:
+            if self._last == _plain(command):
+                self._last = before.model_copy(update={"n": command.n})
+                self._post(self._last)
+        return self._first_row(command.request_n, since)
+
+    def _answered_stop(self, number: int) -> CommandReply:
+        end = self._end()
+        while self._echoed() < number and time.monotonic_ns() < end:
+            time.sleep(POLL)
+        taken, mode = self._echoed() >= number, self._mode()
+        text = mode.name if taken else "the control loop does not answer; the E-STOP waits there"
+        cause = Cause.NONE if taken else Cause.LOOP_STALLED
+        return CommandReply(n=number, accepted=taken, mode=mode, cause=cause, detail=text)
+
+    def _echoed(self) -> int:
+        """The last request at which a tick has looked."""
+        newest = self._ring.newest()
+        return 0 if newest is None else int(newest["request_n"])
 
     def _mode(self) -> Mode:
         newest = self._ring.newest()
         return Mode.VENTED if newest is None else Mode(newest["mode"])
 
-    def plan(self, points: np.ndarray, again: int, ticks: int) -> int:
-        """Take (n, 2) points [m] as the reference of the next TRACK run; refused while one is under way.
-
-        Point `again` comes after the last one, and `ticks` points are followed in all.
-        """
-        room = len(self._control.reference)
-        if not 0 < len(points) <= room:
-            raise ParameterError(f"reference of {len(points)} points is outside [1, {room}]")
-        if not np.all(np.abs(points) <= COORDINATE_MAX):
-            raise ParameterError(f"reference holds a coordinate outside [-{COORDINATE_MAX}, {COORDINATE_MAX}] m")
-        if not 0 <= again < len(points) or ticks < 1:
-            raise ParameterError(f"reference of {len(points)} points cannot go on at {again} for {ticks} ticks")
+    def plan(self, rows: PlannedRows) -> int:
+        """Take `rows` as the reference of the next TRACK run; refused while one is under way, and beyond the bounds."""
+        require_sound(rows, len(self._control.reference))
+        newest = self._ring.newest()
+        guide = np.full(rows.points.shape, np.nan) if rows.torques is None else rows.torques
+        stand = np.zeros(2) if newest is None else newest["u_ff"].copy()
+        require_followable(rows, stand, self._control, self._info.parameters.controller)
         with self._one_at_a_time:
             row = self._ring.newest()
             if row is not None and row["mode"] == Mode.TRACK:
                 raise CommandRefused("refused: the reference cannot change while it is tracked; hold first")
-            self._control.reference[: len(points)] = points
-            self._control.plan[0] = len(points), again, ticks
-        return len(points)
+            count = len(rows.points)
+            self._control.reference[:count], self._control.guide[:count] = rows.points, guide
+            self._control.plan[0] = count, rows.again, rows.ticks
+            self._begin = None if rows.steps else rows.points[0].copy()
+        return count
+
+    def _too_far(self, command: Command) -> str:
+        """Why a TRACK cannot begin from where the reference stands now, "" if it can."""
+        row = self._ring.newest()
+        if command.request != Request.TRACK or row is None or row["mode"] not in STANDING or self._begin is None:
+            return ""
+        apart = float(np.hypot(*(row["p_ref"] - self._begin)))
+        if apart <= START_NEAR:
+            return ""
+        return (
+            f"refused: the planned reference begins {1e3 * apart:.1f} mm from where the rig's own is, more than "
+            f"{1e3 * START_NEAR:g} mm; plan it from there"
+        )
 
     def faults(self, wanted: TwinFaults | None) -> TwinFaults:
         """Inject faults into the twin, None changes nothing; those in force. Refused on hardware."""
@@ -125,16 +198,31 @@ class Desk:
                 self._injected = wanted
             return self._injected
 
-    def _row_after(self, t_ns: int) -> np.void | None:
-        """The newest row of a tick that began after t_ns, or None in time."""
-        pause = self._info.parameters.limits.loop_gap
-        end = t_ns + int(min(max(ECHO_MIN, pause), ECHO_MAX) * 1e9)
+    def _row_of(self, command: Command, since: int, posted_ns: int) -> np.void | None:
+        """The row that says what became of `command`, None in time: for a request the first row that has its number.
+
+        A later one may show what another request, an E-STOP, made of it; `since` is the ring's head before the post.
+        """
+        end = self._end()
         while time.monotonic_ns() < end:
             row = self._ring.newest()
-            if row is not None and row["t_ns"] > t_ns:
-                return row
+            if row is not None and row["t_ns"] > posted_ns:
+                if not command.request:
+                    return row
+                if row["request_n"] >= command.request_n:
+                    return self._first_row(command.request_n, since)
             time.sleep(POLL)
         return None
+
+    def _first_row(self, request_n: int, since: int) -> np.void | None:
+        rows = self._ring.read(since, max(0, self._ring.head - since))[1]
+        found = np.flatnonzero(rows["request_n"] >= request_n)
+        return rows[found[0]] if len(found) else None
+
+    def _end(self) -> int:
+        """When a wait for the loop ends [ns]."""
+        pause = self._info.parameters.limits.loop_gap
+        return time.monotonic_ns() + int(min(max(ECHO_MIN, pause), ECHO_MAX) * 1e9)
 
 
 def inject(wanted: TwinFaults, faults: Faults) -> None:
@@ -148,8 +236,7 @@ def answer(command: Command, row: np.void) -> CommandReply:
     """What the tick of `row` made of `command`, in one sentence for the operator."""
     mode, cause = Mode(row["mode"]), Cause(row["cause"])
     if command.request and command.request_n < row["request_n"]:
-        text = f"refused: request {command.request_n} is older than request {row['request_n']}"
-        return _reply(command, mode, Cause.NONE, text)
+        return _older(command, mode, int(row["request_n"]))
     refusal = Cause(row["request_cause"]) if command.request else Cause.NONE
     if refusal == Cause.NONE:
         return _reply(command, mode, cause, mode.name, accepted=True)
@@ -162,6 +249,16 @@ def refused_text(request: Request, mode: Mode, cause: Cause) -> str:
         return f"refused: {REASONS[cause]}"
     hint = NEXT_STEPS.get(mode)
     return f"refused: {request.name} is not possible in {mode.name}" + (f"; {hint}" if hint else "")
+
+
+def _older(command: Command, mode: Mode, used: int) -> CommandReply:
+    text = f"refused: request {command.request_n} is older than request {used} of an E-STOP or another server"
+    return _reply(command, mode, Cause.NONE, f"{text}; look at the rig's state and ask again")
+
+
+def _plain(command: Command) -> Command:
+    """The same without its request, as it may be posted again."""
+    return command.model_copy(update={"request": Request.NONE})
 
 
 def _reply(command: Command, mode: Mode, cause: Cause, detail: str, *, accepted: bool = False) -> CommandReply:

@@ -6,13 +6,15 @@ Whatever ends the main thread also ends the loop: SIGTERM, SIGINT, an exception,
 import fcntl
 import logging
 import os
+import resource
 import secrets
 import signal
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import IO
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import BinaryIO
 
 from controller.build_rig import build_rig
 from controller.drivers import TwinDriver
@@ -22,6 +24,7 @@ from controller.link.keys import open_session
 from controller.link.rig_end import RigEnd
 from controller.link.seal import Seals
 from controller.link.version import LAYOUT, OURS
+from controller.logs import log_in_background
 from controller.messages import RigInfo
 from controller.modes import Cause, Mode
 from controller.realtime.desk import Desk
@@ -29,9 +32,9 @@ from controller.realtime.loop import LoopMemory, compile_loop, loop_memory, run_
 from controller.realtime.mailbox import post, words
 from controller.realtime.priority import pin_memory, prefer_process, raise_thread_priority
 from controller.realtime.ring import PUMP_NS, STOP, Ring, create_ring, ring_folders
-from controller.realtime.settings import RigReady, free_port
+from controller.realtime.settings import RigReady, failure_file, free_port
 from controller.realtime.settings import RigSettings as RigSettings
-from controller.whole_file import write_whole
+from controller.whole_file import open_lock, write_whole
 
 log = logging.getLogger(__name__)
 
@@ -43,7 +46,9 @@ BATCH = 1000
 def run_rig(settings: RigSettings) -> None:
     """Run a rig in this process, from its main thread, until SIGTERM or SIGINT."""
     prefer_process()
-    with _only_one(settings):
+    log_in_background()
+    _allow_connections()
+    with _failure_told(settings.ready), _only_one(settings):
         RigProcess(settings).run()
 
 
@@ -54,7 +59,8 @@ class RigProcess:
         self.settings = settings
         self.boot = secrets.randbits(62) + 1
         key_file = settings.key_file or key_path(settings.rig)
-        self._seals = Seals(made_key(key_file), self.boot, str(key_file))
+        self._key = made_key(key_file)
+        self._seals = Seals(self._key, self.boot, str(key_file))
         self.policy = "none"
         parameters = settings.parameters
         self._period_ns = round(parameters.controller.dt * 1e9)
@@ -68,7 +74,7 @@ class RigProcess:
     def run(self) -> None:
         """Start loop and link, pump until the stop, then leave a last vented row, sent and in the ring."""
         endpoint = free_port(self.settings.listen)
-        session = open_session(listen=endpoint, tls=self.settings.link_tls)
+        session = open_session(key=self._key, listen=endpoint, tls=self.settings.link_tls)
         threads = [threading.Thread(target=self._loop, name="loop")]
         if self.settings.baseline:
             threads.append(threading.Thread(target=self._baseline, name="baseline"))
@@ -159,16 +165,40 @@ class RigProcess:
             write_whole(self.settings.ready, ready.model_dump_json(), lasting=False)
 
 
+def _allow_connections() -> None:
+    """As many open files as may be: connections of strangers that say nothing must not use them up."""
+    most = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+    resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
+
+
+@contextmanager
+def _failure_told(ready: Path | None) -> Iterator[None]:
+    """Leave the reason for whoever waits for `ready`."""
+    try:
+        yield
+    except Exception as error:
+        text = str(error) if isinstance(error, TendrilError) else f"{type(error).__name__}: {error}"
+        if ready is not None:
+            with suppress(OSError):
+                write_whole(failure_file(ready), text, lasting=False)
+        raise
+
+
 @contextmanager
 def _only_one(settings: RigSettings) -> Iterator[None]:
     """Two loops on one actuator would fight: refuse a second process of the same rig id on this machine."""
     folder = settings.folder or ring_folders()[0]
-    with (folder / f"tendril-{settings.rig}.lock").open("w") as file:
+    path = folder / f"tendril-{settings.rig}.lock"
+    try:
+        file = open_lock(path)
+    except OSError as error:
+        raise TendrilError(f"rig {settings.rig!r} cannot be locked: {path}: {error.strerror}; remove it") from error
+    with file:
         _lock(file, settings.rig)
         yield
 
 
-def _lock(file: IO[str], rig: str) -> None:
+def _lock(file: BinaryIO, rig: str) -> None:
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:

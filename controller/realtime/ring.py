@@ -4,6 +4,8 @@ The file holds HEADER_WORDS words of 8 bytes, then `capacity` rows. Each word of
 LOOP_NS and GRID_NS the loop, PUMP_NS and STOP the main thread, the BASELINE words the baseline thread.
 """
 
+import errno
+import logging
 import os
 import tempfile
 from pathlib import Path
@@ -14,6 +16,9 @@ from controller.errors import LayoutMismatch, RigUnreachable, TendrilError
 from controller.layout import layout_hash, record_dtype, require_same_layout
 from controller.messages import Command, Telemetry
 from controller.realtime.compiled import Words, compiled, fence_acquire, fence_release, load_acquire, store_release
+from controller.whole_file import is_regular, set_aside
+
+log = logging.getLogger(__name__)
 
 CAPACITY = 32768
 """Rows: 32 s at 1 kHz. With the one before, two rings fit the 64 MB of a container's /dev/shm."""
@@ -66,6 +71,8 @@ class Ring:
     def __init__(self, path: Path, *, writable: bool) -> None:
         """Map an existing ring; raises RigUnreachable without one, LayoutMismatch if it is not of our layout."""
         try:
+            if not is_regular(path):
+                raise OSError(errno.ENOENT, "no regular file there", str(path))
             memory = np.memmap(path, np.int64, "r+" if writable else "r").view(np.ndarray)
         except (OSError, ValueError) as error:
             raise RigUnreachable(f"no telemetry ring at {path}: {error}") from error
@@ -107,7 +114,8 @@ def create_ring(rig: str, boot: int, folder: Path | None = None, capacity: int =
     header[LAYOUT_WORD : LAYOUT_WORD + 1].view(np.uint64)[0] = int(layout_hash(Command, Telemetry), 16)
     header[[MAGIC_WORD, BOOT_WORD, CAPACITY_WORD, PROCESS_WORD]] = MAGIC, boot, capacity, os.getpid()
     path = ring_path(rig, fresh.parent)
-    if path.exists():
+    _make_way(path.with_suffix(".last"))
+    if _make_way(path):
         path.replace(path.with_suffix(".last"))
     fresh.replace(path)
     ring = Ring(path, writable=True)
@@ -146,6 +154,7 @@ def _reserve(folders: list[Path], rig: str, size: int) -> Path:
     """An empty file of `size` bytes in the first folder with room for it: room found missing later would be a crash."""
     for folder in folders:
         path = ring_path(rig, folder).with_suffix(".new")
+        _make_way(path)
         try:
             with path.open("wb") as file:
                 os.posix_fallocate(file.fileno(), 0, size)
@@ -153,6 +162,14 @@ def _reserve(folders: list[Path], rig: str, size: int) -> Path:
         except OSError:
             path.unlink(missing_ok=True)
     raise TendrilError(f"no room for {size / 1e6:.0f} MB of telemetry ring in {', '.join(map(str, folders))}")
+
+
+def _make_way(path: Path) -> bool:
+    """Whether a file is at `path`; what is none is put aside."""
+    if not is_regular(path) and os.path.lexists(path):
+        aside = set_aside(path)
+        log.warning("%s is not a regular file%s", path, f": it is {aside} now" if aside else "")
+    return is_regular(path)
 
 
 def _check(path: Path, memory: Words) -> None:

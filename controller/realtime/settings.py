@@ -10,6 +10,9 @@ from controller.layout import Model
 from controller.logs import LogFormat
 from controller.parameters import RigParameters
 
+REFUSED = 3
+"""Exit code of a process that could not start and has said why, in one sentence."""
+
 
 class RigSettings(Model):
     """How a rig process is started; `python -m controller.realtime` takes it as JSON."""
@@ -39,6 +42,11 @@ class RigReady(Model):
     endpoint: str
     boot: int
     process: int
+
+
+def failure_file(ready: Path) -> Path:
+    """Where a rig that could not start says why, beside its file `ready`."""
+    return ready.with_suffix(".failed")
 
 
 def free_port(endpoint: str) -> str:

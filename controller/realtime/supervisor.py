@@ -2,18 +2,22 @@
 
 import logging
 import os
+import queue
 import subprocess
 import sys
 import tempfile
 import threading
 import time
 from pathlib import Path
-from typing import IO
+from typing import IO, TYPE_CHECKING, NamedTuple
 
-from controller.errors import RigUnreachable, TendrilError
+from controller.errors import RigUnreachable, StartRefused, TendrilError
 from controller.parameters import RigParameters
-from controller.realtime.ring import LOOP_NS, Ring, find_ring
-from controller.realtime.settings import RigReady, RigSettings, free_port
+from controller.realtime.settings import REFUSED, RigReady, RigSettings, failure_file, free_port
+from controller.worker import Worker
+
+if TYPE_CHECKING:
+    from controller.realtime.ring import Ring
 
 log = logging.getLogger(__name__)
 
@@ -24,6 +28,20 @@ SHORT_LIFE = 5.0
 """A rig that dies younger than this a second time in a row is restarted with growing delay [s]."""
 DELAY_FIRST, DELAY_MAX = 0.5, 10.0
 STOP_TIMEOUT = 5.0
+LONGEST = 15.0
+"""Longest time between two looks at the rig [s]: it waits for another try, or is ended in order, for 10 s at most."""
+PROVEN = 200
+"""Ticks after which parameters are those that a rig can run with."""
+START_TIMEOUT, FIRST_TIMEOUT = 60.0, 300.0
+"""Most time for a start with other parameters than those that ticked last [s]; for the first, which may compile."""
+
+
+class Started(NamedTuple):
+    """How a start with other parameters went."""
+
+    parameters: RigParameters
+    reason: str
+    """Why it did not come to tick, "" if it did."""
 
 
 class Supervisor:
@@ -34,8 +52,12 @@ class Supervisor:
         settings: RigSettings,
         program: tuple[str, ...] = ("controller.realtime",),
         output: IO[bytes] | None = None,
+        fallback: RigParameters | None = None,
     ) -> None:
-        """`program` follows `python -m`, and the settings follow it; `output` None leaves it where ours goes."""
+        """`program` follows `python -m`, and the settings follow it; `output` None leaves it where ours goes.
+
+        A rig that does not come to tick is started with the parameters that ticked last, at first with `fallback`.
+        """
         self._program, self._output = program, output
         self._folder = tempfile.TemporaryDirectory(prefix="tendril-")
         self._ready_file = Path(self._folder.name, "ready.json")
@@ -43,11 +65,15 @@ class Supervisor:
             update={"listen": free_port(settings.listen), "ready": self._ready_file, "parent": os.getpid()}
         )
         self.restarts = 0
+        self._ticked_last, self._wanted = fallback, self.settings.parameters
+        self._ticked, self._ever_ticked, self._untold = False, False, fallback is not None
+        self._starts: queue.SimpleQueue[Started] = queue.SimpleQueue()
         self._process: subprocess.Popen[bytes] | None = None
         self._stopping, self._replaced = threading.Event(), threading.Event()
         self._ready = threading.Event()
         self._failed_first = False
-        self._thread = threading.Thread(target=self._watch, name="rig-supervisor", daemon=True)
+        self._first_code: int | None = None
+        self.worker = Worker("rig-supervisor", self._watch, LONGEST)
 
     @property
     def endpoint(self) -> str:
@@ -61,65 +87,148 @@ class Supervisor:
 
     def start(self) -> None:
         """Start the rig; see `wait_ready`."""
-        self._thread.start()
+        self.worker.start()
 
     def wait_ready(self, timeout: float = 300.0) -> None:
         """Wait until the first life is ready [s]: a cold cache compiles for a minute. Raises if it dies before."""
-        if not self._ready.wait(timeout):
+        if not self.is_ready(timeout):
             raise RigUnreachable(f"rig {self.settings.rig!r} is not ready after {timeout:.0f} s")
+
+    def is_ready(self, timeout: float) -> bool:
+        """Whether the first life is ready within `timeout` [s]; TendrilError if it died before, StartRefused if it has
+        said why.
+        """
+        if not self._ready.wait(timeout):
+            return False
         if self._failed_first:
-            raise TendrilError(f"rig {self.settings.rig!r} could not start; its own output says why")
+            kind = StartRefused if self._first_code == REFUSED else TendrilError
+            raise kind(f"rig {self.settings.rig!r} could not start; its own output says why")
+        return True
 
     def replace(self, parameters: RigParameters) -> None:
-        """End the rig, which vents it, and start it with other parameters."""
-        self.settings = self.settings.model_copy(update={"parameters": parameters})
+        """End the rig, which vents it, and start it with other parameters; see `started`."""
+        self._wanted = parameters
         self._replaced.set()
+
+    def started(self) -> Started | None:
+        """The next start with other parameters of which it is known how it went, None if there is none."""
+        try:
+            return self._starts.get_nowait()
+        except queue.Empty:
+            return None
 
     def stop(self) -> None:
         """End the rig with SIGTERM, after a while with SIGKILL."""
         self._stopping.set()
-        self._thread.join()
+        self.worker.join()
         self._folder.cleanup()
 
     def _watch(self) -> None:
-        quick_deaths = 0
-        while not self._stopping.wait(restart_delay(quick_deaths)):
+        """Life after life. What the system refuses (no process, no file) is said, and tried again."""
+        quick_deaths = failures = 0
+        self.worker.turn()
+        while not self._stopping.wait(max(restart_delay(quick_deaths), retry_delay(failures))):
             born = time.monotonic()
-            self._ready_file.unlink(missing_ok=True)
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", *self._program, self.settings.model_dump_json()],
-                stdout=self._output,
-                stderr=self._output,
-                start_new_session=True,  # Ctrl-C in the terminal is for us: we end the rig in order
-            )
-            self._live(self._process)
+            try:
+                self._process = self._started(self._process)
+                failures = 0
+                self._live(self._process)
+            except Exception as error:  # nobody else would ever start the rig again
+                failures += 1
+                after = retry_delay(failures)
+                log.error("rig %s cannot be kept alive: %s; next try in %.1f s", self.settings.rig, error, after)
+                continue
             if self._stopping.is_set():
                 break
-            self._failed_first = not self._ready.is_set()
-            self._ready.set()
             if self._replaced.is_set():
                 self._replaced.clear()
+                self._ticked_last = self._ticked_last or self.settings.parameters  # replaced before it could be proven
+                self._take(self._wanted)
+                self._untold, quick_deaths = True, 0
+                continue
+            if self._fall_back(self._process):
                 quick_deaths = 0
                 continue
+            if not self._ready.is_set():
+                self._failed_first, self._first_code = True, self._process.poll()
+            self._ready.set()
             quick_deaths = quick_deaths + 1 if time.monotonic() - born < SHORT_LIFE else 0
             fields = {"rig": self.settings.rig, "code": self._process.poll()}
             log.error("rig %s ended with code %s: restart", *fields.values(), extra=fields)
             self.restarts += 1
 
+    def _started(self, before: "subprocess.Popen[bytes] | None") -> "subprocess.Popen[bytes]":
+        """Another process; or the one that is there, if what failed was only to watch it."""
+        if before is not None and before.poll() is None:
+            return before
+        self._ready_file.unlink(missing_ok=True)
+        failure_file(self._ready_file).unlink(missing_ok=True)
+        self._ticked = False
+        return subprocess.Popen(
+            [sys.executable, "-m", *self._program, self.settings.model_dump_json()],
+            stdout=self._output,
+            stderr=self._output,
+            start_new_session=True,  # Ctrl-C in the terminal is for us: we end the rig in order
+        )
+
     def _live(self, process: subprocess.Popen[bytes]) -> None:
         """One life of the process, until it is over; kills it when its loop stands still, ends it on `stop`."""
         ring: Ring | None = None
+        end = time.monotonic() + (START_TIMEOUT if self._ever_ticked else FIRST_TIMEOUT)
         while process.poll() is None:
+            self.worker.turn()
             if self._stopping.wait(POLL) or self._replaced.is_set():
                 end_process(process, STOP_TIMEOUT)
+            elif self._new and not self._ticked and time.monotonic() > end:
+                log.error("rig %s: not ready in time, killed", self.settings.rig)
+                process.kill()
+                process.wait()
             elif ring is None:
                 ring = self._ring_when_ready()
+            elif not self._ticked and ring.head >= PROVEN:
+                self._prove()
             elif stalled(ring):
                 log.error("rig %s: no tick for %.1f s, killed", self.settings.rig, STALLED)
                 process.kill()
                 process.wait()
 
-    def _ring_when_ready(self) -> Ring | None:
+    @property
+    def _new(self) -> bool:
+        """There are other parameters, which ticked last, to go back to."""
+        return self._ticked_last is not None and self._ticked_last != self.settings.parameters
+
+    def _take(self, parameters: RigParameters) -> None:
+        self.settings = self.settings.model_copy(update={"parameters": parameters})
+
+    def _prove(self) -> None:
+        """The present parameters ticked."""
+        self._ticked = self._ever_ticked = True
+        if self._untold:
+            self._tell("")
+        self._ticked_last = self.settings.parameters
+
+    def _fall_back(self, process: subprocess.Popen[bytes]) -> bool:
+        """After a start that did not come to tick, take the parameters that ticked last, and say so."""
+        if self._ticked or not self._new or self._ticked_last is None:
+            return False
+        try:
+            reason = failure_file(self._ready_file).read_text()
+        except OSError:
+            reason = f"it ended with code {process.poll()} before it ticked"
+        back, name = self._ticked_last, self.settings.parameters.actuator.name
+        fields = {"actuator": name, "reason": reason, "back": back.actuator.name}
+        log.error("actuator %s did not start: %s; %s is in force again", *fields.values(), extra=fields)
+        self._tell(reason)
+        self._take(back)
+        return True
+
+    def _tell(self, reason: str) -> None:
+        self._starts.put(Started(self.settings.parameters, reason))
+        self._untold = False
+
+    def _ring_when_ready(self) -> "Ring | None":
+        from controller.realtime.ring import find_ring
+
         if not self._ready_file.exists():
             return None
         ready = RigReady.model_validate_json(self._ready_file.read_bytes())
@@ -135,8 +244,15 @@ def restart_delay(quick_deaths: int) -> float:
     return 0.0 if quick_deaths < 2 else min(DELAY_MAX, DELAY_FIRST * 2.0 ** (quick_deaths - 2))
 
 
-def stalled(ring: Ring) -> bool:
+def retry_delay(failures: int) -> float:
+    """Wait after so many failures in a row to start or watch it [s]: 0.5 s after the first, then doubling."""
+    return min(DELAY_MAX, DELAY_FIRST * 2.0 ** (failures - 1)) if failures else 0.0
+
+
+def stalled(ring: "Ring") -> bool:
     """The loop of this ring has not ended a tick for STALLED seconds."""
+    from controller.realtime.ring import LOOP_NS
+
     return time.monotonic_ns() - int(ring.header[LOOP_NS]) > STALLED * 1e9
 
 

@@ -48,7 +48,10 @@ class Operator:
         self.n += 1
         self.request_n += request != Request.NONE
         told = {"boot": self.client.info.boot, "presence": self.n, "request_n": self.request_n} | fields
-        return self.client.command(Command(n=self.n, request=request, **told))
+        reply = self.client.command(Command(n=self.n, request=request, **told))
+        if request == Request.E_STOP:  # its number is given by the rig
+            self.request_n = reply.n
+        return reply
 
     def arm_and_follow(self) -> None:
         """VENTED -> HOLD -> FOLLOW, towards the straight actuator's tip."""

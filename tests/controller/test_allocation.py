@@ -18,10 +18,11 @@ from controller.build import build_rod
 from controller.build_rig import build_rig
 from controller.build_twin import build_twin
 from controller.experiments.tick_bench import Inputs, run_ticks
-from controller.kernels.along import nearest_of, walk
+from controller.kernels.along import nearest_of, settle, walk
 from controller.kernels.compiled import OPTIONS
 from controller.kernels.implicit import make_implicit_work, meet_hinges
 from controller.kernels.replay import Replay, Samples, Springs, replay
+from controller.kernels.retime import fastest_progress
 from controller.kernels.rod import make_load
 from controller.kernels.statics import at_rest, places
 from controller.kernels.tick import tick
@@ -80,6 +81,8 @@ def outermost() -> dict[str, tuple[Any, ...]]:
         "meet_hinges": (model, state.q, state.v, work),
         "replay": (run, samples, Springs(np.zeros(2), np.zeros(2)), 1, points[None]),
         "walk": (rig.control.smap, points, 0, (0.0, 0.0), 1, 1, points.copy(), np.zeros(1)),
+        "settle": (rig.control.smap, points.copy(), points.copy(), 1),
+        "fastest_progress": (points, points, np.ones(1), 1.0, np.ones(1)),
         "nearest_of": (rig.control.smap, (0.0, 0.0), np.zeros(1, np.int64), 1),
     }
 
@@ -99,7 +102,9 @@ def calls_hidden(x: np.ndarray) -> float:
 
 def test_the_examples_reach_every_kernel() -> None:
     found = kernels()
-    assert {tick, twin_step, meet_hinges, replay, walk, nearest_of} == {found[name] for name in outermost()}
+    assert {tick, twin_step, meet_hinges, replay, walk, settle, fastest_progress, nearest_of} == {
+        found[name] for name in outermost()
+    }
     called = {inner for kernel in found.values() for inner in called_by(kernel)}
     assert {name for name, kernel in found.items() if kernel not in called} == outermost().keys()
 

@@ -1,7 +1,13 @@
 """Compiled kernels are kept for exactly the sources that they were made from."""
 
+import os
 import re
+import shutil
+import subprocess
+import sys
 from pathlib import Path
+
+import pytest
 
 import controller
 
@@ -16,3 +22,58 @@ def test_a_change_of_any_constant_that_kernels_import_makes_a_new_cache() -> Non
     outside = {ROOT / f"{name}.py" for name in imported if not name.startswith("kernels")}
     assert ROOT / "states.py" in outside
     assert outside <= set(controller.compiled_sources())
+
+
+def declared(folder: Path, cache: Path) -> subprocess.CompletedProcess[str]:
+    """A process that compiles one small kernel of `folder`, or finds it in the cache."""
+    program = folder / "program.py"
+    program.write_text(
+        "import controller\n"
+        "from controller.kernels.compiled import kernel\n"
+        "@kernel\n"
+        "def twice(x):\n"
+        "    return 2.0 * x\n"
+        "assert twice(2.0) == 4.0\n"
+        "print(sum(twice.stats.cache_hits.values()))\n"
+    )
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": str(ROOT.parent)}
+    return subprocess.run([sys.executable, program], env=environment, capture_output=True, text=True, check=True)
+
+
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a cache that is found."""
+    folder = tmp_path_factory.mktemp("compiled")
+    assert [declared(folder, folder / "cache").stdout for _ in range(2)] == ["0\n", "1\n"]
+    return folder
+
+
+@pytest.mark.parametrize("kind", ["index", "code"])
+@pytest.mark.parametrize("damage", ["empty", "half", "zeros", "random", "folder", "pipe"])
+def test_a_cache_that_is_damaged_is_compiled_again(kind: str, damage: str, compiled: Path, tmp_path: Path) -> None:
+    cache = tmp_path / "cache"
+    shutil.copytree(compiled / "cache", cache)
+    [path] = cache.rglob("*.nbi" if kind == "index" else "*.nbc")
+    data = path.read_bytes()
+    path.unlink()
+    match damage:
+        case "folder":
+            path.mkdir()
+        case "pipe":
+            os.mkfifo(path)
+        case _:
+            half = data[: len(data) // 2]
+            spoilt = {"empty": b"", "half": half, "zeros": half + bytes(len(data) - len(half)), "random": data[::-1]}
+            path.write_bytes(spoilt[damage])
+    done = declared(compiled, cache)
+    assert (done.stdout, "cannot be used" in done.stderr) == ("0\n", True), done.stderr
+    assert declared(compiled, cache).stdout == ("0\n" if damage == "folder" else "1\n")
+
+
+def test_a_cache_folder_that_takes_nothing_is_used_as_a_copy(tmp_path: Path) -> None:
+    (tmp_path / "cache").write_text("a file")
+    environment = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
+    environment |= {"XDG_CACHE_HOME": str(tmp_path / "cache"), "PYTHONPATH": str(ROOT.parent)}
+    program = "import controller, os; print(os.path.isdir(os.environ['NUMBA_CACHE_DIR']))"
+    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout == "True\n"

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from controller.errors import ParameterError, RigUnreachable
+from controller.link import PlannedRows
 from controller.modes import Cause, Mode, Request
 from controller.parameters import Law, RigParameters, SafetyLimits, Settings
 from controller.realtime.ring import STOP, Ring
@@ -20,6 +21,7 @@ from tests.controller.live_rig import LiveRig, live_rig, wait_for
 
 CRASHING_PUMP = """
 import sys
+from controller.link import PlannedRows
 from controller.link.rig_end import RigEnd
 from controller.realtime.rig import RigSettings, run_rig
 
@@ -80,7 +82,7 @@ def test_a_refusal_names_the_mode_and_the_way_out(shared: LiveRig) -> None:
     assert send(Request.ARM).accepted
     assert send(Request.TRACK).cause == Cause.NO_REFERENCE
     with pytest.raises(ParameterError, match="reference of 3 points cannot go on at 3 for 9 ticks"):
-        shared.operator.client.plan(np.full((3, 2), 0.2), again=3, ticks=9)
+        shared.operator.client.plan(PlannedRows(np.full((3, 2), 0.2), None, 3, 9))
     assert send(Request.TRACK).cause == Cause.NO_REFERENCE
     assert send(Request.FOLLOW).accepted
     assert send(Request.TRACK).cause == Cause.WRONG_MODE

@@ -7,13 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from controller.actuator import PRESETS
+from controller.actuator import PRESETS, Actuator
 from controller.errors import TendrilError
 from controller.modes import Cause, Mode, Request
+from controller.parameters import RigParameters
 from controller.realtime.ring import find_ring
 from controller.realtime.settings import RigSettings
-from controller.realtime.supervisor import Supervisor, restart_delay
+from controller.realtime.supervisor import Started, Supervisor, restart_delay
 from tests.controller.live_rig import Operator, wait_for
+from tests.controller.test_acceptance import TOPPLED
 
 
 @pytest.fixture
@@ -62,6 +64,50 @@ def test_a_rig_is_replaced_by_one_with_other_parameters_and_its_end_counts_as_no
     assert info.parameters.actuator == PRESETS["P2"]
     assert supervisor.restarts == 0
     operator.client.close()
+
+
+def toppled(parameters: RigParameters) -> RigParameters:
+    """With an actuator that the twin cannot be built for; its check was passed by, as if it had been by mistake."""
+    fields = PRESETS["P1"].model_dump() | TOPPLED | {"name": "toppled"}
+    return parameters.model_copy(update={"actuator": Actuator.model_validate(fields)})
+
+
+def test_a_rig_that_does_not_start_with_other_parameters_goes_back_to_those_that_ticked_last(
+    supervisor: Supervisor, caplog: pytest.LogCaptureFixture
+) -> None:
+    operator = connected_operator(supervisor)
+    supervisor.replace(toppled(supervisor.settings.parameters))
+    wait_for(lambda: len(operator.boots) == 2)
+    info = operator.client.info
+    assert info is not None and info.parameters.actuator == PRESETS["P1"]
+    failed = supervisor.started()
+    assert failed is not None and failed.parameters.actuator.name == "toppled"
+    assert "the unactuated body has no stable rest" in failed.reason
+    assert "actuator toppled did not start: gravity" in caplog.text and "P1 is in force again" in caplog.text
+    supervisor.replace(supervisor.settings.parameters.model_copy(update={"actuator": PRESETS["P3"]}))
+    wait_for(lambda: len(operator.boots) == 3)
+    found: list[Started | None] = []
+    wait_for(lambda: found.append(supervisor.started()) or found[-1] is not None)
+    assert found[-1] is not None
+    assert (found[-1].parameters.actuator, found[-1].reason) == (PRESETS["P3"], "")
+    assert supervisor.restarts == 0
+    operator.client.close()
+
+
+def test_a_first_start_that_fails_falls_back_too(tmp_path: Path) -> None:
+    settings = RigSettings(rig="watched", folder=tmp_path, key_file=tmp_path / "watched.key")
+    supervisor = Supervisor(
+        settings.model_copy(update={"parameters": toppled(RigParameters())}), fallback=RigParameters()
+    )
+    supervisor.start()
+    supervisor.wait_ready()
+    started = supervisor.started()
+    assert started is not None and "no stable rest" in started.reason
+    assert supervisor.settings.parameters == RigParameters()
+    operator = connected_operator(supervisor)
+    assert operator.send(Request.ARM).accepted
+    operator.client.close()
+    supervisor.stop()
 
 
 def test_a_frozen_rig_is_killed_and_started_again(supervisor: Supervisor) -> None:
