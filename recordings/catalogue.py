@@ -2,7 +2,9 @@
 
 import contextlib
 import gc
+import logging
 import os
+import stat
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,7 +13,7 @@ from pydantic import TypeAdapter
 
 from controller.errors import RecordingError
 from controller.layout import Model
-from controller.whole_file import SHARED, write_whole
+from controller.whole_file import SHARED, read_whole, write_whole
 from recordings import sidecar
 from recordings.messages import Recording
 
@@ -27,6 +29,13 @@ class Entry(Model):
     recording: Recording
 
 
+INDEX_MOST = 1 << 28
+"""Bytes of it that are read: it takes 1 kB a recording."""
+TOLD_MAX = 20
+"""Odd things in the folder that the log names; of more there is one line."""
+
+log = logging.getLogger(__name__)
+
 ENTRIES = TypeAdapter(dict[str, Entry])
 
 
@@ -37,11 +46,21 @@ class Catalogue:
         self._folder = folder
         self._entries: dict[str, Entry] | None = None
         self._lock = threading.Lock()
+        self._told: set[str] = set()
+        self._seen = False
+        self.problem = ""
+        """Why the folder could not be read the last time, "" when it could."""
 
     def list(self) -> list[Recording]:
-        """All of them in no order; `problem` says what is wrong with one."""
+        """All of them in no order; `problem` says what is wrong with one. None where the folder cannot be read."""
         with self._lock, _no_collection():
-            marks, data = self._scan()
+            try:
+                marks, data = self._scan()
+            except OSError as error:
+                if self._seen or not isinstance(error, FileNotFoundError):  # before the first recording there is none
+                    self._complain(f"recordings in {self._folder} cannot be listed: {error.strerror}")
+                return []
+            self.problem, self._seen = "", True
             entries = self._refreshed(marks)
         listed = [_shown(entry.recording, id in data) for id, entry in entries.items()]
         # A writer that begins has data before it has a sidecar, and holds them.
@@ -57,15 +76,31 @@ class Catalogue:
                 id, _, kind = file.name.rpartition(".")
                 if kind not in ("json", "rrd") or not sidecar.is_id(id):
                     continue
-                if kind == "rrd":
-                    data.add(id)
-                    continue
                 try:
-                    found = file.stat()
+                    found = file.stat(follow_symlinks=False)
                 except FileNotFoundError:  # removed this moment
                     continue
-                marks[id] = found.st_ino, found.st_mtime_ns, found.st_size
+                if not stat.S_ISREG(found.st_mode):
+                    self._leave_out(file.name)
+                elif kind == "rrd":
+                    data.add(id)
+                else:
+                    marks[id] = found.st_ino, found.st_mtime_ns, found.st_size
         return marks, data
+
+    def _complain(self, problem: str) -> None:
+        if problem != self.problem:
+            self.problem = problem
+            log.warning("%s", problem)
+
+    def _leave_out(self, name: str) -> None:
+        """Say once that `name` is no file of ours; the folder may hold any number of such."""
+        if name in self._told or len(self._told) > TOLD_MAX:
+            return
+        self._told.add(name)
+        more = len(self._told) > TOLD_MAX
+        what = "more there is not told" if more else f"{name} is not a regular file: it is left out"
+        log.warning("%s: %s", self._folder, what)
 
     def _refreshed(self, marks: dict[str, tuple[int, int, int]]) -> dict[str, Entry]:
         known = self._load() if self._entries is None else self._entries
@@ -84,7 +119,7 @@ class Catalogue:
 
     def _load(self) -> dict[str, Entry]:
         try:
-            return ENTRIES.validate_json((self._folder / INDEX).read_bytes())
+            return ENTRIES.validate_json(read_whole(self._folder / INDEX, INDEX_MOST))
         except (OSError, ValueError):  # none yet, or of another version: it can be made again
             return {}
 

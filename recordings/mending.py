@@ -12,7 +12,7 @@ TIMEOUT = 1800.0
 
 def mend(path: Path, draft: Path) -> None:
     """A copy of the whole frames with a footer: rerun's migration streams, so it needs little memory for any size."""
-    frames.copy_whole(path, draft)
+    frames.copy_whole(path, draft, frames.intact_length(path))
     tool.run("rrd", "migrate", str(draft), timeout=TIMEOUT)
 
 

@@ -1,10 +1,17 @@
 """What is said about recordings: the recorder's state and one row of the list."""
 
-from datetime import datetime
 from typing import Literal
+
+from pydantic import AwareDatetime
 
 from controller.layout import Model
 from controller.parameters import Settings
+
+PATIENCE = 10.0
+"""A disk that takes nothing for so long ends the recording [s]. Memory holds a minute of rows, and a disk that has to
+spin up takes 5 to 8 s."""
+SPLIT_BYTES = 1_000_000_000
+"""Size at which a recording goes on in another file."""
 
 Profile = Literal["full", "standard"]
 """How much of every tick is kept; `recordings.profiles` says what each one holds."""
@@ -71,7 +78,7 @@ class Recording(Model):
 
     id: str
     name: str
-    started: datetime
+    started: AwareDatetime
     seconds: float
     rows: int
     gaps: int

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from controller.experiments.metrics import DT, feedback_share, ise, phase_lags, rmse, sse
+from controller.experiments.metrics import DT, feedback_share, ise, phase_lags, sse
 from controller.layout import Model
 from controller.modes import Mode
 from controller.parameters import SENSORS
@@ -52,16 +52,48 @@ def cycles_of(rows: Rows) -> list[Metrics]:
 
 
 def followed(rows: Rows) -> Rows:
-    """The rows in mode TRACK, without those that are known to lead into a run; all where no row is in that mode."""
+    """The rows of runs that began in the recording, without those that are known to lead into them or to travel.
+
+    Without any such note the rows in mode TRACK; all where no row is in that mode.
+    """
     tracked = _tracked(rows)
     if not tracked.any():
         return rows
-    return _only(rows, tracked & ~rows["approach"] if "approach" in rows else tracked)
+    return _only(rows, _led(rows, tracked) & ~rows["approach"] if "approach" in rows else tracked)
 
 
 def approach(rows: Rows) -> float | None:
     """How long runs were led into [s], which `followed` leaves out; None where the recording does not say."""
     return float(np.count_nonzero(rows["approach"] & _tracked(rows))) * _dt(rows) if "approach" in rows else None
+
+
+class ErrorSums:
+    """What errors come to, however many there are: the figures of a run's card and of its recording.
+
+    e = p_ref - p_meas at every tick that saw the tip. p_ref is the rig's own, which is in the recording: where the rig
+    did follow its plan late or elsewhere, its plan is not what the tip was led along.
+    """
+
+    def __init__(self) -> None:
+        self._count, self._ise, self._most = 0, 0.0, 0.0
+
+    def add(self, p_ref: Array, p_meas: Array) -> None:
+        """Count the ticks (n, 2) [m]."""
+        e = p_ref - p_meas
+        e = e[np.isfinite(e).all(axis=1)]
+        self._count += len(e)
+        self._ise += ise(e, 1.0)
+        self._most = max(self._most, float(np.linalg.norm(e, axis=1).max(initial=0.0)))
+
+    @property
+    def rmse(self) -> float | None:
+        """sqrt(mean |e|^2) [m]; None where the tip never was seen."""
+        return math.sqrt(self._ise / self._count) if self._count else None
+
+    @property
+    def largest(self) -> float | None:
+        """Max |e| [m]."""
+        return self._most if self._count else None
 
 
 def errors(p_ref: Array, p_meas: Array, dt: float) -> dict[str, float]:
@@ -73,8 +105,9 @@ def errors(p_ref: Array, p_meas: Array, dt: float) -> dict[str, float]:
     e = e[np.isfinite(e).all(axis=1)]
     if not len(e):
         return {}
-    largest = float(np.linalg.norm(e, axis=1).max())
-    return {"rmse": rmse(e), "max_error": largest, "sse": sse(e), "ise": ise(e, dt)}
+    sums = ErrorSums()
+    sums.add(p_ref, p_meas)
+    return {"rmse": sums.rmse or 0.0, "max_error": sums.largest or 0.0, "sse": sse(e), "ise": ise(e, dt)}
 
 
 def saturated_share(saturated: Array) -> float | None:
@@ -144,6 +177,17 @@ def _lags(rows: Rows, period: Period | None) -> dict[str, float]:
 
 def _tracked(rows: Rows) -> Array:
     return np.asarray(rows["mode"] == Mode.TRACK) if "mode" in rows else np.zeros(_count(rows), bool)
+
+
+def _led(rows: Rows, tracked: Array) -> Array:
+    """Which of the `tracked` rows (n,) are of a run that began in this recording: their stretch has a noted approach.
+
+    A recording begins with what was in memory, which may be the end of an earlier run.
+    """
+    begins = tracked & ~np.concatenate([[False], tracked[:-1]])
+    stretch = np.cumsum(begins)
+    noted = np.unique(stretch[tracked & rows["approach"]])
+    return np.asarray(tracked & np.isin(stretch, noted))
 
 
 def _period(rows: Rows) -> Period | None:

@@ -5,7 +5,7 @@ A hidden file: the mark of the data it was made from, then the text. It may be d
 
 from pathlib import Path
 
-from controller.whole_file import SHARED, write_whole
+from controller.whole_file import SHARED, read_whole, write_whole
 
 Mark = tuple[int, int]
 """Size [B] and time of change [ns]."""
@@ -19,13 +19,13 @@ def mark(data: Path) -> Mark:
 
 def keep(data: Path, made_from: Mark, text: bytes) -> None:
     """Keep `text`, in one step."""
-    write_whole(_file(data), _head(made_from) + text, SHARED, lasting=False)
+    write_whole(_file(data), _head(made_from) + text, SHARED)
 
 
 def kept(data: Path, now: Mark) -> bytes | None:
     """What was kept of the data, if they have not changed since."""
     try:
-        text = _file(data).read_bytes()
+        text = read_whole(_file(data))
     except OSError:
         return None
     head = _head(now)

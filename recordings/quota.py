@@ -14,7 +14,7 @@ SHARE = 0.8
 
 
 def default_quota(folder: Path) -> int:
-    """The smaller one of 50 GB and 80 % of the disk that `folder` is on [B]."""
+    """The smaller one of 50 GB and 80 % of the disk that `folder` is on [B]; OSError where there is no such folder."""
     return min(BYTES, int(SHARE * shutil.disk_usage(folder).total))
 
 

@@ -10,6 +10,7 @@ from rerun_bindings import flush_and_cleanup_orphaned_recordings
 
 from controller.errors import RecordingError
 from controller.modes import Cause, Mode
+from controller.whole_file import sync_file
 from recordings import plan
 from recordings.about import About, description, mode_style, series_style, word
 from recordings.blueprint import APPLICATION, layout
@@ -169,12 +170,13 @@ class RrdFile:
 
 
 def write_whole(path: Path, about: About, rows: Rows) -> None:
-    """All of a recording that is known already, `rows` (n,), into `path`; errors as of `RrdFile`."""
+    """All of a recording that is known already, `rows` (n,), into `path` and on the disk; errors as of `RrdFile`."""
     file = RrdFile(path, about)
     for begin in range(0, len(rows), BATCH):
         file.write(rows[begin : begin + BATCH])
     file.flush()
     file.close()
+    sync_file(path)
 
 
 def _matrix(rows: Rows, group: Group) -> np.ndarray[Any, np.dtype[np.float64]]:

@@ -3,6 +3,7 @@
 import shutil
 import tempfile
 import time
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,7 +17,8 @@ from controller.parameters import RigParameters, Settings
 from recordings import sidecar
 from recordings.about import About
 from recordings.messages import Hole, Profile, Recording, RecordingState, Restart
-from recordings.rrd import Level, Rows, RrdFile
+from recordings.rrd import ABANDON_TIMEOUT, Level, Rows, RrdFile
+from recordings.syncing import Syncer
 
 REPORT_SECONDS = 1.0
 DISK_FREE_MIN = 256 << 20
@@ -60,10 +62,12 @@ class Session:
         self._reported = time.monotonic()
         self._file = RrdFile(self._path, About(self.id, self._name, info, settings, context.profile))
         self._file.flush()
+        self._syncer = Syncer(folder, self._path)
         sidecar.write(folder, self._described(complete=False))
+        self._syncer.start()
 
     def write(self, rows: Rows) -> None:
-        """Append rows (n,) and count them; once a second see to disk and sidecar."""
+        """Append rows (n,) and count them; once a second see whether the disk still takes them."""
         if not self._rows:
             self._first_ns = int(rows["t_ns"][0])
         self._file.write(rows)
@@ -98,6 +102,11 @@ class Session:
     def state(self) -> RecordingState:
         """The recorder's state while this session runs."""
         return RecordingState(recording=True, id=self.id, seconds=self._seconds, rows=self._rows, gaps=self._gaps)
+
+    @property
+    def waiting(self) -> float:
+        """For how long the disk has not put on it what was written [s]."""
+        return self._syncer.waiting
 
     @property
     def bytes(self) -> int:
@@ -156,11 +165,17 @@ class Session:
         self._reported = time.monotonic()
         self._file.flush()
         check_room(self._folder)
-        sidecar.write(self._folder, self._described(complete=False))
+        self._syncer.describe(self._described(complete=False))
 
     def _release(self, complete: bool) -> Recording:
+        """The order is what counts: the data are on the disk before anything says that they are complete."""
         try:
             (self._file.close if complete else self._file.abandon)()
+            if complete:
+                self._syncer.end()
+            else:
+                with suppress(RecordingError):  # the first error is the one that counts
+                    self._syncer.end(ABANDON_TIMEOUT)
             return sidecar.write(self._folder, self._described(complete))
         finally:
             self._lock.close()

@@ -15,12 +15,14 @@ from typing import BinaryIO
 from pydantic import ValidationError
 
 from controller.errors import RecordingError
-from controller.whole_file import SHARED, write_whole
+from controller.whole_file import SHARED, open_lock, open_regular, read_whole, write_whole
 from recordings.messages import Recording
 
 ID = re.compile(r"[0-9]{8}-[0-9]{6}(-[a-z0-9]{1,40}){0,25}", re.ASCII)
 ID_LENGTH = 100
 TURN = ".sidecars.lock"
+LONGEST = 1 << 20
+"""Bytes of a sidecar; it takes a few thousand."""
 
 
 def check_id(id: str) -> str:
@@ -84,7 +86,7 @@ def claim(folder: Path, name: str, started: datetime) -> tuple[str, BinaryIO]:
 
 def lock(path: Path) -> BinaryIO | None:
     """The lock on `path`, or None while a writer holds it; closing the file gives it back."""
-    file = path.open("rb")
+    file = open_regular(path)
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -94,11 +96,13 @@ def lock(path: Path) -> BinaryIO | None:
 
 
 def is_free(path: Path) -> bool:
-    """Whether no writer holds the data in `path`; so it is where there are none."""
+    """Whether no writer holds the data in `path`; so it is where there are none, not where nobody can tell."""
     try:
         held = lock(path)
     except FileNotFoundError:
         return True
+    except OSError:
+        return False
     if held:
         held.close()
     return held is not None
@@ -107,7 +111,7 @@ def is_free(path: Path) -> bool:
 @contextmanager
 def turn(folder: Path) -> Iterator[None]:
     """One writer of sidecars at a time, whether another thread or another process."""
-    with (folder / TURN).open("w") as file:
+    with open_lock(folder / TURN) as file:
         fcntl.flock(file, fcntl.LOCK_EX)
         yield
 
@@ -126,7 +130,7 @@ def write(folder: Path, recording: Recording) -> Recording:
             "starred": kept.starred or recording.starred,
         }
         written = recording.model_copy(update=edits)
-        _put(folder, written, lasting=written.complete)  # while it is written, the next one comes in a second
+        _put(folder, written)
     return written
 
 
@@ -134,19 +138,19 @@ def update(folder: Path, id: str, **changes: object) -> Recording:
     """Change some fields of the sidecar of `id`, and no others; RecordingError when it cannot be read."""
     with turn(folder):
         changed = read(folder, id).model_copy(update=changes)
-        _put(folder, changed, lasting=True)
+        _put(folder, changed)
     return changed
 
 
-def _put(folder: Path, recording: Recording, lasting: bool) -> None:
-    """Replace the sidecar in one step: a reader sees the old or the new one, whole."""
-    write_whole(folder / f"{check_id(recording.id)}.json", recording.model_dump_json(indent=1), SHARED, lasting)
+def _put(folder: Path, recording: Recording) -> None:
+    """Replace the sidecar in one step: a reader sees the old or the new one, whole, after a power cut too."""
+    write_whole(folder / f"{check_id(recording.id)}.json", recording.model_dump_json(indent=1), SHARED)
 
 
 def read(folder: Path, id: str) -> Recording:
     """The sidecar of `id`; raises `RecordingError` when there is none or it is damaged."""
     try:
-        found = Recording.model_validate_json((folder / f"{check_id(id)}.json").read_bytes())
+        found = Recording.model_validate_json(read_whole(folder / f"{check_id(id)}.json", LONGEST))
     except FileNotFoundError:
         raise RecordingError(f"there is no recording {id!r}") from None
     except (OSError, ValidationError) as error:

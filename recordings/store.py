@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from controller.errors import CommandRefused, RecordingError
+from controller.whole_file import is_regular, sync_file, sync_folder
 from recordings import mending, prepared, sidecar, tool
 from recordings.catalogue import Catalogue
 from recordings.chunks import Array
@@ -34,7 +35,7 @@ class Store:
     """All recordings in `folder`."""
 
     def __init__(self, folder: Path) -> None:
-        folder.mkdir(parents=True, exist_ok=True)
+        """Nothing is asked of the folder yet: it may be missing, or take long to answer."""
         self._folder = folder
         self._catalogue = Catalogue(folder)
 
@@ -47,6 +48,11 @@ class Store:
         """Every recording, newest first, without opening any data; a damaged one says so as its `problem`."""
         return sorted(self._catalogue.list(), key=lambda recording: (recording.started, recording.id), reverse=True)
 
+    @property
+    def problem(self) -> str:
+        """Why the last `list` could not look into the folder, "" when it could."""
+        return self._catalogue.problem
+
     def find(self, id: str) -> Recording:
         """The recording `id`; raises `RecordingError` when there is none."""
         return sidecar.read(self._folder, id)
@@ -54,7 +60,7 @@ class Store:
     def path(self, id: str) -> Path:
         """The .rrd file of `id`; raises `RecordingError` when there is none or `id` is no id."""
         path = sidecar.rrd_path(self._folder, id)
-        if not path.is_file():
+        if not is_regular(path):
             raise RecordingError(f"there is no recording {id!r}")
         return path
 
@@ -84,21 +90,23 @@ class Store:
 
     def edit(self, id: str, edit: Edit) -> Recording:
         """Change what people say about `id`; raises `RecordingError` when there is no such recording."""
-        return sidecar.update(self._folder, id, **edit.changes())
+        with _refused(f"recording {id!r} cannot be changed"):
+            return sidecar.update(self._folder, id, **edit.changes())
 
     def remove(self, id: str) -> None:
         """Delete data and sidecar; raises `CommandRefused` for one that is starred or still being written."""
         data, described = sidecar.rrd_path(self._folder, id), self._folder / f"{id}.json"
-        with sidecar.turn(self._folder):
-            if not data.is_file() and not described.is_file():
-                raise RecordingError(f"there is no recording {id!r}")
-            if described.is_file() and self._starred(id):
+        if not is_regular(data) and not is_regular(described):
+            raise RecordingError(f"there is no recording {id!r}")
+        with _refused(f"recording {id!r} cannot be removed"), sidecar.turn(self._folder):
+            if is_regular(described) and self._starred(id):
                 raise CommandRefused(f"recording {id!r} is starred: take its star away first")
-            if not sidecar.is_free(data):
+            if is_regular(data) and not sidecar.is_free(data):
                 raise CommandRefused(f"recording {id!r} is still being written")
             prepared.forget(data)
-            data.unlink(missing_ok=True)
-            described.unlink(missing_ok=True)
+            for file in filter(is_regular, (data, described)):
+                file.unlink(missing_ok=True)
+            sync_folder(self._folder)
 
     def check(self, id: str) -> Recording:
         """Let rerun verify the data of `id`, and note what is wrong with it as its `problem`, "" for nothing.
@@ -148,7 +156,7 @@ class Store:
 
     def _is_left(self, id: str) -> bool:
         data = sidecar.rrd_path(self._folder, id)
-        return data.is_file() and sidecar.is_free(data)
+        return is_regular(data) and sidecar.is_free(data)
 
     def _starred(self, id: str) -> bool:
         try:
@@ -174,14 +182,28 @@ class Store:
             return self.find(id)
 
     def _replaced(self, recording: Recording, make: Callable[[Path, Path], None]) -> Recording:
-        """Put a better file in the place of the data once it is verified, and count what it holds."""
+        """Put a better file in the place of the data once it is verified and on the disk, and count what it holds.
+
+        A power cut leaves the old data or the new, and nothing is said of the new before they are there for good.
+        """
         path = self.path(recording.id)
         with self._draft(recording.id) as draft:
             make(path, draft)
             tool.run("rrd", "verify", str(draft), timeout=mending.TIMEOUT)
             counted = mending.count(draft) | {"bytes": draft.stat().st_size}
+            sync_file(draft)
             draft.replace(path)
+            sync_folder(self._folder)
         return sidecar.update(self._folder, recording.id, **counted, recovered=not recording.complete, problem="")
+
+
+@contextmanager
+def _refused(what: str) -> Iterator[None]:
+    """A folder that takes no change is a refusal with its reason, as of one that is read-only or gone."""
+    try:
+        yield
+    except OSError as error:
+        raise CommandRefused(f"{what}: {error.strerror}") from error
 
 
 def _closed(recording: Recording) -> bool:

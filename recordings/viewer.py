@@ -4,6 +4,7 @@ The wheel holds it only inside the program. So the program serves it for a momen
 it chooses itself, and the files are fetched from there.
 """
 
+import atexit
 import gzip
 import os
 import re
@@ -20,6 +21,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from controller.errors import RecordingError
+from controller.whole_file import is_regular, set_aside
 from recordings import tool
 
 FILES = ("index.html", "favicon.ico", "sw.js", "re_viewer.js", "re_viewer_bg.wasm")
@@ -37,7 +39,13 @@ def viewer_files(cache: Path | None = None) -> Path:
     Raises `RecordingError` when rerun does not serve it in time.
     """
     folder = (cache or cache_folder()) / f"rerun-viewer-{version('rerun-sdk')}"
-    if not folder.is_dir():
+    if _is_whole(folder):
+        return folder
+    try:
+        _extract(folder)
+    except OSError:  # a cache that takes nothing: for this process alone, then
+        folder = Path(tempfile.mkdtemp(prefix="tendril-viewer-"), folder.name)
+        atexit.register(shutil.rmtree, folder.parent, ignore_errors=True)
         _extract(folder)
     return folder
 
@@ -47,9 +55,16 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache", "tendril")
 
 
+def _is_whole(folder: Path) -> bool:
+    names = (*FILES, *(f"{name}.gz" for name in GZIPPED))
+    return all(is_regular(folder / name) for name in names)
+
+
 def _extract(folder: Path) -> None:
     """Fill a temporary folder and rename it: the folder is there whole or not at all, also with two processes at it."""
     folder.parent.mkdir(parents=True, exist_ok=True)
+    if os.path.lexists(folder):  # of a process that was killed, or something else by this name
+        set_aside(folder)
     draft = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
     try:
         with _served() as address:
@@ -62,7 +77,7 @@ def _extract(folder: Path) -> None:
             draft.rename(folder)
     finally:
         shutil.rmtree(draft, ignore_errors=True)
-    if not folder.is_dir():
+    if not _is_whole(folder):
         raise RecordingError(f"{folder} cannot be written")
 
 

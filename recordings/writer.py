@@ -5,7 +5,6 @@ It knows nothing of the server, so it can live in a process of its own too.
 
 import contextlib
 import queue
-import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -15,8 +14,9 @@ import numpy as np
 from controller.errors import RecordingError
 from controller.messages import RigInfo
 from controller.parameters import Settings
-from recordings.intake import Intake, Job
-from recordings.messages import Recording, RecordingState
+from controller.worker import Worker
+from recordings.intake import Intake, Job, NoAnswer
+from recordings.messages import PATIENCE, SPLIT_BYTES, Recording, RecordingState
 from recordings.rrd import Level, Rows
 from recordings.session import Context, Session, warm_up
 
@@ -25,10 +25,14 @@ BATCH_SECONDS = 0.13
 """A batch is written when it has so many rows or is so old: the most that a killed writer loses."""
 
 POLL_SECONDS = 0.05
-SPLIT_BYTES = 1_000_000_000
+ANSWER = 40.0
+"""Longest wait for a recording to begin or to end [s], which puts all of it on the disk (`syncing.LAST_TIMEOUT`)."""
+LAST = 10.0
+"""The same when the server ends [s]; whoever started it kills it after 20."""
 PLAIN = Context()
 FIRST_ROWS = 1000
 """Rows from memory are written in batches of so many."""
+ENDED = "the recording ended by itself"
 NEVER = -1
 """Before every tick."""
 
@@ -37,10 +41,17 @@ class Recorder:
     """Writes one recording at a time into `folder`. Its methods may be called from any thread."""
 
     def __init__(
-        self, folder: Path, split: int = SPLIT_BYTES, ended: Callable[[Recording], None] = lambda done: None
+        self,
+        folder: Path,
+        split: int = SPLIT_BYTES,
+        ended: Callable[[Recording], None] = lambda done: None,
+        patience: float = PATIENCE,
     ) -> None:
-        """A file that reaches `split` bytes is `ended`, and the recording goes on in another one."""
-        folder.mkdir(parents=True, exist_ok=True)
+        """A file that reaches `split` bytes is `ended`, and the recording goes on in another one.
+
+        `patience` [s] is had with a disk that takes nothing; see `look`.
+        """
+        self._patience, self._given_up, self._ending = patience, "", False
         self._split_bytes, self._ended = split, ended
         self._intake = Intake()
         self._folder = folder
@@ -49,15 +60,20 @@ class Recorder:
         self._state = RecordingState(recording=False, id="", seconds=0.0, rows=0, gaps=0)
         self._pending: list[Rows] = []
         self._pending_since = 0.0
-        self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
-        self._thread.start()
+        self.worker = Worker("recorder", self._run, patience)
+        self.worker.start()
 
     def start(self, name: str, info: RigInfo, settings: Settings, context: Context = PLAIN) -> RecordingState:
         """Begin a recording with the rows before it that are in memory.
 
         Raises `RecordingError` when one runs already or the disk cannot take it.
         """
-        return self._intake.ask(lambda: self._start(name, info, settings, context))
+        self._require_disk()
+        try:
+            return self._intake.ask(lambda: self._start(name, info, settings, context), ANSWER)
+        except NoAnswer:
+            self._intake.later(self._close_unwanted)
+            raise
 
     def rows(self, rows: Rows) -> None:
         """Take telemetry rows (n,) in the order of their ticks. Cheap: they are copied and handed over."""
@@ -65,7 +81,7 @@ class Recorder:
             self._intake.rows(rows.copy())
 
     def events(self, text: str, level: Level = "info") -> None:
-        """Add a line to the log of the running recording, if any."""
+        """Add a line to the log of the running recording, if any; it never waits, and is left out behind 500 others."""
         if self._intake.is_open:
             self._intake.later(lambda: self._log(text, level))
 
@@ -76,13 +92,22 @@ class Recorder:
 
     def stop(self) -> Recording:
         """End the recording, whole and closed; raises `RecordingError` when none runs or it failed."""
-        self._intake.is_open = False
-        return self._intake.ask(self._stop)
+        self._require_disk()
+        self._intake.is_open, self._ending = False, True
+        return self._intake.ask(self._stop, ANSWER)
 
-    @property
-    def alive(self) -> bool:
-        """Whether its thread still takes rows."""
-        return self._thread.is_alive()
+    def look(self) -> None:
+        """To be called now and then, from any thread: a disk that hangs ends the recording, here and now.
+
+        The recorder's own thread hangs with the disk; it closes what can be closed when it comes back.
+        """
+        session = self._session
+        if not self._state.recording or self._given_up or self._ending:
+            return
+        if self._intake.full:
+            self._give_up("the disk is too slow: a minute of rows waits for it")
+        elif max(self.worker.stuck, session.waiting if session else 0.0) > self._patience:
+            self._give_up(f"the disk has taken nothing for {self._patience:g} s")
 
     def state(self) -> RecordingState:
         """What the recorder does now; `problem` says why the last recording ended by itself."""
@@ -95,19 +120,41 @@ class Recorder:
     def close(self) -> None:
         """End a running recording and the recorder's thread."""
         self._intake.is_open = False
-        self._intake.later(None)
-        self._thread.join()
+        self._intake.end()
+        self.worker.join(LAST)
+
+    def _give_up(self, why: str) -> None:
+        self._given_up = f"{ENDED}: {why}"
+        self._intake.drop()
+        self._state = self._session_over(self._given_up)
+        self._intake.later(self._close_given_up)
+
+    def _close_unwanted(self) -> None:
+        """A recording began after all, when nobody waited for it any more."""
+        if self._session:
+            self._fail(RecordingError("the disk was too slow for it to begin"))
+
+    def _close_given_up(self) -> None:
+        if self._session and self._given_up:
+            self._fail(RecordingError(self._given_up.removeprefix(f"{ENDED}: ")))
+        self._given_up = ""
+
+    def _require_disk(self) -> None:
+        if self._given_up or self.worker.stuck > self._patience:
+            raise RecordingError("the disk does not answer")
 
     def _run(self) -> None:
         with contextlib.suppress(Exception):  # a full disk, say: the first recording will tell
             warm_up()
         while (item := self._next()) is not None:
+            self.worker.turn()
             self._guarded(item)
         if self._session:
             self._guarded(self._stop)
 
     def _next(self) -> Job | Rows | None:
         """The next thing handed over; writing what is due when nothing is."""
+        self.worker.rest()
         try:
             return self._intake.next(POLL_SECONDS if self._pending else None)
         except queue.Empty:
@@ -150,6 +197,7 @@ class Recorder:
 
     def _stop(self) -> Recording:
         if not self._session:
+            self._ending = False
             raise RecordingError(self._state.problem or "no recording is running")
         try:
             self._write_pending()
@@ -157,6 +205,8 @@ class Recorder:
         except Exception as error:
             self._fail(error)
             raise RecordingError(self._state.problem) from error
+        finally:
+            self._ending = False
         self._session = None
         self._state = self._session_over()
         return done
@@ -172,7 +222,7 @@ class Recorder:
             self._session.approach(first, end)
 
     def _pend(self, rows: Rows) -> None:
-        if not self._session:
+        if not self._session or self._given_up:
             return
         if not self._pending:
             self._pending_since = time.monotonic()
@@ -190,7 +240,8 @@ class Recorder:
             self._session.write(np.concatenate(rows))
             if self._session.bytes >= self._split_bytes:
                 self._split(self._session)
-            self._state = self._session.state()
+            if not self._given_up:
+                self._state = self._session.state()
 
     def _split(self, full: Session) -> None:
         """Close the file and go on in another."""
@@ -202,7 +253,7 @@ class Recorder:
         """End the recording because of `error` and keep the reason for `state`."""
         self._intake.is_open, self._pending = False, []
         session, self._session = self._session, None
-        over = self._session_over(f"the recording ended by itself: {error}")
+        over = self._session_over(f"{ENDED}: {error}")
         if session:
             with contextlib.suppress(Exception):  # the first error is the one that counts
                 session.abandon(over.problem)

@@ -4,8 +4,6 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from scipy.io import savemat
-
 from controller.errors import ParameterError
 from recordings.exporting.table import Table, joined
 
@@ -26,6 +24,8 @@ def write_mat(tables: Iterable[Table], target: Path) -> None:
         fields[column.signal.name] = column.values
     fields["units"] = {"t": "s"} | {column.signal.name: column.signal.unit for column in table.columns}
     fields["started_unix_ns"] = table.wall_ns
+    from scipy.io import savemat  # not for a start of the server
+
     savemat(target, {"tendril": fields}, oned_as="column", long_field_names=True)
 
 

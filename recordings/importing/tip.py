@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from controller.errors import DataError
+from controller.errors import DataError, RecordingError
 from controller.layout import layout_hash, record_dtype
 from controller.messages import Command, RigInfo, Telemetry
 from controller.parameters import RigParameters, Settings
@@ -31,8 +31,15 @@ def import_tip(folder: Path, name: str, samples: Samples) -> Recording:
     DataError for times that are one to the nanosecond; RecordingError when the disk is nearly full or takes no more.
     """
     rows = tip_rows(samples)
-    folder.mkdir(parents=True, exist_ok=True)
-    check_room(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        check_room(folder)
+        return _imported(folder, name, rows)
+    except OSError as error:
+        raise RecordingError(f"nothing can be written into {folder}: {error.strerror}") from error
+
+
+def _imported(folder: Path, name: str, rows: Rows) -> Recording:
     started = datetime.now(UTC)
     id, lock = sidecar.claim(folder, name, started)
     path = sidecar.rrd_path(folder, id)

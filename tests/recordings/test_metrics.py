@@ -175,7 +175,7 @@ def test_a_run_has_the_figures_of_its_result_card() -> None:
     rows: TelemetryRows = telemetry_rows(8000)
     rows["mode"] = Mode.TRACK
     tally = Tally((0.5, 0.5))
-    tally.add(rows["p_ref"].copy(), rows)
+    tally.add(rows)
     card = tally.figures()
     found = metrics_of({name: rows[name] for name in rows.dtype.names if "backbone" not in name and name != "markers"})
     for name in ("rmse", "max_error", "saturated_share"):

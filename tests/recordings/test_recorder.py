@@ -117,6 +117,7 @@ def test_two_recordings_at_once_are_refused(recorder: Recorder) -> None:
 
 def test_a_folder_that_is_gone_is_made_again_and_one_that_cannot_be_is_named(tmp_path: Path) -> None:
     folder = tmp_path / "runs"
+    folder.mkdir()
     recorder = Recorder(folder)
     folder.rmdir()
     recorder.start("made again", rig_info(), Settings())
