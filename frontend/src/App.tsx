@@ -1,5 +1,5 @@
 import { Loader, Tabs } from "@mantine/core";
-import { lazy, Suspense, type ComponentType } from "react";
+import { lazy, Suspense, useState, type ComponentType } from "react";
 import { ActuatorPanel } from "./panels/ActuatorPanel";
 import { Asking } from "./panels/Asking";
 import { Banner } from "./panels/Banner";
@@ -12,12 +12,13 @@ import { HealthStrip } from "./panels/HealthStrip";
 import { KeyHelp } from "./panels/KeyHelp";
 import { LogPanel } from "./panels/LogPanel";
 import { Login } from "./panels/Login";
+import { Part } from "./panels/Part";
 import { RunPanel } from "./panels/RunPanel";
 import { Scene3D } from "./panels/Scene3D";
 import { SensingPanel } from "./panels/SensingPanel";
 import { Starting } from "./panels/Starting";
 import { useDashboard, usePage } from "./panels/context";
-import { useKeys } from "./panels/useKeys";
+import { useNarrow } from "./operate/layout";
 import { PlanView } from "./plan/PlanView";
 import { PlotStrip } from "./plots/PlotStrip";
 
@@ -33,7 +34,7 @@ export function App() {
 function Bench() {
   const { page } = useDashboard();
   const view = usePage((state) => state.view);
-  const [help, setHelp] = useKeys();
+  const help = usePage((state) => state.help);
   return (
     <div className="bench">
       <Header
@@ -42,22 +43,32 @@ function Bench() {
           page.patch({ view: wanted });
         }}
         onHelp={() => {
-          setHelp(true);
+          page.patch({ help: true });
         }}
       />
-      <Asking />
-      {view === "live" ? <Guide /> : null}
-      <HealthStrip />
+      {view === "live" ? (
+        <Part name="Guide">
+          <Guide />
+        </Part>
+      ) : null}
+      <Part name="Health strip" className="health">
+        <HealthStrip />
+      </Part>
+      <Part name="Requests for control">
+        <Asking />
+      </Part>
       <Live hidden={view !== "live"} />
       {view === "review" ? (
-        <Suspense fallback={<Loader m="xl" />}>
-          <Review />
-        </Suspense>
+        <Part name="Review">
+          <Suspense fallback={<Loader m="xl" />}>
+            <Review />
+          </Suspense>
+        </Part>
       ) : null}
       <KeyHelp
         opened={help}
         onClose={() => {
-          setHelp(false);
+          page.patch({ help: false });
         }}
       />
     </div>
@@ -66,22 +77,37 @@ function Bench() {
 
 function Live({ hidden }: { readonly hidden: boolean }) {
   const stale = usePage((page) => !page.online || !page.rigLive);
+  const narrow = useNarrow();
   return (
     <main className="live" hidden={hidden} data-stale={stale}>
       <div className="stage">
-        <PlanView />
-        <Banner />
+        <Part name="Plan" className="plan">
+          <PlanView />
+        </Part>
+        <Part name="Banner">
+          <Banner />
+        </Part>
       </div>
       <aside className="side">
-        <Scene3D />
-        <Panels />
+        {narrow ? null : (
+          <Part name="3D view" className="scene">
+            <Scene3D />
+          </Part>
+        )}
+        <Panels tabs={narrow ? NARROW_TABS : TABS} />
       </aside>
-      <PlotStrip />
+      {narrow ? null : (
+        <Part name="Plots" className="plots">
+          <PlotStrip />
+        </Part>
+      )}
     </main>
   );
 }
 
-const TABS: readonly (readonly [string, string, ComponentType])[] = [
+type Tab = readonly [string, string, ComponentType];
+
+const TABS: readonly Tab[] = [
   ["control", "Control", ControlPanel],
   ["run", "Run", RunPanel],
   ["sensing", "Sensing", SensingPanel],
@@ -91,19 +117,31 @@ const TABS: readonly (readonly [string, string, ComponentType])[] = [
   ["log", "Log", LogPanel],
 ];
 
-function Panels() {
+/** One panel at a time: what otherwise stands beside the panels is one of them. */
+const NARROW_TABS: readonly Tab[] = [
+  ...TABS.slice(0, 2),
+  ["plots", "Plots", PlotStrip],
+  ["3d", "3D", Scene3D],
+  ...TABS.slice(2),
+];
+
+function Panels({ tabs }: { readonly tabs: readonly Tab[] }) {
+  const [chosen, setChosen] = useState<string | null>("control");
+  const shown = tabs.some(([value]) => value === chosen) ? chosen : "control";
   return (
-    <Tabs defaultValue="control" className="tabs" keepMounted={false}>
+    <Tabs value={shown} onChange={setChosen} className="tabs" keepMounted={false}>
       <Tabs.List>
-        {TABS.map(([value, label]) => (
+        {tabs.map(([value, label]) => (
           <Tabs.Tab key={value} value={value}>
             {label}
           </Tabs.Tab>
         ))}
       </Tabs.List>
-      {TABS.map(([value, , Panel]) => (
+      {tabs.map(([value, label, Panel]) => (
         <Tabs.Panel key={value} value={value}>
-          <Panel />
+          <Part name={label}>
+            <Panel />
+          </Part>
         </Tabs.Panel>
       ))}
     </Tabs>

@@ -2,16 +2,21 @@ import "@mantine/core/styles.css";
 import "@mantine/notifications/styles.css";
 import "uplot/dist/uPlot.min.css";
 import "./styles/index.css";
-import { createTheme, MantineProvider, Menu } from "@mantine/core";
+import { createTheme, MantineProvider, Menu, Popover } from "@mantine/core";
 import { Notifications, notifications } from "@mantine/notifications";
 import { createRoot } from "react-dom/client";
 import { App } from "./App";
 import { DashboardContext } from "./panels/context";
+import { markLayout } from "./operate/layout";
+import { StopBar } from "./operate/StopBar";
 import { followAddress } from "./review/place";
 import { Dashboard } from "./state/dashboard";
 import type { Notify } from "./state/operations";
 
 const COLOUR = { info: "blue", warning: "yellow", error: "red" } as const;
+
+/** What opens beside a control leaves the upper edge to state and E-STOP [px]. */
+const BESIDE_STOP = { top: 60, right: 5, bottom: 5, left: 5 };
 
 const notify: Notify = (level, title, text) => {
   notifications.show({
@@ -28,14 +33,30 @@ const theme = createTheme({
   defaultRadius: "sm",
   cursorType: "pointer",
   primaryShade: 8,
-  // Its placeholder for the focus is no child that a menu may have.
-  components: { Menu: Menu.extend({ defaultProps: { withInitialFocusPlaceholder: false } }) },
+  components: {
+    // Its placeholder for the focus is no child that a menu may have.
+    Menu: Menu.extend({ defaultProps: { withInitialFocusPlaceholder: false } }),
+    Popover: Popover.extend({
+      defaultProps: { middlewares: { flip: { padding: BESIDE_STOP }, shift: true } },
+    }),
+  },
 });
 
 const dashboard = new Dashboard(notify, localStorage);
 followAddress(dashboard.page);
 void dashboard.connection.start();
 dashboard.gamepads.start();
+
+markLayout();
+
+// A root of its own, and first: nothing that fails or is laid over the page takes the E-STOP with it.
+const edge = document.getElementById("edge");
+if (edge)
+  createRoot(edge).render(
+    <DashboardContext value={dashboard}>
+      <StopBar />
+    </DashboardContext>,
+  );
 
 const root = document.getElementById("root");
 if (root)

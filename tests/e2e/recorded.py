@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from controller.parameters import Settings
+from controller.reference.library import CENTRE
 from recordings.messages import Profile, Recording
 from recordings.session import Context
 from recordings.writer import Recorder
@@ -12,10 +13,12 @@ from tests.recordings.synthetic import batches, rig_info, telemetry_rows
 
 
 def record_circle(folder: Path, name: str, seconds: float, first: int = 0, profile: Profile = "full") -> Recording:
-    """A circle of 0.5 Hz with noise, every tick of it; `first` is its first tick."""
+    """A circle of 0.5 Hz with noise, every tick from `first` on. Its reference can be followed from rest."""
     recorder = Recorder(folder)
     recorder.start(name, rig_info(), Settings(), Context(profile=profile))
-    for batch in batches(telemetry_rows(round(seconds * 1e3), first), 500):
+    rows = telemetry_rows(round(seconds * 1e3), first)
+    rows["p_ref"] = CENTRE + 0.2 * (rows["p_ref"] - rows["p_ref"].mean(axis=0))
+    for batch in batches(rows, 500):
         recorder.rows(batch)
     done = recorder.stop()
     recorder.close()

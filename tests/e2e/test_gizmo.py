@@ -37,7 +37,15 @@ def test_dragging_the_gizmo_moves_the_target_and_the_tip_follows(context: Browse
         time.sleep(0.2)
     wait_until(lambda: math.dist(before, frame(page)["target"]) > 0.02, 10.0)
     assert frame(page)["mode"] == Mode.FOLLOW
+    there = frame(page)["target"]
+    page.get_by_test_id("toggle-3d").evaluate("bar => { bar.parentElement.style.height = '90px' }")
+    wait_until(lambda: frame(page)["mode"] == Mode.HOLD, 10.0)
+    page.mouse.move(at[0] - 60, at[1] - 90)
+    time.sleep(0.5)
+    assert frame(page)["mode"] == Mode.HOLD, "a drag whose frame moved is over"
+    assert math.dist(there, frame(page)["target"]) < 1e-3
     page.mouse.up()
+    page.get_by_test_id("follow").click()
     wait_until(lambda: math.dist(frame(page)["p_meas"], frame(page)["target"]) < 5e-3, 10.0)
     shot(page, "gizmo")
     page.get_by_test_id("disarm").click()

@@ -52,8 +52,13 @@ export async function call<T>(method: Method, path: string, body?: unknown): Pro
 }
 
 /** As `call`, with the headers too. A file goes as it is, anything else as JSON. */
-export async function ask<T>(method: Method, path: string, body?: unknown): Promise<Answer<T>> {
-  const init: RequestInit = { method, credentials: "same-origin" };
+export async function ask<T>(
+  method: Method,
+  path: string,
+  body?: unknown,
+  how: RequestInit = {},
+): Promise<Answer<T>> {
+  const init: RequestInit = { ...how, method, credentials: "same-origin" };
   if (body instanceof File) {
     init.body = body;
     init.headers = { "content-type": "text/csv" };
@@ -87,7 +92,11 @@ function fieldError(item: unknown): string {
   return `${place}: ${String(item.msg)}${value}`;
 }
 
+/** E-STOP goes before what else the browser fetches, and goes on when the page is closed. */
+const URGENT: RequestInit = { priority: "high", keepalive: true };
+
 export const rest = {
+  stop: async () => (await ask<CommandReply>("POST", "/api/command", { request: "e_stop" }, URGENT)).body,
   login: (token: string) => call<Session>("POST", "/api/session", { token }),
   session: () => call<Session>("GET", "/api/session"),
   /** Refused where the live socket would be: a browser hides why. */

@@ -12,6 +12,7 @@ const FIRST_DELAY_MS = 100;
 const LONGEST_DELAY_MS = 1000;
 /** The server speaks at least once a second; a socket silent for longer than this is given up. */
 const SILENCE_MS = 4000;
+const CHECK_MS = 500;
 
 /** A WebSocket that comes back by itself: waits 100 ms, doubling up to 1 s, between attempts. */
 export class LiveSocket {
@@ -20,18 +21,23 @@ export class LiveSocket {
   private timer: ReturnType<typeof setTimeout> | undefined;
   private watch: ReturnType<typeof setInterval> | undefined;
   private heard = 0;
+  private checkedAt = 0;
   private wanted = false;
 
   constructor(
     private readonly url: string,
     private readonly listener: SocketListener,
+    private readonly open: (url: string) => WebSocket = (address) => new WebSocket(address),
   ) {}
 
+  /** Connect, and stay connected until `stop`; a page has one live socket however often it signs in. */
   start(): void {
+    if (this.wanted) return;
     this.wanted = true;
+    this.delay = FIRST_DELAY_MS;
     this.watch = setInterval(() => {
       this.abandonIfSilent();
-    }, 500);
+    }, CHECK_MS);
     this.connect();
   }
 
@@ -39,7 +45,13 @@ export class LiveSocket {
     this.wanted = false;
     clearTimeout(this.timer);
     clearInterval(this.watch);
-    this.socket?.close();
+    if (this.socket) this.leave(this.socket);
+  }
+
+  /** Connect anew, as another session: the one before ends. */
+  restart(): void {
+    this.stop();
+    this.start();
   }
 
   /** True if the message was handed to the network. */
@@ -50,7 +62,7 @@ export class LiveSocket {
   }
 
   private connect(): void {
-    const socket = new WebSocket(this.url);
+    const socket = this.open(this.url);
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
       this.delay = FIRST_DELAY_MS;
@@ -63,23 +75,31 @@ export class LiveSocket {
       else this.listener.binary(event.data);
     };
     socket.onclose = () => {
-      this.lost();
+      this.lose(socket);
     };
     this.socket = socket;
   }
 
   /** A dead network never says so: drop the socket without waiting for its close event. */
   private abandonIfSilent(): void {
-    const socket = this.socket;
-    if (socket?.readyState !== WebSocket.OPEN || performance.now() - this.heard < SILENCE_MS) return;
-    socket.onclose = socket.onmessage = null;
-    socket.close();
-    this.lost();
+    const now = performance.now();
+    const late = now - this.checkedAt > 3 * CHECK_MS;
+    this.checkedAt = now;
+    if (late) this.heard = now; // the page was busy: what the server said meanwhile has yet to be read
+    if (this.socket?.readyState === WebSocket.OPEN && now - this.heard >= SILENCE_MS) this.lose(this.socket);
   }
 
-  private lost(): void {
-    this.listener.closed();
+  private lose(socket: WebSocket): void {
+    this.leave(socket);
     if (this.wanted) this.retry();
+  }
+
+  /** Nothing that `socket` still says or does counts. */
+  private leave(socket: WebSocket): void {
+    socket.onopen = socket.onmessage = socket.onclose = null;
+    socket.close();
+    this.socket = null;
+    this.listener.closed();
   }
 
   private retry(): void {
@@ -90,7 +110,7 @@ export class LiveSocket {
   }
 }
 
-/** Address of the live socket on the page's own origin. */
-export function liveUrl(location: Location): string {
-  return `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws/live`;
+/** Address of a socket on the page's own origin. */
+export function socketUrl({ protocol, host }: Pick<Location, "protocol" | "host">, path: string): string {
+  return `${protocol === "https:" ? "wss" : "ws"}://${host}${path}`;
 }

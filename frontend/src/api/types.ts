@@ -56,7 +56,12 @@ export type FromServer =
   | Schemas["Event"];
 
 export type FromBrowser =
-  Schemas["Target"] | Schemas["Release"] | Schemas["Presence"] | Schemas["Ping"] | PlotChoice;
+  | Schemas["Target"]
+  | Schemas["Release"]
+  | Schemas["EStop"]
+  | Schemas["Presence"]
+  | Schemas["Ping"]
+  | PlotChoice;
 
 /** A point of the plane frame [m]. */
 export type Point = readonly [number, number];

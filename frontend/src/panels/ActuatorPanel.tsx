@@ -15,16 +15,17 @@ export function ActuatorPanel() {
   const { operations } = useDashboard();
   const rig = usePage((page) => page.rig);
   const online = usePage((page) => page.online);
+  const boot = rig?.boot;
   const [choice, setChoice] = useState<ActuatorChoice | null>(null);
   /** Life of the rig that was there when another actuator was asked for. */
   const [left, setLeft] = useState<number | null>(null);
   useEffect(() => {
-    // Whether the rig is the server's own is known by the server alone.
+    // Whether the rig is the server's own, and how it started with the last choice, is known by the server alone.
     if (!online) return;
     void operations.attempt("Actuators not known", async () => {
       setChoice(await presets.actuators());
     });
-  }, [operations, online]);
+  }, [operations, online, boot]);
   if (!rig) return <p className="panel note">Waiting for the rig.</p>;
   const waiting = left === rig.boot;
   const change = (body: ActuatorBody) => {
@@ -113,6 +114,11 @@ function Choice({ choice, current, waiting, change }: ChoiceProps) {
         </FileButton>
         {waiting ? <Loader size="xs" aria-label="The rig is starting" /> : null}
       </div>
+      {choice && choice.failure !== "" && !waiting ? (
+        <p className="note" role="alert" data-testid="actuator-failure">
+          {choice.failure}
+        </p>
+      ) : null}
       <p className="note" role="status" data-testid="actuator-status">
         {waiting
           ? "The rig starts again; it comes back vented."

@@ -1,7 +1,7 @@
 import { Switch, TextInput, Tooltip } from "@mantine/core";
 import type { CommandBody, Settings } from "../api/types";
 import { CLUTCHED } from "../state/aim";
-import { isLatched, MODE, remedy } from "../state/modes";
+import { CAUSE_TEXT, isLatched, isSwing, MODE, remedy } from "../state/modes";
 import type { Page } from "../state/page";
 import type { Control } from "../state/permission";
 import { ControlButton } from "./ControlButton";
@@ -37,8 +37,11 @@ function advice({ online, rigLive, lease, me, mode, cause }: Page): string {
       ? `${lease.holder} operates. You can watch, and stop.`
       : me.role === "viewer"
         ? "You can watch, and stop. Whoever operates can hand control over to you."
-        : "Take control to operate (top right).";
+        : "Take control to operate (at the top).";
   if (isLatched(mode)) return `Latched. ${remedy(cause)}, then clear.`;
+  if (isSwing(cause) && mode === MODE.VENTED) return `${remedy(cause)}, then arm again.`;
+  if (isSwing(cause) && mode === MODE.REST)
+    return `Returning to rest: ${CAUSE_TEXT[cause]}. ${remedy(cause)} before you arm again.`;
   if (mode === MODE.VENTED) return "Arm to pressurise the actuator.";
   if (mode === MODE.REST) return "Returning to rest, then vented.";
   if (lease.clutch) return "Held clutch: hold the target, an arrow key or the gamepad's A; letting go holds.";

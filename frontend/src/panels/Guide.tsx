@@ -68,7 +68,7 @@ function Card({ index, onNext, onSkip }: CardProps) {
   }, [isDone, onNext]);
   useEffect(
     () =>
-      ticker.every(10, () => {
+      ticker.every(10, "guide", () => {
         if (card.current && ring.current) place(card.current, ring.current, at);
       }),
     [ticker, at],

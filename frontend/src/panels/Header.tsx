@@ -1,17 +1,16 @@
 import {
   ActionIcon,
-  Button,
   SegmentedControl,
   Tooltip,
   useComputedColorScheme,
   useMantineColorScheme,
 } from "@mantine/core";
-import { IconHandStop, IconKeyboard, IconMoon, IconSun } from "@tabler/icons-react";
+import { IconKeyboard, IconMoon, IconSun } from "@tabler/icons-react";
 import { LeaseControl } from "./LeaseControl";
 import { RecordButton } from "./RecordButton";
-import { StatePill } from "./StatePill";
+import { Latch } from "./StatePill";
 import { Unprotected } from "./Unprotected";
-import { useDashboard, usePage } from "./context";
+import { usePage } from "./context";
 
 export type View = "live" | "review";
 
@@ -38,18 +37,17 @@ export function Header({ view, onView, onHelp }: Props) {
           { value: "review", label: "Review" },
         ]}
       />
-      <StatePill />
       <span className="spacer" />
+      <Latch />
       <Unprotected />
       <LeaseControl />
       <RecordButton />
       <SchemeButton />
       <Tooltip label="Keys (?)">
-        <ActionIcon variant="subtle" color="gray" aria-label="Keys" onClick={onHelp}>
+        <ActionIcon variant="subtle" color="gray" className="help" aria-label="Keys" onClick={onHelp}>
           <IconKeyboard size={18} />
         </ActionIcon>
       </Tooltip>
-      <EStop />
     </header>
   );
 }
@@ -85,30 +83,6 @@ function SchemeButton() {
       >
         {dark ? <IconSun size={18} /> : <IconMoon size={18} />}
       </ActionIcon>
-    </Tooltip>
-  );
-}
-
-/** Works for every signed-in viewer, in every state; it is never disabled. */
-function EStop() {
-  const dashboard = useDashboard();
-  const reaches = usePage((page) => page.online && page.rigLive);
-  const meaning = reaches
-    ? "Vent at once (Esc Esc)"
-    : "The rig does not answer: use the hardware stop as well";
-  return (
-    <Tooltip label={meaning}>
-      <Button
-        className="e-stop"
-        color="red"
-        size="md"
-        data-testid="e-stop"
-        aria-label={`E-STOP. ${meaning}`}
-        leftSection={<IconHandStop size={20} aria-hidden />}
-        onClick={() => void dashboard.operations.emergencyStop()}
-      >
-        E-STOP
-      </Button>
     </Tooltip>
   );
 }

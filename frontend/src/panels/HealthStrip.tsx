@@ -2,6 +2,7 @@ import { Tooltip } from "@mantine/core";
 import { useMemo, type ReactNode } from "react";
 import { wholeNumber } from "../state/format";
 import { meaningOf, Peak, type Measure } from "../state/health";
+import { useStore } from "../state/store";
 import type { TelemetryField } from "../state/telemetry";
 import { HealthReading } from "./HealthReading";
 import { useDashboard, usePage } from "./context";
@@ -94,11 +95,27 @@ export function HealthStrip() {
   );
 }
 
+/** What failed to draw: the rest goes on, and it is tried again. */
+function NotDrawn() {
+  const { painters } = useDashboard();
+  const names = useStore(painters.failed, (failed) => failed.names);
+  if (names.length === 0) return null;
+  return (
+    <Tooltip label={`Not drawn, and tried again: ${names.join(", ")}. The log says why.`} multiline maw={340}>
+      <span className="flag flag-on flag-bad" role="alert" data-testid="not-drawn">
+        not drawn: {names[0]}
+        {names.length > 1 ? ` and ${names.length - 1} more` : ""}
+      </span>
+    </Tooltip>
+  );
+}
+
 function Flags() {
   const saturated = usePage((page) => page.rigLive && page.saturated);
   const unreachable = usePage((page) => page.rigLive && !page.reachable);
   return (
     <span className="flags">
+      <NotDrawn />
       <Tooltip label="The command is at its limit; the integral is held">
         <span className={saturated ? "flag flag-on" : "flag"} aria-hidden={!saturated}>
           saturated

@@ -6,7 +6,7 @@ interface Props {
   readonly onClose: () => void;
 }
 
-/** The list of keys; nothing is laid over the page, so that the E-STOP stays within reach. */
+/** The list of keys; the page stays in sight, as the rig goes on. */
 export function KeyHelp({ opened, onClose }: Props) {
   return (
     <Modal

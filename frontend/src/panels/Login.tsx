@@ -7,16 +7,19 @@ export function Login() {
   const dashboard = useDashboard();
   const [token, setToken] = useState("");
   const [problem, setProblem] = useState("");
+  const [entering, setEntering] = useState(false);
   const enter = async () => {
+    setEntering(true);
     try {
       await dashboard.connection.login(token.trim());
     } catch (error) {
       setProblem(error instanceof Error ? error.message : String(error));
     }
+    setEntering(false);
   };
   return (
     <main className="login">
-      <Paper withBorder p="xl" w={380}>
+      <Paper withBorder p="xl" w={380} maw="100%">
         <form
           onSubmit={(event) => {
             event.preventDefault();
@@ -38,7 +41,14 @@ export function Login() {
               setProblem("");
             }}
           />
-          <Button type="submit" mt="md" fullWidth disabled={token.trim() === ""} data-testid="sign-in">
+          <Button
+            type="submit"
+            mt="md"
+            fullWidth
+            loading={entering}
+            disabled={token.trim() === ""}
+            data-testid="sign-in"
+          >
             Sign in
           </Button>
         </form>

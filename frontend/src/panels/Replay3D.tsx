@@ -100,7 +100,7 @@ function useClock(replay: Replay): readonly [number, boolean] {
   const [shown, setShown] = useState<readonly [number, boolean]>([0, false]);
   useEffect(
     () =>
-      ticker.every(SHOWN_PER_S, () => {
+      ticker.every(SHOWN_PER_S, "playback", () => {
         const next = [replay.at(), replay.isPlaying()] as const;
         setShown((old) => (old[0] === next[0] && old[1] === next[1] ? old : next));
       }),

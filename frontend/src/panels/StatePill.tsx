@@ -9,7 +9,6 @@ import {
   IconWind,
 } from "@tabler/icons-react";
 import type { Icon } from "@tabler/icons-react";
-import { Tooltip } from "@mantine/core";
 import type { Mode } from "../api/types";
 import { CAUSE_TEXT, isLatched, isUnasked, MODE, MODE_MEANING, MODE_WORD } from "../state/modes";
 import { ControlButton } from "./ControlButton";
@@ -25,9 +24,8 @@ const LOOK: Record<Mode, { icon: Icon; colour: string }> = {
   6: { icon: IconHandStop, colour: "red" },
 };
 
-/** The rig's state as word, icon and colour; beside it a cause that nobody asked for, and the way out of a latch. */
+/** The rig's state as word, icon and colour. */
 export function StatePill() {
-  const dashboard = useDashboard();
   const mode = usePage((page) => page.mode);
   const cause = usePage((page) => page.cause);
   const online = usePage((page) => page.online);
@@ -37,34 +35,15 @@ export function StatePill() {
   const { icon: Glyph, colour } = LOOK[mode];
   const meaning = cause === 0 ? MODE_MEANING[mode] : `${MODE_MEANING[mode]} (${CAUSE_TEXT[cause]})`;
   return (
-    <>
-      <Tooltip label={meaning}>
-        <output
-          className={`pill pill-${colour}`}
-          data-testid="state"
-          aria-label={`State: ${MODE_WORD[mode]}`}
-        >
-          <Glyph size={17} aria-hidden />
-          <span>{MODE_WORD[mode]}</span>
-        </output>
-      </Tooltip>
-      {isLatched(mode) || isUnasked(cause) ? (
-        <span className="cause" data-testid="cause">
-          {CAUSE_TEXT[cause]}
-        </span>
-      ) : null}
-      {isLatched(mode) ? (
-        <ControlButton
-          control="clear"
-          variant="filled"
-          testId="clear-latch"
-          meaning="Unlatch: the rig is then VENTED and needs a new Arm"
-          onClick={() => void dashboard.operations.command({ request: "clear" })}
-        >
-          {mode === MODE.E_STOP ? "Clear E-STOP" : "Clear fault"}
-        </ControlButton>
-      ) : null}
-    </>
+    <output
+      className={`pill pill-${colour}`}
+      title={meaning}
+      data-testid="state"
+      aria-label={`State: ${MODE_WORD[mode]}`}
+    >
+      <Glyph size={17} aria-hidden />
+      <span>{MODE_WORD[mode]}</span>
+    </output>
   );
 }
 
@@ -74,12 +53,45 @@ interface UnknownProps {
 }
 
 function Unknown({ mode, word }: UnknownProps) {
+  const meaning = mode === null ? "Nothing heard from the rig yet" : `Last heard: ${MODE_WORD[mode]}`;
   return (
-    <Tooltip label={mode === null ? "Nothing heard from the rig yet" : `Last heard: ${MODE_WORD[mode]}`}>
-      <output className="pill pill-unknown" data-testid="state" aria-label={`State unknown: ${word}`}>
-        <IconPlugConnectedX size={17} aria-hidden />
-        <span>{word}</span>
-      </output>
-    </Tooltip>
+    <output
+      className="pill pill-unknown"
+      title={meaning}
+      data-testid="state"
+      aria-label={`State unknown: ${word}`}
+    >
+      <IconPlugConnectedX size={17} aria-hidden />
+      <span>{word}</span>
+    </output>
+  );
+}
+
+/** A cause that nobody asked for, and the way out of a latch. */
+export function Latch() {
+  const { operations } = useDashboard();
+  const mode = usePage(({ mode, online, rigLive }) => (online && rigLive ? mode : null));
+  const cause = usePage((page) => page.cause);
+  if (mode === null) return null;
+  return (
+    <>
+      {isLatched(mode) || isUnasked(cause) ? (
+        <span className="cause" data-testid="cause">
+          {CAUSE_TEXT[cause]}
+        </span>
+      ) : null}
+      {isLatched(mode) ? (
+        <ControlButton
+          control="clear"
+          variant="filled"
+          className="clear-latch"
+          testId="clear-latch"
+          meaning="Unlatch: the rig is then VENTED and needs a new Arm"
+          onClick={() => void operations.command({ request: "clear" })}
+        >
+          {mode === MODE.E_STOP ? "Clear E-STOP" : "Clear fault"}
+        </ControlButton>
+      ) : null}
+    </>
   );
 }

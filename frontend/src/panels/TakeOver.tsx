@@ -8,7 +8,7 @@ interface Props {
   readonly onClose: () => void;
 }
 
-/** Asks before control is taken from someone; nothing is laid over the page, so that the E-STOP stays within reach. */
+/** Asks before control is taken from someone; the page stays in sight, as the rig goes on. */
 export function TakeOver({ from, onClose }: Props) {
   const { operations } = useDashboard();
   return (

@@ -1,5 +1,7 @@
 const GAP = 12;
 const EDGE = 8;
+/** State and E-STOP have the upper edge. */
+const TOP = 60;
 /** A control larger than this is pointed at from within. */
 const LARGE = 300;
 
@@ -38,7 +40,7 @@ export function cardPlace(
   const top = large ? inside : below + card.height + EDGE <= height ? below : above;
   return {
     left: within(target.left + (large ? GAP : 0), EDGE, width - card.width - EDGE),
-    top: within(top, EDGE, height - card.height - EDGE),
+    top: within(top, TOP, height - card.height - EDGE),
   };
 }
 

@@ -1,4 +1,4 @@
-import { useEffect, useState } from "react";
+import { useEffect } from "react";
 import type { Dashboard } from "../state/dashboard";
 import { focusOf, KeyMap, type Action } from "../state/keys";
 import { useDashboard } from "./context";
@@ -14,18 +14,19 @@ const ESCAPE = {
   repeat: false,
 };
 
-/** What the server puts into viser's and rerun's pages: they run in a process of their own, and tell of Esc. */
-function isEscape(data: unknown): boolean {
-  return typeof data === "object" && data !== null && "tendril" in data && data.tendril === "escape";
+/** What the server puts into viser's and rerun's pages says so: they run in a process of their own, and tell of Esc, and
+ * of a frame that moved under a press. */
+function says(data: unknown, word: "escape" | "moved"): boolean {
+  return typeof data === "object" && data !== null && "tendril" in data && data.tendril === word;
 }
 
-function perform(action: Action, dashboard: Dashboard, help: () => void): void {
+function perform(action: Action, dashboard: Dashboard): void {
   switch (action.kind) {
     case "hold":
       dashboard.operations.holdByKey();
       return;
     case "e_stop":
-      void dashboard.operations.emergencyStop();
+      dashboard.stop.press();
       return;
     case "follow":
       void dashboard.aim.follow();
@@ -34,7 +35,7 @@ function perform(action: Action, dashboard: Dashboard, help: () => void): void {
       void dashboard.operations.toggleRecording();
       return;
     case "help":
-      help();
+      dashboard.page.patch({ help: !dashboard.page.get().help });
       return;
     case "nudge":
       dashboard.aim.nudge(action.dx, action.dy, action.fresh);
@@ -45,26 +46,25 @@ function perform(action: Action, dashboard: Dashboard, help: () => void): void {
   }
 }
 
-/** The page's keys, heard before any focused control gets them; returns whether the list of keys is open. */
-export function useKeys(): readonly [boolean, (open: boolean) => void] {
+/** The page's keys, heard before any focused control or dialog gets them. While signed out only Esc means something. */
+export function useKeys(): void {
   const dashboard = useDashboard();
-  const [help, setHelp] = useState(false);
   useEffect(() => {
     const hear = (event: KeyboardEvent) => {
       const action = keyMap.press(event, focusOf(document.activeElement), performance.now());
-      if (!action) return;
+      if (!action || (event.key !== "Escape" && dashboard.page.get().session !== "present")) return;
       if (action.kind === "nudge") event.preventDefault();
-      perform(action, dashboard, () => {
-        setHelp((open) => !open);
-      });
+      perform(action, dashboard);
     };
     const hearFrame = (event: MessageEvent<unknown>) => {
-      if (event.origin !== window.location.origin || !isEscape(event.data)) return;
+      if (event.origin !== window.location.origin) return;
+      if (says(event.data, "moved")) dashboard.aim.abortGizmo();
+      if (!says(event.data, "escape")) return;
       const action = keyMap.press(ESCAPE, "widget", performance.now());
-      if (action) perform(action, dashboard, () => undefined);
+      if (action) perform(action, dashboard);
     };
     const letGo = (action: Action | null) => {
-      if (action) perform(action, dashboard, () => undefined);
+      if (action) perform(action, dashboard);
     };
     const stop = new AbortController();
     const { signal } = stop;
@@ -76,5 +76,4 @@ export function useKeys(): readonly [boolean, (open: boolean) => void] {
       stop.abort();
     };
   }, [dashboard]);
-  return [help, setHelp];
 }

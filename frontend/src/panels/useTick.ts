@@ -7,7 +7,7 @@ export function useTick(rate: number, action: () => void): void {
   const tick = useEffectEvent(action);
   useEffect(
     () =>
-      ticker.every(rate, () => {
+      ticker.every(rate, "number", () => {
         tick();
       }),
     [ticker, rate],

@@ -26,11 +26,11 @@ export class SketchLayer {
     if (isSame(shown, this.painted)) return;
     const sheet = open();
     if (!sheet) return;
-    this.painted = shown;
     sheet.g.clearRect(0, 0, sheet.size.width, sheet.size.height);
     if (source === "library") this.paintReference(sheet);
     else paintDrawing(sheet, state, cursor);
     if (preview) paintGhost(sheet, preview);
+    this.painted = shown;
   }
 
   private paintReference(sheet: Sheet): void {

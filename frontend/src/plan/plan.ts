@@ -17,6 +17,14 @@ const FIRST_BOX: Box = { left: -0.15, right: 0.27, bottom: -0.25, top: 0.25 };
 const BODY_WIDTH_M = 0.03;
 const HANDLE_EXTRA_PX = 7;
 const FINGER_PX = 24;
+const MOVED = "The plan moved under the pointer: held. Let go and press again";
+
+/** What of the plan is painted by itself, as an operator knows it. */
+const LAYERS = {
+  paper: { name: "grid of the plan" },
+  sketch: { name: "path in the plan" },
+  figure: { name: "actuator in the plan" },
+};
 
 /** The plan's canvases, lowest first. */
 export interface Canvases {
@@ -57,11 +65,13 @@ export class Plan implements PointerTarget {
       this.resized({ width: entry.contentRect.width, height: entry.contentRect.height });
     });
     sizes.observe(this.canvas);
+    const pointer = new PlanPointer(this.canvas, this);
     const stops = [
-      this.dashboard.ticker.every(60, () => {
-        this.paint();
+      this.dashboard.ticker.every(60, "plan", (now) => {
+        pointer.check();
+        this.paint(now);
       }),
-      new PlanPointer(this.canvas, this).listen(),
+      pointer.listen(),
       () => {
         sizes.disconnect();
       },
@@ -93,9 +103,8 @@ export class Plan implements PointerTarget {
     this.paperDirty = true;
   }
 
-  handlePixel(): Point | null {
-    const handle = this.dashboard.aim.handle(performance.now());
-    return handle && toPixel(this.shown, this.size, handle.point);
+  handlePoint(): Point | null {
+    return this.dashboard.aim.handle(performance.now())?.point ?? null;
   }
 
   handleReach(touch: boolean): number {
@@ -110,6 +119,10 @@ export class Plan implements PointerTarget {
 
   releaseTarget(): void {
     this.dashboard.aim.release();
+  }
+
+  abortTarget(): void {
+    this.dashboard.aim.abort(MOVED);
   }
 
   drawing(): boolean {
@@ -147,14 +160,26 @@ export class Plan implements PointerTarget {
     if (this.fitted) this.fit();
   }
 
-  private paint(): void {
-    const { live, page } = this.dashboard;
+  /** Paint what is new, layer by layer: whichever fails, the others are painted. */
+  private paint(frame: number): void {
+    const { live, page, painters } = this.dashboard;
     this.follow(page.get().workspace);
     const paperDirty = this.paperDirty;
-    if (paperDirty) this.paintPaper();
-    this.sketch.paint([this.shown, this.size, this.scheme], () => this.sheet(this.canvases.sketch));
-    if (!paperDirty && this.paintedFrames === live.frames) return;
-    this.paintedFrames = live.frames;
+    if (paperDirty)
+      painters.run(LAYERS.paper, frame, () => {
+        this.paintPaper();
+      });
+    painters.run(LAYERS.sketch, frame, () => {
+      this.sketch.paint([this.shown, this.size, this.scheme], () => this.sheet(this.canvases.sketch));
+    });
+    if (paperDirty || this.paintedFrames !== live.frames)
+      painters.run(LAYERS.figure, frame, () => {
+        this.paintFigure();
+      });
+  }
+
+  private paintFigure(): void {
+    const { live, page } = this.dashboard;
     const sheet = this.sheet(this.canvas);
     if (!sheet || !live.telemetry) return;
     sheet.g.clearRect(0, 0, this.size.width, this.size.height);
@@ -162,12 +187,13 @@ export class Plan implements PointerTarget {
     const width = page.get().rig?.parameters.actuator.width ?? BODY_WIDTH_M;
     const { telemetry, trail } = live;
     paintFigure(sheet, { telemetry, trail, width, handle: this.dashboard.aim.handle(now), now: now / 1e3 });
+    this.paintedFrames = live.frames;
   }
 
   private paintPaper(): void {
-    this.paperDirty = false;
     const sheet = this.sheet(this.canvases.paper);
     if (sheet) paintPaper(sheet, this.reach, devicePixelRatio);
+    this.paperDirty = false;
   }
 
   private sheet(canvas: HTMLCanvasElement): Sheet | null {

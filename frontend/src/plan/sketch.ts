@@ -6,8 +6,10 @@ import { polyline, type Sheet } from "./canvas";
 import { paintHandles } from "./handles";
 
 const OUTSIDE_DASH = [2, 5];
+const TRAVEL_DASH = [1, 4];
 
-/** The drawing: what is drawn (thin), what would be followed (dashed), what is out of reach (red), and its handles. */
+/** The drawing: what is drawn (thin), what would be followed (dashed; dotted where it leads to another pose), what is out
+ * of reach (red), and its handles. */
 export function paintDrawing(sheet: Sheet, drawing: DrawingState, cursor: Point | null): void {
   const { g, ink } = sheet;
   const { pieces, selected } = sketchOf(drawing);
@@ -29,10 +31,11 @@ function paintStroke(sheet: Sheet, { stroke, tool }: DrawingState, cursor: Point
   line(sheet, tool === "polyline" && cursor ? [...stroke, cursor] : stroke, 2);
 }
 
-function paintPlan(sheet: Sheet, { points, wished, inside }: DrawingPlan): void {
+function paintPlan(sheet: Sheet, { points, wished, inside, travel }: DrawingPlan): void {
   const { g } = sheet;
   g.strokeStyle = ROLE.reference;
-  line(sheet, points, 2, [7, 4]);
+  for (const stretch of stretches(points, (i) => !travel[i])) line(sheet, stretch, 2, [7, 4]);
+  for (const stretch of stretches(points, (i) => travel[i])) line(sheet, stretch, 1, TRAVEL_DASH);
   g.strokeStyle = ROLE.danger;
   for (const stretch of stretches(wished, (i) => !inside[i])) line(sheet, stretch, 3.5, OUTSIDE_DASH);
 }

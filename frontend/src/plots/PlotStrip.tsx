@@ -21,7 +21,7 @@ const NO_PLOTS = [] as const;
 
 /** The live plots over the last seconds: any signal, stopped, zoomed and saved as the operator likes. */
 export function PlotStrip() {
-  const { connection, live, operations, ticker } = useDashboard();
+  const { connection, live, operations, painters, ticker } = useDashboard();
   const channels = useStore(live.signals, (signals) => signals.channels);
   const layouts = useLayout();
   const { layout } = layouts;
@@ -29,21 +29,21 @@ export function PlotStrip() {
   const seconds = layout?.seconds ?? 10;
   const [view, setView] = useState(FOLLOWING);
   const [editing, setEditing] = useState<number | null>(null);
-  const [painting] = useState(() => new Painting(live.ring));
+  const [painting] = useState(() => new Painting(live.ring, painters));
   const charts = useMemo(() => plots.map((plot) => chartOf(plot, channels)), [plots, channels]);
   useEffect(() => {
     if (layout) connection.plot(channelsOf(layout));
   }, [connection, layout]);
   useEffect(
     () =>
-      ticker.every(FRAMES_PER_SECOND, () => {
+      ticker.every(FRAMES_PER_SECOND, "plots", () => {
         painting.step(view, seconds);
       }),
     [ticker, painting, view, seconds],
   );
   useEffect(
     () =>
-      ticker.every(VALUES_PER_SECOND, () => {
+      ticker.every(VALUES_PER_SECOND, "values of the plots", () => {
         painting.writeValues();
       }),
     [ticker, painting],

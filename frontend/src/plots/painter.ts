@@ -1,6 +1,7 @@
 import uPlot from "uplot";
 import { DASH, plain } from "../state/format";
 import type { Ink } from "../roles";
+import type { Painter } from "../state/painters";
 import { digitsFor, numberLabels, secondsLabels, TIME_STEPS, timeLabel } from "./axes";
 import type { Chart, Line } from "./charts";
 import { Gestures, type Gesture } from "./gestures";
@@ -20,7 +21,8 @@ const STEP = 1e-3;
 export type Legend = readonly (HTMLElement | null)[];
 
 /** One uPlot chart that follows the ring without React. */
-export class ChartPainter {
+export class ChartPainter implements Painter {
+  readonly name: string;
   private readonly plot: uPlot;
   private readonly data: PlotData;
   private readonly readout: Readout;
@@ -37,6 +39,7 @@ export class ChartPainter {
     private ink: Ink,
     private readonly onGesture: (gesture: Gesture) => void,
   ) {
+    this.name = `plot of ${chart.title}`;
     this.data = emptyData(chart.lines.length);
     this.readout = new Readout(chart, host);
     this.plot = new uPlot(this.options(host), this.columns(), host);
@@ -65,8 +68,8 @@ export class ChartPainter {
     const [from, to] = [range.from - this.origin - this.shown.from, range.to - this.origin - this.shown.to];
     const stands = Math.abs(to) < step && Math.abs(from) < step && Math.abs(to - from) < 1e-9 * width;
     if (stands && this.version === ring.version) return false;
-    this.version = ring.version;
     this.show(ring, range, origin);
+    this.version = ring.version;
     return true;
   }
 

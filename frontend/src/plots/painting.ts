@@ -1,3 +1,4 @@
+import type { Painters } from "../state/painters";
 import type { Gesture } from "./gestures";
 import type { ChartPainter } from "./painter";
 import type { Ring } from "./ring";
@@ -5,17 +6,21 @@ import { moved, scaled, visible, whole, zoomed, type Now, type View } from "./vi
 
 /** Keeps all charts up to date, one in a frame while they follow the rig: no frame gets long, however many they are. */
 export class Painting {
-  private readonly painters: ChartPainter[] = [];
+  private readonly charts: ChartPainter[] = [];
   private next = 0;
   private heldAt: number | null = null;
 
-  constructor(private readonly ring: Ring) {}
+  constructor(
+    private readonly ring: Ring,
+    private readonly painters: Painters,
+  ) {}
 
   /** Keep a chart up to date; returns how to stop it. */
   add(painter: ChartPainter): () => void {
-    this.painters.push(painter);
+    this.charts.push(painter);
     return () => {
-      this.painters.splice(this.painters.indexOf(painter), 1);
+      this.charts.splice(this.charts.indexOf(painter), 1);
+      this.painters.recovered(painter);
     };
   }
 
@@ -29,16 +34,22 @@ export class Painting {
     const range = visible(view, now);
     if (!Number.isFinite(range.to)) return;
     const origin = view.stoppedAt ?? now.newest;
-    const most = view.stoppedAt === null ? 1 : this.painters.length;
-    for (let tried = 0, painted = 0; tried < this.painters.length && painted < most; tried++) {
-      this.next = (this.next + 1) % this.painters.length;
-      if (this.painters[this.next].follow(this.ring, range, origin)) painted += 1;
+    const most = view.stoppedAt === null ? 1 : this.charts.length;
+    for (let tried = 0, painted = 0; tried < this.charts.length && painted < most; tried++) {
+      this.next = (this.next + 1) % this.charts.length;
+      const chart = this.charts[this.next];
+      this.painters.run(chart, performance.now(), () => {
+        if (chart.follow(this.ring, range, origin)) painted += 1;
+      });
     }
   }
 
   /** Write every chart's newest values: all at once, since any text that changes makes the browser lay out the page. */
   writeValues(): void {
-    for (const painter of this.painters) painter.writeValues();
+    for (const chart of this.charts)
+      this.painters.run(chart, performance.now(), () => {
+        chart.writeValues();
+      });
   }
 
   /** The view after a gesture. */

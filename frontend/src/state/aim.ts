@@ -71,13 +71,28 @@ export class Aim {
     if (!this.gripped) return;
     this.gripped = false;
     if (this.page.get().lease.clutch) this.targets.drop();
-    this.send({ type: "release" });
+    this.send({ type: "release", hold: false });
+  }
+
+  /** What the pointer moved on is no longer what it was: the drag ends here, and the rig holds. */
+  abort(reason: string): void {
+    this.wish = null;
+    this.gripped = false;
+    this.targets.drop();
+    if (!this.send({ type: "release", hold: true })) this.operations.holdByKey();
+    this.hint(reason);
   }
 
   /** Switch the held clutch; a motion that nobody holds then ends. */
   async setClutch(clutch: boolean): Promise<void> {
     await this.operations.setClutch(clutch);
-    if (clutch && this.page.get().mode === MODE.FOLLOW) this.send({ type: "release" });
+    if (clutch && this.page.get().mode === MODE.FOLLOW) this.send({ type: "release", hold: false });
+  }
+
+  /** The frame of the 3D view moved under a press; the gizmo can only have been dragged while the rig follows. */
+  abortGizmo(): void {
+    if (this.page.get().mode === MODE.FOLLOW && this.page.get().lease.mine)
+      this.abort("The 3D view moved under the pointer: held. Let go and press again");
   }
 
   /** Arrow keys: move the target by (dx, dy) [m] from where it is wanted now. */
@@ -98,7 +113,7 @@ export class Aim {
   /** The rig answered target `id`; `refusal` is "" if it took it. */
   answered(id: number, refusal: string): void {
     this.targets.answered(id);
-    this.hint(refusal);
+    if (refusal !== "" || this.gripped) this.hint(refusal); // a drag that was ended says why for its time
   }
 
   disconnected(): void {

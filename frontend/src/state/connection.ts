@@ -1,20 +1,25 @@
 import { LayoutError } from "../api/record";
 import { Refusal, rest } from "../api/rest";
-import { LiveSocket, liveUrl } from "../api/socket";
+import { LiveSocket, socketUrl } from "../api/socket";
 import type { FromBrowser, FromServer, Session } from "../api/types";
 import type { Live } from "./live";
 import { asCause, asMode } from "./modes";
 import { keep, withLines, type Page } from "./page";
+import type { PageName } from "./presence";
 import type { Store } from "./store";
 
 const CHECK_MS = 100;
 const RIG_SILENT_MS = 700;
 const PING_MS = 1000;
+/** Where the tabs of one browser tell each other that they signed in. */
+const TABS = "tendril-session";
 
 /** What the rest of the page hears from the connection beside `live` and `page`. */
 export interface ConnectionListener {
   /** The rig answered target `id`, or the server refused it; "" if it was accepted. */
   answered(id: number, refusal: string): void;
+  /** The same of E-STOP `n`. */
+  stopAnswered(n: number, refusal: string): void;
   disconnected(): void;
   /** A rig was met, or another life of it. */
   met(): void;
@@ -23,10 +28,15 @@ export interface ConnectionListener {
   failed(title: string, error: unknown): void;
 }
 
+type Answered = Pick<Extract<FromServer, { type: "reply" | "refused" }>, "id" | "n">;
+
 /** The page's one live connection: what arrives goes to `live` (the stream) and `page` (what controls show). */
 export class Connection {
   private readonly socket: LiveSocket;
-  private presence = 0;
+  private readonly tabs = new BroadcastChannel(TABS);
+  private signingIn: Promise<void> | null = null;
+  /** How the server names this page, while its live socket is open. */
+  private name: PageName = null;
   private boot: number | null = null;
   private checkedAt = 0;
 
@@ -35,7 +45,7 @@ export class Connection {
     private readonly page: Store<Page>,
     private readonly listener: ConnectionListener,
   ) {
-    this.socket = new LiveSocket(liveUrl(window.location), {
+    this.socket = new LiveSocket(socketUrl(window.location, "/ws/live"), {
       opened: () => {
         page.patch({ online: true, shutOut: "" });
       },
@@ -61,16 +71,42 @@ export class Connection {
     setInterval(() => {
       this.ping();
     }, PING_MS);
-    const worker = new Worker(new URL("./presence.worker.ts", import.meta.url), { type: "module" });
-    worker.onmessage = () => {
-      this.sendPresence();
-    };
+    this.startPresence();
+    this.tabs.onmessage = () => void this.enter();
     await this.enter();
   }
 
+  /** Sign in; asked twice at once it is done once, or the live socket could be of another session than the cookie. */
   async login(token: string): Promise<void> {
+    this.signingIn ??= this.signIn(token).finally(() => {
+      this.signingIn = null;
+    });
+    await this.signingIn;
+  }
+
+  private async signIn(token: string): Promise<void> {
     await rest.login(token);
+    this.tabs.postMessage(null);
     await this.enter();
+  }
+
+  /** The worker asks whether this page still answers, and gives its signs while it does. */
+  private startPresence(): void {
+    const worker = new Worker(new URL("./presence.worker.ts", import.meta.url), { type: "module" });
+    worker.onmessage = () => {
+      worker.postMessage(this.page.get().lease.mine ? this.name : null);
+    };
+    worker.onerror = () => {
+      this.listener.failed(
+        "The rig will not stay in motion",
+        "this page's presence worker failed: reload the page",
+      );
+    };
+    const leave = () => {
+      worker.postMessage(null);
+    };
+    window.addEventListener("pagehide", leave);
+    document.addEventListener("freeze", leave);
   }
 
   send(message: FromBrowser): boolean {
@@ -82,11 +118,15 @@ export class Connection {
     this.send(this.live.plot(keys));
   }
 
+  /** Connect as the session of this browser's cookie; a socket of the session before, from another tab, ends. */
   private async enter(): Promise<void> {
     try {
       const session = await rest.session();
+      const { session: before, me } = this.page.get();
       this.page.patch({ session: "present", me: mine(session) });
-      this.socket.start();
+      if (before === "present" && (me.name !== session.name || me.role !== session.role))
+        this.socket.restart();
+      else this.socket.start();
     } catch (error) {
       if (isSignedOut(error)) this.page.patch({ session: "absent" });
       else setTimeout(() => void this.enter(), PING_MS);
@@ -95,6 +135,7 @@ export class Connection {
 
   private closed(): void {
     const wasOnline = this.page.get().online;
+    this.name = null;
     this.page.patch({ online: false, rigLive: false });
     this.live.roundTrip = NaN;
     this.listener.disconnected();
@@ -118,6 +159,7 @@ export class Connection {
     const page = this.page.get();
     switch (message.type) {
       case "hello":
+        this.name = message.page;
         this.guard(() => {
           this.live.describe(message.layout, message.channels);
           this.send(this.live.choice());
@@ -145,10 +187,10 @@ export class Connection {
         this.meet(message.rig);
         return;
       case "reply":
-        this.listener.answered(message.id, message.reply.accepted ? "" : message.reply.detail);
+        this.answer(message, message.reply.accepted ? "" : message.reply.detail);
         return;
       case "refused":
-        this.listener.answered(message.id, message.detail);
+        this.answer(message, message.detail);
         return;
       case "pong":
         this.live.roundTrip = (performance.now() - message.t) / 1e3;
@@ -157,6 +199,11 @@ export class Connection {
         this.page.patch({ log: withLines(page.log, [message]) });
         return;
     }
+  }
+
+  private answer({ id, n }: Answered, refusal: string): void {
+    if (n === null) this.listener.answered(id, refusal);
+    else this.listener.stopAnswered(n, refusal);
   }
 
   /** A message that this page cannot read says so in one notice; the connection goes on. */
@@ -205,12 +252,6 @@ export class Connection {
     const { roundTrip } = this.live;
     const known = Number.isFinite(roundTrip) ? roundTrip : null;
     this.send({ type: "ping", t: performance.now(), round_trip: known });
-  }
-
-  private sendPresence(): void {
-    if (!this.page.get().lease.mine) return;
-    this.presence += 1;
-    this.send({ type: "presence", n: this.presence });
   }
 
   /** Say so when the rig falls silent; a check that itself came late proves nothing. */

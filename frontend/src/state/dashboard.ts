@@ -1,3 +1,4 @@
+import { EmergencyStop } from "../operate/stop";
 import { Aim } from "./aim";
 import { Connection } from "./connection";
 import { Drawing } from "./drawing";
@@ -9,6 +10,7 @@ import { Live } from "./live";
 import { Operations, type Notify } from "./operations";
 import { rest } from "../api/rest";
 import { EMPTY_PAGE, type Page } from "./page";
+import { Painters } from "./painters";
 import { keepProfile } from "./recordProfile";
 import { References } from "./references";
 import { keepRecord, Runs } from "./run";
@@ -19,8 +21,13 @@ import { Ticker } from "./ticker";
 export class Dashboard {
   readonly live = new Live();
   readonly page = new Store<Page>(EMPTY_PAGE);
-  readonly ticker = new Ticker();
+  readonly painters = new Painters((name, error) => {
+    console.error(`${name} is not drawn:`, error);
+    this.operations.note(`${name} is not drawn`, error);
+  });
+  readonly ticker = new Ticker(this.painters);
   readonly operations: Operations;
+  readonly stop: EmergencyStop;
   readonly aim: Aim;
   readonly references: References;
   readonly drawing = new Drawing();
@@ -32,6 +39,17 @@ export class Dashboard {
 
   constructor(notify: Notify, shelf: Shelf) {
     this.operations = new Operations(this.page, notify);
+    this.stop = new EmergencyStop({
+      bySocket: (n) => this.connection.send({ type: "e_stop", n }),
+      byHttp: rest.stop,
+      show: (stop) => {
+        this.page.patch({ stop });
+      },
+      write: (title, error) => {
+        this.operations.note(title, error);
+      },
+      later: (action, delay) => setTimeout(action, delay),
+    });
     this.aim = new Aim(this.live, this.page, this.operations, (message) => this.connection.send(message));
     this.gamepads = new Gamepads(this);
     this.references = new References(this.page, rest, (title, error) => {
@@ -52,6 +70,9 @@ export class Dashboard {
     this.connection = new Connection(this.live, this.page, {
       answered: (id, refusal) => {
         this.aim.answered(id, refusal);
+      },
+      stopAnswered: (n, refusal) => {
+        this.stop.answered(n, refusal);
       },
       disconnected: () => {
         this.aim.disconnected();

@@ -8,6 +8,7 @@ import { Live } from "./live";
 import { MODE } from "./modes";
 import { Operations } from "./operations";
 import { EMPTY_PAGE, withLines, type Page } from "./page";
+import { Seeded } from "../seeded";
 import { Store } from "./store";
 
 class Hand implements Grip {
@@ -91,6 +92,33 @@ test("the target does not run away beyond the edge of the reach", () => {
   const { hand, feed } = padOf();
   feed(rest, right, ...Array.from({ length: 500 }, () => right));
   expect(hand.at[0]).toBeCloseTo(0.22, 9);
+});
+
+test("no step of the stick is longer than its speed, wherever the reference is", () => {
+  for (let seed = 1; seed <= 500; seed++) {
+    const random = new Seeded(seed);
+    let reference: Point = [0.2, 0];
+    const steps: number[] = [];
+    let at: Point = [0.2 + random.between(-0.2, 0.2), random.between(-0.2, 0.2)];
+    const pad = new PadHand({
+      press: () => at,
+      move: (point) => {
+        steps.push(Math.hypot(point[0] - at[0], point[1] - at[1]));
+        at = point;
+        return true;
+      },
+      release: () => undefined,
+      hold: () => undefined,
+      reference: () => reference,
+      speed: () => 0.1,
+    });
+    pad.take(rest, 0);
+    for (let step = 1; step <= 50; step++) {
+      reference = [reference[0] + random.between(-0.01, 0.01), reference[1] + random.between(-0.01, 0.01)];
+      pad.take({ x: random.between(-1, 1), y: random.between(-1, 1), clutch: true, hold: false }, 10 * step);
+    }
+    expect(Math.max(...steps), `seed ${seed}`).toBeLessThanOrEqual(0.1 * 0.01 + 1e-12);
+  }
 });
 
 test("the stick has a dead zone, a fine middle and one full speed in every direction", () => {

@@ -88,15 +88,18 @@ export class PadHand {
   private steer(at: Point, [vx, vy]: Point, step: number): void {
     if (vx === 0 && vy === 0) return;
     const way = this.grip.speed() * step;
-    const next = leashed([at[0] + vx * way, at[1] + vy * way], this.grip.reference());
+    const next = leashed(at, [at[0] + vx * way, at[1] + vy * way], this.grip.reference());
     this.at = this.grip.move(next) ? next : null;
   }
 }
 
-function leashed(point: Point, reference: Point | null): Point {
+/** Where the stick moves `at`: towards `point`, no further ahead than LEAD. A target that is ahead already stays so: it
+ * never goes further than the stick says. */
+function leashed(at: Point, point: Point, reference: Point | null): Point {
   if (!reference) return point;
+  const lead = Math.max(LEAD, Math.hypot(at[0] - reference[0], at[1] - reference[1]));
   const [dx, dy] = [point[0] - reference[0], point[1] - reference[1]];
   const distance = Math.hypot(dx, dy);
-  if (distance <= LEAD) return point;
-  return [reference[0] + (dx * LEAD) / distance, reference[1] + (dy * LEAD) / distance];
+  if (distance <= lead) return point;
+  return [reference[0] + (dx * lead) / distance, reference[1] + (dy * lead) / distance];
 }

@@ -42,7 +42,7 @@ export class Gamepads {
 
   start(): void {
     window.addEventListener("gamepadconnected", () => {
-      this.stop ??= this.parts.ticker.every(RATE, (now) => {
+      this.stop ??= this.parts.ticker.every(RATE, "gamepad", (now) => {
         this.poll(now);
       });
     });

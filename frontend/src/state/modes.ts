@@ -53,9 +53,12 @@ export const CAUSE_TEXT: Record<Cause, string> = {
   18: "markers jumped",
   19: "chambers do not follow their pressures",
   20: "model moved too fast",
+  21: "tip oscillates",
+  22: "tracking error swings too widely",
+  23: "observer too far from the markers",
 };
 
-/** What to look at before a latch is cleared: without it the rig would only fault again. */
+/** What to look at before the rig is cleared or armed again: without it the same would only happen again. */
 const REMEDY: Partial<Record<Cause, string>> = {
   6: "Check camera, markers and injected faults",
   8: "Check gains and settings",
@@ -65,6 +68,9 @@ const REMEDY: Partial<Record<Cause, string>> = {
   18: "Check that the camera was not moved and markers are not swapped, then the gains",
   19: "Check supply, valves and pressure sensors",
   20: "Check gains and settings",
+  21: "Lower K_P, K_I or K_FF",
+  22: "Lower K_P, K_I or K_FF",
+  23: "Check that the actuator is the one in use, markers and camera, then K_o",
 };
 
 export function remedy(cause: Cause): string {
@@ -78,6 +84,11 @@ export const LAW_TEXT: Record<Law, string> = {
   1: "FF",
   0: "Open loop",
 };
+
+/** The rig came to rest because of its gains: armed again with the same ones, it would do the same. */
+export function isSwing(cause: Cause): boolean {
+  return cause === 21 || cause === 22;
+}
 
 /** Causes that an operator expects: they did it, or it is how things begin and end. */
 const EXPECTED: readonly Cause[] = [0, 1, 2, 11, 12];

@@ -1,14 +1,10 @@
-import { Refusal, rest, Unreachable } from "../api/rest";
+import { Refusal, rest } from "../api/rest";
 import type { AlarmLimits, CommandBody, Event, Lease, Settings } from "../api/types";
 import { keep, situation, withLines, type Page } from "./page";
 import { whyNot, type Control } from "./permission";
 import type { Store } from "./store";
 
 export type Notify = (level: Event["level"], title: string, text: string) => void;
-
-/** An E-STOP that did not get through is sent again for 10 s; a late stop does no harm. */
-const STOP_TRIES = 20;
-const STOP_RETRY_MS = 500;
 
 /** What an operator asks of the server by buttons and keys; refusals are shown in the server's own words. */
 export class Operations {
@@ -27,20 +23,6 @@ export class Operations {
   /** Ask the rig for another mode. */
   async command(body: CommandBody): Promise<void> {
     await this.attempt("Refused", () => rest.command(body));
-  }
-
-  /** E-STOP: for every viewer, in every state; sent again while the server cannot be reached. */
-  async emergencyStop(): Promise<void> {
-    for (let tries = 0; tries < STOP_TRIES; tries++) {
-      try {
-        await rest.command({ request: "e_stop" });
-        return;
-      } catch (error) {
-        if (tries === 0) this.report("E-STOP did not reach the rig: use the hardware stop", error);
-        if (!(error instanceof Unreachable)) return;
-        await new Promise((resolve) => setTimeout(resolve, STOP_RETRY_MS));
-      }
-    }
   }
 
   /** Esc: HOLD where that means something; elsewhere it is only the first half of Esc Esc. */
@@ -138,15 +120,22 @@ export class Operations {
 
   /** Show what went wrong; what the server has not written into the log stands in the log of this page. */
   report(title: string, error: unknown): void {
-    const detail = error instanceof Error ? error.message : String(error);
-    this.notify("error", title, detail);
-    if (error instanceof Refusal && error.logged) return;
+    this.notify("error", title, textOf(error));
+    if (!(error instanceof Refusal && error.logged)) this.note(title, error);
+  }
+
+  /** Write what went wrong into the log of this page. */
+  note(title: string, error: unknown): void {
     const line: Event = {
       type: "event",
       time: new Date().toISOString(),
       level: "error",
-      text: `${title}: ${detail}`,
+      text: `${title}: ${textOf(error)}`,
     };
     this.page.patch({ log: withLines(this.page.get().log, [line]) });
   }
+}
+
+function textOf(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
 }

@@ -17,6 +17,7 @@ import type {
   Settings,
   Workspace,
 } from "../api/types";
+import type { StopNews } from "../operate/stop";
 import type { Situation } from "./permission";
 
 export interface LogLine extends Event {
@@ -26,6 +27,10 @@ export interface LogLine extends Event {
 /** Everything that React controls show. It changes at human speed; the 60 Hz stream is in `Live`. */
 export interface Page {
   readonly view: "live" | "review";
+  /** The list of keys is open. */
+  readonly help: boolean;
+  /** What became of the last E-STOP, while that is news. */
+  readonly stop: StopNews | null;
   /** The recording that is open in Review. */
   readonly reviewed: string | null;
   /** Those that are compared there. */
@@ -73,6 +78,8 @@ export interface Page {
 
 export const EMPTY_PAGE: Page = {
   view: "live",
+  help: false,
+  stop: null,
   reviewed: null,
   compared: [],
   session: "unknown",

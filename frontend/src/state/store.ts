@@ -13,13 +13,24 @@ export class Store<T extends object> {
     const keys = Object.keys(change) as (keyof T)[];
     if (keys.every((key) => Object.is(this.value[key], change[key]))) return;
     this.value = { ...this.value, ...change };
-    for (const listener of this.listeners) listener();
+    for (const listener of this.listeners) apart(listener);
   };
 
   readonly subscribe = (listener: () => void): (() => void) => {
     this.listeners.add(listener);
     return () => this.listeners.delete(listener);
   };
+}
+
+/** Run `listener`; one that throws is told to the console, and the others still hear. */
+function apart(listener: () => void): void {
+  try {
+    listener();
+  } catch (error) {
+    setTimeout(() => {
+      throw error;
+    });
+  }
 }
 
 /** Re-render when `select(value)` changes; it must give a primitive or an object that is kept. */

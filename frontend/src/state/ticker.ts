@@ -1,4 +1,6 @@
-interface Task {
+import type { Painter, Painters } from "./painters";
+
+interface Task extends Painter {
   readonly period: number;
   readonly run: (now: number) => void;
   due: number;
@@ -9,12 +11,17 @@ export class Ticker {
   private readonly tasks = new Set<Task>();
   private running = false;
 
-  /** Call `run` at most `rate` times a second, on animation frames; returns how to stop it. */
-  every(rate: number, run: (now: number) => void): () => void {
-    const task = { period: 1000 / rate, run, due: 0 };
+  constructor(private readonly painters: Painters) {}
+
+  /** Call `run`, which draws `name`, at most `rate` times a second, on animation frames; returns how to stop it. */
+  every(rate: number, name: string, run: (now: number) => void): () => void {
+    const task = { name, period: 1000 / rate, run, due: 0 };
     this.tasks.add(task);
     if (!this.running) this.next();
-    return () => this.tasks.delete(task);
+    return () => {
+      this.tasks.delete(task);
+      this.painters.recovered(task);
+    };
   }
 
   private next(): void {
@@ -29,6 +36,8 @@ export class Ticker {
   private runIfDue(task: Task, now: number): void {
     if (now < task.due) return;
     task.due = Math.max(task.due + task.period, now + task.period / 2);
-    task.run(now);
+    this.painters.run(task, now, () => {
+      task.run(now);
+    });
   }
 }

@@ -1,0 +1,74 @@
+"""A mouse that drags the target, and what the rig's own ring has of it."""
+
+import math
+import time
+
+import numpy as np
+from playwright.sync_api import Page, expect
+
+from controller.modes import Mode
+from controller.realtime.ring import find_ring
+from tests.e2e.product import Product, frame, wait_until
+
+
+def arm(page: Page) -> None:
+    """Operate, with the rig in HOLD."""
+    page.get_by_test_id("lease-take").click()
+    expect(page.get_by_test_id("lease")).to_have_attribute("data-mine", "true")
+    if (mode := frame(page)["mode"]) != Mode.HOLD:
+        page.get_by_test_id("arm" if mode == Mode.VENTED else "hold").click()
+    expect(page.get_by_test_id("state")).to_contain_text("HOLD")
+
+
+class Hand:
+    """Presses and moves; knows where its pointer is."""
+
+    def __init__(self, page: Page, product: Product) -> None:
+        self._page, self._product = page, product
+        self.x, self.y = 0.0, 0.0
+        self.mm_per_px = math.nan
+
+    def press(self) -> None:
+        """Press on the target where it stands; the rig follows it then."""
+        self.x, self.y = self._page.evaluate("window.__tendril.handle()")
+        here, there = self._page.evaluate(
+            "([x, y]) => [window.__tendril.toPlane(x, y), window.__tendril.toPlane(x + 100, y)]", [self.x, self.y]
+        )
+        self.mm_per_px = math.dist(here, there) / 100
+        self._page.mouse.move(self.x, self.y)
+        self._page.mouse.down()
+
+    def move(self, dx: float, dy: float) -> None:
+        """Move on by so many pixels."""
+        self.x, self.y = float(self.x + dx), float(self.y + dy)
+        self._page.mouse.move(self.x, self.y)
+
+    def up(self) -> None:
+        """Let go."""
+        self._page.mouse.up()
+
+    def wait(self, mode: Mode) -> None:
+        """Until the rig is in `mode`."""
+        wait_until(lambda: self._product.mode() == mode, 10.0)
+
+    def target(self) -> np.ndarray:
+        """The target that the rig has [mm]."""
+        row = find_ring(self._product.rig).newest()
+        assert row is not None
+        return 1e3 * np.array(row["target"])
+
+    def settled(self) -> np.ndarray:
+        """The same, once nothing new came for a while [mm]."""
+        before = self.target()
+        while True:
+            time.sleep(0.15)
+            if np.array_equal(now := self.target(), before):
+                return now
+            before = now
+
+    def rows(self, t_ns: int) -> np.ndarray:
+        """What the rig did from `t_ns` on."""
+        ring = find_ring(self._product.rig)
+        count = min(ring.head, (time.monotonic_ns() - t_ns) // 1_000_000 + 500)
+        rows = ring.read(ring.head - count, count)[1]
+        return rows[rows["t_ns"] >= t_ns]

@@ -1,0 +1,199 @@
+"""E-STOP over whatever the page can lay over itself: pressed by hand and by Esc Esc while it is open."""
+
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import httpx
+import pytest
+from playwright.sync_api import Browser, FilePayload, Locator, Page, expect
+
+from controller.modes import Mode
+from tests.e2e.edge import ask, clear, press, troubles
+from tests.e2e.product import Product, open_page, shot, wait_until
+from tests.e2e.recorded import record_circle
+
+SOURCES = Path(__file__).parents[2] / "frontend/src"
+LAYS_OVER = re.compile(
+    r"<(Modal|Drawer|Dialog|Menu|Popover|HoverCard|Select|MultiSelect|Autocomplete|TagsInput|Combobox)\b|<dialog\b"
+    r"|role=\"(?:alert)?dialog\""
+)
+Opener = Callable[[Page], Locator]
+
+
+def opened(name: str, *, tab: str = "", review: bool = False) -> Opener:
+    """Opens what the button `name` opens, in its tab, and gives it."""
+
+    def opener(page: Page) -> Locator:
+        if tab:
+            page.get_by_role("tab", name=tab, exact=True).click()
+        if review:
+            show_recording(page)
+        page.get_by_test_id(name).first.click()
+        return page.locator("[role=menu], [role=dialog], [role=listbox], .mantine-Popover-dropdown").last
+
+    return opener
+
+
+def show_recording(page: Page) -> None:
+    """Review, with the circle open."""
+    page.get_by_text("Review", exact=True).click()
+    page.get_by_test_id("recording").first.click()
+    expect(page.get_by_test_id("back")).to_be_visible()
+
+
+def keys(page: Page) -> Locator:
+    """The list of keys."""
+    page.get_by_test_id("plan").focus()
+    page.keyboard.press("?")
+    return page.get_by_test_id("keys")
+
+
+def text(page: Page) -> Locator:
+    """The field for a word."""
+    page.get_by_test_id("tool-text").click()
+    return page.get_by_test_id("text")
+
+
+def saved(page: Page) -> Locator:
+    """Saved drawings."""
+    page.get_by_role("tab", name="Run", exact=True).click()
+    page.get_by_text("Drawing", exact=True).click()
+    page.get_by_test_id("saved-drawings").click()
+    return page.locator(".mantine-Popover-dropdown").last
+
+
+def importing(page: Page) -> Locator:
+    """A CSV file that was chosen."""
+    page.get_by_text("Review", exact=True).click()
+    with page.expect_file_chooser() as chooser:
+        page.get_by_test_id("import-recording").click()
+    chooser.value.set_files(FilePayload(name="a.csv", mimeType="text/csv", buffer=b"t,x,y\n0,0,0\n1,0,0\n"))
+    return page.get_by_test_id("import")
+
+
+def exporting(page: Page) -> Locator:
+    """The question of format and signals."""
+    show_recording(page)
+    page.get_by_test_id("export").click()
+    return page.get_by_test_id("export-dialog")
+
+
+def tags(page: Page) -> Locator:
+    """The field for tags, which suggests some."""
+    show_recording(page)
+    page.get_by_test_id("recording-tags").click()
+    return page.get_by_test_id("recording-tags")
+
+
+def guide(page: Page) -> Locator:
+    """The first visit's guide."""
+    page.evaluate("localStorage.removeItem('tendril-guide')")
+    page.get_by_text("Review", exact=True).click()
+    page.get_by_text("Live", exact=True).click()
+    return page.get_by_test_id("guide")
+
+
+def take_over(page: Page) -> Locator:
+    """The question before control is taken from another session."""
+    page.get_by_test_id("lease-menu").click()
+    page.get_by_test_id("lease-take-over").click()
+    return page.get_by_test_id("take-over-confirm")
+
+
+BY_OPERATOR: dict[str, Opener] = {
+    "panels/KeyHelp.tsx": keys,
+    "panels/RecordButton.tsx": opened("record-profile"),
+    "panels/LeaseMenu.tsx": opened("lease-menu"),
+    "panels/DrawShapes.tsx": opened("tool-shape"),
+    "panels/DrawText.tsx": text,
+    "panels/DrawSaved.tsx": saved,
+    "panels/ReferencePanel.tsx": opened("reference", tab="Run"),
+    "panels/GainPresets.tsx": opened("gain-presets", tab="Gains"),
+    "panels/HealthLimits.tsx": opened("alarm-limits", tab="Health"),
+    "plots/SignalChooser.tsx": opened("signals", tab="Plots"),
+    "plots/LayoutMenu.tsx": opened("layouts", tab="Plots"),
+    "review/ExportDialog.tsx": exporting,
+    "review/FollowAgain.tsx": opened("follow-again", review=True),
+    "review/DeleteButton.tsx": opened("delete-recording", review=True),
+    "review/ImportDialog.tsx": importing,
+    "review/About.tsx": tags,
+    "panels/Guide.tsx": guide,
+}
+"""How to open each, by the file that lays it over the page, in a page that operates."""
+BY_OTHERS: dict[str, Opener] = {"panels/TakeOver.tsx": take_over}
+"""The same where another session operates."""
+LARGE = ("panels/KeyHelp.tsx", "review/ExportDialog.tsx", "review/ImportDialog.tsx")
+"""Dialogs with a backdrop or in the middle: tried with a mouse on a large window, too."""
+
+
+@pytest.fixture
+def page(browser: Browser, product: Product) -> Iterator[Page]:
+    """A small screen that is touched, on which the page operates, and a recording to review."""
+    record_circle(product.recordings, "short", 2.0)
+    context = browser.new_context(viewport={"width": 320, "height": 568}, has_touch=True)
+    opened_page = open_page(context, product)
+    wait_until(lambda: ask(opened_page, "POST", "/api/lease"), 30.0)
+    yield opened_page
+    ask(opened_page, "DELETE", "/api/lease")
+    context.close()
+
+
+def fresh(page: Page) -> None:
+    """The page as it is after a reload, in Live."""
+    page.goto(page.url.split("#")[0].split("?")[0])
+    expect(page.get_by_test_id("state")).to_contain_text("VENTED", timeout=20_000)
+    ask(page, "POST", "/api/lease")
+
+
+def by_keys(page: Page, product: Product, where: str) -> None:
+    """Esc Esc: a dialog that takes the first one for itself makes no difference."""
+    page.keyboard.press("Escape")
+    page.keyboard.press("Escape")
+    expect(page.get_by_test_id("stop-news"), where).to_contain_text("E-STOP arrived by")
+    assert product.mode() == Mode.E_STOP, where
+
+
+def test_every_part_that_lays_something_over_the_page_is_known_here() -> None:
+    found = {str(path.relative_to(SOURCES)) for path in SOURCES.rglob("*.tsx") if LAYS_OVER.search(path.read_text())}
+    assert found == BY_OPERATOR.keys() | BY_OTHERS.keys()
+
+
+def test_it_is_pressed_over_everything_that_opens(page: Page, product: Product) -> None:
+    found: list[str] = []
+    for where, opener in BY_OPERATOR.items():
+        fresh(page)
+        expect(opener(page), where).to_be_visible()
+        found += troubles(page, where)
+        shot(page, f"over-{Path(where).stem}")
+        press(page, product, touch=True, where=where)
+        clear(page, product)
+    for where in LARGE:
+        page.set_viewport_size({"width": 1280, "height": 720})
+        fresh(page)
+        expect(BY_OPERATOR[where](page), where).to_be_visible()
+        found += troubles(page, f"{where}, large")
+        press(page, product, touch=False, where=where)
+        clear(page, product)
+        fresh(page)
+        expect(BY_OPERATOR[where](page), where).to_be_visible()
+        by_keys(page, product, where)
+        clear(page, product)
+    assert not found, "\n".join(found)
+
+
+def test_it_is_pressed_over_the_question_before_a_take_over(page: Page, product: Product) -> None:
+    ask(page, "DELETE", "/api/lease")
+    with httpx.Client(base_url=product.origin, trust_env=False) as other:
+        other.post("/api/session", json={"token": product.url.split("token=")[1]}).raise_for_status()
+        for where, opener in BY_OTHERS.items():
+            other.post("/api/lease").raise_for_status()
+            expect(opener(page)).to_be_visible()
+            found = troubles(page, where)
+            press(page, product, touch=True, where=where)
+            assert not found, "\n".join(found)
+            other.post("/api/lease").raise_for_status()
+            other.post("/api/command", json={"request": "clear"}).raise_for_status()
+        other.delete("/api/lease")
+    expect(page.get_by_test_id("state")).to_contain_text("VENTED")
+    wait_until(lambda: ask(page, "POST", "/api/lease"), 10.0)
