@@ -7,6 +7,7 @@ from pathlib import Path
 
 from controller.logs import log_json
 from controller.parent import end_with_parent
+from controller.realtime.settings import REFUSED
 from server.complaints import one_line_errors
 from server.ready import announce_to
 from server.run import run_server
@@ -17,5 +18,5 @@ logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name
 logging.getLogger("httpx").setLevel(logging.WARNING)
 if os.environ.get("TENDRIL_LOG_FORMAT") == "json":  # before the settings are read, which may be refused
     log_json("server")
-with one_line_errors():
+with one_line_errors(REFUSED):
     run_server(ServerSettings(), announce_to(Path(sys.argv[1])))

@@ -40,6 +40,7 @@ _WHEN = {
     421: "This server has another name",
     422: "Field, value and bound of what is wrong",
     429: "Too often; the header retry-after says for how long to wait [s]",
+    431: "The request line and its headers are too long",
     500: "The server's disk or a file of its own fails",
     503: "The rig does not answer, or takes no command from this server",
 }

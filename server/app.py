@@ -2,7 +2,10 @@
 
 import asyncio
 import contextlib
+import gc
+import threading
 from collections.abc import AsyncIterator
+from concurrent.futures import ThreadPoolExecutor
 from enum import IntEnum
 from importlib.metadata import version
 from typing import Any
@@ -14,7 +17,7 @@ from server import problems, proxy
 from server.answers import REFUSALS, say_once
 from server.gate import Gate
 from server.hosts import Hosts
-from server.messages import FromBrowser, FromServer
+from server.messages import FromBrowser, FromServer, Heard, Presence
 from server.roles import authorise
 from server.routes import (
     alarms,
@@ -28,6 +31,7 @@ from server.routes import (
     monitoring,
     page,
     plots,
+    presence,
     presets,
     quick,
     recording_profiles,
@@ -42,11 +46,13 @@ from server.routes import (
     workspace,
 )
 from server.services import Services
+from server.tasks import forever
 
 _PARTS = (
+    command,  # these two are found first: an E-STOP comes by them
+    live,
     session,
     lease,
-    command,
     settings,
     rig,
     alarms,
@@ -61,7 +67,7 @@ _PARTS = (
     plots,
     presets,
     layouts,
-    live,
+    presence,
     monitoring,
     page,
     rerun,
@@ -70,6 +76,11 @@ _PARTS = (
     proxy,
 )
 _ENUMERATIONS: tuple[type[IntEnum], ...] = (Cause, Freeze, Integrator, Law, Mode)
+
+
+THREADS = 32
+"""For what requests ask of disks and processors. Where a disk hangs each that asks for it keeps one; commands to the
+rig, uploads of runs and the beat need none."""
 
 
 class Api(FastAPI):
@@ -122,6 +133,7 @@ def _api() -> FastAPI:
         app.include_router(part.router, dependencies=[Depends(authorise)])
     page.mount_assets(app)
     app.webhooks.post("live")(live_messages)
+    app.webhooks.post("presence")(presence_messages)
     return app
 
 
@@ -129,12 +141,32 @@ async def live_messages(body: FromBrowser) -> FromServer:  # type: ignore[empty-
     """What the page says on /ws/live (request) and what it hears (response), as JSON text."""
 
 
+async def presence_messages(body: Presence) -> Heard:  # type: ignore[empty-body]
+    """What the page's worker says on /ws/presence (request) and what it hears (response), as JSON text."""
+
+
 @contextlib.asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     services: Services = app.state.services
-    beat = asyncio.create_task(services.hub.run(services.beat))
+    threading.Thread(target=_settle, args=[app], name="settle", daemon=True).start()
+    beat = asyncio.create_task(forever("the beat", lambda: services.hub.run(services.beat)))
+    services.turning.start()
+    asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(THREADS, "request"))
     try:
         yield
     finally:
         beat.cancel()
+        services.turning.stop()
         await asyncio.to_thread(services.close)
+
+
+def _settle(app: FastAPI) -> None:
+    """Build what FastAPI would build when a route is first looked for, and take all of it from the garbage collector.
+
+    Both would hold up the event loop, for 0.3 s and more, in the middle of whatever is asked then.
+    """
+    nowhere = {"type": "http", "method": "GET", "path": "/-", "root_path": "", "headers": []}
+    for route in list(app.routes):
+        route.matches(nowhere)
+    gc.collect()
+    gc.freeze()

@@ -15,6 +15,7 @@ from datetime import UTC, datetime
 from controller.layout import Model
 from server.auth import Identity
 from server.event_file import EventFile
+from server.line_writer import LineWriter
 from server.rates import CLIENTS_MAX, DEED, STRANGE, Bucket
 
 LARGEST = 20_000_000
@@ -81,12 +82,12 @@ def heard_by(hearer: Callable[[str], None]) -> Iterator[None]:
 
 
 class Audit:
-    """Writes the lines. `complain` hears once that the file cannot be written; what is done goes on."""
+    """Writes the lines, never waiting for the disk. `complain` hears what became of the file; what is done goes on."""
 
     def __init__(
         self, file: EventFile[Deed], complain: Callable[[str], None], now: Callable[[], float] = time.monotonic
     ) -> None:
-        self._file: EventFile[Deed] | None = file
+        self.writer = LineWriter(file, "audit log", "the audit log cannot be written")
         self._complain = complain
         self._known, self._strange = Bucket(DEED, now=now), Bucket(STRANGE, now=now)
         self._left_out: Counter[str] = Counter()
@@ -98,18 +99,14 @@ class Audit:
         if refused_or_known and lines.wait(client):
             return self._leave_out(client)
         more = self._left_out.pop(client, 0)
-        self._write(asker.deed(status, f"{detail} (and {more} more since the last line)" if more else detail))
+        self.writer.append(asker.deed(status, f"{detail} (and {more} more since the last line)" if more else detail))
+
+    def look(self) -> None:
+        """Called at every beat: say what became of the file."""
+        if news := self.writer.news():
+            self._complain(news)
 
     def _leave_out(self, client: str) -> None:
         if len(self._left_out) >= CLIENTS_MAX:
             self._left_out.clear()
         self._left_out[client] += 1
-
-    def _write(self, deed: Deed) -> None:
-        if self._file is None:
-            return
-        try:
-            self._file.append(deed)
-        except OSError as error:
-            self._file = None
-            self._complain(f"the audit log cannot be written: {error.strerror}")

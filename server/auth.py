@@ -57,6 +57,8 @@ class Sessions:
     def __init__(self, kept: Secrets, rig: str, now: Callable[[], float] = time.monotonic) -> None:
         self._failures: dict[str, list[float]] = defaultdict(list)
         self._now = now
+        self.closed = False
+        """The access tokens may have been revoked, and nobody can say: no session operates, every one may look on."""
         self.cookie = f"tendril_{rig}"
         self.use(kept)
 
@@ -70,6 +72,7 @@ class Sessions:
     def open(self, token: str, address: str) -> Identity:
         """A new session; raises as `require`."""
         role = self.require(token, address)
+        role = "viewer" if self.closed else role
         name = f"{secrets.choice(_COLOURS)} {secrets.choice(_PLANTS)} {secrets.randbelow(90) + 10}"
         return Identity(secrets.token_urlsafe(12), name, role, self._marks[role])
 
@@ -103,12 +106,13 @@ class Sessions:
                 continue
             # Signed in the future: a clock that was set back must sign out nobody, who may have to press E-STOP.
             if abs(time.time() - signed.timestamp()) <= MAX_AGE:
-                return Identity(found, name, role, self._marks[role])
+                shown: Role = "viewer" if self.closed else role
+                return Identity(found, name, shown, self._marks[shown])
         return None
 
     def stands(self, who: Identity) -> bool:
         """Whether the token that opened `who`'s session is still in force."""
-        return self._marks[who.role] == who.opened_by
+        return self._marks[who.role] == who.opened_by and not (self.closed and who.role == "operator")
 
     async def ended(self, who: Identity) -> None:
         """Returns once `who`'s session stands no more: for sockets, which show their cookie only once."""

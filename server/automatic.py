@@ -1,7 +1,7 @@
 """Recordings that nobody presses a button for: of a run, of a fault, and what a killed server left unfinished."""
 
 import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable
 from pathlib import Path
 
 from controller.errors import RecordingError, TendrilError
@@ -10,11 +10,11 @@ from controller.parameters import Settings
 from recordings.messages import Recording
 from recordings.reader import read_about, read_times
 from recordings.session import Context
-from recordings.store import Store
 from recordings.writer import Recorder
 from server.events import EventLog
 from server.review import Review
 from server.rig import Rig
+from server.tasks import Tasks
 from server.watch import words
 
 AFTER = 10.0
@@ -36,7 +36,7 @@ class Automatic:
         self._settings = settings
         self._mode: Mode | None = None
         self._run = self._fault = ""
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._tasks = Tasks(lambda text: events.add(text, "error"))
 
     def recording(self) -> str | None:
         """Id of the recording that goes on; None without one."""
@@ -48,7 +48,7 @@ class Automatic:
         newest = self._rig.newest
         before, self._mode = self._mode, None if newest is None else Mode(int(newest[0]["mode"]))
         if newest is not None and faults and self._mode in STOPPED and before not in CALM and not self.recording():
-            self._spawn(self._record_fault(Cause(int(newest[0]["cause"]))))
+            self._tasks.begin("the recording of a fault", self._record_fault(Cause(int(newest[0]["cause"]))))
 
     async def begin_run(self, name: str, operator: str) -> None:
         """Record a run from now on, unless a recording of somebody goes on."""
@@ -65,11 +65,11 @@ class Automatic:
         """The run is over, and so is the recording that was begun for it."""
         id, self._run = self._run, ""
         if id:
-            self._spawn(self._stop(id))
+            self._tasks.begin("the end of a recording", self._stop(id))
 
     def go_on(self, path: Path, cut: Recording) -> None:
         """Go on with `cut`, which a killed server has left in `path`, where it ends."""
-        self._spawn(self._go_on(path, cut))
+        self._tasks.begin("the rest of a recording", self._go_on(path, cut))
 
     async def _record_fault(self, cause: Cause) -> None:
         self._fault = id = await self._start(f"{FAULT}{words(cause)}", Context(profile="standard"))
@@ -120,14 +120,3 @@ class Automatic:
             return self._events.add(str(error), "warning")
         self._review.stopped(done.id)
         self._events.add(f"recording {done.id} ended, {done.rows} rows, {done.gaps} gaps")
-
-    def _spawn(self, work: Coroutine[None, None, None]) -> None:
-        task = asyncio.create_task(work)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
-
-
-def cut_off(store: Store) -> Recording | None:
-    """The newest recording, if a killed server was writing it."""
-    newest = next(iter(store.list()), None)
-    return newest if newest and newest.id in store.broken() else None

@@ -15,6 +15,7 @@ from rich.table import Table
 from controller.errors import TendrilError
 from controller.experiments.bench import bench
 from controller.experiments.loop_bench import bench_rig, measure_loop
+from controller.key_file import read_key
 from controller.link import RigClient
 from controller.realtime.settings import RigSettings
 from server.browser import launch_chromium
@@ -76,7 +77,7 @@ def _product(folder: Path) -> Iterator[tuple[RigClient, str]]:
     with bench_rig(RigSettings(rig=name, key_file=settings.key)) as rig:
         settings = settings.model_copy(update={"endpoint": rig.endpoint})
         child = ServerChild(settings, folder / "server.json")
-        client = RigClient(rig.endpoint, rig.settings.rig, lambda rows: None)
+        client = RigClient(rig.endpoint, rig.settings.rig, lambda rows: None, key=read_key(settings.key))
         try:
             yield client, child.wait_ready().url
         finally:
@@ -104,8 +105,13 @@ def _kernel_rows(figures: Figures) -> Iterator[tuple[str, str]]:
     yield "tips apart over 2 s, at most", f"{figures['mujoco_tip_difference_m']:.1e} m"
     yield "PyElastica over ours, same rod, per simulated second", _elastica(figures)
     yield "controller tick, N = 10; 1000 rods, implicit", f"{figures['tick_us']:.1f}; {figures['tick_n1000_us']:.0f} us"
+    yield "batch of 10 rows: proven by the rig; judged by the server", _proofs(figures)
     closed, speed = figures["closed_loop_seconds"], figures["closed_loop_seconds_per_second"]
     yield "closed loop with twin on one core", f"{closed:.0f} s in {closed / speed:.1f} s ({speed:.0f} s/s)"
+
+
+def _proofs(figures: Figures) -> str:
+    return f"{figures['link']['prove_us']:.0f}; {figures['link']['judge_us']:.0f} us, 100 times a second"
 
 
 def _elastica(figures: Figures) -> str:

@@ -113,9 +113,12 @@ def up(
         allow_host=allow_host,
         log_format=log_format,
     )
-    parameters = _parameters(actuator or "P1", rods, integrator, loop_gap)
-    started = RigSettings(rig=rig, key_file=settings.key, parameters=parameters, log_format=log_format)
-    run_up(started if actuator else with_last_actuator(started, settings), settings, browser, ready)
+
+    def parameters() -> "tuple[RigParameters, RigParameters | None]":
+        found = _parameters(actuator or "P1", rods, integrator, loop_gap)
+        return (found, None) if actuator else (with_last_actuator(found, settings), found)
+
+    run_up(RigSettings(rig=rig, log_format=log_format), parameters, settings, browser, ready)
 
 
 @app.command()
@@ -262,13 +265,14 @@ def _say_addresses(at: "Addresses") -> None:
 
 def _parameters(actuator: str, rods: int, integrator: str, loop_gap: float) -> "RigParameters":
     """Those of a rig, refused here rather than in the process that would run it."""
-    from controller.actuator import read_actuator
-    from controller.build_rig import observer_model
+    from controller.actuator import PRESETS, read_actuator
+    from controller.experiments.acceptance import require_built, require_running
     from controller.modes import Integrator
     from controller.parameters import ControllerParameters, RigParameters, SafetyLimits
 
     controller = ControllerParameters(rods=rods, integrator=Integrator[integrator.upper()])
     limits = SafetyLimits(loop_gap=loop_gap)
     parameters = RigParameters(actuator=read_actuator(actuator), controller=controller, limits=limits)
-    observer_model(parameters)
+    require = require_built if actuator in PRESETS else require_running
+    require(parameters)
     return parameters

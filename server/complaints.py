@@ -9,26 +9,28 @@ from pydantic import ValidationError
 from rich.console import Console
 from rich.markup import escape
 
-from controller.errors import TendrilError, sentence
+from controller.errors import StartRefused, TendrilError, sentence
 from controller.logs import logs_json
 
 log = logging.getLogger(__name__)
 
 
 @contextmanager
-def one_line_errors() -> Iterator[None]:
-    """Print (or log, as JSON) our own errors and refused values in one line and end with code 1."""
+def one_line_errors(code: int = 1) -> Iterator[None]:
+    """Print (or log, as JSON) our own errors and refused values in one line and end with `code`."""
     try:
         yield
+    except StartRefused:  # it was said already
+        sys.exit(code)
     except ValidationError as error:
-        _end(sentence(error))
+        _say(sentence(error))
+        sys.exit(code)
     except TendrilError as error:
-        _end(str(error))
+        _say(str(error))
+        sys.exit(code)
 
 
-def _end(text: str) -> None:
+def _say(text: str) -> None:
     if logs_json():
-        log.critical("%s", text)
-        sys.exit(1)
+        return log.critical("%s", text)
     Console(stderr=True, soft_wrap=True).print(f"[red]tendril:[/] {escape(text)}", highlight=False)
-    sys.exit(1)

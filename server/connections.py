@@ -7,17 +7,21 @@ uvicorn alone would keep whatever sends a header without end, or one byte a minu
 import asyncio
 from http import HTTPStatus
 
-from uvicorn._types import ASGISendEvent
+from uvicorn._types import ASGIReceiveEvent, ASGISendEvent
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 from uvicorn.protocols.utils import ClientDisconnected
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.exceptions import InvalidState
 from websockets.frames import CloseCode
 
+from server.portions import Flow, Portions
+
 HEAD_MAX = 1 << 16
 """Bytes of request line and headers."""
 CONNECTIONS_MAX = 1000
-"""Of one address at the same time: 200 pages behind it have some 600 sockets, and what they fetch meanwhile."""
+"""Of one address at the same time: 200 pages behind it have some 700 sockets, and what they fetch meanwhile."""
+URGENT = "urgent"
+"""In a socket's state: called with each text message as it comes in, before it is queued; True: it was acted on."""
 REQUEST_SECONDS = 30.0
 """From the first byte of a request, or from the connection, to the last byte of its body: 1 MiB at 35 kB/s."""
 
@@ -61,7 +65,7 @@ def _address(one: "Connection | Socket") -> str:
     return one.client[0] if one.client else ""
 
 
-class Connection(HttpToolsProtocol):
+class Connection(Portions, HttpToolsProtocol):
     """One HTTP connection, until it becomes a WebSocket."""
 
     seconds = REQUEST_SECONDS
@@ -72,11 +76,16 @@ class Connection(HttpToolsProtocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """The first request must come; 503 where one address has too many connections at work."""
         super().connection_made(transport)
+        self.flow = Flow(transport, self)
         CALLERS.come(self)
         self._begin()
         if not CALLERS.room_for(self):
             text = f"more than {CALLERS.most} connections from {_address(self)}"
             self._refuse(HTTPStatus.SERVICE_UNAVAILABLE, text)
+
+    def held(self) -> bool:
+        """Whether requests wait behind the one that is being answered, or its body is not taken."""
+        return self.flow.read_paused or bool(self.pipeline)
 
     @property
     def idle(self) -> bool:
@@ -84,11 +93,15 @@ class Connection(HttpToolsProtocol):
         return self.cycle is None or self.cycle.response_complete
 
     def data_received(self, data: bytes) -> None:
-        """Pass on what came; 431 for a head that is too long."""
+        """Pass on what came."""
         if self._deadline is None:
             self._begin()
-        self._head += len(data)
         super().data_received(data)
+
+    def take(self, data: bytes) -> None:
+        """One portion; 431 for a head that is too long."""
+        self._head += len(data)
+        super().take(data)
         if self._in_head and self._head > HEAD_MAX and not self.transport.is_closing():
             text = f"the request line and its headers are longer than {HEAD_MAX} bytes"
             self._refuse(HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE, text)
@@ -108,11 +121,19 @@ class Connection(HttpToolsProtocol):
         super().on_message_complete()
         self._end()
 
+    def on_response_complete(self) -> None:
+        """The next of the requests that were read; after the last one, what waits unread."""
+        super().on_response_complete()
+        self.go_on()
+
     def handle_websocket_upgrade(self) -> None:
         """From here on the WebSocket's own pings watch."""
         self._end()
         CALLERS.go(self)
         super().handle_websocket_upgrade()
+        rest, self._rest = self._rest, b""
+        if rest:
+            self.transport.get_protocol().data_received(rest)  # type: ignore[attr-defined]
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Nothing more is to be waited for."""
@@ -138,7 +159,7 @@ class Connection(HttpToolsProtocol):
         self.transport.close()
 
 
-class Socket(WebSocketsSansIOProtocol):
+class Socket(Portions, WebSocketsSansIOProtocol):
     """One WebSocket; whoever sends what is no text ends it with 1007, without an error of uvicorn's in our log."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
@@ -151,12 +172,24 @@ class Socket(WebSocketsSansIOProtocol):
         CALLERS.go(self)
         super().connection_lost(exc)
 
-    def data_received(self, data: bytes) -> None:
-        """Pass on what came."""
+    def held(self) -> bool:
+        """Whether the route has not taken the messages that it was given."""
+        return self.read_paused
+
+    def take(self, data: bytes) -> None:
+        """Understand one portion."""
         try:
-            super().data_received(data)
+            super().take(data)
         except InvalidState:  # it was to be closed once more
             self.transport.close()
+
+    async def receive(self) -> ASGIReceiveEvent:
+        """The next message; what is urgent was acted on before."""
+        message = await self.queue.get()
+        if self.read_paused and self.queue.empty():
+            self.read_paused = False
+            self.go_on()
+        return message
 
     async def send(self, message: ASGISendEvent) -> None:
         """Send; a page that was closed from here is gone, which is no error of its route's."""
@@ -170,8 +203,16 @@ class Socket(WebSocketsSansIOProtocol):
         if self.curr_msg_data_type == "text" and not _is_text(b"".join(self.frames)):
             self.conn.send_close(CloseCode.INVALID_DATA)
             self.handle_parser_exception()
-        else:
+        elif not self._urgent():
             super().send_receive_event_to_app()
+
+    def _urgent(self) -> bool:
+        """Whether the route's own reader took the message at once, before those that wait: see `URGENT`."""
+        take = self.scope["state"].get(URGENT) if self.curr_msg_data_type == "text" else None
+        if take is None or len(self.frames) != 1 or not take(bytes(self.frames[0])):
+            return False
+        self.frames = []
+        return True
 
 
 def _is_text(data: bytes) -> bool:

@@ -7,6 +7,7 @@ from starlette.requests import HTTPConnection
 
 from controller.errors import NotAllowed
 from server.auth import Identity
+from server.permit import Permit
 from server.services import Services
 
 
@@ -38,3 +39,11 @@ async def _holder(who: Me, parts: Parts) -> Identity:
 
 Holder = Annotated[Identity, Depends(_holder)]
 """The session that asks, which must hold the operator's lease."""
+
+
+async def _permitted(who: Holder, parts: Parts) -> Permit:
+    return parts.permits.operator(who)
+
+
+Permitted = Annotated[Permit, Depends(_permitted)]
+"""The leave of the session that asks, which must hold the lease now, and again where its request leaves for the rig."""

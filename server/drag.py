@@ -18,6 +18,7 @@ from server.auth import Identity
 from server.events import EventLog
 from server.lease import OperatorLease
 from server.operator import Operator
+from server.permit import Permit, Permits
 from server.scene import Scene
 from server.scene.gizmo import GIZMO, Point
 
@@ -37,12 +38,13 @@ class Drag:
         who: Identity,
         lease: OperatorLease,
         operator: Operator,
+        permits: Permits,
         scene: Scene,
         events: EventLog,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
         self._who, self._lease, self._operator, self._scene = who, lease, operator, scene
-        self._events, self._now = events, now
+        self._permits, self._events, self._now = permits, events, now
         self._dragging = False
         self._refused_at = -math.inf
 
@@ -57,11 +59,11 @@ class Drag:
         if kind not in (START, UPDATE, END) or message.get("name") != GIZMO or message.get("owner", "") != "":
             return None
         try:
-            self._lease.require(self._who)
+            permit = self._permits.operator(self._who)
         except NotAllowed as refusal:
             self._refuse(str(refusal))
             return None
-        return _encode(message) if self._act(kind, message) else None
+        return _encode(message) if self._act(kind, message, permit) else None
 
     def end(self) -> None:
         """The drag is over: released, its page gone, or its lease lost."""
@@ -72,7 +74,7 @@ class Drag:
     def leave(self) -> None:
         """Its page is gone; another tab of the session may still be present, but nobody there began this drag: hold."""
         if self._dragging and self._lease.holds(self._who):
-            self._operator.request(Request.HOLD)
+            self._operator.request(Request.HOLD, self._permits.operator(self._who))
         self.end()
 
     def _refuse(self, reason: str) -> None:
@@ -83,29 +85,29 @@ class Drag:
             self._events.refused(self._who.name, "drag in the 3D view", reason)
         self._refused_at = self._now()
 
-    def _act(self, kind: str, message: dict[str, Any]) -> bool:
+    def _act(self, kind: str, message: dict[str, Any], permit: Permit) -> bool:
         self._lease.touch(self._who)
-        self._operator.present()
+        self._operator.present(permit)
         if kind == START:
-            self._start()
+            self._start(permit)
         elif kind == END:
             self.end()
             if self._lease.clutch:
-                self._operator.request(Request.HOLD)
+                self._operator.request(Request.HOLD, permit)
                 tell("gizmo let go: hold")
         elif (at := _position(message)) is None:
             return False
         elif self._dragging:
-            self._operator.move(at)
+            self._operator.move(at, permit)
         return True
 
-    def _start(self) -> None:
+    def _start(self, permit: Permit) -> None:
         """A fresh press: the only thing that may leave HOLD."""
         at = self._scene.gizmo()
         if at is not None:
             self._dragging = True
             self._scene.hold_gizmo(True)
-            self._operator.request(Request.FOLLOW, at)
+            self._operator.request(Request.FOLLOW, permit, at)
             tell(f"follow by the gizmo, target at ({at[0]:.4f}, {at[1]:.4f}) m")
 
 

@@ -8,6 +8,7 @@ from typing import Literal
 
 from server.audit import tell
 from server.event_file import EventFile
+from server.line_writer import LineWriter
 from server.messages import Event
 from server.rates import LINE, Bucket, Rate
 
@@ -24,12 +25,15 @@ def to_log(event: Event) -> None:
 
 
 class EventLog:
-    """The last lines and their listeners. Only the event loop uses it. With a file the lines outlive the server."""
+    """The last lines and their listeners. Only the event loop uses it, and never waits for the disk.
+
+    With a file the lines outlive the server.
+    """
 
     def __init__(self, file: EventFile[Event] | None = None, kept: int = 500) -> None:
         self.recent: deque[Event] = deque(file.last() if file else [], maxlen=kept)
         self.listeners: list[Callable[[Event], None]] = []
-        self._file = file
+        self.writer = LineWriter(file, "event log", "the log will not outlive this server") if file else None
         self._lines, self._muted = Bucket(LINE), Bucket(MUTED)
 
     def add(self, text: str, level: Level = "info") -> None:
@@ -38,9 +42,18 @@ class EventLog:
         event = Event(time=datetime.now(UTC), level=level, text=plain)
         self.recent.append(event)
         for listener in self.listeners:
-            listener(event)
+            try:
+                listener(event)
+            except Exception:  # who does not take a line must not keep it from the others
+                log.exception("a line of the log was not passed on")
         tell(plain)
-        self._keep(event)
+        if self.writer is not None:
+            self.writer.append(event)
+
+    def look(self) -> None:
+        """Called at every beat: say what became of the file."""
+        if self.writer is not None and (news := self.writer.news()):
+            self.add(news, "warning")
 
     def done(self, who: str, what: str) -> None:
         """Write what `who` did, which anybody may as often as he likes, unless that would fill the log."""
@@ -55,13 +68,3 @@ class EventLog:
             self.add(text, level)
         elif not self._muted.wait(who):
             self.add(f"{who}: more is {kind} than is written here", "warning")
-
-    def _keep(self, event: Event) -> None:
-        """Append to the file; the first failure is said, and ends it: a full disk must not end what goes on."""
-        if self._file is None:
-            return
-        try:
-            self._file.append(event)
-        except OSError as error:
-            self._file = None
-            self.add(f"the log will not outlive this server: {error.strerror}", "warning")

@@ -13,6 +13,7 @@ import uvicorn
 
 from controller.errors import TendrilError
 from controller.modes import Mode, Request
+from server.permit import own
 from server.services import Services
 
 log = logging.getLogger(__name__)
@@ -55,7 +56,7 @@ async def farewell(services: Services) -> None:
     services.events.add("the server shuts down: the rig comes to rest", "warning")
     operator.leave()
     try:
-        reply = await asyncio.wrap_future(operator.request(Request.REST))
+        reply = await asyncio.wrap_future(operator.request(Request.REST, own()))
     except TendrilError as error:
         return log.warning("the rig was not asked to rest: %s", error)
     if not reply.accepted:

@@ -15,6 +15,31 @@ addEventListener("keydown", (event) => {
 </script>"""
 """Put into such a page: Esc means HOLD wherever the focus is, and our page cannot listen inside another process."""
 
+TELL_MOVED = b"""<script>
+let pressed = null, dead = false;
+const end = () => {
+  if (!pressed || dead) return;
+  dead = true;
+  parent.postMessage({ tendril: "moved" }, location.origin);
+};
+addEventListener("resize", end);
+addEventListener("pointerdown", (event) => { [pressed, dead] = [event, false]; }, { capture: true });
+addEventListener("pointermove", (event) => {
+  if (!pressed || event.pointerId !== pressed.pointerId) return;
+  const way = Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY);
+  const hand = Math.hypot(event.screenX - pressed.screenX, event.screenY - pressed.screenY);
+  if (way > 4 * hand + 2) end();
+  pressed = event;
+  if (dead) event.stopImmediatePropagation();
+}, { capture: true });
+for (const name of ["pointerup", "pointercancel"])
+  addEventListener(name, () => { pressed = null; }, { capture: true });
+</script>"""
+"""Put into viser's page: where the frame changes under a press, its drags end, and our page holds the rig.
+
+As on our plan (frontend/src/plan/ground.ts), a pointer that goes further in the frame than on the screen was carried.
+"""
+
 SEND_COOKIE = b"""<script>
 const plainFetch = fetch;
 fetch = (request, options) =>

@@ -29,6 +29,8 @@ COMMAND_MAX = 4096
 _LENGTH = re.compile(r"[0-9]{1,9}")
 _OPEN = re.compile(r"/|/assets/.*|/favicon\.(ico|svg)")
 """What is served to anyone: the page shell (with its sign-in form) and its assets."""
+ONCE = (b"host", b"origin", b"cookie", b"authorization", b"content-length", b"transfer-encoding", b"content-type")
+"""Headers of which two would mean that somebody else judges by the other one."""
 FIGURES, BEARER = "/metrics", "Bearer "
 
 
@@ -42,7 +44,7 @@ class Gate:
         self._rates, self._audit, self._refused = rates, audit, refused
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Let the request through with `state["who"]` set, or answer 401, 403, 411, 413, 421 or 429."""
+        """Let the request through with `state["who"]` set, or answer 400, 401, 403, 411, 413, 421 or 429."""
         if scope["type"] not in ("http", "websocket"):
             return await self._app(scope, receive, send)
         who = self._who(scope)
@@ -64,6 +66,8 @@ class Gate:
         return who
 
     def _refusal(self, scope: Scope, who: Identity | None) -> JSONResponse | None:
+        if twice := _twice(scope):
+            return refusal(400, f"{twice} is given more than once: it cannot be known which one counts")
         headers, method = Headers(scope=scope), _method(scope)
         ours = method in READING or same_origin(headers)
         if late := self._late(scope, who if ours else None):  # a foreign page spends nothing of the session's
@@ -110,6 +114,12 @@ def _too_long(headers: Headers, most: int) -> JSONResponse | None:
     if not _LENGTH.fullmatch(length) or int(length) > most:
         return refusal(413, f"content-length = {length[:20]}: a body has at most {most} bytes")
     return None
+
+
+def _twice(scope: Scope) -> str:
+    """The first header that decides who asks, or for what, and comes more than once; "" if none does."""
+    names = [name.lower() for name, _ in scope["headers"]]
+    return next((name.decode() for name in ONCE if names.count(name) > 1), "")
 
 
 def _method(scope: Scope) -> str:

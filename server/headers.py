@@ -14,6 +14,7 @@ _UNUSED = (
     "bluetooth",
     "camera",
     "display-capture",
+    "fullscreen",
     "geolocation",
     "gyroscope",
     "hid",
@@ -27,8 +28,8 @@ _UNUSED = (
     "usb",
     "xr-spatial-tracking",
 )
-"""What neither page asks a browser for. A gamepad is asked for, by our own page."""
-_PERMISSIONS = ", ".join(["gamepad=(self)", "fullscreen=(self)", *(f"{name}=()" for name in _UNUSED)])
+"""What no page may ask a browser for: a frame that fills the screen would cover the E-STOP. Ours asks for a gamepad."""
+_PERMISSIONS = ", ".join(["gamepad=(self)", *(f"{name}=()" for name in _UNUSED)])
 HSTS = "max-age=15552000"
 """Half a year, this host alone: other servers of its domain may have no TLS."""
 

@@ -3,6 +3,7 @@
 A lease belongs to a session, so all tabs of one browser operate. Others ask for it, and are handed it by the holder.
 """
 
+import threading
 import time
 from collections.abc import Callable
 
@@ -19,12 +20,14 @@ ASKERS = 8
 
 
 class OperatorLease:
-    """One holder or none. Only the event loop uses it, so there is no lock."""
+    """One holder or none. Thread safe in what says who holds it: permits are looked at in the threads that send."""
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
         self._now = now
         self._holder: Identity | None = None
         self._heard = 0.0
+        self._term = 0
+        self._lock = threading.RLock()
         self._asked: dict[str, tuple[Identity, float]] = {}
         self.clutch = False
         """Held clutch: letting go of a target holds the rig. It stays as it is from one holder to the next."""
@@ -32,9 +35,17 @@ class OperatorLease:
     @property
     def holder(self) -> Identity | None:
         """Who operates now; a lapsed lease is free."""
-        if self._holder is not None and self._now() - self._heard > LAPSE:
-            self._holder = None
-        return self._holder
+        with self._lock:
+            if self._holder is not None and self._now() - self._heard > LAPSE:
+                self._pass_to(None)
+            return self._holder
+
+    @property
+    def term(self) -> int:
+        """Rises with every change of the holder, so that a permit of an earlier term is known."""
+        with self._lock:
+            _ = self.holder  # it may have lapsed just now
+            return self._term
 
     @property
     def asking(self) -> list[Identity]:
@@ -44,33 +55,40 @@ class OperatorLease:
 
     def holds(self, who: Identity) -> bool:
         """Whether `who` operates now."""
-        return self.holder is not None and self.holder.id == who.id
+        holder = self.holder
+        return holder is not None and holder.id == who.id
 
-    def require(self, who: Identity) -> None:
-        """Raise `NotAllowed` unless `who` operates."""
-        if self.holds(who):
-            return
-        by = f"{self.holder.name} operates now" if self.holder else "nobody operates now: take the lease first"
+    def require(self, who: Identity) -> int:
+        """The term in which `who` operates; raises `NotAllowed` unless they do."""
+        with self._lock:
+            holder = self.holder
+            if holder is not None and holder.id == who.id:
+                return self._term
+        by = f"{holder.name} operates now" if holder else "nobody operates now: take the lease first"
         raise NotAllowed(f"only the operator may do this; {by}")
 
     def acquire(self, who: Identity) -> bool:
         """Take the lease if it is free (or mine already); False when another holds it."""
-        if self.holder is not None and not self.holds(who):
-            return False
-        self.give(who)
-        return True
+        with self._lock:
+            if self.holder is not None and not self.holds(who):
+                return False
+            self.give(who)
+            return True
 
     def give(self, who: Identity) -> None:
         """Make `who` the holder, whoever was it before."""
-        self._holder, self._heard = who, self._now()
+        with self._lock:
+            self._pass_to(who)
+            self._heard = self._now()
         self._asked.pop(who.tag, None)
 
     def release(self, who: Identity) -> bool:
         """Give the lease back; False when `who` did not hold it."""
-        if not self.holds(who):
-            return False
-        self._holder = None
-        return True
+        with self._lock:
+            if not self.holds(who):
+                return False
+            self._pass_to(None)
+            return True
 
     def ask(self, who: Identity) -> None:
         """Ask the holder for the lease; CommandRefused where there is nobody to ask, or too many do."""
@@ -87,8 +105,14 @@ class OperatorLease:
 
     def touch(self, who: Identity) -> None:
         """A sign of `who`'s page: it keeps the lease alive if it is theirs."""
-        if self.holds(who):
-            self._heard = self._now()
+        with self._lock:
+            if self.holds(who):
+                self._heard = self._now()
+
+    def _pass_to(self, who: Identity | None) -> None:
+        before = self._holder
+        self._term += (before and before.id) != (who and who.id)
+        self._holder = who
 
     def view(self, who: Identity) -> Lease:
         """The lease as `who` sees it."""

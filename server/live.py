@@ -1,7 +1,7 @@
 """The live socket: one beat at 60 Hz encodes what is new once for all viewers; each viewer sends at its own pace."""
 
 import asyncio
-import logging
+import secrets
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -13,11 +13,10 @@ from starlette.websockets import WebSocket
 
 from server.auth import Identity
 from server.history import History
+from server.looks import Looks
 from server.messages import Event
 from server.plots.feed import Feed, encode_frame
 from server.rates import TryLater
-
-log = logging.getLogger(__name__)
 
 BEAT = 1 / 60
 STATUS_PERIOD = 1.0
@@ -52,9 +51,22 @@ class Viewer:
     turn: int = 0
     """How many came before: in a crowd odd and even ones take turns."""
     presence: int = -1
+    page: str = field(default_factory=lambda: secrets.token_urlsafe(12))
+    """Names it to its own page alone."""
     outbox: deque[str] = field(default_factory=lambda: deque(maxlen=WAITING))
     status_due: bool = True
     wake: asyncio.Event = field(default_factory=asyncio.Event)
+    _over: asyncio.Event = field(default_factory=asyncio.Event)
+
+    def another_worker(self) -> asyncio.Event:
+        """The page's worker has opened a presence socket; it ends at the event, as the one before does now."""
+        self.end_presence()
+        self._over = asyncio.Event()
+        return self._over
+
+    def end_presence(self) -> None:
+        """Whoever gave signs for this page does so no more."""
+        self._over.set()
 
     def post(self, message: BaseModel) -> None:
         """Send a message as soon as the socket takes it."""
@@ -83,6 +95,8 @@ class Hub:
         self._history, self._status, self._key = history, status, key
         self._sight, self._operates = sight, operates
         self.viewers: set[Viewer] = set()
+        self.looks = Looks()
+        """Everything that is done at a beat, each for itself."""
         self.driver: Viewer | None = None
         """The page that gave the last fresh press: one of several tabs, maybe."""
         self._beats = self._come = self._taken = 0
@@ -97,6 +111,10 @@ class Hub:
     def age(self) -> float:
         """Time since the last beat [s]."""
         return time.monotonic() - self._beaten
+
+    def page(self, name: str, who: Identity) -> Viewer | None:
+        """The open page of `who`'s session that `Hello` gave this name, None without one."""
+        return next((one for one in self.viewers if one.page == name and one.who.id == who.id), None)
 
     def tell(self, event: Event) -> None:
         """Show a line of the log to every viewer."""
@@ -120,12 +138,9 @@ class Hub:
         while True:
             due = max(due + BEAT, time.monotonic())
             await asyncio.sleep(due - time.monotonic())
-            try:
-                each_beat()
-                self._beat_once()
-                self._beaten = time.monotonic()
-            except Exception:  # one bad row must not end the beat for everyone
-                log.exception("beat failed")
+            self.looks.do("what is looked at at every beat", each_beat)
+            self._beat_once()
+            self._beaten = time.monotonic()
 
     async def serve(self, viewer: Viewer) -> None:
         """Send to `viewer` until its socket or the task ends; every send is awaited, and what is stale is skipped."""
@@ -139,11 +154,14 @@ class Hub:
                 viewer.wake.clear()
         finally:
             self.viewers.discard(viewer)
+            viewer.end_presence()
 
     async def _send(self, viewer: Viewer) -> None:
         if viewer.status_due:
             viewer.status_due = False
-            await viewer.socket.send_text(self._status_for(viewer.who))
+            status = self.looks.do("the status", lambda: self._status_for(viewer.who))
+            if status is not None:
+                await viewer.socket.send_text(status)
         while viewer.outbox:
             await viewer.socket.send_text(viewer.outbox.popleft())
         beat = self._beat
@@ -165,10 +183,13 @@ class Hub:
         self._beats += 1
         self._statuses.clear()
         if self.viewers:
-            self._encode()
-            self._announce()
-            for viewer in self._due():
-                viewer.wake.set()
+            self.looks.do("the picture of the newest row", self._encode)
+            self.looks.do("the news of the status", self._announce)
+            self.looks.do("the turn of the viewers", self._wake_due)
+
+    def _wake_due(self) -> None:
+        for viewer in self._due():
+            viewer.wake.set()
 
     def _due(self) -> list[Viewer]:
         """Whose turn it is: everyone's, or in a crowd every other one's and the operator's."""

@@ -179,6 +179,8 @@ class Health(Model):
     viewers: int
     trouble: str
     """Why the rig takes no command from this server (another version, key, or server), "" when it does."""
+    server: str = ""
+    """What in the server itself does not work: a thread, a look at every beat, its event loop; "" when all does."""
 
 
 class Event(Model):
@@ -197,6 +199,8 @@ class Hello(Model):
     session: Session
     layout: list[Field]
     channels: list[PlotChannel]
+    page: str
+    """Names this live socket; the page's worker gives its signs of presence for it."""
     rig: RigInfo | None
     log: list[Event]
     """What happened so far, oldest first."""
@@ -219,11 +223,14 @@ class Status(Model):
 
 
 class Reply(Model):
-    """Answer to a Target message: what the rig did with it."""
+    """Answer to a Target or an EStop: what the rig did with it."""
 
     type: Literal["reply"] = "reply"
     id: int
+    """Of the Target; 0 for an EStop."""
     reply: CommandReply
+    n: int | None = None
+    """Of the EStop; null for a Target."""
 
 
 class Refused(Model):
@@ -232,6 +239,8 @@ class Refused(Model):
     type: Literal["refused"] = "refused"
     id: int
     detail: str
+    n: int | None = None
+    """Of the EStop that did not arrive; null for anything else."""
 
 
 class Pong(Model):
@@ -255,13 +264,32 @@ class Release(Model):
     """The operator let go of the target: with the held clutch on, the rig then holds."""
 
     type: Literal["release"]
+    hold: bool = False
+    """Hold whatever the clutch is: the page ended the drag, because its plan moved under the pointer."""
+
+
+class EStop(Model):
+    """Stop the rig at once: anyone who is signed in may, however often. Answered by a Reply, or Refused, with its n."""
+
+    type: Literal["e_stop"]
+    n: Annotated[int, Bounds(ge=0, lt=2**53)]
 
 
 class Presence(Model):
-    """The operator's page is alive: a counter that only it advances, sent at 20 Hz while it holds the lease."""
+    """The operator's page is alive: a counter that only it advances, sent at 20 Hz while it holds the lease.
+
+    The page says so on /ws/presence, from a worker; a script may on its live socket.
+    """
 
     type: Literal["presence"]
     n: Annotated[int, Bounds(ge=0)]
+
+
+class Heard(Model):
+    """Answer to Presence on /ws/presence: the socket is alive."""
+
+    type: Literal["heard"] = "heard"
+    n: int
 
 
 class Ping(Model):
@@ -269,9 +297,9 @@ class Ping(Model):
 
     type: Literal["ping"]
     t: Annotated[float, Bounds(allow_inf_nan=False)]
-    round_trip: Annotated[float, Bounds(ge=0.0, allow_inf_nan=False)] | None = None
+    round_trip: Annotated[float, Bounds(ge=0.0, le=3600.0, allow_inf_nan=False)] | None = None
     """What the last ping and its answer took [s]; null before the first."""
 
 
 FromServer = Annotated[Hello | Status | Reply | Refused | Pong | Event, Bounds(discriminator="type")]
-FromBrowser = Annotated[Target | Release | Presence | Ping | PlotChoice, Bounds(discriminator="type")]
+FromBrowser = Annotated[Target | Release | EStop | Presence | Ping | PlotChoice, Bounds(discriminator="type")]

@@ -2,7 +2,11 @@
 
 Requests go in order, moved targets newest-wins while a call is under way, and the record is repeated every 100 ms so
 that the rig knows the server is alive. A repetition carries no request and the same presence: it can keep nothing
-moving and arm nothing. Only an E-STOP that was not answered is repeated until it is, in the same life of the rig.
+moving and arm nothing. Whether the asker may is looked at right before its record is sent. HOLD and REST drop what
+waits and would move the rig; an E-STOP has a lane of its own (`server/stopper.py`) and drops everything.
+
+Nobody knows what became of a record that was not answered: what would have moved the rig is followed by a HOLD, so
+that no motion goes on that nobody was told of (docs/protocol.md).
 """
 
 import threading
@@ -13,14 +17,33 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any
 
-from controller.errors import CommandRefused, RigHeld, RigUnreachable, TendrilError
+from controller.errors import (
+    CommandRefused,
+    KeyRefused,
+    LayoutMismatch,
+    ParameterError,
+    RigHeld,
+    RigUnreachable,
+    TendrilError,
+)
 from controller.messages import Command, CommandReply
-from controller.modes import Request
+from controller.modes import Cause, Mode, Request
 from controller.parameters import Settings
+from controller.worker import Worker
 from server.channels import Rows
+from server.permit import STILLING, Permit, own
+from server.stopper import Stopper
 
 REPEAT = 0.1
 """Seconds between repetitions of the command."""
+_LIVE = (Mode.HOLD, Mode.FOLLOW, Mode.TRACK)
+_ANSWERS = (KeyRefused, LayoutMismatch, ParameterError, CommandRefused)
+"""Refusals by which the rig says that it did not take the record."""
+
+JOBS_MAX = 100
+"""Requests that wait for the rig at once; an E-STOP takes the place of all of them."""
+LAST = 5.0
+"""Longest wait for the call that is under way at the end [s]."""
 
 Target = tuple[float, float]
 
@@ -29,22 +52,36 @@ Target = tuple[float, float]
 class Job:
     """Fields to change in the command, and everyone who waits for the rig's answer to it."""
 
+    permit: Permit
     request: Request = Request.NONE
     target: Target | None = None
     settings: Settings | None = None
     life: int | None = None
     """Boot id of the rig that the asker saw."""
+    stops: int = 0
+    """How many E-STOPs were asked for before it."""
     askers: list["Future[CommandReply]"] = field(default_factory=list)
 
     @property
     def moves_only(self) -> bool:
         """A newer target may take this job's place."""
-        return self.request == Request.NONE and self.settings is None
+        return self.request == Request.NONE and self.settings is None and self.target is not None
+
+    @property
+    def moves(self) -> bool:
+        """The rig may move by it."""
+        return self.request in (Request.FOLLOW, Request.TRACK) or self.moves_only
+
+    @property
+    def changes(self) -> bool:
+        """Whether it asks for anything, or only repeats."""
+        return self.request != Request.NONE or self.target is not None or self.settings is not None
 
     def fail(self, error: TendrilError) -> None:
         """Tell every asker that the command did not go out, or was not answered."""
         for asker in self.askers:
-            asker.set_exception(error)
+            if not asker.done():
+                asker.set_exception(error)
 
 
 class Operator:
@@ -60,38 +97,56 @@ class Operator:
         boot: Callable[[], int | None],
         newest: Callable[[], Rows | None],
         settings: Settings,
+        stopper: Stopper,
     ) -> None:
-        self._send, self._boot, self._newest = send, boot, newest
+        self._send, self._boot, self._newest, self.stopper = send, boot, newest, stopper
         self._command = Command(settings=settings)
         self._life: int | None = None
+        self._unsure = False
+        """A record that may move the rig was not answered."""
+        self._stops = 0
         self._jobs: deque[Job] = deque()
         self._wake = threading.Condition()
-        self._present = 0
+        self._present, self._signed = 0, own()
         self._leaving = self._closed = False
-        self._thread = threading.Thread(target=self._run, name="operator", daemon=True)
-        self._thread.start()
+        self.worker = Worker("operator", self._run)
+        self.worker.start()
 
     @property
     def settings(self) -> Settings:
         """The settings that the rig has accepted."""
         return self._command.settings
 
-    def request(self, request: Request, target: Target | None = None) -> "Future[CommandReply]":
-        """Ask for another mode. E_STOP overtakes everything that waits, and ends it."""
-        return self._ask(Job(request=request, target=target))
+    def request(self, request: Request, permit: Permit, target: Target | None = None) -> "Future[CommandReply]":
+        """Ask for another mode; NotAllowed if `permit` no longer covers that when it is about to be sent."""
+        return self._ask(Job(permit, request=request, target=target))
 
-    def move(self, target: Target) -> "Future[CommandReply]":
+    def move(self, target: Target, permit: Permit) -> "Future[CommandReply]":
         """Move the live target; while a call is under way only the newest one is kept, and answers for all."""
-        return self._ask(Job(target=target))
+        return self._ask(Job(permit, target=target))
 
-    def change(self, settings: Settings) -> "Future[CommandReply]":
+    def change(self, settings: Settings, permit: Permit) -> "Future[CommandReply]":
         """Put other settings in force; they are kept only when the rig accepts them."""
-        return self._ask(Job(settings=settings))
+        return self._ask(Job(permit, settings=settings))
 
-    def present(self) -> None:
-        """The operator's own page gave a fresh sign: the next command says so."""
+    def stop(self) -> "Future[CommandReply]":
+        """E-STOP, for anyone: it passes everything that is under way, and ends what waits."""
         with self._wake:
-            self._present += 1
+            self._stops += 1
+        answer = self.stopper.stop()
+        with self._wake:
+            self._drop(CommandRefused("overtaken by an E-STOP"))
+        return answer
+
+    def present(self, permit: Permit) -> None:
+        """The page of the permit's holder gave a fresh sign: the next command says so, if the holder still operates.
+
+        Only for signs that come from the page itself at this moment; nothing that the server does is one.
+        """
+        if permit.sign():
+            with self._wake:
+                self._present += 1
+                self._signed = permit
 
     def leave(self) -> None:
         """Take nothing more but REST and E_STOP: this server is about to end."""
@@ -102,7 +157,8 @@ class Operator:
         with self._wake:
             self._closed = True
             self._wake.notify()
-        self._thread.join()
+        self.worker.join(LAST)
+        self.stopper.close()
 
     def _ask(self, job: Job) -> "Future[CommandReply]":
         asker: Future[CommandReply] = Future()
@@ -110,38 +166,49 @@ class Operator:
         job.askers.append(asker)
         job.life = self._boot()
         with self._wake:
+            job.stops = self._stops
             if self._closed:
                 job.fail(RigUnreachable("the server is shutting down"))
-            elif self._leaving and job.request not in (Request.REST, Request.E_STOP):
+            elif self._leaving and job.request != Request.REST:
                 job.fail(CommandRefused("refused: the server is shutting down, and the rig comes to rest"))
-            elif job.request == Request.E_STOP:
-                self._drop(CommandRefused("overtaken by an E-STOP"))
-                self._jobs.append(job)
-            elif job.moves_only and self._jobs and self._jobs[-1].moves_only:
-                self._jobs[-1].target = job.target
+            elif len(self._jobs) >= JOBS_MAX and job.request not in STILLING:
+                job.fail(CommandRefused(f"{len(self._jobs)} requests wait for the rig already: ask again"))
+            elif self._jobs and job.moves_only and self._jobs[-1].moves_only:
+                self._jobs[-1].target, self._jobs[-1].permit = job.target, job.permit
                 self._jobs[-1].askers += job.askers
             else:
+                if job.request in STILLING:
+                    self._drop(CommandRefused(f"overtaken by {job.request.name}"), lambda waiting: waiting.moves)
                 self._jobs.append(job)
             self._wake.notify()
         return asker
 
-    def _drop(self, error: TendrilError) -> None:
-        while self._jobs:
-            self._jobs.popleft().fail(error)
+    def _drop(self, error: TendrilError, which: Callable[[Job], bool] = lambda job: True) -> None:
+        jobs = list(self._jobs)
+        self._jobs = deque(job for job in jobs if not which(job))
+        for job in jobs:
+            if which(job):
+                job.fail(error)
 
     def _run(self) -> None:
         due = time.monotonic()
         while True:
+            self.worker.turn()
             with self._wake:
                 self._wake.wait_for(lambda: self._jobs or self._closed, max(0.0, due - time.monotonic()))
                 if self._closed:
                     return self._drop(RigUnreachable("the server is shutting down"))
-                job = self._jobs.popleft() if self._jobs else Job()
+                job = self._jobs.popleft() if self._jobs else Job(own())
             due = time.monotonic() + REPEAT
-            self._serve(job)
+            try:
+                self._serve(job)
+            except BaseException:  # this thread ends, and begins anew: nobody may wait for what it was about to say
+                job.fail(RigUnreachable("the server's thread to the rig ended"))
+                raise
 
     def _serve(self, job: Job) -> None:
         try:
+            self._settle(job)
             reply = self._call(job)
         except TendrilError as error:
             return job.fail(error)
@@ -150,18 +217,36 @@ class Operator:
         for asker in job.askers:
             asker.set_result(reply)
 
+    def _settle(self, job: Job) -> None:
+        """After a record that may have moved the rig and was not answered: HOLD first, and a drag must begin anew."""
+        newest = self._newest() if self._unsure else None
+        if newest is None or newest[0]["mode"] not in _LIVE or job.request in STILLING:
+            return
+        self._call(Job(own(), Request.HOLD, life=self._boot(), stops=self._stops))
+        if job.moves_only:
+            raise CommandRefused("the last target was not answered, so the rig was told to hold: begin anew")
+
     def _call(self, job: Job) -> CommandReply:
         newest = self._follow_life(job)
-        command = self._next(job, newest)
-        # Until the rig has taken it, the next record must not carry the change; its numbers are used up all the same.
-        numbers = {"n": command.n, "request_n": command.request_n, "presence": command.presence}
-        unanswered = command.request if command.request == Request.E_STOP else Request.NONE
-        self._command = self._command.model_copy(update={**numbers, "request": unanswered})
+        if job.changes:
+            job.permit.require(job.request)
+        before, command = self._command, self._next(job, newest)
+        # Until the rig has taken it, the next record must not carry the settings; its numbers are used up all the same,
+        # and its target is the newest that the rig may have: no older one may follow.
+        used = {"n": command.n, "request_n": command.request_n, "presence": command.presence, "target": command.target}
+        self._command = before.model_copy(update=used)
         try:
             reply = self._send(command)
         except RigHeld:
             self._life = None  # what the other server does to target and numbers is read before we command again
             raise
+        except _ANSWERS:
+            self._command = self._command.model_copy(update={"target": before.target})
+            raise
+        except Exception:
+            self._unsure |= job.moves
+            raise
+        self._unsure = job.moves and reply.cause == Cause.LOOP_STALLED and not reply.accepted
         if reply.accepted:
             self._command = command.model_copy(update={"request": Request.NONE})
         return reply
@@ -169,15 +254,13 @@ class Operator:
     def _next(self, job: Job, newest: Any) -> Command:
         last, presence = self._command, self._command.presence
         with self._wake:
-            signs, self._present = self._present, 0
+            signs, self._present = self._present if self._signed.stands() else 0, 0
         if signs:  # the rig takes only a number above all that it has seen, whoever sent them
             presence = max(presence, int(newest["presence"])) + signs
         changes: dict[str, Any] = {"n": last.n + 1, "presence": presence}
         if job.request != Request.NONE:
-            request_n = max(last.request_n, int(newest["request_n"])) + 1
-            changes |= {"request": job.request, "request_n": request_n}
-        elif last.request == Request.E_STOP and newest["request_n"] > last.request_n:
-            changes["request_n"] = int(newest["request_n"]) + 1  # it waited, and another server asked meanwhile
+            used = max(last.request_n, int(newest["request_n"]), self.stopper.passed(last.boot))
+            changes |= {"request": job.request, "request_n": used + 1}
         if job.target is not None:
             changes["target"] = job.target
         if job.settings is not None:
@@ -191,23 +274,18 @@ class Operator:
         """
         life, newest = self._boot(), self._newest()
         if life is None or newest is None:
-            if job.request == Request.E_STOP:
-                self._keep_stop()
             raise RigUnreachable("the rig does not answer")
         if life != self._life:
             self._command = _resume(newest[0], life, self._command.settings)
-            self._life = life
-        if job.request not in (Request.NONE, Request.E_STOP):
+            self._life, self._unsure = life, False
+        if job.request != Request.NONE:
             if job.life != life:
                 raise CommandRefused("the rig restarted since this was asked for")
-            if self._command.request == Request.E_STOP:
+            if self.stopper.waits:
                 raise CommandRefused("an E-STOP waits for the rig's answer")
+            if job.stops != self._stops:
+                raise CommandRefused("overtaken by an E-STOP")
         return newest[0]
-
-    def _keep_stop(self) -> None:
-        """Let the next record that reaches the same life of the rig carry this E-STOP; another life starts vented."""
-        last = self._command
-        self._command = last.model_copy(update={"request": Request.E_STOP, "request_n": last.request_n + 1})
 
 
 def _resume(row: Any, life: int, settings: Settings) -> Command:

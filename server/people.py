@@ -10,6 +10,9 @@ from server.events import EventLog
 from server.lease import OperatorLease
 from server.messages import People, Person
 from server.operator import Operator
+from server.permit import Permit, Permits
+
+CHANGED = "who operates has changed meanwhile: look again"
 
 
 class Company:
@@ -20,9 +23,11 @@ class Company:
         present: Callable[[], Iterable[Identity]],
         lease: OperatorLease,
         operator: Operator,
+        permits: Permits,
         events: EventLog,
     ) -> None:
-        self._present, self._lease, self._operator, self._events = present, lease, operator, events
+        self._present, self._lease, self._operator = present, lease, operator
+        self._permits, self._events = permits, events
 
     def view(self, who: Identity) -> People:
         """Everyone as `who` sees them."""
@@ -53,11 +58,11 @@ class Company:
 
     async def hand_over(self, tag: str, who: Identity) -> None:
         """Give the lease to the session `tag`, whatever its token; CommandRefused when its page is not open."""
-        to = next((one for one in self._here() if one.tag == tag), None)
-        if to is None:
-            raise CommandRefused("nobody of this name has the page open")
-        await self._hold()
-        self._lease.require(who)
+        permit = self._permits.operator(who)
+        self._require_here(tag)
+        await self._hold(permit)
+        permit.require()  # control may have passed, and the other page closed, while the rig came to hold
+        to = self._require_here(tag)
         self._lease.give(to)
         self._events.add(f"{who.name} handed control over to {to.name}", "warning")
 
@@ -65,17 +70,26 @@ class Company:
         """Take the lease from the session `tag`, as confirmed; CommandRefused when another holds it by now."""
         holder = self._lease.holder
         if holder is None or holder.tag != tag or holder.id == who.id:
-            raise CommandRefused("who operates has changed meanwhile: look again")
-        await self._hold()
+            raise CommandRefused(CHANGED)
+        permit = self._permits.taking(who, holder)
+        await self._hold(permit)
+        if not permit.stands():
+            raise CommandRefused(CHANGED)
         self._lease.give(who)
         self._events.add(f"{who.name} took control from {holder.name}", "warning")
 
-    async def _hold(self) -> None:
+    async def _hold(self, permit: Permit) -> None:
         """Hold the motion. A rig that cannot (it is vented, or does not answer) moves nothing that could be held."""
         try:
-            await asyncio.wrap_future(self._operator.request(Request.HOLD))
+            await asyncio.wrap_future(self._operator.request(Request.HOLD, permit))
         except TendrilError:
             return
+
+    def _require_here(self, tag: str) -> Identity:
+        to = next((one for one in self._here() if one.tag == tag), None)
+        if to is None:
+            raise CommandRefused("nobody of this name has the page open")
+        return to
 
     def _here(self) -> list[Identity]:
         """One entry a session, by name."""

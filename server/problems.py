@@ -54,6 +54,7 @@ _STATUS: dict[type[TendrilError], int] = {
 def install(app: FastAPI) -> None:
     """Answer our own errors with their status, and malformed requests with 422."""
     app.add_exception_handler(TendrilError, _answer)
+    app.add_exception_handler(OSError, _disk)
     app.add_exception_handler(RequestValidationError, _malformed)
     app.add_exception_handler(HTTPException, _unread)
 
@@ -70,7 +71,7 @@ def missing(*where: str) -> RequestValidationError:
 
 def answer(error: TendrilError) -> JSONResponse:
     """The answer that one of our own errors becomes."""
-    status = next((code for kind, code in _STATUS.items() if isinstance(error, kind)), 500)
+    status = next((code for kind, code in _STATUS.items() if isinstance(error, kind)), 503)
     return refusal(status, str(error), error.wait if isinstance(error, TryLater) else None)
 
 
@@ -78,6 +79,15 @@ async def _answer(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, TendrilError)
     await refusals.note(request, str(error))
     return answer(error)
+
+
+async def _disk(request: Request, error: Exception) -> JSONResponse:
+    """A folder that is gone, read-only or full is no fault of the program: 503, and one line in the log."""
+    assert isinstance(error, OSError)
+    where = f": {error.filename}" if error.filename else ""
+    text = f"a file of the server cannot be read or written: {error.strerror or error}{where}"
+    await refusals.note(request, text)
+    return refusal(503, text)
 
 
 async def _malformed(request: Request, error: Exception) -> JSONResponse:

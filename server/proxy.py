@@ -18,7 +18,7 @@ from websockets.typing import Subprotocol
 from server.auth import Identity
 from server.deps import Me, Parts
 from server.drag import Drag
-from server.frames import TELL_ESCAPE
+from server.frames import TELL_ESCAPE, TELL_MOVED
 from server.rates import POLICY, Verdict
 from server.scene import Scene
 from server.scene.messages import Scheme, SeatId, View
@@ -60,7 +60,7 @@ async def page(request: Request, parts: Parts, path: str = "") -> Response:
             return Response(status_code=404)
         except httpx.HTTPError as error:
             return PlainTextResponse(f"The 3D view does not answer: {error}", 502)
-    body = upstream.content.replace(b"</head>", HIDE + TELL_ESCAPE + b"</head>", 1)
+    body = upstream.content.replace(b"</head>", HIDE + TELL_ESCAPE + TELL_MOVED + b"</head>", 1)
     tag = f'"{hashlib.sha256(body).hexdigest()[:16]}"'
     if request.headers.get("if-none-match") == tag:
         return Response(status_code=304, headers={"etag": tag})
@@ -84,7 +84,7 @@ async def socket(browser: WebSocket, parts: Parts, who: Me) -> None:
 
 async def _connect(browser: WebSocket, parts: Services, who: Identity, seat: Seat | None) -> None:
     """Pass messages on: downward as they are, upward only what `Drag` lets through."""
-    drag = Drag(who, parts.lease, parts.operator, parts.scene, parts.events)
+    drag = Drag(who, parts.lease, parts.operator, parts.permits, parts.scene, parts.events)
     verdict = partial(parts.rates.message, f"viser {who.id}")
     protocols = [Subprotocol(name) for name in browser.scope["subprotocols"]]
     url = f"ws://127.0.0.1:{parts.scene.port}/"

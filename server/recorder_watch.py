@@ -12,7 +12,8 @@ class RecorderWatch:
         self._told = ""
 
     def __call__(self) -> None:
-        """Look once."""
+        """Look once, at the disk too."""
+        self._recorder.look()
         problem = self._recorder.state().problem
         if problem and problem != self._told:
             self._events.add(problem, "error")

@@ -2,11 +2,12 @@
 
 import logging
 import queue
-import threading
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from controller.errors import TendrilError
+from controller.worker import Worker
 from recordings.apart import Killed, apart
 from recordings.finishing import finish
 from recordings.messages import Recording
@@ -15,6 +16,9 @@ from recordings.viewer import viewer_files
 
 log = logging.getLogger(__name__)
 
+LONGEST = 600.0
+"""For one recording [s]: mending, compacting and measuring 1 GB takes a minute or two."""
+
 
 class Review:
     """One thread, from the start of the server; `viewer` is None until rerun's files are there."""
@@ -22,27 +26,48 @@ class Review:
     def __init__(self, store: Store) -> None:
         self._store = store
         self._stopped: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self.cut: Recording | None = None
+        """What the server before this one was writing when it was killed, once that is known."""
         self.viewer: Path | None = None
         self.problem = ""
-        threading.Thread(target=self._run, name="review", daemon=True).start()
+        self.worker = Worker("review", self._run, LONGEST)
+        self.worker.start()
 
     def stopped(self, id: str) -> None:
         """A recording is complete: make it quick to open, and measure it."""
         self._stopped.put(id)
 
     def _run(self) -> None:
+        """Everything that looks at the folder of recordings: a start never waits for it."""
+        left = self._left()
         try:
             self.viewer = viewer_files()
         except (TendrilError, OSError) as error:
             self.problem = str(error)
             log.warning("rerun's viewer cannot be served: %s", error)
-        self._store.sweep()
-        for broken in self._store.broken():
-            if not self._improve(self._store.repair, broken):
-                self._improve(self._store.check, broken)  # the list says what is wrong with it
-            self._finish(broken)
+        for broken in left:
+            if self._improve(self._store.repair, broken):
+                self._finish(broken)
+            else:
+                with suppress(Exception):  # what is wrong with it was said already; the list says so, too
+                    self._store.check(broken)
+            self.worker.turn()
         while True:
-            self._finish(self._stopped.get())
+            self.worker.rest()
+            stopped = self._stopped.get()
+            self.worker.turn()
+            self._finish(stopped)
+
+    def _left(self) -> tuple[str, ...]:
+        """What killed processes left behind: drafts, which go, and recordings, of which the newest may go on."""
+        try:
+            self._store.sweep()
+            newest, broken = next(iter(self._store.list()), None), self._store.broken()
+        except Exception:  # whatever lies in the folder, new recordings wait for us
+            log.exception("what is left in %s stays as it is", self._store.folder)
+            return ()
+        self.cut = newest if newest and newest.id in broken else None
+        return broken
 
     def _finish(self, id: str) -> None:
         """In a process of its own: reading the data would keep this one from serving."""

@@ -5,15 +5,16 @@ from collections.abc import Callable
 import numpy as np
 
 from controller.actuator import Actuator
-from controller.kernels.rod import Array
 from controller.key_file import read_key
 from controller.layout import record_dtype
-from controller.link import RigClient
+from controller.link import PlannedRows, RigClient
 from controller.link.keys import REPLAY_MAX
 from controller.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults
 from controller.parameters import RigParameters
+from controller.worker import Worker
 from server.channels import Rows
 from server.history import History
+from server.permit import Permit
 from server.settings import ServerSettings
 
 QUIET = 0.6
@@ -66,6 +67,11 @@ class Rig:
         return self._life if self._link.connected and self._link.age() < QUIET else None
 
     @property
+    def worker(self) -> Worker:
+        """The link's thread, which brings the rows."""
+        return self._link.worker
+
+    @property
     def lost_rows(self) -> int:
         """Ticks that the rig's ring no longer held when they could be fetched."""
         return self._link.gaps
@@ -79,6 +85,15 @@ class Rig:
         """Send a command and wait for the loop's answer; see `RigClient.command`."""
         return self._link.command(command)
 
+    def stop(self, number: int, boot: int) -> CommandReply:
+        """Send an E-STOP past everything; see `RigClient.stop`."""
+        return self._link.stop(number, boot)
+
+    @property
+    def met(self) -> int | None:
+        """The life of the rig that was met last, heard now or not."""
+        return self._life
+
     def replay(self, first: int, stop: int) -> Rows:
         """Telemetry rows (n,) of the ticks [first, stop) that the rig's ring still holds; see `RigClient.replay`."""
         parts = [np.empty(0, record_dtype(Telemetry))]
@@ -91,12 +106,18 @@ class Rig:
         found = np.concatenate(parts)
         return found[found["tick"] < stop]
 
-    def plan(self, points: Array, again: int, ticks: int) -> None:
-        """Give the rig the reference of its next TRACK run; see `RigClient.plan`."""
-        self._link.plan(points, again, ticks)
+    def plan(self, rows: PlannedRows, permit: Permit) -> None:
+        """Give the rig the reference of its next TRACK run, if `permit` stands; see `RigClient.plan`."""
+        permit.require()
+        self._link.plan(rows)
 
-    def faults(self, wanted: TwinFaults | None = None) -> TwinFaults:
-        """Inject faults into the twin's sensing; None only asks. Those in force; see `RigClient.faults`."""
+    def faults(self) -> TwinFaults:
+        """What is injected into the twin; see `RigClient.faults`."""
+        return self._link.faults()
+
+    def inject(self, wanted: TwinFaults, permit: Permit) -> TwinFaults:
+        """Inject faults into the twin, if `permit` stands; those in force."""
+        permit.require()
         return self._link.faults(wanted)
 
     def listen(self, on_rows: Callable[[Rows], None]) -> None:

@@ -10,10 +10,12 @@ import uvicorn
 from fastapi import FastAPI
 
 from controller.errors import TendrilError
+from controller.logs import log_in_background
 from recordings.heap import few_arenas
 from server.app import create_app
 from server.connections import Connection, Socket
 from server.farewell import Server, farewell
+from server.loop_watchdog import end_process
 from server.ready import Addresses
 from server.services import open_services
 from server.settings import ServerSettings
@@ -33,6 +35,7 @@ MESSAGE_MAX = 1 << 20
 
 def run_server(settings: ServerSettings, ready: Callable[[Addresses], None]) -> None:
     """Serve until stopped; `ready` gets the addresses with the access tokens once connections are accepted."""
+    log_in_background()
     sys.setswitchinterval(SWITCH_INTERVAL)
     _allow_files()
     few_arenas()
@@ -46,6 +49,7 @@ def run_server(settings: ServerSettings, ready: Callable[[Addresses], None]) -> 
     listening = listen(settings.host, settings.port)
     services = open_services(settings)
     services.history.claim()
+    services.turning.deadly = end_process
     url = address(settings, listening)
     log.info("serving on %s", url, extra={"url": url})
     ready(

@@ -1,8 +1,8 @@
-"""Two directions of one socket: when one ends, so does the other."""
+"""Tasks of the event loop: two directions of one socket, of which one ends with the other; and those nobody awaits."""
 
 import asyncio
 import logging
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
 from typing import Any
 
 from starlette.websockets import WebSocketDisconnect
@@ -24,3 +24,39 @@ async def until_one_ends(*directions: Coroutine[Any, Any, None]) -> None:
         for result in await asyncio.gather(*tasks, return_exceptions=True):
             if isinstance(result, BaseException) and not isinstance(result, _CLOSED):
                 log.error("socket failed", exc_info=result)
+
+
+class Tasks:
+    """Tasks that nobody waits for: kept until they are done, and what ends one is logged and told."""
+
+    def __init__(self, tell: Callable[[str], None] = lambda text: None, most: int = 100) -> None:
+        """At most `most` at a time: whoever begins more without end has a mistake in it."""
+        self._tell, self._most = tell, most
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    def begin(self, what: str, work: Coroutine[Any, Any, None]) -> None:
+        """Do `work`, which is called `what`."""
+        if len(self._tasks) >= self._most:
+            work.close()
+            return self._tell(f"{what} was left out: {len(self._tasks)} such tasks wait already")
+        task = asyncio.create_task(work, name=what)
+        self._tasks.add(task)
+        task.add_done_callback(self._done)
+
+    def _done(self, task: "asyncio.Task[None]") -> None:
+        self._tasks.discard(task)
+        if task.cancelled() or (error := task.exception()) is None:
+            return
+        log.error("%s failed", task.get_name(), exc_info=error)
+        self._tell(f"{task.get_name()} failed: {type(error).__name__}: {error}")
+
+
+async def forever(what: str, work: Callable[[], Coroutine[Any, Any, None]]) -> None:
+    """Do `work` until this is cancelled: whatever ends it is logged, and it begins anew a second later."""
+    while True:
+        try:
+            await work()
+            log.error("%s ended by itself, and begins anew", what)
+        except Exception:
+            log.exception("%s ended, and begins anew", what)
+        await asyncio.sleep(1.0)

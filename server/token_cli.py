@@ -15,7 +15,7 @@ def show(whose: Whose = None) -> None:
     from server.settings import ServerSettings
     from server.tokens import ROLES, TokenFile
 
-    found = TokenFile(ServerSettings()).read()
+    found = TokenFile(ServerSettings()).made()
     for role in [whose] if whose else ROLES:
         _print(role, found.of(role))
 

@@ -8,6 +8,7 @@ import sys
 import tempfile
 import time
 import webbrowser
+from collections.abc import Callable
 from pathlib import Path
 from typing import IO
 from urllib.parse import urlsplit
@@ -15,10 +16,13 @@ from urllib.parse import urlsplit
 from rich.console import Console
 from rich.panel import Panel
 
-from controller.errors import TendrilError
-from controller.realtime.settings import RigSettings
-from controller.realtime.supervisor import SHORT_LIFE, Supervisor, end_process, restart_delay
-from server.presets.actuator import kept_actuator, kept_file, take_order
+from controller.errors import KeyRefused, StartRefused, TendrilError
+from controller.key_file import made_key, mended_key
+from controller.logs import log_in_background
+from controller.parameters import RigParameters
+from controller.realtime.settings import REFUSED, RigSettings, free_port
+from controller.realtime.supervisor import SHORT_LIFE, Supervisor, end_process, restart_delay, retry_delay
+from server.looks import Looks
 from server.ready import ServerReady, UpReady, write_ready
 from server.settings import ServerSettings
 from server.tls import require_certificate
@@ -27,7 +31,8 @@ log = logging.getLogger(__name__)
 out = Console()
 
 POLL = 0.05
-START_TIMEOUT = 60.0
+START_TIMEOUT = 300.0
+"""A cold cache compiles for a minute, and both processes share the machine [s]."""
 STOP_TIMEOUT = 20.0
 """The server lets the rig vent first [s]."""
 
@@ -46,26 +51,35 @@ class ServerChild:
         self._command, self._output = [sys.executable, "-m", *program, str(ready)], output
         self._environment = os.environ | environment(settings)
         self._ready = ready
-        self._deaths = 0
+        self.settings = settings
+        self._deaths = self._failures = 0
         self._due = 0.0
         self._born = 0.0
         self.process = self._start()
 
     def wait_ready(self) -> ServerReady:
-        """Wait for the first answer; raises `TendrilError` if the server dies before."""
+        """Wait for the first answer; raises as `look`."""
         for _ in range(int(START_TIMEOUT / POLL)):
-            if self._ready.exists():
-                found = ServerReady.model_validate_json(self._ready.read_bytes())
-                self._environment["TENDRIL_PORT"] = str(urlsplit(found.url).port)  # the page finds a restarted server
+            if (found := self.look()) is not None:
                 return found
-            if self.process.poll() is not None:
-                raise TendrilError("the server could not start; its own output says why")
             time.sleep(POLL)
         raise TendrilError(f"the server is not ready after {START_TIMEOUT:.0f} s")
+
+    def look(self) -> ServerReady | None:
+        """The first answer, None before it; TendrilError if the server died, StartRefused if it has said why."""
+        if self._ready.exists():
+            found = ServerReady.model_validate_json(self._ready.read_bytes())
+            self._environment["TENDRIL_PORT"] = str(urlsplit(found.url).port)  # the page finds a restarted server
+            return found
+        if (code := self.process.poll()) is not None:
+            kind = StartRefused if code == REFUSED else TendrilError
+            raise kind("the server could not start; its own output says why")
+        return None
 
     def keep_alive(self) -> None:
         """Start it again if it is dead: at once the first time, with growing delay when it keeps dying young."""
         if self.process.poll() is None:
+            self._failures = 0
             return
         if not self._due:
             fields = {"code": self.process.poll()}
@@ -73,7 +87,13 @@ class ServerChild:
             self._deaths = self._deaths + 1 if time.monotonic() - self._born < SHORT_LIFE else 0
             self._due = time.monotonic() + restart_delay(self._deaths)
         if time.monotonic() >= self._due:
-            self.process = self._start()
+            try:
+                self.process = self._start()
+            except OSError as error:  # no process, no file: nobody else would ever start it again
+                self._failures += 1
+                after = retry_delay(self._failures)
+                self._due = time.monotonic() + after
+                log.error("the server cannot be started: %s; next try in %.1f s", error, after)
 
     def stop(self) -> None:
         """End it with SIGTERM, after a while with SIGKILL."""
@@ -88,36 +108,67 @@ class ServerChild:
         )
 
 
-def run_up(rig: RigSettings, server: ServerSettings, browser: bool, ready: Path | None) -> None:
-    """Run rig and server until SIGINT or SIGTERM; the server ends first, so the rig comes to rest before it ends."""
+def run_up(
+    rig: RigSettings,
+    parameters: Callable[[], tuple[RigParameters, RigParameters | None]],
+    server: ServerSettings,
+    browser: bool,
+    ready: Path | None,
+) -> None:
+    """Run rig and server until SIGINT or SIGTERM; the server ends first, so the rig comes to rest before it ends.
+
+    `parameters` are asked for once the server has been started: to check them takes as long as a start of the rig. A
+    rig that does not come to tick with the first of them is started with the second.
+    """
+    log_in_background()
     require_certificate(server)
     for number in (signal.SIGINT, signal.SIGTERM):  # a shell may have started us in the background, SIGINT ignored
         signal.signal(number, signal.default_int_handler)
     out.quiet = server.log_format == "json"
-    supervisor = Supervisor(rig)
-    supervisor.start()
+    with tempfile.TemporaryDirectory(prefix="tendril-") as name:
+        folder = Path(name)
+        key, listen = usable_key(server, folder), free_port(rig.listen)
+        shared = {"endpoint": listen, "key_file": key, "orders": folder / "actuator.json"}
+        child = ServerChild(server.model_copy(update=shared), folder / "server.json")
+        try:
+            _run_rig(rig.model_copy(update={"listen": listen, "key_file": key}), parameters, child, browser, ready)
+        except KeyboardInterrupt:
+            out.print("Stopping ...")
+        finally:
+            child.stop()
+
+
+def usable_key(server: ServerSettings, folder: Path) -> Path:
+    """File of the rig's key, there before rig and server read it: in `folder` where our own state takes no file."""
+    if server.key_file is not None:
+        made_key(server.key_file)
+        return server.key_file
     try:
-        with out.status("Starting the rig (kernels are compiled once per version, about a minute) ..."):
-            supervisor.wait_ready()
-        _run_server(supervisor, server.model_copy(update={"endpoint": supervisor.endpoint}), browser, ready)
-    except KeyboardInterrupt:
-        out.print("Stopping ...")
-    finally:
-        supervisor.stop()
+        mended_key(server.key)
+    except KeyRefused as error:
+        key = folder / server.key.name
+        made_key(key)
+        log.warning("the rig's key holds for this run alone: %s", error)
+        return key
+    return server.key
 
 
-def with_last_actuator(rig: RigSettings, server: ServerSettings) -> RigSettings:
-    """`rig` with the actuator that was chosen last in the page; as it is, with a warning, where that cannot be had."""
-    path, parameters = kept_file(server), rig.parameters
+def with_last_actuator(parameters: RigParameters, server: ServerSettings) -> RigParameters:
+    """`parameters` with the actuator that was chosen last in the page; as they are, with a warning, where it cannot be
+    had.
+    """
+    from server.presets.actuator import kept_actuator, kept_file
+
+    path = kept_file(server)
     try:
         actuator = kept_actuator(path, parameters)
     except TendrilError as error:
         log.warning("actuator %s, not the one chosen last: %s %s", parameters.actuator.name, path, error)
-        return rig
+        return parameters
     if actuator is None:
-        return rig
+        return parameters
     out.print(f"Actuator {actuator.name}, as chosen last in the page; --actuator takes another.", markup=False)
-    return rig.model_copy(update={"parameters": parameters.model_copy(update={"actuator": actuator})})
+    return parameters.model_copy(update={"actuator": actuator})
 
 
 def environment(settings: ServerSettings) -> dict[str, str]:
@@ -128,24 +179,59 @@ def environment(settings: ServerSettings) -> dict[str, str]:
     return {f"TENDRIL_{name.upper()}": str(value) for name, value in {**plain, **tokens}.items()}
 
 
-def _run_server(supervisor: Supervisor, settings: ServerSettings, browser: bool, ready: Path | None) -> None:
-    with tempfile.TemporaryDirectory(prefix="tendril-") as folder:
-        orders = Path(folder, "actuator.json")
-        child = ServerChild(settings.model_copy(update={"orders": orders}), Path(folder, "server.json"))
-        try:
-            page = child.wait_ready()
-            _announce(page, browser)
-            if ready:
-                processes = {"rig_process": supervisor.process, "server_process": page.process}
-                write_ready(ready, UpReady(url=page.url, viewer_url=page.viewer_url, **processes))
-            while True:
-                time.sleep(POLL)
-                child.keep_alive()
-                if (actuator := take_order(orders)) is not None:
-                    parameters = supervisor.settings.parameters
-                    supervisor.replace(parameters.model_copy(update={"actuator": actuator}))
-        finally:
-            child.stop()
+def _run_rig(
+    settings: RigSettings,
+    parameters: Callable[[], tuple[RigParameters, RigParameters | None]],
+    child: ServerChild,
+    browser: bool,
+    ready: Path | None,
+) -> None:
+    first, fallback = parameters()
+    supervisor = Supervisor(settings.model_copy(update={"parameters": first}), fallback=fallback)
+    supervisor.start()
+    try:
+        with out.status("Starting (kernels are compiled once per version, about a minute) ..."):
+            page = _wait_for_both(supervisor, child)
+        _announce(page, browser)
+        if ready:
+            processes = {"rig_process": supervisor.process, "server_process": page.process}
+            write_ready(ready, UpReady(url=page.url, viewer_url=page.viewer_url, **processes))
+        _keep_alive(supervisor, child)
+    finally:
+        child.stop()
+        supervisor.stop()
+
+
+def _wait_for_both(supervisor: Supervisor, child: ServerChild) -> ServerReady:
+    """What the server says once the rig is ready too; TendrilError if either dies before, or takes too long."""
+    for _ in range(int(START_TIMEOUT / POLL)):
+        page = child.look()
+        if supervisor.is_ready(POLL) and page is not None:
+            return page
+        if page is None:
+            time.sleep(POLL)
+    late = "the server" if child.look() is None else f"rig {supervisor.settings.rig!r}"
+    raise TendrilError(f"{late} is not ready after {2 * START_TIMEOUT:.0f} s")
+
+
+def _keep_alive(supervisor: Supervisor, child: ServerChild) -> None:
+    """Until we are told to end."""
+    from server.presets.actuator import kept_file
+    from server.presets.orders import Orders
+
+    assert child.settings.orders is not None
+    carried_out = Orders(child.settings.orders, kept_file(child.settings), supervisor)
+    looks = Looks()
+    while True:
+        time.sleep(POLL)
+        looks.do("the server's life", child.keep_alive)
+        looks.do("the supervisor", lambda: _require_sound(supervisor))
+        looks.do("orders for another actuator", carried_out.look)
+
+
+def _require_sound(supervisor: Supervisor) -> None:
+    if supervisor.worker.trouble:
+        raise TendrilError(supervisor.worker.trouble)
 
 
 def _announce(page: ServerReady, browser: bool) -> None:

@@ -5,11 +5,16 @@ one person are two users, and whoever signs in anew after the cookie's week star
 """
 
 import hashlib
+from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 from controller.errors import CommandRefused
-from controller.whole_file import write_whole
+from controller.whole_file import is_regular
 from server.auth import Identity
+from server.state_file import StateFile
+
+T = TypeVar("T")
 
 USERS_MAX = 500
 """Users whose files are kept: those who saved last."""
@@ -21,27 +26,33 @@ class UserFiles:
     def __init__(self, folder: Path, what: str) -> None:
         self._folder, self._what = folder, what
 
-    def read(self, who: Identity) -> bytes:
-        """The user's file; OSError without one."""
-        return self._file(who).read_bytes()
+    def read(self, who: Identity, parse: Callable[[bytes], T]) -> T | None:
+        """What the user's file holds; None where there is none, or none that can be used."""
+        return self._state(who, parse).read()
 
     def write(self, who: Identity, text: str) -> None:
         """Keep the user's file; CommandRefused where the disk does not."""
         try:
             self._folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-            write_whole(self._file(who), text)
+            self._state(who, bytes).write(text)
             self._forget_others()
         except OSError as error:
             raise CommandRefused(f"{self._what} cannot be kept: {error.strerror}") from error
 
     def forget(self, who: Identity) -> None:
-        """Delete the user's file, if there is one."""
-        self._file(who).unlink(missing_ok=True)
+        """Delete the user's file, if there is one; CommandRefused where the disk does not."""
+        try:
+            self._file(who).unlink(missing_ok=True)
+        except OSError as error:
+            raise CommandRefused(f"{self._what} cannot be removed: {error.strerror}") from error
 
     def _forget_others(self) -> None:
-        files = sorted(self._folder.glob("*.json"), key=lambda path: path.stat().st_mtime, reverse=True)
-        for path in files[USERS_MAX:]:
+        files = filter(is_regular, self._folder.glob("*.json"))
+        for path in sorted(files, key=lambda path: path.lstat().st_mtime, reverse=True)[USERS_MAX:]:
             path.unlink(missing_ok=True)
+
+    def _state(self, who: Identity, parse: Callable[[bytes], T]) -> StateFile[T]:
+        return StateFile(self._file(who), parse, f"{self._what} is as at the start")
 
     def _file(self, who: Identity) -> Path:
         return self._folder / f"{hashlib.sha256(who.id.encode()).hexdigest()[:32]}.json"

@@ -6,6 +6,7 @@ from server.events import EventLog, Level
 from server.history import History
 from server.lease import OperatorLease
 from server.operator import Operator
+from server.permit import own
 from server.rig import Rig
 
 _LIVE = (Mode.HOLD, Mode.FOLLOW, Mode.TRACK)
@@ -20,6 +21,7 @@ class Watch:
         self._life: int | None = None
         self._boot: int | None = None
         self._holder: Identity | None = None
+        self._term = lease.term
         self._mode: tuple[Mode, Cause] | None = None
         self._trouble = ""
 
@@ -53,15 +55,15 @@ class Watch:
             self._events.add("the rig takes commands from this server again; its settings are those of this page")
 
     def _look_at_lease(self) -> None:
-        holder, before = self._lease.holder, self._holder
-        if holder == before:
+        term, holder, before = self._lease.term, self._lease.holder, self._holder
+        if term == self._term:
             return
-        self._holder = holder
+        self._term, self._holder = term, holder
         if before is not None:
             self._events.add(f"{before.name} no longer operates")
             # The next operator's page must not keep a motion going that someone else began.
             if self._mode is not None and self._mode[0] in _LIVE:
-                self._operator.request(Request.HOLD)
+                self._operator.request(Request.HOLD, own())
         if holder is not None:
             self._events.add(f"{holder.name} operates")
 

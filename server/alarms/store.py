@@ -1,6 +1,6 @@
 """Alarm limits per user, in the server's state folder."""
 
-from pydantic import ValidationError
+from concurrent.futures import Future, ThreadPoolExecutor
 
 from server.alarms.messages import AlarmLimits
 from server.auth import Identity
@@ -12,13 +12,23 @@ class Alarms:
 
     def __init__(self, files: UserFiles) -> None:
         self._files = files
+        self._reader = ThreadPoolExecutor(1, "alarm limits")
+        self._known: tuple[str, AlarmLimits] = ("", AlarmLimits())
+        self._reading: Future[None] | None = None
+
+    def known(self, who: Identity) -> AlarmLimits:
+        """The user's limits as they were read last, without a wait; they are read again meanwhile."""
+        if self._reading is None or self._reading.done():
+            self._reading = self._reader.submit(self._learn, who)
+        id, limits = self._known
+        return limits if id == who.id else AlarmLimits()
+
+    def _learn(self, who: Identity) -> None:
+        self._known = who.id, self.read(who)
 
     def read(self, who: Identity) -> AlarmLimits:
         """The user's limits; the defaults where none are kept, or the file is damaged or of another version."""
-        try:
-            return AlarmLimits.model_validate_json(self._files.read(who))
-        except (OSError, ValidationError):
-            return AlarmLimits()
+        return self._files.read(who, AlarmLimits.model_validate_json) or AlarmLimits()
 
     def write(self, who: Identity, limits: AlarmLimits) -> None:
         """Keep the user's limits; CommandRefused where the disk does not."""

@@ -12,9 +12,23 @@ from rich.table import Table
 
 from controller.errors import TendrilError
 from controller.modes import Cause
-from server.faults import abuse, files, link, load, people, plant, processes, sensing
+from server.faults import (
+    abuse,
+    choices,
+    files,
+    inner,
+    link,
+    load,
+    page,
+    people,
+    plant,
+    processes,
+    sensing,
+    stops,
+    strangers,
+)
 from server.faults.scene import Scene
-from server.faults.table import Fault
+from server.faults.table import OVER_TLS, Fault
 from server.faults.waiting import Seen, Skipped
 
 ACTS: dict[str, Callable[[Scene], Seen]] = {
@@ -27,16 +41,28 @@ ACTS: dict[str, Callable[[Scene], Seen]] = {
     "recorder-killed": files.recorder_killed,
     "recorder-stopped": files.recorder_stopped,
     "disk-full": files.disk_full,
+    "disk-hung": inner.disk_hung,
+    "beat-failing": inner.beat_failing,
+    "thread-dead": inner.thread_dead,
+    "loop-stuck": inner.loop_stuck,
+    "loop-dead": inner.loop_dead,
+    "supervisor-oserror": inner.supervisor_oserror,
+    "token-unreadable": inner.token_unreadable,
     "clock-forward": files.clock_forward,
     "clock-back": files.clock_back,
     "page-closed": people.page_closed,
-    "browser-killed": people.browser_killed,
+    "browser-killed": page.killed,
+    "page-busy": page.busy,
+    "page-hung": page.hung,
+    "page-painter": page.painter,
+    "page-two-sign-ins": page.two_sign_ins,
     "laptop-asleep": people.laptop_asleep,
     "two-operators": people.two_operators,
     "cpu-hog": load.cpu_hog,
     "gil-hog": load.gil_hog,
     "pump-dead": load.pump_dead,
     "malformed": abuse.malformed,
+    "estop-flood": stops.under_flood,
     "mocap-20ms": sensing.dropout_short,
     "mocap-200ms": sensing.dropout_long,
     "mocap-5s": sensing.lost,
@@ -47,11 +73,23 @@ ACTS: dict[str, Callable[[Scene], Seen]] = {
     "sensor-stuck": plant.sensor_stuck,
     "valve-stuck": plant.valve_stuck,
     "supply-lost": plant.supply_lost,
+    "gains-hard": choices.gains_hard,
+    "actuator-unbuildable": choices.actuator_unbuildable,
     "link-cut": link.cut,
     "link-silent": link.silent,
     "link-delayed": link.delayed,
     "link-lossy": link.lossy,
 }
+STRANGERS: dict[str, Callable[[Scene], Seen]] = {
+    "stranger-forged-row": strangers.forged_row,
+    "stranger-command-key": strangers.command_key,
+    "stranger-silent-queryable": strangers.silent_queryable,
+    "stranger-flood": strangers.flood,
+    "stranger-replayed": strangers.replayed,
+}
+ACTS |= STRANGERS | {f"{name}{OVER_TLS}": act for name, act in STRANGERS.items()}
+AT_OWN_RATES = ("estop-flood",)
+"""Faults of a server with its own limits of how often it may be asked."""
 TRIES = 3
 """So often a fault is tried when the machine itself stood still meanwhile."""
 
@@ -109,12 +147,13 @@ class Campaign:
         raise AssertionError
 
     def _at(self, fault: Fault) -> Scene:
-        """A scene that fits: the faults of the link need a proxy in it."""
-        proxied = fault.name.startswith("link-")
-        if self._scene is None or self._scene.proxied != proxied:
+        """A scene that fits: the faults of the link need a proxy in it, some of the strangers' a link over TLS."""
+        own_rates = 1.0 if fault.name in AT_OWN_RATES else 100.0  # an abuser who is told to wait would ask less
+        kind = fault.name.startswith("link-"), fault.name.endswith(OVER_TLS), own_rates
+        if self._scene is None or self._scene.kind != kind:
             self._leave()
             self._scenes += 1
-            self._scene = Scene(self._folder / str(self._scenes), proxied)
+            self._scene = Scene(self._folder / str(self._scenes), *kind)
         return self._scene
 
     def _machine_stood_still(self, start: int) -> bool:

@@ -12,7 +12,7 @@ from server.browser import launch_chromium
 from server.faults.waiting import Skipped, require
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Page
+    from playwright.sync_api import Browser, Page
 
 READY = 60_000
 """For the page [ms]."""
@@ -20,22 +20,29 @@ FIRST_VISIT = "localStorage.setItem('tendril-guide', 'seen'); localStorage.setIt
 
 
 @contextlib.contextmanager
-def operating_page(url: str) -> "Iterator[Page]":
-    """A page in a chromium of its own that holds the lease; `Skipped` without a browser. The browser may be killed."""
+def a_browser() -> "Iterator[Browser]":
+    """A chromium of its own; `Skipped` without one. It may be killed."""
     launched = contextlib.ExitStack()
     try:
         browser = launched.enter_context(launch_chromium())
     except TendrilError as error:
         raise Skipped(str(error)) from error
     try:
+        yield browser
+    finally:
+        with contextlib.suppress(Exception):  # it may be dead by now
+            launched.close()
+
+
+@contextlib.contextmanager
+def operating_page(url: str) -> "Iterator[Page]":
+    """A page in a chromium of its own that holds the lease; `Skipped` without a browser. The browser may be killed."""
+    with a_browser() as browser:
         page = browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
         page.add_init_script(FIRST_VISIT)
         page.goto(url)
         page.get_by_test_id("lease-take").click(timeout=READY)
         yield page
-    finally:
-        with contextlib.suppress(Exception):  # it may be dead by now
-            launched.close()
 
 
 def press_and_move(page: "Page") -> None:

@@ -21,7 +21,8 @@ WATCHED = 4.0
 UNLIMITED = (resource.RLIM_INFINITY, resource.RLIM_INFINITY)
 
 
-def _record(scene: Scene) -> str:
+def recording(scene: Scene) -> str:
+    """Begin a recording; its id, once there are rows in it."""
     id: str = scene.operator.ask("POST", "/api/recordings", name="fault")["id"]
     wait(lambda: scene.operator.status["recording"]["rows"] > 0, 20.0, "rows in the recording")
     return id
@@ -35,7 +36,7 @@ def _listed(scene: Scene) -> list[dict[str, Any]]:
 def recorder_killed(scene: Scene) -> Seen:
     """Its thread ends with the server, in the middle of the file."""
     scene.track()
-    id = _record(scene)
+    id = recording(scene)
     time.sleep(1.0)
     start = time.monotonic_ns()
     os.kill(scene.server_process, signal.SIGKILL)
@@ -60,7 +61,7 @@ def recorder_killed(scene: Scene) -> Seen:
 def recorder_stopped(scene: Scene) -> Seen:
     """What the server missed is fetched from the rig's ring."""
     scene.track()
-    _record(scene)
+    recording(scene)
     start = time.monotonic_ns()
     os.kill(scene.server_process, signal.SIGSTOP)
     time.sleep(PAUSE)
@@ -76,7 +77,7 @@ def recorder_stopped(scene: Scene) -> Seen:
 def disk_full(scene: Scene) -> Seen:
     """Only the server's files are limited; the rig writes none."""
     scene.track()
-    id, process = _record(scene), scene.server_process
+    id, process = recording(scene), scene.server_process
     mark, size = len(scene.operator.log), Path(scene.folder, "recordings", f"{id}.rrd").stat().st_size
     start = time.monotonic_ns()
     resource.prlimit(process, resource.RLIMIT_FSIZE, (size + ROOM, resource.RLIM_INFINITY))
@@ -89,7 +90,7 @@ def disk_full(scene: Scene) -> Seen:
     finally:
         resource.prlimit(process, resource.RLIMIT_FSIZE, UNLIMITED)
     scene.acts_again()
-    _record(scene)
+    recording(scene)
     scene.operator.ask("DELETE", "/api/recordings/current")
     return Seen(f"TRACK; page: {line}; with room again it records", took)
 

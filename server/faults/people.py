@@ -4,7 +4,6 @@ import time
 
 from controller.modes import Mode
 from server.faults import trace
-from server.faults.chromium import kill_browser, operating_page, press_and_move
 from server.faults.person import Person
 from server.faults.processes import held
 from server.faults.scene import Scene
@@ -28,24 +27,6 @@ def page_closed(scene: Scene) -> Seen:
     scene.stays_calm()
     scene.acts_again()
     return Seen(f"{observed}; nothing moved when the page was open again", took)
-
-
-def browser_killed(scene: Scene) -> Seen:
-    """A real chromium, and a real mouse that is held down."""
-    scene.drag()
-    scene.operator.dragging = scene.operator.present = False
-    scene.operator.command("hold")
-    scene.operator.ask("DELETE", "/api/lease")
-    with operating_page(scene.url) as page:
-        press_and_move(page)
-        scene.until(time.monotonic_ns(), (Mode.FOLLOW,), 10.0)
-        start = time.monotonic_ns()
-        kill_browser()
-        observed, took = held(scene, start)
-    scene.stays_calm()
-    scene.operator.reconnect()
-    scene.acts_again()
-    return Seen(observed, took)
 
 
 def laptop_asleep(scene: Scene) -> Seen:

@@ -69,7 +69,7 @@ def server_gone(scene: Scene) -> Seen:
     return Seen(f"{observed} after {first:.0f} ms, {trace.told(row)}, VENTED", (row["t_ns"] - start) * 1e-6)
 
 
-def _restarted(scene: Scene, start: int, mark: int) -> Seen:
+def restarted(scene: Scene, start: int, mark: int) -> Seen:
     """Wait for the next life of the rig, which has to begin vented, and for what the page says."""
     old = scene.boot
     wait(
@@ -100,7 +100,7 @@ def _lost(scene: Scene, number: signal.Signals) -> Seen:
     scene.track()
     mark, start = len(scene.operator.log), time.monotonic_ns()
     os.kill(scene.rig_process, number)
-    return _restarted(scene, start, mark)
+    return restarted(scene, start, mark)
 
 
 def rig_paused(scene: Scene) -> Seen:

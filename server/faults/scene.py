@@ -20,10 +20,13 @@ from controller.realtime.ring import find_ring, remove_rings
 from controller.realtime.settings import RigSettings
 from controller.realtime.supervisor import Supervisor
 from server.faults import inside, trace
+from server.faults.certificates import make_certificates
 from server.faults.person import Person
 from server.faults.proxy import Proxy
 from server.faults.table import GAP
 from server.faults.waiting import Failed, require, wait
+from server.presets.actuator import kept_file
+from server.presets.orders import Orders
 from server.settings import ServerSettings
 from server.up import ServerChild
 
@@ -33,14 +36,20 @@ SPEED, SLOW = 0.1, 0.01
 QUIET_SECONDS = 2.0
 """How long nothing may move after a fault without a fresh action [s]."""
 NAP = 0.05
+PATIENCE = 2.0
+"""Of the campaign's servers with a disk that takes nothing [s]: others have 10 s."""
 
 
 class Scene:
-    """A product of its own: rig name, ports and folders. `proxied`: the link goes through a `Proxy`."""
+    """A product of its own: rig name, ports and folders."""
 
-    def __init__(self, folder: Path, proxied: bool) -> None:
-        self.folder, self.proxied = folder, proxied
+    def __init__(self, folder: Path, proxied: bool, encrypted: bool = False, rate_factor: float = 100.0) -> None:
+        """`proxied`: the link goes through a `Proxy`; `encrypted`: over TLS; server limits times `rate_factor`."""
+        self.folder, self.kind = folder, (proxied, encrypted, rate_factor)
         folder.mkdir()
+        self.tls = folder / "tls" if encrypted else None
+        if self.tls:
+            make_certificates(self.tls)
         self.rig = f"faults-{os.getpid()}-{folder.name}"
         self._log = (folder / "output.log").open("wb")
         self._order = folder / "order.json"
@@ -51,20 +60,32 @@ class Scene:
             state=folder / "state",
             recordings=folder / "recordings",
             light_scene=True,
-            rate_factor=100.0,  # an abuser who is told to wait would ask less
+            rate_factor=rate_factor,
             record_faults=False,
+            link_tls=self.tls,
+            disk_patience=PATIENCE,
         )
+        self.key = settings.key
         parameters = RigParameters(limits=SafetyLimits(loop_gap=GAP))
         self._supervisor = Supervisor(
-            RigSettings(rig=self.rig, key_file=settings.key, parameters=parameters),
+            RigSettings(
+                rig=self.rig,
+                listen=f"{'tls' if encrypted else 'tcp'}/127.0.0.1:0",
+                key_file=settings.key,
+                link_tls=self.tls,
+                parameters=parameters,
+            ),
             program=(inside.__name__, "controller.realtime"),
             output=self._log,
         )
         self._supervisor.start()
         self._supervisor.wait_ready()
-        endpoint = self._supervisor.endpoint
-        self.proxy = Proxy(int(endpoint.rsplit(":", 1)[1])) if proxied else None
-        settings = settings.model_copy(update={"endpoint": self.proxy.endpoint if self.proxy else endpoint})
+        self.proxy = Proxy(int(self.endpoint.rsplit(":", 1)[1])) if proxied else None
+        settings = settings.model_copy(update={"endpoint": self.proxy.endpoint if self.proxy else self.endpoint})
+        self.orders = folder / "orders" / "actuator.json"
+        self.orders.parent.mkdir()
+        settings = settings.model_copy(update={"orders": self.orders})
+        self._carried_out = Orders(self.orders, kept_file(settings), self._supervisor)
         self._server = ServerChild(
             settings, folder / "server.json", program=(inside.__name__, "server"), output=self._log
         )
@@ -73,6 +94,11 @@ class Scene:
         self._keeper = threading.Thread(target=self._keep, daemon=True)
         self._keeper.start()
         self.operator = Person(self.url)
+
+    @property
+    def endpoint(self) -> str:
+        """Where the rig itself listens."""
+        return self._supervisor.endpoint
 
     @property
     def rig_process(self) -> int:
@@ -116,10 +142,18 @@ class Scene:
             raise Failed(f"{error}; the rig is in {self.mode.name}") from error
         return found[0]
 
-    def break_inside(self, process: int, **order: float) -> None:
+    def break_inside(self, process: int, **order: Any) -> None:
         """Let `process` do something to itself; see `inside.act`."""
         self._order.write_text(json.dumps(order))
         os.kill(process, signal.SIGUSR1)
+
+    def block_supervisor(self) -> Path:
+        """Let the system refuse (OSError) to start another rig, until the folder that this gives is removed."""
+        place = self._supervisor.settings.ready
+        assert place is not None
+        place.unlink(missing_ok=True)
+        place.mkdir()
+        return place
 
     def track(self) -> None:
         """Bring the operator to tracking a circle, from wherever things are."""
@@ -179,6 +213,7 @@ class Scene:
         while not self._over.wait(NAP):
             if self.keep_server:
                 self._server.keep_alive()
+            self._carried_out.look()
 
     def _arm_anew(self) -> None:
         for request in ("e_stop", "clear", "arm"):

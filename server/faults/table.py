@@ -27,6 +27,36 @@ HOLD_MS = 600.0
 RESTART_MS = 15_000.0
 """For a new process, whose imports a busy machine slows down."""
 
+OVER_TLS = "-tls"
+"""Ends the name of a fault whose link is encrypted."""
+STOP_MS = 500.0
+"""From an operator's E-STOP to the rig's, on a machine that attacks itself meanwhile."""
+NOTHING = "nothing: FOLLOW goes on, the page is true, no tick is missing in the recording; an E-STOP works"
+
+STRANGERS = (
+    Fault(
+        "stranger-forged-row",
+        "telemetry with the real boot id, a minute ahead, by strangers in every mode of zenoh",
+        NOTHING,
+        STOP_MS,
+        True,
+    ),
+    Fault("stranger-command-key", "they answer on the rig's keys that everything is refused", NOTHING, STOP_MS),
+    Fault("stranger-silent-queryable", "they take the rig's keys and never answer", NOTHING, STOP_MS),
+    Fault(
+        "stranger-flood",
+        "thousands of puts, deletes and questions a second, and 200 connections that say nothing",
+        NOTHING,
+        STOP_MS,
+    ),
+    Fault(
+        "stranger-replayed",
+        "sealed messages of a server with the key, E-STOP among them, once more and as they were",
+        NOTHING,
+        STOP_MS,
+    ),
+)
+
 FAULTS = (
     Fault("server-killed", "kill -9 of the server", "HOLD; the next server finds it held and can go on", HOLD_MS, True),
     Fault("server-stopped", "SIGSTOP of the server, SIGCONT after 2 s", "HOLD, also on resume", HOLD_MS),
@@ -55,10 +85,61 @@ FAULTS = (
         10_000.0,
         True,
     ),
+    Fault(
+        "disk-hung",
+        "recording and log files take nothing for 5 s; the campaign's servers are patient with a disk for 2 s",
+        "the recording ends, log and page say why; the rig goes on tracking, an E-STOP works",
+        4500.0,
+    ),
+    Fault(
+        "beat-failing",
+        "a look of the server's beat raises OSError, 60 times a second for 3 s",
+        "one line in the log; frames, status and the rig go on, an E-STOP works",
+        2500.0,
+    ),
+    Fault(
+        "thread-dead",
+        "SystemExit in the server's thread that commands the rig",
+        "it begins anew, the page says so; TRACK or HOLD, an E-STOP works",
+        2500.0,
+    ),
+    Fault("loop-stuck", "the server's event loop stands still for 2 s", "HOLD; the page says so", HOLD_MS),
+    Fault(
+        "loop-dead",
+        "the server's event loop stands still for good",
+        "HOLD; after 10 s the process is ended, another one serves",
+        20_000.0,
+    ),
+    Fault(
+        "supervisor-oserror",
+        "kill -9 of the rig while the system refuses the supervisor another one for 2 s (OSError)",
+        "tried again, restarted VENTED; the page says so",
+        RESTART_MS,
+    ),
+    Fault(
+        "token-unreadable",
+        "the operator's token is renewed, and its file refused at the first looks",
+        "HOLD as soon as it can be read; the revoked session has ended",
+        2500.0,
+    ),
     Fault("clock-forward", "wall clock of rig and server +1 h (time.time)", "nothing; E-STOP works", 1e3 * GAP),
     Fault("clock-back", "wall clock of rig and server -1 h (time.time)", "nothing; E-STOP works", 1e3 * GAP),
     Fault("page-closed", "the operator's socket is closed in the middle of a drag", "HOLD", HOLD_MS, True),
     Fault("browser-killed", "kill -9 of the operator's chromium in the middle of a drag", "HOLD", HOLD_MS),
+    Fault("page-busy", "the main thread of the operator's chromium is busy for 2 s", "FOLLOW goes on", 1e3 * GAP),
+    Fault("page-hung", "the same for 12 s", "HOLD meanwhile; nothing moves when it comes back", 4000.0),
+    Fault(
+        "page-painter",
+        "a painter of the operator's plan throws at every frame",
+        "marked on the page; drag, numbers and the other painters go on; drawn again once mended",
+        3000.0,
+    ),
+    Fault(
+        "page-two-sign-ins",
+        "two tabs of one browser sign in three times each, at once",
+        "one live socket for each tab, of one session; none is left",
+        10_000.0,
+    ),
     Fault(
         "laptop-asleep",
         "the operator's socket falls silent but stays open; wakes after 7 s",
@@ -80,6 +161,12 @@ FAULTS = (
         "10 000 malformed requests, half of them on the live socket",
         "each refused by 4xx or by name; nothing restarts, the rig goes on",
         1e3 * GAP,
+    ),
+    Fault(
+        "estop-flood",
+        "E-STOPs by socket and by HTTP under a mixed flood of requests, messages and connections",
+        "every one in force; p99 from the press to the rig's first row in E_STOP",
+        60.0,
     ),
     Fault(
         "mocap-20ms",
@@ -106,6 +193,13 @@ FAULTS = (
     Fault("sensor-stuck", "the pressure sensor of chamber u1+ keeps its value", "E_STOP, latched", 3000.0),
     Fault("valve-stuck", "the spool of chamber u1+ stays where it is", "E_STOP, latched", 3000.0),
     Fault("supply-lost", "the supply line is open to the atmosphere", "E_STOP, latched", 3000.0),
+    Fault("gains-hard", "K_I = 20 1/s, the most that the page allows", "REST within 1 s of the whip, named", 1000.0),
+    Fault(
+        "actuator-unbuildable",
+        "an actuator with which the twin cannot be built: at the page, then past its check",
+        "refused by name; past the check, the rig starts again with the one before, and the page says why",
+        RESTART_MS,
+    ),
     Fault("link-cut", "link between server and rig cut for 3 s", "HOLD; page: the rig is gone", HOLD_MS),
     Fault("link-silent", "link stalled for 3 s, nothing lost", "HOLD; old commands move nothing", HOLD_MS),
     Fault(
@@ -119,6 +213,11 @@ FAULTS = (
         "20 % loss as TCP has it: such shares of the packets wait for 200 ms, 400 ms, ...",
         "TRACK or HOLD; an E-STOP works",
         5000.0,
+    ),
+    *STRANGERS,
+    *(
+        fault._replace(name=f"{fault.name}{OVER_TLS}", injected=f"{fault.injected}; over TLS", quick=False)
+        for fault in STRANGERS
     ),
 )
 

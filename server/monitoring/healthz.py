@@ -1,11 +1,14 @@
 """GET /healthz: is all well? For a probe that asks every few seconds and shows nothing to a stranger."""
 
+import asyncio
 import shutil
 
 from controller.layout import Model
 from recordings.session import DISK_FREE_MIN
 from server.services import Services
 
+DISK_MAX = 2.0
+"""Longest wait for the disk's answer [s]."""
 BEAT_MAX = 2.0
 """Age of the last beat [s] from which on the server counts as stuck."""
 
@@ -22,7 +25,9 @@ class Healthz(Model):
 
     ok: bool
     server: Check
-    """Its beat of 60 Hz goes on."""
+    """Its beat of 60 Hz goes on, every look of it works, and its event loop turns."""
+    threads: Check
+    """Each of them lives, turns, and has not failed within the last minute."""
     rig: Check
     """It is heard, and takes our commands."""
     recorder: Check
@@ -31,15 +36,24 @@ class Healthz(Model):
     """A recording could begin."""
 
 
-def healthz(services: Services) -> Healthz:
+async def healthz(services: Services) -> Healthz:
     """Look at every part now. No path, name or value of anybody is in it."""
     parts = {
-        "server": _check(services.hub.age < BEAT_MAX, f"no beat for more than {BEAT_MAX:g} s"),
+        "server": _server(services),
+        "threads": _check(not services.soundness.of("threads"), "one hangs or has failed; the log says which"),
         "rig": _rig(services),
         "recorder": _recorder(services),
-        "disk": _disk(services),
+        "disk": await _answering_disk(services),
     }
     return Healthz(ok=all(part.ok for part in parts.values()), **parts)
+
+
+def _server(services: Services) -> Check:
+    if services.hub.age > BEAT_MAX:
+        return Check(ok=False, detail=f"no beat for more than {BEAT_MAX:g} s")
+    if services.soundness.of("loop"):
+        return Check(ok=False, detail="the event loop stood still within the last minute; the log says where")
+    return _check(not services.soundness.of("looks"), "a look at every beat fails; the log says which")
 
 
 def _rig(services: Services) -> Check:
@@ -49,16 +63,25 @@ def _rig(services: Services) -> Check:
 
 
 def _recorder(services: Services) -> Check:
-    if not services.recorder.alive:
+    if not services.recorder.worker.alive:
         return Check(ok=False, detail="its thread has ended")
     return _check(not services.recorder.state().problem, "the last recording ended by itself; the log says why")
 
 
-def _disk(services: Services) -> Check:
+async def _answering_disk(services: Services) -> Check:
     try:
-        free = shutil.disk_usage(services.store.folder).free
+        return await asyncio.wait_for(asyncio.to_thread(_disk, services), DISK_MAX)
+    except TimeoutError:
+        return Check(ok=False, detail=f"the disk does not answer within {DISK_MAX:g} s")
+
+
+def _disk(services: Services) -> Check:
+    """Of a folder that the first recording will make: the disk that it will be on."""
+    folder = services.store.folder
+    try:
+        free = shutil.disk_usage(next(place for place in (folder, *folder.parents) if place.exists())).free
     except OSError:
-        return Check(ok=False, detail="the folder of the recordings is gone")
+        return Check(ok=False, detail="the folder of the recordings cannot be read")
     return _check(free >= DISK_FREE_MIN, f"{free >> 20} MiB are free, recordings need {DISK_FREE_MIN >> 20}")
 
 

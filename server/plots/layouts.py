@@ -4,7 +4,6 @@ import threading
 from typing import Annotated
 
 from pydantic import Field as Bounds
-from pydantic import ValidationError
 
 from controller.errors import CommandRefused
 from controller.layout import Model
@@ -54,10 +53,7 @@ class Layouts:
 
     def _read(self, who: Identity) -> _Kept:
         """What the user kept; nothing where the file is damaged or of another version."""
-        try:
-            return _Kept.model_validate_json(self._files.read(who))
-        except (OSError, ValidationError):
-            return _Kept(layouts={})
+        return self._files.read(who, _Kept.model_validate_json) or _Kept(layouts={})
 
     def _write(self, who: Identity, layouts: dict[str, PlotLayout]) -> None:
         self._files.write(who, _Kept(layouts=layouts).model_dump_json())

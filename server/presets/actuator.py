@@ -1,25 +1,38 @@
 """Another actuator for the rig: the server writes an order, and `tendril up`, the rig's parent, carries it out.
 
-What was chosen is kept beside the settings, and the next `tendril up` begins with it.
+Only when the rig has ticked with it the choice is kept beside the settings, for the next `tendril up` to begin with. If
+it does not, the rig goes back to what ticked last. Either way `up` writes an outcome, which the server tells the page.
 """
 
+import time
 from pathlib import Path
 
 from pydantic import ValidationError
 
 from controller.actuator import PRESETS, Actuator, parse_actuator
-from controller.build_rig import observer_model
 from controller.errors import CommandRefused, ParameterError, TendrilError, sentence
-from controller.parameters import RigParameters
-from controller.whole_file import write_whole
-from server.presets.messages import ActuatorBody
+from controller.experiments.acceptance import require_built, require_running
+from controller.parameters import RigParameters, Settings
+from controller.whole_file import read_whole, set_aside, write_whole
+from server.events import EventLog
+from server.permit import Permit
+from server.presets.messages import ActuatorBody, ActuatorOutcome
 from server.settings import ServerSettings
 
 ELSEWHERE = "the rig was not started by this server's `tendril up`: start it again with --actuator where it runs"
+LOOK = 0.25
+"""Pause between two looks for an outcome [s]."""
+
+
+def accepted_actuator(body: ActuatorBody, rig: RigParameters, in_force: Settings) -> Actuator:
+    """The actuator that `body` describes; ParameterError unless this rig was built with it and stood and moved here."""
+    actuator = wanted_actuator(body, rig)
+    require_running(rig.model_copy(update={"actuator": actuator}), in_force)
+    return actuator
 
 
 def wanted_actuator(body: ActuatorBody, rig: RigParameters) -> Actuator:
-    """The actuator that `body` describes; ParameterError unless this rig's observer can be built for it."""
+    """The actuator that `body` describes; ParameterError unless all of this rig can be built for it."""
     if (body.name is None) == (body.toml is None):
         raise ParameterError("actuator: give either name or toml")
     if body.toml is not None:
@@ -28,7 +41,7 @@ def wanted_actuator(body: ActuatorBody, rig: RigParameters) -> Actuator:
         actuator = PRESETS[body.name]
     else:
         raise ParameterError(f"actuator = {body.name!r} is not one of {', '.join(PRESETS)}")
-    observer_model(rig.model_copy(update={"actuator": actuator}))
+    require_built(rig.model_copy(update={"actuator": actuator}))
     return actuator
 
 
@@ -39,13 +52,15 @@ def kept_file(settings: ServerSettings) -> Path:
 
 def keep(path: Path, body: ActuatorBody) -> None:
     """Keep the choice for the next start; raises OSError where that fails."""
+    if path.is_dir():
+        set_aside(path)
     write_whole(path, body.model_dump_json(exclude_none=True))
 
 
 def kept_actuator(path: Path, rig: RigParameters) -> Actuator | None:
     """The actuator that was chosen last, None if none was; TendrilError when this rig cannot have it."""
     try:
-        return wanted_actuator(ActuatorBody.model_validate_json(path.read_bytes()), rig)
+        return wanted_actuator(ActuatorBody.model_validate_json(read_whole(path)), rig)
     except FileNotFoundError:
         return None
     except OSError as error:
@@ -54,20 +69,83 @@ def kept_actuator(path: Path, rig: RigParameters) -> Actuator | None:
         raise TendrilError(f"is damaged: {sentence(error)}") from error
 
 
-def order(path: Path | None, actuator: Actuator) -> None:
-    """Have the rig started with `actuator`; CommandRefused where nobody would do it."""
+def order(path: Path | None, actuator: Actuator, body: ActuatorBody, permit: Permit) -> None:
+    """Have the rig started with `actuator`, which `body` describes, if `permit` stands; CommandRefused where nobody
+    would do it.
+    """
     if path is None:
         raise CommandRefused(ELSEWHERE)
+    permit.require()
     try:
+        write_whole(_choice_file(path), body.model_dump_json(exclude_none=True), lasting=False)
         write_whole(path, actuator.model_dump_json(), lasting=False)
     except OSError as error:
         raise CommandRefused(f"the rig cannot be started again: {error.strerror}") from error
 
 
-def take_order(path: Path) -> Actuator | None:
+def take_order(path: Path | None) -> Actuator | None:
     """The actuator that was ordered since the last call, if any."""
-    if not path.exists():
+    if path is None or not path.exists():
         return None
     found = Actuator.model_validate_json(path.read_bytes())
     path.unlink()
     return found
+
+
+def take_choice(path: Path) -> ActuatorBody | None:
+    """How the actuator of the last order was described; None if that was not said."""
+    try:
+        return ActuatorBody.model_validate_json(_choice_file(path).read_bytes())
+    except (OSError, ValidationError):
+        return None
+
+
+def tell_outcome(path: Path, outcome: ActuatorOutcome) -> None:
+    """Let the server know what became of an order; raises OSError where that fails."""
+    write_whole(_outcome_file(path), outcome.model_dump_json(), lasting=False)
+
+
+def _choice_file(orders: Path) -> Path:
+    return orders.with_name("actuator-choice.json")
+
+
+def _outcome_file(orders: Path) -> Path:
+    return orders.with_name("actuator-outcome.json")
+
+
+class OutcomeWatch:
+    """Called at every beat: tells what became of an order for another actuator."""
+
+    def __init__(self, orders: Path | None, events: EventLog) -> None:
+        self._path = None if orders is None else _outcome_file(orders)
+        self._events, self._due = events, 0.0
+        self.failure = ""
+        """Why the last actuator that was asked for is not in force, "" if it is."""
+
+    def __call__(self) -> None:
+        """Look, now and then."""
+        if self._path is None or time.monotonic() < self._due:
+            return
+        self._due = time.monotonic() + LOOK
+        try:
+            outcome = ActuatorOutcome.model_validate_json(self._path.read_bytes())
+            self._path.unlink()
+        except FileNotFoundError:
+            return
+        except (OSError, ValidationError) as error:
+            self._path = None
+            self._events.add(f"what becomes of another actuator will not be told here: {error}", "warning")
+            return
+        self._tell(outcome)
+
+    def _tell(self, outcome: ActuatorOutcome) -> None:
+        self.failure = told(outcome) if outcome.reason else ""
+        if outcome.reason:
+            self._events.add(self.failure, "error")
+        elif outcome.unkept:
+            self._events.add(f"the next start will not have this actuator: {outcome.unkept}", "warning")
+
+
+def told(outcome: ActuatorOutcome) -> str:
+    """A failed order in one sentence."""
+    return f"actuator {outcome.actuator} did not start: {outcome.reason}; {outcome.in_force} is in force again"

@@ -2,13 +2,13 @@
 
 from pathlib import Path
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
 from controller.errors import CommandRefused, TendrilError
 from controller.fit import GAINS
 from controller.parameters import Settings
-from controller.whole_file import write_whole
 from server.presets.messages import GainPreset
+from server.state_file import StateFile
 
 MOST = 100
 """Presets that are kept; a new one beyond is refused."""
@@ -21,19 +21,14 @@ class GainPresets:
     """The presets in `path`, by name."""
 
     def __init__(self, path: Path) -> None:
-        self._path = path
+        self._file = StateFile(path, _FILE.validate_json, "the saved presets of gains are missing")
 
     def listed(self) -> list[GainPreset]:
-        """Ours, then the saved ones by name; TendrilError when the file is damaged."""
+        """Ours, then the saved ones by name; ours alone when the file cannot be used."""
         return [REPEATING, *self._saved()]
 
     def _saved(self) -> list[GainPreset]:
-        if not self._path.exists():
-            return []
-        try:
-            return _FILE.validate_json(self._path.read_bytes())
-        except ValidationError as error:
-            raise TendrilError(f"{self._path} is damaged: delete it, and save the presets anew") from error
+        return self._file.read() or []
 
     def save(self, name: str, settings: Settings) -> list[GainPreset]:
         """Keep `settings` under `name`, in place of what was there; returns all."""
@@ -54,7 +49,7 @@ class GainPresets:
     def _write(self, presets: list[GainPreset]) -> list[GainPreset]:
         presets = sorted(presets, key=lambda preset: preset.name.lower())
         try:
-            write_whole(self._path, _FILE.dump_json(presets, indent=1))
+            self._file.write(_FILE.dump_json(presets, indent=1))
         except OSError as error:
             raise TendrilError(f"the presets cannot be saved: {error.strerror}") from error
         return [REPEATING, *presets]

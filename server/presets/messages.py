@@ -28,6 +28,19 @@ class ActuatorBody(Model):
     """Text of an actuator file (docs/actuators.md)."""
 
 
+class ActuatorOutcome(Model):
+    """What became of an order for another actuator; `tendril up` tells it to its server."""
+
+    actuator: str
+    """That was asked for."""
+    reason: str = ""
+    """Why the rig does not run with it, "" if it does."""
+    in_force: str
+    """The actuator with which the rig is started now."""
+    unkept: str = ""
+    """Why the next `tendril up` will not begin with it, "" if it will."""
+
+
 class ActuatorChoice(Model):
     """What the rig may be started with."""
 
@@ -35,3 +48,5 @@ class ActuatorChoice(Model):
     """Actuators that come with Tendril."""
     reason: str
     """Why another one cannot be chosen here, "" if it can."""
+    failure: str = ""
+    """Why the last one that was chosen is not in force, "" if it is."""

@@ -1,6 +1,7 @@
 """Requests to the rig: arm, hold, follow, rest, clear, E-STOP."""
 
 import asyncio
+from concurrent.futures import Future
 from typing import Any
 
 from fastapi import APIRouter
@@ -42,14 +43,20 @@ def _in_turn(connection: HTTPConnection) -> None:
 
 
 async def _ask(body: CommandBody, parts: Services, who: Identity) -> CommandReply:
-    if parts.lease.holds(who):
-        parts.lease.touch(who)
-        parts.operator.present()
-    target = body.target if body.request == "follow" else None
-    reply = await asyncio.wrap_future(parts.operator.request(Request[body.request.upper()], target))
+    reply = await asyncio.wrap_future(_asked(body, parts, who))
     asked = body.request.replace("_", "-")
     if reply.accepted:
         parts.events.done(who.name, asked)
     else:
         parts.events.refused(who.name, asked, reply.detail)
     return reply
+
+
+def _asked(body: CommandBody, parts: Services, who: Identity) -> "Future[CommandReply]":
+    parts.lease.touch(who)
+    if body.request == "e_stop":
+        return parts.operator.stop()
+    permit = parts.permits.operator(who)
+    parts.operator.present(permit)
+    target = body.target if body.request == "follow" else None
+    return parts.operator.request(Request[body.request.upper()], permit, target)

@@ -38,7 +38,7 @@ TYPES = ("text/csv", MEDIA["parquet"], BINARY)
 @router.get("/api/recordings/{id}/signals")
 async def recording_signals(id: str, parts: Parts) -> list[SignalInfo]:
     """What can be chosen for an export; 404 without such a recording."""
-    return offered(await asyncio.to_thread(parts.store.find, id))
+    return offered(await parts.look(parts.store.find, id))
 
 
 @router.get("/api/recordings/{id}/export", response_class=FileResponse, responses=answers.file(*TYPES))
@@ -51,7 +51,7 @@ async def export_recording(
     stop: To = None,
 ) -> FileResponse:
     """Signals (names joined by commas; all without) from `from` to `to` [s] as a file; 404, or 422 with the reason."""
-    source, names = parts.store.path(id), tuple(filter(None, map(str.strip, signals.split(","))))
+    source, names = await parts.look(parts.store.path, id), tuple(filter(None, map(str.strip, signals.split(","))))
     folder = tempfile.mkdtemp(prefix="tendril-export-")
     target = Path(folder, f"{id}.{kind}")
     try:
@@ -75,7 +75,7 @@ async def recording_path(
     stop: To = None,
 ) -> DrawingBody:
     """The path of the tip, its reference or a marker as a drawing with times; 404, or 422 says what is wrong."""
-    found, source = await asyncio.to_thread(parts.store.find, id), parts.store.path(id)
+    found, source = await parts.look(parts.store.find, id), await parts.look(parts.store.path, id)
     wanted = Wanted(what, rod, start, stop)
     async with parts.export_lock:
         return await asyncio.to_thread(apart, recorded_drawing, source, found.name, wanted)

@@ -7,7 +7,7 @@ from fastapi import APIRouter
 
 from controller.errors import CommandRefused
 from controller.messages import TwinFaults
-from server.deps import Holder, Parts
+from server.deps import Parts, Permitted
 from server.services import Services
 
 router = APIRouter(tags=["twin"])
@@ -21,11 +21,11 @@ async def read_faults(parts: Parts) -> TwinFaults:
 
 
 @router.put("/api/twin/faults")
-async def inject_faults(body: TwinFaults, parts: Parts, who: Holder) -> TwinFaults:
+async def inject_faults(body: TwinFaults, parts: Parts, permit: Permitted) -> TwinFaults:
     """Inject from the next sample on; 409 on hardware."""
     _require_twin(parts)
-    found = await asyncio.to_thread(parts.rig.faults, body)
-    parts.events.add(f"{who.name}: {_sentence(found)}", "info" if found == TwinFaults() else "warning")
+    found = await asyncio.to_thread(parts.rig.inject, body, permit)
+    parts.events.add(f"{permit.name}: {_sentence(found)}", "info" if found == TwinFaults() else "warning")
     return found
 
 

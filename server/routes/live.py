@@ -17,13 +17,15 @@ from controller.modes import Mode, Request
 from server.audit import tell
 from server.auth import Identity
 from server.channels import CHANNELS, columns_of
+from server.connections import URGENT
 from server.deps import Me, Parts
 from server.live import Crowded, Viewer
-from server.messages import FromBrowser, Hello, Ping, Pong, Presence, Refused, Release, Reply, Target
+from server.messages import EStop, FromBrowser, Hello, Ping, Pong, Presence, Refused, Release, Reply, Target
 from server.plots.feed import Feed
 from server.plots.messages import PlotChoice
 from server.problems import answer
 from server.rates import POLICY, Verdict
+from server.routes.presence import hear_presence
 from server.services import Services
 from server.tasks import until_one_ends
 
@@ -31,6 +33,8 @@ router = APIRouter()
 
 LONGEST = 4096
 """Longest message from a page [characters]."""
+STOP_LONGEST = 200
+"""Longest message that may be an E-STOP [bytes]: what is not counted must be cheap."""
 _MOVED = (Mode.HOLD, Mode.FOLLOW)
 """HOLD too: the newest row may be older than the press."""
 _MESSAGE: TypeAdapter[FromBrowser] = TypeAdapter(FromBrowser)
@@ -58,6 +62,7 @@ async def _serve(socket: WebSocket, parts: Services, who: Identity) -> None:
     viewer = Viewer(socket, who, Feed(parts.plots))
     await socket.send_text(_hello(parts, viewer).model_dump_json())
     conversation = Conversation(viewer, parts)
+    socket.scope["state"][URGENT] = conversation.urgent
     await until_one_ends(parts.hub.serve(viewer), _listen(conversation), parts.sessions.ended(who))
     conversation.leave()
     with contextlib.suppress(RuntimeError, WebSocketDisconnect):
@@ -86,13 +91,22 @@ class Conversation:
             case Ping():
                 self._pong(message)
             case Presence():
-                self._present(message)
+                hear_presence(self._viewer, message.n, self._parts)
             case Target():
                 self._aim(message)
             case Release():
-                self._let_go()
+                self._let_go(message)
+            case EStop():
+                self._stop(message)
             case PlotChoice():
                 self._plot(message)
+
+    def urgent(self, data: bytes) -> bool:
+        """Act on an E-STOP as it comes in, before the messages that wait and whatever their rate; False: it is none."""
+        message = stop_in(data)
+        if message is not None:
+            self._context.run(self._stop, message)
+        return message is not None
 
     def leave(self) -> None:
         """The page is gone. Another tab of its session stays present, but nobody there began this motion: hold it."""
@@ -103,11 +117,11 @@ class Conversation:
         alone = all(other.who.id != who.id for other in parts.hub.viewers)
         newest = parts.history.newest
         if not alone and parts.lease.holds(who) and newest is not None and newest[0]["mode"] in _MOVED:
-            parts.operator.request(Request.HOLD)
+            parts.operator.request(Request.HOLD, parts.permits.operator(who))
             parts.events.add(f"{who.name}: the tab that moved the target was closed: hold")
 
     def verdict(self) -> Verdict:
-        """Whether the message that came is heard."""
+        """Whether the message that came is heard; an E-STOP was, as it came in."""
         found = self._parts.rates.message(self._viewer.who.id)
         self._parts.refused.messages += found == Verdict.DROPPED  # the others are counted as they are told
         return found
@@ -116,12 +130,6 @@ class Conversation:
         """Say that messages are dropped, and why."""
         self._refuse(0, "messages", why := self._parts.rates.too_many)
         return why
-
-    def _present(self, message: Presence) -> None:
-        """Only a number that rises, from the page of the lease's holder, is presence."""
-        risen, self._viewer.presence = message.n > self._viewer.presence, max(message.n, self._viewer.presence)
-        if risen and self._parts.lease.holds(self._viewer.who):
-            self._parts.operator.present()
 
     def _pong(self, message: Ping) -> None:
         self._viewer.post(Pong(t=message.t))
@@ -139,24 +147,42 @@ class Conversation:
         if message.start:
             self._written = ""
         try:
-            self._parts.lease.require(self._viewer.who)
+            permit = self._parts.permits.operator(self._viewer.who)
         except TendrilError as error:
             return self._refuse(message.id, "target", str(error))
         operator, at = self._parts.operator, (message.x, message.y)
-        operator.present()
+        operator.present(permit)
         if message.start:
             self._parts.hub.driver = self._viewer
             tell(f"follow, target at ({message.x:.4f}, {message.y:.4f}) m")
-        asked = operator.request(Request.FOLLOW, at) if message.start else operator.move(at)
+        asked = operator.request(Request.FOLLOW, permit, at) if message.start else operator.move(at, permit)
         asked.add_done_callback(
             lambda done: self._loop.call_soon_threadsafe(self._answer, message, done, context=self._context)
         )
 
-    def _let_go(self) -> None:
+    def _let_go(self, message: Release) -> None:
         lease = self._parts.lease
-        if lease.clutch and lease.holds(self._viewer.who):
-            self._parts.operator.request(Request.HOLD)
-            tell("target let go: hold")
+        if (lease.clutch or message.hold) and lease.holds(self._viewer.who):
+            self._parts.operator.request(Request.HOLD, self._parts.permits.operator(self._viewer.who))
+            tell("the plan moved under the drag: hold" if message.hold else "target let go: hold")
+
+    def _stop(self, message: EStop) -> None:
+        asked = self._parts.operator.stop()
+        asked.add_done_callback(
+            lambda done: self._loop.call_soon_threadsafe(self._stopped, message.n, done, context=self._context)
+        )
+
+    def _stopped(self, n: int, done: "Future[CommandReply]") -> None:
+        who, error = self._viewer.who, done.exception()
+        if error is not None:
+            self._parts.events.refused(who.name, "e-stop", str(error))
+            return self._viewer.post(Refused(id=0, detail=str(error), n=n))
+        reply = done.result()
+        if reply.accepted:
+            self._parts.events.done(who.name, "e-stop")
+        else:
+            self._parts.events.refused(who.name, "e-stop", reply.detail)
+        self._viewer.post(Reply(id=0, reply=reply, n=n))
 
     def _answer(self, message: Target, done: "Future[CommandReply]") -> None:
         error = done.exception()
@@ -189,15 +215,27 @@ async def _listen(conversation: Conversation) -> None:
                 conversation.hear(message.get("text"))
             case Verdict.REFUSED:
                 conversation.hurried()
-            case Verdict.DROPPED:
-                await asyncio.sleep(0)  # what is dropped must not hold up what is not
             case Verdict.FLOOD:
                 return await socket.close(POLICY, conversation.hurried())
+        await asyncio.sleep(0)  # one message, then the others' turn
+
+
+def stop_in(data: bytes) -> EStop | None:
+    """The E-STOP that this message is, None if it is none; nothing long is looked at."""
+    if len(data) > STOP_LONGEST or b"e_stop" not in data:
+        return None
+    try:
+        message = _MESSAGE.validate_json(data)
+    except ValidationError:
+        return None
+    return message if isinstance(message, EStop) else None
 
 
 def _hello(parts: Services, viewer: Viewer) -> Hello:
     session, log = parts.session(viewer.who), list(parts.events.recent)
-    return Hello(session=session, layout=fields(Telemetry), channels=CHANNELS, rig=parts.rig.info, log=log)
+    return Hello(
+        session=session, layout=fields(Telemetry), channels=CHANNELS, page=viewer.page, rig=parts.rig.info, log=log
+    )
 
 
 def _id(text: str) -> int:

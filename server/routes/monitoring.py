@@ -14,7 +14,7 @@ router = APIRouter(tags=["monitoring"])
 @router.get("/healthz", responses={503: {"model": Healthz, "description": "Something is not well"}})
 async def read_healthz(parts: Parts, response: Response) -> Healthz:
     """Whether all is well, 503 when something is not; open to anyone on this machine."""
-    found = healthz(parts)
+    found = await healthz(parts)
     response.status_code = 200 if found.ok else 503
     return found
 

@@ -7,7 +7,7 @@ from fastapi import APIRouter
 from controller.actuator import PRESETS
 from controller.errors import CommandRefused, RigUnreachable
 from controller.modes import Mode
-from server.deps import Holder, Parts
+from server.deps import Holder, Parts, Permitted
 from server.presets import actuator as actuators
 from server.presets.gains import GainPresets
 from server.presets.messages import ActuatorBody, ActuatorChoice, GainPreset, PresetName
@@ -41,21 +41,22 @@ async def delete_gains(name: PresetName, parts: Parts, who: Holder) -> list[Gain
 @router.get("/api/rig/actuator")
 async def read_actuators(parts: Parts) -> ActuatorChoice:
     """Which actuators may be chosen, and why none can be."""
-    return ActuatorChoice(names=list(PRESETS), reason="" if parts.settings.orders else actuators.ELSEWHERE)
+    reason = "" if parts.settings.orders else actuators.ELSEWHERE
+    return ActuatorChoice(names=list(PRESETS), reason=reason, failure=parts.outcomes.failure)
 
 
 @router.put("/api/rig/actuator", status_code=202)
-async def change_actuator(body: ActuatorBody, parts: Parts, who: Holder) -> None:
-    """Start the rig again with another actuator; 409 unless it is VENTED, ours, and nothing is recorded."""
-    info = parts.require_info()
-    actuator = await asyncio.to_thread(actuators.wanted_actuator, body, info.parameters)
+async def change_actuator(body: ActuatorBody, parts: Parts, permit: Permitted) -> None:
+    """Start the rig again with another actuator; 409 unless it is VENTED, ours, and nothing is recorded.
+
+    422 unless the actuator can be built, stands and moves in a simulation. A rig that does not tick with it all the
+    same goes back to the actuator before, and the log says why.
+    """
+    info, in_force = parts.require_info(), parts.operator.settings
+    actuator = await asyncio.to_thread(actuators.accepted_actuator, body, info.parameters, in_force)
     _require_rest(parts)
-    actuators.order(parts.settings.orders, actuator)
-    parts.events.add(f"{who.name}: the rig starts again with actuator {actuator.name}", "warning")
-    try:
-        await asyncio.to_thread(actuators.keep, actuators.kept_file(parts.settings), body)
-    except OSError as error:
-        parts.events.add(f"the next start will not have this actuator: {error.strerror}", "warning")
+    actuators.order(parts.settings.orders, actuator, body, permit)
+    parts.events.add(f"{permit.name}: the rig starts again with actuator {actuator.name}", "warning")
 
 
 def _require_rest(parts: Services) -> None:

@@ -1,6 +1,5 @@
 """The quick look at a recording."""
 
-import asyncio
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Response
@@ -17,5 +16,5 @@ Keys = Annotated[list[Annotated[str, Query(max_length=80)]], Query(max_length=64
 @router.get("/api/recordings/{id}/quick", response_model=Quick)
 async def recording_quick(id: str, parts: Parts, points: Points = POINTS, signals: Keys = []) -> Response:  # noqa: B006
     """The main signals as extremes of bins, and the tip's path; of a running recording, up to now. 404 without it."""
-    text = await asyncio.to_thread(quick_look, parts.store.path(id), points, tuple(signals))
+    text = await parts.look(quick_look, await parts.look(parts.store.path, id), points, tuple(signals))
     return Response(text, media_type="application/json", headers={"cache-control": "no-store"})

@@ -42,7 +42,7 @@ async def recordings(
 
     The headers `x-found` and `x-in-all` say how many fit, and how many there are.
     """
-    return await asyncio.to_thread(_listed, parts.store, search, sort, limit)
+    return await parts.look(_listed, parts.store, search, sort, limit)
 
 
 @router.post("/api/recordings")
@@ -73,10 +73,10 @@ async def stop_recording(parts: Parts, who: Holder) -> Recording:
 @router.get("/api/recordings/{id}.rrd", response_class=FileResponse, responses=answers.file(BINARY))
 async def recording_file(id: str, parts: Parts) -> Response:
     """The recording's file, for rerun's viewer or for download, as far as it is written; 404 when there is none."""
-    path = parts.store.path(id)
+    path = await parts.look(parts.store.path, id)
     state = parts.recorder.state()
     if state.recording and state.id == id:
-        size = await asyncio.to_thread(frames.whole_length, path)
+        size = await parts.look(frames.whole_length, path)
         headers = {"content-length": str(size), "content-disposition": f'attachment; filename="{id}.rrd"'}
         return StreamingResponse(_first(path, size), headers=headers, media_type=BINARY)
     return FileResponse(path, media_type=BINARY, filename=f"{id}.rrd")
@@ -85,13 +85,13 @@ async def recording_file(id: str, parts: Parts) -> Response:
 @router.get("/api/recordings/{id}")
 async def recording(id: str, parts: Parts) -> Recording:
     """One recording; 404 when there is none."""
-    return await asyncio.to_thread(parts.store.find, id)
+    return await parts.look(parts.store.find, id)
 
 
 @router.get("/api/recordings/{id}/metrics")
 async def recording_metrics(id: str, parts: Parts) -> Measured:
     """How well the tip followed, over all and in each cycle, from the data; 404 when there is no such recording."""
-    parts.store.path(id)  # what is no recording costs no process
+    await parts.look(parts.store.path, id)  # what is no recording costs no process
     async with parts.export_lock:
         return await asyncio.to_thread(apart, measured, parts.store.folder, id)
 
@@ -99,13 +99,13 @@ async def recording_metrics(id: str, parts: Parts) -> Measured:
 @router.patch("/api/recordings/{id}")
 async def edit_recording(id: str, body: Edit, parts: Parts, who: Me) -> Recording:
     """Change name, tags, notes or star; 404 when there is no such recording."""
-    return await asyncio.to_thread(parts.store.edit, id, body)
+    return await parts.look(parts.store.edit, id, body)
 
 
 @router.delete("/api/recordings/{id}", status_code=204)
 async def remove_recording(id: str, parts: Parts, who: Me) -> None:
     """Delete a recording for good; 409 while it is starred or being written."""
-    await asyncio.to_thread(parts.store.remove, id)
+    await parts.look(parts.store.remove, id)
     parts.events.add(f"{who.name}: recording {id} removed")
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from fastapi import APIRouter, Request, Response
 from starlette.responses import FileResponse, PlainTextResponse
 
+from controller.whole_file import is_regular
 from recordings.viewer import FILES
 from server.deps import Parts
 from server.rerun_page import VERSION, rerun_page
@@ -28,6 +29,8 @@ async def file(request: Request, parts: Parts, name: str = "index.html") -> Resp
     if folder is None:
         text = parts.review.problem or "The viewer is being unpacked (once per version). This takes a few seconds."
         return PlainTextResponse(text, 503, {"retry-after": "3", "refresh": "3"})
+    if not is_regular(folder / name):
+        return PlainTextResponse(f"{folder / name} is gone: the next start unpacks it again.", 503)
     if name == "index.html":
         return Response(rerun_page((folder / name).read_bytes()), media_type=TYPES[".html"])
     tag = f'"{VERSION}"'
@@ -40,7 +43,7 @@ async def file(request: Request, parts: Parts, name: str = "index.html") -> Resp
 
 def _file(path: Path, headers: dict[str, str], gzip: bool) -> Response:
     packed = path.with_name(f"{path.name}.gz")
-    if gzip and packed.exists():
+    if gzip and is_regular(packed):
         # The viewer's progress bar needs the length after decompression.
         headers |= {"content-encoding": "gzip", "rerun-final-length": str(path.stat().st_size)}
         return FileResponse(packed, headers=headers, media_type=TYPES[path.suffix])

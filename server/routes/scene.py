@@ -35,7 +35,7 @@ async def play(seat: SeatId, body: PlaybackBody, parts: Parts, who: Me) -> Playb
     place, state = parts.scene.seat(seat, who), parts.recorder.state()
     if state.recording and state.id == body.recording:
         raise CommandRefused("this recording is still written: stop it first")
-    path = parts.store.path(body.recording)
+    path = await parts.look(parts.store.path, body.recording)
     player = place.player
     if player is None or player.id != body.recording:
         player = Player(body.recording, await asyncio.to_thread(_tape, path))

@@ -7,7 +7,7 @@ from pydantic import ValidationError
 
 from controller.errors import CommandRefused
 from controller.parameters import Settings
-from server.deps import Holder, Parts
+from server.deps import Parts, Permitted
 from server.messages import SettingsBody
 from server.problems import malformed
 
@@ -21,15 +21,15 @@ async def read_settings(parts: Parts) -> Settings:
 
 
 @router.patch("/api/settings")
-async def change_settings(body: SettingsBody, parts: Parts, who: Holder) -> Settings:
+async def change_settings(body: SettingsBody, parts: Parts, permit: Permitted) -> Settings:
     """Change some settings; in force (and returned) only when the rig has taken them."""
     async with parts.settings_lock:
         wanted = _merged(parts.operator.settings, body)
-        reply = await asyncio.wrap_future(parts.operator.change(wanted))
+        reply = await asyncio.wrap_future(parts.operator.change(wanted, permit))
         if not reply.accepted:
             raise CommandRefused(reply.detail)
         await parts.keep_settings()
-    parts.events.add(f"{who.name}: {', '.join(f'{name} = {value}' for name, value in body.changes.items())}")
+    parts.events.add(f"{permit.name}: {', '.join(f'{name} = {value}' for name, value in body.changes.items())}")
     return parts.operator.settings
 
 

@@ -1,6 +1,7 @@
 """One lap of a reference, and the rows that lead the rig into it, from wherever its own reference is."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,21 +10,39 @@ from controller.errors import ParameterError
 from controller.kernels.inverse import TOLERANCE, StaticMap
 from controller.kernels.rod import Array
 from controller.link import ENDLESS
-from controller.parameters import RigParameters
+from controller.parameters import RigParameters, Settings
 from controller.reference import library
-from controller.reference.approach import blended
+from controller.reference.bounds import Limits, place, stretches, window_rows, worst
 from controller.reference.reach import static_tips
 from controller.reference.reference import Reference
-from controller.reference.within_reach import Carried, projected
+from controller.reference.travel import travel
+from controller.reference.within_reach import projected
+from server.drawings.planned import operator_limits, rig_limits
 
-APPROACH = 2000
-"""Ticks from where the rig's reference is to the shape, and of the way back from its end to its start."""
-SHORT_APPROACH = 500
-"""Ticks back onto a path that was left within SHORT_WAY."""
+APPROACH = 2.0
+"""Least time from where the rig's reference is to the shape, and of the way back from its end to its start [s]."""
+SHORT_APPROACH = 0.5
+"""The same back onto a path that was left within SHORT_WAY [s]."""
 SHORT_WAY = 10e-3
 """[m]"""
+PAUSE = 0.1
+"""Least time at a seam at which the arm has nowhere to go back to, but is too fast to go on at once [s]."""
+SAME_POSE = 1e-3
+"""Torques that differ by less are one pose of the arm [N m]."""
+RUN_UP, RUN_UP_MAX = 0.1, 20.0
+"""Shortest and longest time in which a path that was left in motion is joined from rest [s]."""
 ON_GRID = 1e-6
 """So near to a tick a period ends on it [ticks]."""
+
+
+class Allowed(NamedTuple):
+    """What the rows of a run are held within."""
+
+    shape: Limits
+    travel: Limits
+    """Of approaches and ways back, which are ours."""
+    dt: float
+    """Period of the rows [s]."""
 
 
 @dataclass(frozen=True)
@@ -38,13 +57,23 @@ class Lap:
     back: int
     """So many rows at its end are a way back to its start, which is left out after the last lap."""
     u: Array
-    """Torques (2,) [N m] at the very first row."""
+    """Torques (m + n, 2) [N m] that hold `lead` and `p`."""
     frequency: tuple[float, float] | None
     """[Hz] of x and y where the laps are periodic."""
+    travel: np.ndarray
+    """(n,) of bool: rows of `p` that only lead to another pose of the arm, or back to the start."""
+    allowed: Allowed
+    steps: tuple[int, ...] = ()
+    """Rows of `p` at which a declared step begins."""
 
     def rows(self, laps: int | None) -> int:
         """How many rows so many laps have; None: without end."""
         return ENDLESS if laps is None else laps * len(self.p) - self.back
+
+    @property
+    def torques(self) -> Array:
+        """(n, 2) [N m] of `p`."""
+        return self.u[len(self.lead) :]
 
 
 @dataclass(frozen=True)
@@ -53,17 +82,28 @@ class Leg:
 
     p: Array
     """Rows (n, 2) [m]."""
+    u: Array
+    """Torques (n, 2) [N m] that hold them."""
+    travel: np.ndarray
+    """(n,) of bool: rows that are not judged."""
     again: int
     """Row that comes after the last one: the first of the shape."""
     done: int
     """Rows of the shape that were followed in earlier legs."""
     ticks: int
     """Rows to follow in all."""
+    steps: bool = False
+    """It declares that it steps."""
 
-    def at(self, index: Array) -> Array:
-        """Where the reference is at the rows `index` (k,) counted from the leg's first: (k, 2) [m]."""
+    def row(self, index: np.ndarray) -> np.ndarray:
+        """Rows of `p` that come at `index` (k,), counted from the leg's first tick."""
         repeating = self.again + (index - self.again) % (len(self.p) - self.again)
-        return self.p[np.where(index < len(self.p), index, repeating)]
+        return np.where(index < len(self.p), index, repeating)
+
+    def at(self, index: np.ndarray) -> Array:
+        """Where the reference is at the ticks `index` (k,) counted from the leg's first: (k, 2) [m]."""
+        found: Array = self.p[self.row(index)]
+        return found
 
 
 @dataclass(frozen=True)
@@ -76,24 +116,60 @@ class Place:
     """Feedforward torques (2,) [N m] there."""
 
 
-def lap_of(reference: Reference, rig: RigParameters, laps: int | None) -> Lap:
+def lap_of(reference: Reference, rig: RigParameters, laps: int | None, allowed: Allowed | None = None) -> Lap:
     """`reference` once, or closed if it is to be repeated: by its period, by its steps, or by a way back in u.
 
-    Raises ParameterError if it does not fit the rig's memory.
+    `allowed`: what the operator allows; the settings at the start without it. Raises ParameterError if it does not fit
+    the rig's memory.
     """
-    smap = library.static_map(rig.actuator, rig.controller)
-    begin = min(reference.start, round(library.APPROACH / rig.controller.dt))
-    lead, shape = reference.p[begin : reference.start], reference.p[reference.start :]
-    path = projected(smap, reference.p[begin:])
-    period = period_rows(reference, len(shape), rig.controller.dt)
-    way_back = np.empty((0, 2))
-    if laps != 1 and period:
-        shape = shape[:period]
-    elif laps != 1 and not reference.steps:
-        shape, way_back = closed(smap, shape, path)
-    _require_room(APPROACH + len(lead) + len(shape) + len(way_back), rig.controller.dt)
-    frequencies = None if len(way_back) else frequencies_of(reference)
-    return Lap(reference.name, lead, np.vstack([shape, way_back]), len(way_back), path.u, frequencies)
+    allowed = allowed or allowed_by(rig, Settings(), drawn=False)
+    smap, begin, start = library.static_map(rig.actuator, rig.controller), reference.led, reference.start
+    u = projected(smap, reference.p[begin:]).u if reference.u is None else reference.u[begin:]
+    lead, shape, lead_u, torques = reference.p[begin:start], reference.p[start:], u[: start - begin], u[start - begin :]
+    marked = np.zeros(len(shape), bool) if reference.travel is None else reference.travel[start:]
+    steps = tuple(row - start for row in reference.steps)
+    period = period_rows(reference, len(shape), allowed.dt)
+    way_back = np.empty((0, 2)), np.empty((0, 2))
+    if laps != 1 and not steps:
+        if period and _goes_on(shape[:period], torques[:period], allowed):
+            shape, torques, marked = shape[:period], torques[:period], marked[:period]
+        elif _closes(shape, torques) and _goes_on(shape[:-1], torques[:-1], allowed):
+            shape, torques, marked = shape[:-1], torques[:-1], marked[:-1]
+        else:
+            least = PAUSE if _closes(shape, torques) else APPROACH
+            p, u = travel(smap, torques[-1], torques[0], allowed.travel, allowed.dt, least)
+            way_back = p[1:], u[1:]
+    back = len(way_back[0])
+    _require_room(round(APPROACH / allowed.dt) + len(lead) + len(shape) + back, allowed.dt)
+    return Lap(
+        name=reference.name,
+        lead=lead,
+        p=np.vstack([shape, way_back[0]]),
+        back=back,
+        u=np.vstack([lead_u, torques, way_back[1]]),
+        frequency=None if back else frequencies_of(reference),
+        travel=np.concatenate([marked, np.ones(back, bool)]),
+        allowed=allowed,
+        steps=steps,
+    )
+
+
+def allowed_by(rig: RigParameters, settings: Settings, drawn: bool) -> Allowed:
+    """What `settings` allow a drawing; the paper's own references keep within the rig's own limits instead."""
+    operator = operator_limits(rig, settings)
+    return Allowed(operator if drawn else rig_limits(rig), operator, rig.controller.dt)
+
+
+def _closes(p: Array, u: Array) -> bool:
+    """Whether rows end where they begin, in the same pose of the arm."""
+    return bool(np.linalg.norm(p[-1] - p[0]) < TOLERANCE and np.abs(u[-1] - u[0]).max() < SAME_POSE)
+
+
+def _goes_on(p: Array, u: Array, allowed: Allowed) -> bool:
+    """Whether the first row may come after the last one at once."""
+    apart = 2 * window_rows(allowed.dt)
+    seam_p, seam_u = (np.vstack([rows[-apart:], rows[:apart]]) for rows in (p, u))
+    return worst(seam_p, seam_u, allowed.shape, allowed.dt) is None
 
 
 def frequencies_of(reference: Reference) -> tuple[float, float] | None:
@@ -115,27 +191,97 @@ def period_rows(reference: Reference, rows: int, dt: float) -> int:
     return round(one * int(counts[off <= off.min() + ON_GRID][-1]))
 
 
-def closed(smap: StaticMap, p: Array, path: Carried) -> tuple[Array, Array]:
-    """The path p (n, 2) [m], and the way back from its end to its start, which are those of `path`."""
-    if np.linalg.norm(p[-1] - p[0]) < TOLERANCE:
-        return p[:-1], np.empty((0, 2))
-    return p, blended(smap, path.u_end, path.u, APPROACH)[1:]
-
-
 def first_leg(smap: StaticMap, lap: Lap, laps: int | None, u: Array) -> Leg:
-    """From the torques u (2,) [N m] at which the rig is, through so many laps."""
-    led = np.vstack([blended(smap, u, lap.u, APPROACH), lap.lead])
-    return Leg(np.vstack([led, lap.p]), len(led), 0, len(led) + lap.rows(laps))
+    """From the torques u (2,) [N m] at which the rig is, through so many laps. ParameterError beyond the limits."""
+    p, led_u = travel(smap, u, lap.u[0], lap.allowed.travel, lap.allowed.dt, APPROACH)
+    led = np.vstack([p, lap.lead])
+    unjudged = np.ones(len(led), bool)
+    return checked(
+        Leg(
+            p=np.vstack([led, lap.p]),
+            u=np.vstack([led_u, lap.u]),
+            travel=np.concatenate([unjudged, lap.travel]),
+            again=len(led),
+            done=0,
+            ticks=len(led) + lap.rows(laps),
+            steps=bool(lap.steps),
+        ),
+        lap,
+    )
 
 
 def next_leg(smap: StaticMap, lap: Lap, laps: int | None, u: Array, left: Place) -> Leg:
-    """From the torques u (2,) [N m] at which the rig is back to where the path was left, and on to the end."""
+    """From the torques u (2,) [N m] at which the rig is back to where the path was left, and on to the end.
+
+    What was left in motion is joined in motion: the run-up begins on the path before that place. Raises ParameterError
+    beyond the limits.
+    """
     if not left.done:
         return first_leg(smap, lap, laps, u)
-    apart = np.linalg.norm(static_tips(smap, u) - static_tips(smap, left.u))
-    led = blended(smap, u, left.u, SHORT_APPROACH if apart < SHORT_WAY else APPROACH)
-    onward = np.roll(lap.p, -left.done, axis=0)
-    return Leg(np.vstack([led, onward]), len(led), left.done, len(led) + lap.rows(laps) - left.done)
+    seconds = RUN_UP
+    while True:
+        rows = run_up(left.done, seconds, lap.allowed.dt)
+        leg = _joined_leg(smap, lap, laps, u, left.done, rows)
+        if seconds >= RUN_UP_MAX or not rows[0] or excess_of(leg, lap) is None:
+            return checked(leg, lap)
+        seconds *= 1.5
+
+
+def run_up(done: int, seconds: float, dt: float) -> Array:
+    """Where on the path (k,) [rows, not whole] a run-up of `seconds` is at every tick, to be at row `done` next.
+
+    From rest, and from the path's own pace on; from its first row where there are not as many before.
+    """
+    ticks = round(seconds / dt)
+    x = np.arange(ticks) / ticks
+    at = done - 0.5 * ticks + ticks * (x**3 - 0.5 * x**4)
+    return np.arange(done, dtype=float) if at[0] < 0.0 else at
+
+
+def _joined_leg(smap: StaticMap, lap: Lap, laps: int | None, u: Array, done: int, rows: Array) -> Leg:
+    """The travel to the first of `rows` (k,) of the path, those rows, and what is left of the laps from `done` on."""
+    n, torques = len(lap.p), lap.torques
+    lower = np.floor(rows).astype(int)
+    share = (rows - lower)[:, None]
+    up_p, up_u = (a[lower % n] + share * (a[(lower + 1) % n] - a[lower % n]) for a in (lap.p, torques))
+    here, there = static_tips(smap, u), static_tips(smap, up_u[0])
+    least = SHORT_APPROACH if np.linalg.norm(here - there) < SHORT_WAY else APPROACH
+    p, led_u = travel(smap, u, up_u[0], lap.allowed.travel, lap.allowed.dt, least)
+    led = len(p) + len(rows)
+    return Leg(
+        p=np.vstack([p, up_p, np.roll(lap.p, -done, axis=0)]),
+        u=np.vstack([led_u, up_u, np.roll(torques, -done, axis=0)]),
+        travel=np.concatenate([np.ones(led, bool), np.roll(lap.travel, -done)]),
+        again=led,
+        done=done,
+        ticks=led + lap.rows(laps) - done,
+        steps=bool(lap.steps),
+    )
+
+
+def checked(leg: Leg, lap: Lap) -> Leg:
+    """`leg` itself. ParameterError with place and figure if any row that will be followed is beyond the limits."""
+    _require_room(len(leg.p), lap.allowed.dt)
+    if found := excess_of(leg, lap):
+        raise ParameterError(f"{lap.name}: {found}")
+    return leg
+
+
+def excess_of(leg: Leg, lap: Lap) -> str | None:
+    """Where and by how much the leg is beyond the limits, laps and end included; None where it is within."""
+    for row in stretches(len(leg.p), leg.again, leg.ticks, lap.allowed.dt):
+        found = worst(leg.p[row], leg.u[row], lap.allowed.shape, lap.allowed.dt, _steps(leg, lap, row))
+        if found:
+            return f"{place(leg.p, int(row[found.row]), lap.allowed.dt)}: {found}"
+    return None
+
+
+def _steps(leg: Leg, lap: Lap, row: Array) -> tuple[int, ...]:
+    """Which of the rows `row` (k,) of a leg begin a declared step."""
+    if not lap.steps:
+        return ()
+    declared = [leg.again + (step - leg.done) % len(lap.p) for step in lap.steps]
+    return tuple(np.flatnonzero(np.isin(row, declared)).tolist())
 
 
 def _require_room(rows: int, dt: float) -> None:

@@ -1,14 +1,18 @@
 """What came of the last runs, kept over a restart of the server."""
 
+import logging
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 from pydantic import TypeAdapter
 
-from controller.whole_file import write_whole
 from server.runs.messages import RunResult
+from server.state_file import StateFile
 
 KEPT = 100
 _LIST: TypeAdapter[list[RunResult]] = TypeAdapter(list[RunResult])
+
+log = logging.getLogger(__name__)
 
 
 class Results:
@@ -16,11 +20,10 @@ class Results:
 
     def __init__(self, path: Path) -> None:
         """Read what an earlier server kept; nothing when there is none, or none that this version understands."""
-        self._path = path
-        try:
-            self._kept = _LIST.validate_json(path.read_bytes())
-        except (OSError, ValueError):  # ValidationError is a ValueError
-            self._kept = []
+        self._file = StateFile(path, _LIST.validate_json, "the results of earlier runs are missing")
+        self._kept = self._file.read() or []
+        self._saver = ThreadPoolExecutor(1, "results")
+        self._saving: Future[None] | None = None
 
     @property
     def newest(self) -> RunResult | None:
@@ -36,7 +39,23 @@ class Results:
         return list(self._kept)
 
     def add(self, result: RunResult) -> None:
-        """Keep one more; raises OSError where it will not outlive this server."""
+        """Keep one more: on the disk a moment later, as nobody here may wait for that.
+
+        Raises OSError where the one before, or this one, will not outlive this server.
+        """
         self._kept = [result, *self._kept[: KEPT - 1]]
-        self._path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(self._path, _LIST.dump_json(self._kept), lasting=False)  # the event loop must not wait for a disk
+        before, self._saving = self._saving, self._saver.submit(self._save, _LIST.dump_json(self._kept))
+        if before is not None and before.done() and (error := before.exception()) is not None:
+            raise error
+
+    def close(self) -> None:
+        """Wait until the last one is kept."""
+        self._saver.shutdown()
+
+    def _save(self, text: bytes) -> None:
+        try:
+            self._file.path.parent.mkdir(parents=True, exist_ok=True)
+            self._file.write(text)
+        except OSError as error:
+            log.warning("the results of the last runs will not outlive this server: %s", error)
+            raise

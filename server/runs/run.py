@@ -6,10 +6,12 @@ from datetime import datetime
 
 import numpy as np
 
+from controller.kernels.rod import Array
 from controller.modes import Cause, Mode
 from server.channels import Rows
 from server.runs.laps import Lap, Leg, Place
-from server.runs.messages import Phase, RunResult, RunState
+from server.runs.messages import RunResult, RunState
+from server.runs.phases import Event, Machine, Phase
 from server.runs.tally import Tally
 from server.watch import words
 
@@ -29,63 +31,55 @@ class About:
     """Period of the rows [s]."""
 
 
-class Run:
-    """Give it every row from the request to track a leg on, in order; between two legs it is paused."""
+@dataclass(frozen=True)
+class Before:
+    """The rig's row in HOLD from which a leg is asked for: what comes after it tells of the leg."""
 
-    def __init__(self, about: About, leg: Leg, recording: str | None) -> None:
-        self.about = about
+    tick: int = -1
+    request_n: int = 0
+
+
+class Run:
+    """Give it every row from the request to track a leg on, in order; between two legs it is paused.
+
+    The rows move `machine`, which others move too.
+    """
+
+    def __init__(self, about: About, leg: Leg, machine: Machine, before: Before, recording: str | None = None) -> None:
+        self.about, self.machine = about, machine
         self.recording = recording
-        self.phase: Phase = "approach"
-        self.reason = ""
-        self.left = Place(0, about.lap.u)
+        self.left = Place(0, about.lap.u[0])
         """How far it is, for the next leg."""
-        self._leg = leg
+        self._leg, self._before = leg, before
         self._first: int | None = None
         self._moved = 0
         self._error: float | None = None
         self._tally = Tally(about.lap.frequency)
-        self._asked: tuple[Phase, str] | None = None
+        self._noted = 0
+        self._notes: list[tuple[int, int]] = []
+
+    def notes(self) -> list[tuple[int, int]]:
+        """First tick and end of each stretch that is not judged and that began since this was asked last."""
+        notes, self._notes = self._notes, []
+        return notes
 
     @property
-    def moving(self) -> bool:
-        """Whether the rig tracks it, or is about to."""
-        return self.phase in ("approach", "running")
+    def tracked(self) -> bool:
+        """Whether the rig was seen to track this leg."""
+        return self._first is not None
 
-    @property
-    def ended(self) -> bool:
-        """Whether nothing more comes of it."""
-        return not self.moving and self.phase != "paused"
-
-    @property
-    def approach(self) -> tuple[int, int] | None:
-        """First tick and end of what led into the shape since the start or the last pause; None before it began."""
-        return None if self._first is None else (self._first, self._first + self._leg.again)
-
-    def begin(self, leg: Leg) -> None:
-        """The rig tracks another leg, after a pause."""
-        self.phase, self.reason = "approach", ""
-        self._leg, self._first, self._asked = leg, None, None
+    def begin(self, leg: Leg, before: Before) -> None:
+        """The rig is asked to track another leg, after a pause."""
+        self._leg, self._before, self._first = leg, before, None
         self._tally.pause()
-
-    def ask(self, phase: Phase, reason: str) -> None:
-        """The rig is asked to hold: that it then holds is to mean `phase`, because of `reason`."""
-        self._asked = phase, reason
-
-    def unask(self) -> None:
-        """The rig refused, so a hold means again what the rig says."""
-        self._asked = None
-
-    def end(self, phase: Phase, reason: str) -> None:
-        """It is over, or paused."""
-        self.phase, self.reason, self._error = phase, reason, None
 
     def take(self, rows: Rows) -> None:
         """Telemetry rows (n,), oldest first."""
-        if self.moving:
+        if self.machine.moving:
             rows = self._track(rows)
         elsewhere = rows[~np.isin(rows["mode"], READY)]
-        if self.phase == "paused" and len(elsewhere):
-            self._end_by(elsewhere[0])
+        if self.machine.phase in (Phase.PAUSED, Phase.RETURNING) and len(elsewhere):
+            self._leave(elsewhere[0])
 
     def state(self) -> RunState:
         """As the page shows it."""
@@ -94,14 +88,14 @@ class Run:
         return RunState(
             id=about.id,
             name=about.lap.name,
-            state=self.phase,
-            reason=self.reason,
+            state=self.machine.shown,
+            reason="" if self.machine.moving else self.machine.reason,
             lap=max(done - 1, 0) // lap + 1,
             laps=about.laps,
             elapsed=self._moved * about.dt,
             duration=lap * about.dt,
             progress=share,
-            error=self._error,
+            error=self._error if self.machine.moving else None,
             error_rms=self._tally.rmse,
             recording=self.recording,
         )
@@ -109,14 +103,14 @@ class Run:
     def result(self) -> RunResult:
         """What came of it."""
         about, done = self.about, self.left.done
-        whole = self.phase == "done" and about.laps is not None
+        whole = self.machine.phase == Phase.DONE and about.laps is not None
         return RunResult(
             id=about.id,
             name=about.lap.name,
             time=about.time,
             laps=float(about.laps or 0) if whole else done / len(about.lap.p),
-            state=self.phase,
-            reason=self.reason,
+            state=self.machine.shown,
+            reason=self.machine.reason,
             duration=self._moved * about.dt,
             recording=self.recording,
             **self._tally.figures().model_dump(),
@@ -126,39 +120,54 @@ class Run:
         """Follow the rows in TRACK; the rows after them."""
         on = rows["mode"] == Mode.TRACK
         if self._first is None:
-            if not on.any():
-                return rows[:0]
-            rows, on = rows[np.argmax(on) :], on[np.argmax(on) :]
-            self._first = int(rows["tick"][0])
+            rows, on = self._answered(rows)
+            if not len(rows) or not on[0]:
+                return self._leave(rows[0], rows[1:]) if len(rows) else rows
+            self._first = self._noted = int(rows["tick"][0])
         count = len(rows) if on.all() else int(np.argmin(on))
         if count:
             self._follow(rows[:count], self._first)
-        if count < len(rows):
-            self._leave(rows[count])
-        return rows[count:]
+        return self._leave(rows[count], rows[count:]) if count < len(rows) else rows[count:]
+
+    def _answered(self, rows: Rows) -> tuple[Rows, np.ndarray]:
+        """The rows from the first on that tells what became of the request to track, and which are in TRACK.
+
+        A rig that took it may have left TRACK in the same tick: no row shows it, but the number of the request rises.
+        """
+        on = rows["mode"] == Mode.TRACK
+        asked = (rows["request_n"] > self._before.request_n) & (rows["request_cause"] == Cause.NONE)
+        tells = (rows["tick"] > self._before.tick) & (on | asked | ~np.isin(rows["mode"], READY))
+        first = int(np.argmax(tells)) if tells.any() else len(rows)
+        return rows[first:], on[first:]
 
     def _follow(self, rows: Rows, first: int) -> None:
         leg, index = self._leg, rows["tick"] - first
-        p_ref, judged = leg.at(index), index >= leg.again
-        self._tally.add(p_ref[judged], rows[judged])
+        judged = ~leg.travel[leg.row(index)]
+        self._note(rows["tick"][~judged], first)
+        self._tally.add(rows[judged])
         self._moved += len(rows)
-        self.phase = "running" if judged[-1] else "approach"
         self.left = Place(leg.done + max(0, int(index[-1]) + 1 - leg.again), rows["u_ff"][-1].copy())
-        error = float(np.linalg.norm(p_ref[-1] - rows["p_meas"][-1]))
+        error = float(np.linalg.norm(rows["p_ref"][-1] - rows["p_meas"][-1]))
         self._error = error if math.isfinite(error) else None
+        self.machine.meet(Event.SHAPE if index[-1] >= leg.again else Event.LEAD)
 
-    def _leave(self, row: np.void) -> None:
-        """The rig no longer tracks: because it is done, or was asked to hold, or by itself."""
-        if row["cause"] == Cause.REFERENCE_DONE:
-            self.end("done", "")
-        elif self._asked and (row["mode"], row["cause"]) == (Mode.HOLD, Cause.OPERATOR):
-            self.end(*self._asked)
-        else:
-            self._end_by(row)
+    def _note(self, ticks: Array, first: int) -> None:
+        """Note the stretches of travel that the ticks (k,) are in, to their ends."""
+        while len(ticks := ticks[ticks >= self._noted]):
+            tick = int(ticks[0])
+            row = int(self._leg.row(np.array([tick - first]))[0])
+            judged = np.flatnonzero(~self._leg.travel[row:])
+            self._noted = tick + (int(judged[0]) if judged.size else len(self._leg.travel) - row)
+            self._notes.append((tick, self._noted))
 
-    def _end_by(self, row: np.void) -> None:
+    def _leave(self, row: np.void, rest: Rows | None = None) -> Rows:
+        """The rig no longer tracks: because it is done, or was asked for something else, or by itself."""
         mode, cause = Mode(int(row["mode"])), Cause(int(row["cause"]))
-        if cause == Cause.OPERATOR and mode != Mode.E_STOP:
-            self.end("stopped", f"the operator asked for {words(mode)}")
+        if cause == Cause.REFERENCE_DONE:
+            self.machine.meet(Event.FINISHED)
+        elif cause == Cause.OPERATOR and mode != Mode.E_STOP:
+            event = Event.HELD if mode == Mode.HOLD else Event.REDIRECTED
+            self.machine.meet(event, f"the operator asked for {words(mode)}")
         else:
-            self.end("broken off", f"{words(mode)} ({words(cause)})")
+            self.machine.meet(Event.LEFT, f"{words(mode)} ({words(cause)})")
+        return np.empty(0, row.dtype) if rest is None else rest

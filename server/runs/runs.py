@@ -1,108 +1,117 @@
-"""The run under way: from what an operator asks for, over the rig's TRACK, to the result that is kept."""
+"""The run under way: from what an operator asks for, over the rig's TRACK, to the result that is kept.
+
+Requests, replies, rows and time are events of one state machine (`phases.py`): every look reads the rows and judges
+the time, whatever is being waited for, and a request goes on only while the run is in the phase that it waits in.
+"""
 
 import asyncio
 import contextlib
 import time
+from collections.abc import Callable, Coroutine, Iterator
 from datetime import UTC, datetime
+from typing import Any, TypeVar
 
-from controller.errors import CommandRefused, TendrilError
+from controller.errors import CommandRefused, NotAllowed, RigUnreachable, TendrilError
 from controller.kernels.inverse import StaticMap
+from controller.messages import RigInfo
+from controller.modes import Request
 from controller.parameters import RigParameters, Settings
 from controller.reference.library import static_map
-from server.auth import Identity
 from server.automatic import Automatic
 from server.drawings.planned import wanted
 from server.events import EventLog, Level
-from server.lease import OperatorLease
+from server.permit import Permit, own
 from server.runs.inbox import Inbox
-from server.runs.laps import Lap, Leg, first_leg, lap_of, next_leg
+from server.runs.laps import Lap, Leg, allowed_by, first_leg, lap_of, next_leg
 from server.runs.messages import RunBody, RunResult, RunState
+from server.runs.phases import CLOSES, DEADLINES, HALTING, MOVING, Closes, Event, Machine, Phase
 from server.runs.results import Results
-from server.runs.run import About, Run
-from server.runs.tracker import PATIENCE, POLL, Tracker
+from server.runs.run import About, Before, Run
+from server.runs.tracker import POLL, Tracker
 
 GONE = 5.0
 """A rig that is silent for so long ends its run [s]."""
+STRAY, AGAIN = 0.5, 1.0
+"""A rig that tracks though no run is in motion is asked to hold after so long, and again every so often [s]."""
 UPDATES = 8
 """How often pages are told of a run in motion [Hz]."""
+ASKED = (Phase.STARTING, Phase.RESUMING)
+"""The rig was asked to track, and no row has shown it yet."""
+
+T = TypeVar("T")
 
 
 class Runs:
     """At most one run at a time. Only the event loop uses it, but for `inbox`, which the link fills."""
 
     def __init__(
-        self, tracker: Tracker, lease: OperatorLease, automatic: Automatic, events: EventLog, results: Results
+        self,
+        tracker: Tracker,
+        automatic: Automatic,
+        events: EventLog,
+        results: Results,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.inbox = Inbox()
-        self._tracker, self._lease, self._automatic = tracker, lease, automatic
-        self._events, self._results = events, results
+        self._tracker, self._automatic = tracker, automatic
+        self._events, self._results, self._clock = events, results, clock
+        self._machine: Machine | None = None
         self._run: Run | None = None
-        self._who: Identity | None = None
+        self._earlier: Run | None = None
+        """What is shown again if the run is refused."""
+        self._permit = own()
         self._life: int | None = None
-        self._lock = asyncio.Lock()
+        self._stray = 0.0
 
-    async def start(self, body: RunBody, who: Identity) -> RunState:
-        """Plan, approach from where the rig's reference is, and follow.
+    async def start(self, body: RunBody, permit: Permit) -> RunState:
+        """Plan, approach from where the rig's reference is, and follow; returns once a row shows that it began.
 
         Raises CommandRefused where the rig cannot or a run is under way, UnknownReference, and ParameterError for a
         drawing or reference that cannot be followed.
         """
-        async with self._lock:
-            self._require_free()
-            info, settings = self._tracker.require_ready(), self._tracker.settings
-            lap = await asyncio.to_thread(_plan, body, info.parameters, settings)
-            leg = first_leg(_map(info.parameters), lap, body.laps, await self._tracker.hold())
-            if body.record:
-                await self._automatic.begin_run(lap.name, who.name)
-            try:
-                await self._track(leg)
-            except TendrilError:
-                self._automatic.end_run()
-                raise
-            number, dt = self._results.next_id(), info.parameters.controller.dt
-            run = Run(About(number, lap, body.laps, datetime.now(UTC), dt), leg, self._recording())
-            self._run, self._who, self._life = run, who, info.boot
-            self._tell(f"started by {who.name}")
-            return run.state()
+        self._require_free()
+        info = self._tracker.require_ready()
+        machine = self._machine = Machine(self._clock)
+        self._permit, self._life, self._earlier = permit, info.boot, self._run
+        with self._refusing(machine):
+            leg, before, about = await self._prepare(machine, body, info)
+            self._run = Run(about, leg, machine, before, self._automatic.recording())
+            await self._track(machine)
+        return self._run.state()
 
-    async def pause(self, who: Identity) -> RunState:
+    async def pause(self, permit: Permit) -> RunState:
         """Hold, and remember where; raises CommandRefused when no run is in motion."""
-        async with self._lock:
-            run = self._require_run()
-            if not run.moving:
-                raise CommandRefused(f"run {run.about.id} is {run.phase}")
-            run.ask("paused", f"by {who.name}")
-            await self._halt(run)
-            if run.phase == "paused":
-                self._tell(f"paused by {who.name}")
-            return run.state()
+        run = self._require_run()
+        if not self._meet(Event.PAUSE, f"by {permit.name}"):
+            raise CommandRefused(f"run {run.about.id} is {run.machine.phase.value}")
+        await self._halt(run, permit)
+        return run.state()
 
-    async def resume(self, who: Identity) -> RunState:
+    async def resume(self, permit: Permit) -> RunState:
         """Go on where it was paused; raises CommandRefused when no run is paused, or the rig cannot."""
-        async with self._lock:
-            run = self._require_run()
-            if run.phase != "paused":
-                raise CommandRefused(f"run {run.about.id} is not paused")
-            smap, about = _map(self._tracker.require_ready().parameters), run.about
-            leg = next_leg(smap, about.lap, about.laps, await self._tracker.hold(), run.left)
-            await self._track(leg)
-            run.begin(leg)
-            self._who = who
-            self._tell(f"resumed by {who.name}")
-            return run.state()
+        run = self._require_run()
+        if not self._meet(Event.RESUME, run.machine.reason):
+            raise CommandRefused(f"run {run.about.id} is not paused")
+        self._permit = permit
+        with self._refusing(run.machine):
+            await self._return(run)
+            await self._track(run.machine)
+        return run.state()
 
-    async def stop(self, who: Identity) -> RunState:
-        """Hold, and end the run; raises CommandRefused when there is none."""
-        async with self._lock:
-            run, reason = self._require_run(), f"by {who.name}"
-            if run.moving:
-                run.ask("stopped", reason)
-                await self._halt(run)
-            else:
-                await self._tracker.hold()
-                run.end("stopped", reason)
-                self._look()
-            return run.state()
+    async def stop(self, permit: Permit) -> RunState:
+        """Hold, and end the run, whatever it waits for; raises CommandRefused when there is none."""
+        permit.require(Request.HOLD)
+        if self._machine is not None and self._machine.phase == Phase.PREPARING:
+            self._meet(Event.STOP, f"stopped by {permit.name} before it began")
+            raise CommandRefused("the run was still being prepared; it does not begin")
+        run = self._require_run()
+        if not self._meet(Event.STOP, f"by {permit.name}"):
+            raise CommandRefused(f"run {run.about.id} is {run.machine.phase.value}")
+        if run.machine.ended:
+            await self._tracker.halt(own())
+        else:
+            await self._halt(run, own())  # whatever becomes of the lease meanwhile
+        return run.state()
 
     def state(self) -> RunState | None:
         """The run under way, or how the last one ended; None before the first."""
@@ -124,48 +133,176 @@ class Runs:
         return state.id, state.state, state.reason, int(state.elapsed * UPDATES)
 
     def look(self) -> None:
-        """Called at every beat: read the rig's rows. What is being asked of the rig reads them itself."""
-        if not self._lock.locked():
-            self._look()
+        """Called at every beat: read the rig's rows, then judge lease and time."""
+        machine = self._machine
+        if machine is not None and not machine.ended:
+            self._read(machine)
+            self._judge(machine)
+        if machine is None or not machine.moving:
+            self._look_for_strays()
 
     def close(self) -> None:
-        """The server ends, and the rig will hold: keep what came of the run so far."""
-        if self._run is not None and not self._run.ended:
-            self._run.end("broken off", "the server ended")
-            self.inbox.close()
-            with contextlib.suppress(OSError):
-                self._results.add(self._run.result())
-
-    def _look(self) -> None:
-        run = self._run
-        if run is None or run.ended:
+        """The server ends, and the rig will hold: keep what came of the run so far. The recorder ends by itself."""
+        machine, run = self._machine, self._run
+        if machine is None or not machine.meet(Event.CLOSED, "the server ended"):
             return
-        batches = list(self.inbox.batches())  # before the life: a new one is known before its rows come
-        self._look_around(run)
-        before = run.approach
+        self.inbox.close()
+        if run is not None and machine.phase == Phase.BROKEN:
+            with contextlib.suppress(OSError):
+                self._results.add(run.result())
+
+    async def _prepare(self, machine: Machine, body: RunBody, info: RigInfo) -> tuple[Leg, Before, About]:
+        """Everything before the rig is asked to track."""
+        planning = asyncio.to_thread(_plan, body, info.parameters, self._tracker.settings)
+        lap = await self._while(machine, planning)
+        held = await self._while(machine, self._tracker.hold(self._permit))
+        leading = asyncio.to_thread(first_leg, _map(info.parameters), lap, body.laps, held.u)
+        leg = await self._while(machine, leading)
+        if body.record:
+            await self._while(machine, self._automatic.begin_run(lap.name, self._permit.name))
+        await self._while(machine, self._tracker.upload(leg, self._permit))
+        number, dt = self._results.next_id(), info.parameters.controller.dt
+        return leg, held.before, About(number, lap, body.laps, datetime.now(UTC), dt)
+
+    async def _return(self, run: Run) -> None:
+        """Everything before the rig is asked to track again."""
+        smap, about = _map(self._tracker.require_ready().parameters), run.about
+        held = await self._while(run.machine, self._tracker.hold(self._permit))
+        leading = asyncio.to_thread(next_leg, smap, about.lap, about.laps, held.u, run.left)
+        leg = await self._while(run.machine, leading)
+        await self._while(run.machine, self._tracker.upload(leg, self._permit))
+        run.begin(leg, held.before)
+
+    async def _track(self, machine: Machine) -> None:
+        """Ask the rig to track, and wait until its rows tell. Where its answer is lost they tell all the same."""
+        if not self.inbox.is_open:
+            self.inbox.open()
+        self._meet(Event.READY)
+        unanswered = await self._answer(machine, ASKED, self._tracker.track(self._permit))
+        await self._rows(machine, ASKED)
+        if unanswered and machine.ended:
+            raise unanswered
+
+    async def _halt(self, run: Run, permit: Permit) -> None:
+        """Let the rig hold, and wait until the rows have said so. Where it cannot, the run goes on."""
+        try:
+            unanswered = await self._answer(run.machine, HALTING, self._tracker.halt(permit))
+        except TendrilError:
+            if run.tracked:
+                self._meet(Event.UNHELD)
+            raise
+        await self._rows(run.machine, HALTING)
+        if unanswered and run.machine.phase == Phase.BROKEN:
+            raise unanswered
+
+    async def _answer(
+        self, machine: Machine, within: tuple[Phase, ...], asking: Coroutine[Any, Any, object]
+    ) -> RigUnreachable | None:
+        """Wait for the rig's answer while the run is `within`; the error where there was none."""
+        try:
+            await self._while(machine, asking, within)
+        except RigUnreachable as error:
+            return error
+        except _Left:
+            pass
+        return None
+
+    async def _rows(self, machine: Machine, within: tuple[Phase, ...]) -> None:
+        """Wait until rows, or the time, have led the run out of `within`."""
+        self.look()
+        while self._machine is machine and machine.phase in within:
+            await asyncio.sleep(POLL)
+            self.look()
+
+    async def _while(
+        self, machine: Machine, work: Coroutine[Any, Any, T], within: tuple[Phase, ...] | None = None
+    ) -> T:
+        """What comes of `work`; CommandRefused as soon as the run has left the phase that it is in."""
+        phases, task = within or (machine.phase,), asyncio.ensure_future(work)
+        try:
+            while not task.done() and machine.phase in phases:
+                await asyncio.wait([task], timeout=POLL)
+                self.look()
+        finally:
+            task.cancel()
+            task.add_done_callback(lambda done: done.cancelled() or done.exception())
+        if machine.phase not in phases:
+            raise _Left(": ".join(filter(None, [f"the run is {machine.phase.value}", machine.reason])))
+        return task.result()
+
+    @contextlib.contextmanager
+    def _refusing(self, machine: Machine) -> Iterator[None]:
+        """Whatever goes wrong before the run moves refuses it, or leaves it paused."""
+        paused = machine.reason
+        try:
+            yield
+        except BaseException as error:
+            if self._machine is machine:
+                reason = paused or (str(error) if isinstance(error, TendrilError) else "it could not be prepared")
+                if machine.phase not in ASKED or isinstance(error, CommandRefused | NotAllowed):
+                    self._meet(Event.REFUSED, reason)
+            raise
+
+    def _read(self, machine: Machine) -> None:
+        batches = self.inbox.batches()  # before the life: a new one is known before its rows come
+        if self._tracker.life() != self._life:
+            self._meet(Event.RIG_LOST, "the rig restarted")
+        elif self.inbox.lost:
+            self._meet(Event.ROWS_LOST, "its rows were not read for 30 s")
+        run, before = self._run, machine.phase
+        if run is None or run.machine is not machine or machine.ended:
+            return
         for rows in batches:
             run.take(rows)
-        if run.approach and run.approach != before:
-            self._automatic.approach(*run.approach)
-        run.recording = run.recording or self._recording()
-        if run.ended:
-            self._finish(run)
+        for stretch in run.notes():
+            self._automatic.approach(*stretch)
+        run.recording = run.recording or self._automatic.recording()
+        self._settle(before, by_row=True)
 
-    def _look_around(self, run: Run) -> None:
-        """What ends a run though no row says so."""
-        if self._tracker.life() != self._life:
-            run.end("broken off", "the rig restarted")
-        elif self._tracker.age() > GONE:
-            run.end("broken off", "the rig is gone")
-        elif self._who is not None and not self._lease.holds(self._who):
-            reason = f"{self._who.name} no longer operates"
-            # The rig is asked to hold by whoever watches over the lease.
-            run.ask("broken off", reason) if run.moving else run.end("broken off", reason)
+    def _judge(self, machine: Machine) -> None:
+        """What ends a run, or its phase, though no row says so."""
+        if self._tracker.age() > GONE:
+            self._meet(Event.RIG_LOST, "the rig is gone")
+        if machine.phase != Phase.BREAKING and not self._permit.stands():
+            if self._meet(Event.LEASE_LOST, f"{self._permit.name} no longer operates") and machine.moving:
+                self._tracker.let_hold()
+        if machine.late():
+            self._meet(Event.LATE, _too_long(machine))
 
-    def _finish(self, run: Run) -> None:
-        self.inbox.close()
-        self._automatic.end_run()
-        result = run.result()
+    def _meet(self, event: Event, reason: str = "") -> bool:
+        assert self._machine is not None
+        before = self._machine.phase
+        met = self._machine.meet(event, reason)
+        self._settle(before)
+        return met
+
+    def _settle(self, before: Phase, by_row: bool = False) -> None:
+        """Do what the phase asks for that the run has come to."""
+        machine = self._machine
+        assert machine is not None
+        if machine.phase == before:
+            return
+        if before in ASKED and machine.phase not in (Phase.REFUSED, Phase.PAUSED):
+            begun = "started" if before == Phase.STARTING else "resumed"
+            self._tell(f"{begun} by {self._permit.name}")
+        if machine.phase == Phase.PAUSED and before == Phase.PAUSING:
+            self._tell(f"paused {machine.reason}")
+        for closes in CLOSES.get(machine.phase, ()):
+            match closes:
+                case Closes.RECORDING:
+                    self._automatic.end_run()
+                case Closes.RESULT:
+                    self._keep_result()
+                case Closes.MOTION if before in MOVING and not by_row:
+                    self._tracker.let_hold()
+        if machine.ended:
+            self.inbox.close()
+        if machine.phase == Phase.REFUSED:
+            self._run = self._earlier
+
+    def _keep_result(self) -> None:
+        assert self._run is not None
+        result = self._run.result()
         why = f": {result.reason}" if result.reason else ""
         error = "" if result.rmse is None else f", RMSE {1e3 * result.rmse:.2f} mm"
         self._tell(f"{result.state}{why}{error}", "warning" if result.state == "broken off" else "info")
@@ -174,43 +311,54 @@ class Runs:
         except OSError as problem:
             self._events.add(f"the result of run {result.id} will not outlive this server: {problem}", "warning")
 
-    async def _track(self, leg: Leg) -> None:
-        self.inbox.open()
-        await self._tracker.track(leg.p, leg.again, leg.ticks)
-
-    async def _halt(self, run: Run) -> None:
-        """Let the rig hold, and wait until the rows have said so."""
-        try:
-            await self._tracker.hold()
-        except TendrilError:
-            run.unask()
-            raise
-        end = time.monotonic() + PATIENCE
-        while run.moving and time.monotonic() < end:
-            self._look()
-            await asyncio.sleep(POLL)
+    def _look_for_strays(self) -> None:
+        """Nothing tracks without a run: the answer to a request may have been lost, or a server have ended."""
+        now = self._clock()
+        if not self._tracker.tracks():
+            self._stray = now + STRAY
+        elif now > self._stray:
+            self._stray = now + AGAIN
+            self._events.add("the rig tracks though no run is under way: hold", "warning")
+            self._tracker.let_hold()
 
     def _require_free(self) -> None:
-        run = self._run
-        if run is not None and not run.ended:
-            raise CommandRefused(f"run {run.about.id} ({run.about.lap.name}) is {run.phase}; stop it first")
+        machine, run = self._machine, self._run
+        if machine is None or machine.ended:
+            return
+        if run is None or run.machine is not machine:
+            raise CommandRefused("a run is being prepared; stop it first")
+        raise CommandRefused(f"run {run.about.id} ({run.about.lap.name}) is {machine.phase.value}; stop it first")
 
     def _require_run(self) -> Run:
-        self._look()
-        if self._run is None or self._run.ended:
+        self.look()
+        run = self._run
+        if run is None or run.machine is not self._machine or run.machine.ended:
             raise CommandRefused("no run is under way")
-        return self._run
-
-    def _recording(self) -> str | None:
-        return self._automatic.recording()
+        return run
 
     def _tell(self, text: str, level: Level = "info") -> None:
         assert self._run is not None
         self._events.add(f"run {self._run.about.id} ({self._run.about.lap.name}) {text}", level)
 
 
+class _Left(CommandRefused):
+    """The run has left the phase in which something was waited for."""
+
+
+def _too_long(machine: Machine) -> str:
+    seconds = DEADLINES[machine.phase]
+    if machine.phase in HALTING:
+        return f"the rig did not hold within {seconds:g} s"
+    if machine.phase in ASKED:
+        return f"the rig did not answer within {seconds:g} s"
+    if machine.phase == Phase.RETURNING:
+        return machine.reason
+    return f"it was {machine.phase.value} for {seconds:g} s"
+
+
 def _plan(body: RunBody, rig: RigParameters, settings: Settings) -> Lap:
-    return lap_of(wanted(body, rig, settings), rig, body.laps)
+    allowed = allowed_by(rig, settings, drawn=body.drawing is not None)
+    return lap_of(wanted(body, rig, settings), rig, body.laps, allowed)
 
 
 def _map(rig: RigParameters) -> StaticMap:

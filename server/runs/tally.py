@@ -1,12 +1,12 @@
 """How well a run goes, from every tick of it, in bounded memory however long it lasts."""
 
-import math
 from collections import deque
 
 import numpy as np
 
-from controller.experiments.metrics import ise, phase_lags
+from controller.experiments.metrics import phase_lags
 from controller.kernels.rod import Array
+from recordings.metrics import ErrorSums
 from server.channels import Rows
 from server.runs.messages import Figures
 
@@ -19,8 +19,8 @@ class Tally:
 
     def __init__(self, frequency: tuple[float, float] | None) -> None:
         self._frequency = frequency
-        self._ticks = self._slots = self._saturated = self._seen = 0
-        self._ise = self._largest = 0.0
+        self._ticks = self._slots = self._saturated = 0
+        self._errors = ErrorSums()
         self._slot: int | None = None
         self._kept = 0
         self._wanted: deque[Array] = deque()
@@ -29,10 +29,10 @@ class Tally:
     @property
     def rmse(self) -> float | None:
         """Root of the mean squared distance so far [m]."""
-        return math.sqrt(self._ise / self._seen) if self._seen else None
+        return self._errors.rmse
 
-    def add(self, p_ref: Array, rows: Rows) -> None:
-        """Count telemetry rows (n,) in which the tip was to be at p_ref (n, 2) [m]; they follow the last ones."""
+    def add(self, rows: Rows) -> None:
+        """Count telemetry rows (n,); they follow the last ones."""
         if not len(rows):
             return
         last = int(rows["slot"][-1])
@@ -40,13 +40,9 @@ class Tally:
         self._slot = last
         self._ticks += len(rows)
         self._saturated += int(np.count_nonzero(rows["saturated"]))
-        e = p_ref - rows["p_meas"]
-        e = e[np.isfinite(e).all(axis=1)]
-        self._seen += len(e)
-        self._ise += ise(e, 1.0)
-        self._largest = max(self._largest, float(np.linalg.norm(e, axis=1).max(initial=0.0)))
+        self._errors.add(rows["p_ref"], rows["p_meas"])
         if self._frequency is not None:
-            self._keep(p_ref, rows["p_meas"].copy())
+            self._keep(rows["p_ref"].copy(), rows["p_meas"].copy())
 
     def pause(self) -> None:
         """What comes next does not follow at once: the slots between are not lost."""
@@ -57,7 +53,7 @@ class Tally:
         lag = self._lags()
         return Figures(
             rmse=self.rmse,
-            max_error=self._largest if self._seen else None,
+            max_error=self._errors.largest,
             lag_deg_x=lag.get("lag_deg_x"),
             lag_deg_y=lag.get("lag_deg_y"),
             saturated_share=self._saturated / self._ticks if self._ticks else None,

@@ -1,25 +1,41 @@
 """What a run asks of the rig: to hold, to take rows, to track them."""
 
 import asyncio
-import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 
 import numpy as np
 
 from controller.errors import CommandRefused, RigUnreachable
 from controller.kernels.rod import Array
+from controller.link import PlannedRows
 from controller.messages import RigInfo
 from controller.modes import Cause, Law, Mode, Request
 from controller.parameters import Settings
 from controller.realtime.desk import refused_text
 from server.channels import Rows
 from server.operator import Operator
+from server.permit import Permit, own
 from server.rig import Rig
+from server.runs.laps import Leg
+from server.runs.run import Before
 
 POLL = 5e-3
 """Pause between two looks at the telemetry [s]."""
 PATIENCE = 1.0
 """Longest wait for a row after the rig's answer [s]."""
+ANSWER = 5.0
+"""The same for the answer: it may wait behind others, each of which the link ends after a second at most [s]."""
 LIVE = (Mode.HOLD, Mode.FOLLOW, Mode.TRACK)
+
+
+@dataclass(frozen=True)
+class Held:
+    """The rig in HOLD, as a row shows it."""
+
+    u: Array
+    """The feedforward's torques (2,) [N m]."""
+    before: Before
 
 
 class Tracker:
@@ -27,6 +43,8 @@ class Tracker:
 
     def __init__(self, rig: Rig, operator: Operator) -> None:
         self._rig, self._operator = rig, operator
+        # Threads of its own: those of the event loop may all wait for a disk that hangs.
+        self._threads = ThreadPoolExecutor(2, thread_name_prefix="upload")
 
     def require_ready(self) -> RigInfo:
         """Who the rig is; raises unless it could track a reference now, after a HOLD."""
@@ -52,27 +70,47 @@ class Tracker:
         """Time since the last telemetry [s]."""
         return self._rig.age
 
-    async def hold(self) -> Array:
-        """Let the rig hold; the feedforward's torques (2,) [N m] there."""
-        n, end = await self._request(Request.HOLD), time.monotonic() + PATIENCE
+    def tracks(self) -> bool:
+        """Whether the rig obeys this server and was in TRACK in its newest row."""
+        newest = self._newest()
+        return newest is not None and bool(newest["mode"] == Mode.TRACK) and not self._rig.trouble
+
+    async def hold(self, permit: Permit) -> Held:
+        """Let the rig hold, and wait for the row that shows it."""
+        loop = asyncio.get_running_loop()
+        n, end = await self.halt(permit), loop.time() + PATIENCE
         while (newest := self._newest()) is None or newest["command_n"] < n:
-            if time.monotonic() > end:
+            if loop.time() > end:
                 raise RigUnreachable("the rig does not answer")
             await asyncio.sleep(POLL)
         if newest["mode"] != Mode.HOLD:
             raise CommandRefused(refused_text(Request.TRACK, Mode(int(newest["mode"])), Cause.WRONG_MODE))
-        found: Array = newest["u_ff"].copy()
-        return found
+        return Held(newest["u_ff"].copy(), Before(int(newest["tick"]), int(newest["request_n"])))
 
-    async def track(self, rows: Array, again: int, ticks: int) -> None:
-        """Let the rig follow rows (n, 2) [m], of which row `again` comes after the last one, for so many ticks."""
-        await asyncio.to_thread(self._rig.plan, rows, again, ticks)
-        self._operator.present()
-        await self._request(Request.TRACK)
+    async def halt(self, permit: Permit) -> int:
+        """Let the rig hold; the number of the command that it took."""
+        return await self._request(Request.HOLD, permit)
 
-    async def _request(self, request: Request) -> int:
+    async def upload(self, leg: Leg, permit: Permit) -> None:
+        """Give the rig the rows of `leg`."""
+        rows = PlannedRows(leg.p, leg.u, leg.again, leg.ticks, leg.steps)
+        await asyncio.get_running_loop().run_in_executor(self._threads, self._rig.plan, rows, permit)
+
+    async def track(self, permit: Permit) -> None:
+        """Let the rig follow what was uploaded last."""
+        await self._request(Request.TRACK, permit)
+
+    def let_hold(self) -> None:
+        """Let the rig hold, whatever it answers: its rows tell."""
+        self._operator.request(Request.HOLD, own())
+
+    async def _request(self, request: Request, permit: Permit) -> int:
         """The number of the command that the rig took."""
-        reply = await asyncio.wrap_future(self._operator.request(request))
+        asked = asyncio.wrap_future(self._operator.request(request, permit))
+        try:
+            reply = await asyncio.wait_for(asked, ANSWER)
+        except TimeoutError as error:
+            raise RigUnreachable(f"{request.name} was not answered within {ANSWER:g} s") from error
         if not reply.accepted:
             raise CommandRefused(reply.detail)
         return reply.n

@@ -18,6 +18,7 @@ import viser
 
 from controller.actuator import Actuator
 from controller.kernels.rod import Array
+from controller.worker import Worker
 from server.auth import Identity
 from server.channels import Rows
 from server.scene.body import Body
@@ -30,6 +31,8 @@ from server.scene.seat import GROUND, Seat, Seats
 log = logging.getLogger(__name__)
 
 RATE = 30.0
+LAST = 5.0
+"""Longest wait for the update that is under way at the end [s]."""
 TRAIL_STEP = 5e-4
 """Way of the tip after which the trail grows [m]."""
 
@@ -50,12 +53,13 @@ class Scene:
         self._dragged, self._dirty, self._closed = threading.Event(), threading.Event(), threading.Event()
         self._seats, self._entering = Seats(light), dict[int, Seat]()
         self._trail: deque[tuple[float, Point]] = deque(maxlen=round(TRAIL * RATE))
+        self._logged = set[type[Exception]]()
         self._furnish()
         self._build(actuator())
         self._viser.on_client_connect(self._sit)
         self._viser.on_client_disconnect(self._leave)
-        self._thread = threading.Thread(target=self._run, name="scene", daemon=True)
-        self._thread.start()
+        self.worker = Worker("scene", self._run)
+        self.worker.start()
 
     @property
     def port(self) -> int:
@@ -95,7 +99,7 @@ class Scene:
     def close(self) -> None:
         """Stop updating and close viser."""
         self._closed.set()
-        self._thread.join()
+        self.worker.join(LAST)
         with contextlib.redirect_stdout(io.StringIO()):
             self._viser.stop()
 
@@ -119,12 +123,15 @@ class Scene:
     def _run(self) -> None:
         shown = -1
         while not self._closed.wait(1 / RATE):
+            self.worker.turn()
             try:
                 shown = self._refresh(shown)
                 for seat in self._seats:
                     seat.refresh()
-            except Exception:  # the view must come back after any surprise in one row
-                log.exception("the 3D view could not be updated")
+            except Exception as error:  # the view must come back after any surprise in one row
+                if type(error) not in self._logged:  # there are 30 a second
+                    log.exception("the 3D view could not be updated")
+                self._logged.add(type(error))
 
     def _refresh(self, shown: int) -> int:
         """Show the newest row unless it is on view already (tick `shown`); returns the tick on view."""

@@ -31,6 +31,7 @@ def test_every_action_and_refusal_stands_in_the_audit_log_and_no_token(server: T
         live.send(type="target", id=2, x=9, y=0.1)
         live.wait("refused")
     who = viewer.get("/api/session").json()["name"]
+    assert server.services.audit.writer.flush(60.0)
 
     def found(**wanted: Any) -> dict[str, Any] | None:
         fits = (line for line in lines(path) if wanted.items() <= line.items())
@@ -65,6 +66,7 @@ def test_a_stranger_cannot_push_others_out_of_the_log(tmp_path: Path) -> None:
     audit.note(Asker(Identity("a", "ann", "viewer"), "1.2.3.4", "POST /y"), 403)
     clock[0] = 60.0
     audit.note(stranger, 401)
+    assert audit.writer.flush(60.0)
     assert [(line["address"], line["detail"]) for line in lines(path)] == [
         ("1.2.3.4", ""),
         ("1.2.3.5", ""),
@@ -82,6 +84,7 @@ def test_a_session_cannot_either_but_for_what_a_page_does_everything_is_there(tm
     audit.note(bob, 200)
     clock[0] = 60.0
     audit.note(ann, 200)
+    assert audit.writer.flush(60.0)
     kept = [(line["name"], line["detail"]) for line in lines(path)]
     assert kept[:-2] == [("ann", "")] * int(DEED.burst)
     assert kept[-2:] == [("bob", ""), ("ann", f" (and {10_000 - DEED.burst} more since the last line)")]
@@ -92,4 +95,6 @@ def test_an_audit_log_that_cannot_be_written_says_so_once(tmp_path: Path) -> Non
     audit = Audit(EventFile(tmp_path / "nowhere" / "audit.jsonl", Deed), said.append)
     for _ in range(2):
         audit.note(Asker(Identity("a", "ann"), "", "POST /y"), 200)
+        assert audit.writer.flush(60.0)
+        audit.look()
     assert len(said) == 1

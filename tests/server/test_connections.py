@@ -1,13 +1,16 @@
 """Connections that send too much, too slowly, or what is no request: ended, while others are served."""
 
 import contextlib
+import logging
 import socket
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
 
 from server.connections import CALLERS, HEAD_MAX, Connection
+from server.portions import PORTION
 from tests.server.live_server import TestServer, wait_for
 
 
@@ -130,3 +133,45 @@ def test_an_address_with_too_many_sockets_is_told_so(server: TestServer, monkeyp
         wait_for(lambda: told().startswith(b"HTTP/1.1 503 "), "the last idle connection to be gone")
         assert b"more than 2 connections from 127.0.0.1" in told()
     wait_for(lambda: page.get("/api/session").status_code == 200, "room again")
+
+
+@pytest.mark.parametrize("upgrade", [False, True], ids=["request", "socket"])
+@pytest.mark.parametrize("twice", ["host", "origin", "cookie", "authorization"])
+def test_a_header_that_decides_and_comes_twice_is_refused_by_name(
+    twice: str, upgrade: bool, server: TestServer, caplog: pytest.LogCaptureFixture
+) -> None:
+    page = server.page().sign_in()
+    cookie = "; ".join(f"{name}={value}" for name, value in page.cookies.items())
+    host = server.url.removeprefix("http://")
+    given = {"host": host, "cookie": cookie, "origin": server.url, "authorization": "Bearer x"}
+    lines = [f"{name}: {value}" for name, value in given.items()] + [f"{twice}: {given[twice]}"]
+    if upgrade:
+        lines += ["connection: Upgrade", "upgrade: websocket", "sec-websocket-version: 13"]
+        lines += ["sec-websocket-key: AAAAAAAAAAAAAAAAAAAAAA=="]
+    with raw(server) as connection:
+        path = "/ws/live" if upgrade else "/api/session"
+        connection.sendall("\r\n".join([f"GET {path} HTTP/1.1", *lines, "connection: close", "", ""]).encode())
+        found = connection.recv(65536)
+        while b"more than once" not in found and (piece := connection.recv(65536)):
+            found += piece
+    assert found.startswith(b"HTTP/1.1 400 "), found
+    assert f"{twice} is given more than once".encode() in found
+    assert [record.getMessage() for record in caplog.records if record.levelno >= logging.ERROR] == []
+
+
+def test_a_connection_that_sends_much_does_not_hold_up_another(server: TestServer) -> None:
+    """Requests by the thousand in one piece: their answers come one after the other, others' in between."""
+    page = server.page().sign_in()
+    host = server.url.removeprefix("http://")
+    with raw(server) as flood:
+        many = f"GET /x HTTP/1.1\r\nhost: {host}\r\n\r\n".encode() * 3000
+        threading.Thread(target=flood.sendall, args=[many]).start()
+        assert page.get("/api/session").status_code == 200
+        found = next(iter(one for one in CALLERS._open.get("127.0.0.1", {}) if getattr(one, "pipeline", None)), None)
+        waiting = len(found.pipeline) if isinstance(found, Connection) else 0
+        assert waiting <= PORTION // 20, "what is not answered waits unread"
+        answers = b""
+        while answers.count(b"HTTP/1.1 ") < 3000:
+            piece = flood.recv(1 << 16)
+            assert piece, "the connection was ended"
+            answers += piece

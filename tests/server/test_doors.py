@@ -149,4 +149,4 @@ def test_the_description_holds_the_socket_messages() -> None:
     assert "type" in kinds["Hello"]["required"], "the page can tell messages apart by it"
     assert kinds["Mode"]["x-enum-varnames"][6] == "E_STOP"
     spoken = schema["webhooks"]["live"]["post"]
-    assert len(spoken["requestBody"]["content"]["application/json"]["schema"]["oneOf"]) == 5
+    assert len(spoken["requestBody"]["content"]["application/json"]["schema"]["oneOf"]) == 6

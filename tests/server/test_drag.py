@@ -11,8 +11,10 @@ from server.drag import CAMERA, END, START, UPDATE, Drag
 from server.events import EventLog
 from server.lease import OperatorLease
 from server.operator import Operator
+from server.permit import Permit
 from server.scene import Scene
 from server.scene.gizmo import GIZMO
+from tests.server.leave import permits_of
 
 ANN, BOB = Identity("a", "ann"), Identity("b", "bob")
 
@@ -24,7 +26,7 @@ class Recorded:
         self.calls: list[tuple[Any, ...]] = []
 
     def __getattr__(self, name: str) -> Any:
-        return lambda *given: self.calls.append((name, *given))
+        return lambda *given: self.calls.append((name, *(one for one in given if not isinstance(one, Permit))))
 
     def gizmo(self) -> tuple[float, float]:
         return (0.2, 0.0)
@@ -39,7 +41,7 @@ def lease() -> OperatorLease:
 
 def drag_of(who: Identity, lease: OperatorLease) -> tuple[Drag, Recorded]:
     seen = Recorded()
-    return Drag(who, lease, cast(Operator, seen), cast(Scene, seen), EventLog()), seen
+    return Drag(who, lease, cast(Operator, seen), permits_of(lease), cast(Scene, seen), EventLog()), seen
 
 
 def gizmo(kind: str, **more: Any) -> bytes:
@@ -57,7 +59,7 @@ def test_a_viewer_gets_only_the_camera_through(lease: OperatorLease) -> None:
 
 def test_the_log_names_a_viewer_who_drags_once_for_each_attempt(lease: OperatorLease) -> None:
     seen, events, now = Recorded(), EventLog(), [0.0]
-    drag = Drag(BOB, lease, cast(Operator, seen), cast(Scene, seen), events, lambda: now[0])
+    drag = Drag(BOB, lease, cast(Operator, seen), permits_of(lease), cast(Scene, seen), events, lambda: now[0])
     for now[0] in (0.0, 2.0, 6.0, 10.5, 30.0):
         drag.judge(gizmo(START))
         drag.judge(gizmo(UPDATE, position=[0.1, 0.1, 0.0]))

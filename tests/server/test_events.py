@@ -13,6 +13,10 @@ def texts(log: EventLog) -> list[str]:
     return [event.text for event in log.recent]
 
 
+def written(log: EventLog) -> None:
+    assert log.writer is not None and log.writer.flush(60.0)
+
+
 def test_a_restarted_server_tells_what_was_refused_before(shared_rig: RigProcess, tmp_path: Path) -> None:
     free_environment()
     first = TestServer(tmp_path, shared_rig.endpoint)
@@ -33,11 +37,13 @@ def test_a_torn_last_line_is_left_out_and_spoils_no_later_one(tmp_path: Path) ->
     path = tmp_path / "events.jsonl"
     log = EventLog(EventFile(path, Event))
     log.add("before")
+    written(log)
     with path.open("ab") as file:
         file.write(b'{"type":"event","time":"2026-01-01T00:0')
     log = EventLog(EventFile(path, Event))
     assert texts(log) == ["before"]
     log.add("after")
+    written(log)
     assert texts(EventLog(EventFile(path, Event))) == ["before", "after"]
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
 
@@ -47,6 +53,7 @@ def test_the_files_stay_small_and_the_last_200_lines_are_read_back(tmp_path: Pat
     log = EventLog(EventFile(path, Event, largest=20_000))
     for number in range(1000):
         log.add(f"line {number}")
+    written(log)
     assert sum(file.stat().st_size for file in tmp_path.iterdir()) < 2 * 20_200
     assert texts(EventLog(EventFile(path, Event))) == [f"line {number}" for number in range(800, 1000)]
 
@@ -54,6 +61,9 @@ def test_the_files_stay_small_and_the_last_200_lines_are_read_back(tmp_path: Pat
 def test_a_log_that_cannot_be_kept_says_so_once_and_goes_on(tmp_path: Path) -> None:
     log = EventLog(EventFile(tmp_path / "nowhere" / "events.jsonl", Event))
     log.add("one")
+    written(log)
+    for _ in range(3):
+        log.look()
     log.add("two")
     assert len(texts(log)) == 3
     assert "will not outlive" in texts(log)[1]

@@ -16,7 +16,7 @@ from server.events import EventLog
 from server.lease import OperatorLease
 from server.services import kept_settings
 from server.settings import ServerSettings, exposed
-from server.token_watch import TokenWatch
+from server.token_watch import CLOSED_AFTER, TokenWatch
 from server.tokens import Secrets, TokenFile, load_secrets
 
 
@@ -91,7 +91,7 @@ def test_an_old_file_with_one_token_is_the_operators_and_gets_a_viewers(tmp_path
 
 def test_a_changed_token_ends_only_the_sessions_that_it_opened(tmp_path: Path) -> None:
     file = TokenFile(ServerSettings(state=tmp_path))
-    kept = file.read()
+    kept = file.made()
     ours = Sessions(kept, "rig")
     operator, viewer = ours.open(kept.token, "here"), ours.open(kept.viewer_token, "here")
     assert (operator.role, viewer.role) == ("operator", "viewer")
@@ -102,17 +102,20 @@ def test_a_changed_token_ends_only_the_sessions_that_it_opened(tmp_path: Path) -
     assert lease.acquire(operator)
     away = (tmp_path / "secrets.json").rename(tmp_path / "away")
     clock.now = 1.0
+    watch.poll()
     watch.look(lease, log)
     assert [ours.read(cookie) for cookie in cookies] == [operator, viewer], "a folder that went away signs nobody out"
     away.rename(tmp_path / "secrets.json")
     token = file.renew("viewer")
     clock.now = 2.0
+    watch.poll()
     watch.look(lease, log)
     assert [ours.read(cookie) for cookie in cookies] == [operator, None]
     assert (ours.stands(operator), ours.stands(viewer), lease.holds(operator)) == (True, False, True)
     assert ours.open(token, "here").role == "viewer"
     file.renew("operator")
     clock.now = 4.0
+    watch.poll()
     watch.look(lease, log)
     assert (ours.read(cookies[0]), lease.holder) == (None, None)
     assert len(log.recent) == 2
@@ -120,13 +123,74 @@ def test_a_changed_token_ends_only_the_sessions_that_it_opened(tmp_path: Path) -
 
 
 @pytest.mark.parametrize("content", [b"", b"{", b'{"token": "x"}', b"\xff\xfe\x00"])
-def test_damaged_files_of_the_state_folder_are_named_or_passed_over(content: bytes, tmp_path: Path) -> None:
+def test_damaged_files_of_the_state_folder_are_named_and_put_aside(
+    content: bytes, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     settings = ServerSettings(state=tmp_path, rig="test")
     for name in ("secrets.json", "settings-test.json"):
         (tmp_path / name).write_bytes(content)
-    with pytest.raises(ParameterError, match=r"secrets\.json is damaged"):
-        load_secrets(settings)
-    assert kept_settings(settings) == Settings()
+    found = load_secrets(settings)
+    assert load_secrets(settings) == found, "the new tokens are kept"
+    [aside] = tmp_path.glob("secrets.json.damaged-*")
+    assert (aside.read_bytes(), str(aside) in caplog.text) == (content, True)
+    assert kept_settings(settings) == kept_settings(settings) == Settings()
+    assert len(caplog.records) == 2, "one line for each file, however often it is read"
+
+
+def test_a_running_server_keeps_its_tokens_while_their_file_is_damaged(tmp_path: Path) -> None:
+    file = TokenFile(ServerSettings(state=tmp_path))
+    kept = file.made()
+    (tmp_path / "secrets.json").write_text("{")
+    watch, log = TokenWatch(file, Sessions(kept, "rig"), kept, clock := Clock()), EventLog()
+    (tmp_path / "secrets.json").write_text('{"tok')
+    clock.now = 1.0
+    watch.poll()
+    watch.look(OperatorLease(), log)
+    assert [(event.level, "stay as they were" in event.text) for event in log.recent] == [("warning", True)]
+    assert [*tmp_path.iterdir()] == [tmp_path / "secrets.json"], "nothing is put aside under a running server"
+
+
+def test_a_token_whose_file_could_not_be_read_once_is_revoked_all_the_same(tmp_path: Path) -> None:
+    file, path = TokenFile(ServerSettings(state=tmp_path)), tmp_path / "secrets.json"
+    kept = file.made()
+    ours, lease, log, clock = Sessions(kept, "rig"), OperatorLease(), EventLog(), Clock()
+    watch, operator = TokenWatch(file, ours, kept, clock), ours.open(kept.token, "here")
+    cookie = {ours.cookie: ours.seal(operator)}
+    assert lease.acquire(operator)
+    file.renew("operator")
+    path.chmod(0o644)  # the file is refused, and its time of change stays as it is
+    watch.poll()
+    watch.look(lease, log)
+    assert ours.stands(operator) and lease.holds(operator)
+    path.chmod(0o600)
+    watch.poll()
+    watch.look(lease, log)
+    assert ours.read(cookie) is None and lease.holder is None
+
+
+def test_while_the_tokens_cannot_be_read_nobody_operates_and_everybody_may_look(tmp_path: Path) -> None:
+    file, path = TokenFile(ServerSettings(state=tmp_path)), tmp_path / "secrets.json"
+    kept = file.made()
+    ours, lease, log, clock = Sessions(kept, "rig"), OperatorLease(), EventLog(), Clock()
+    watch, operator = TokenWatch(file, ours, kept, clock), ours.open(kept.token, "here")
+    cookie, whole = {ours.cookie: ours.seal(operator)}, path.read_text()
+    assert lease.acquire(operator)
+    path.write_text('{"tok')
+    for clock.now in (0.0, CLOSED_AFTER - 0.1):
+        watch.poll()
+        watch.look(lease, log)
+        assert lease.holds(operator)
+    clock.now = CLOSED_AFTER
+    watch.look(lease, log)
+    shown = ours.read(cookie)
+    assert shown is not None and (shown.id, shown.role, lease.holder) == (operator.id, "viewer", None)
+    assert ours.stands(shown) and not ours.stands(operator)
+    assert ours.open(kept.token, "here").role == "viewer"
+    path.write_text(whole)
+    watch.poll()
+    watch.look(lease, log)
+    assert ours.read(cookie) == operator and ours.stands(operator)
+    assert [event.level for event in log.recent] == ["warning", "error", "warning"]
 
 
 def test_only_loopback_is_not_exposed() -> None:

@@ -35,6 +35,7 @@ TICK = ROW.fields["tick"][1] + 8
         ('{"type": "target", "id": -1, "x": 0, "y": 0}', "target.id = -1"),
         ('{"type": "presence", "n": 1.5}', "presence.n"),
         ('{"type": "ping", "t": NaN}', "ping.t = nan"),
+        ('{"type": "ping", "t": 1, "round_trip": 1e308}', "ping.round_trip = 1e+308"),
         ('{"type": "plots", "channels": ["energy", "charm"]}', "charm"),
         ('{"type": "plots", "channels": ["../energy"]}', "plots.channels.0"),
         ('{"type": "plots", "channels": "energy"}', "plots.channels"),

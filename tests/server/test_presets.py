@@ -1,20 +1,28 @@
 """Presets of gains, and another actuator for a rig that is this server's own."""
 
+import json
+import os
+import re
 from pathlib import Path
+from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, given, settings
 
 from controller.actuator import PRESETS, write_actuator
 from controller.fit import GAINS
 from controller.modes import Mode
-from controller.realtime.settings import RigSettings
-from server.presets.actuator import keep, kept_file, take_order
-from server.presets.messages import ActuatorBody
+from controller.parameters import RigParameters
+from server.presets.actuator import OutcomeWatch, keep, kept_file, take_choice, take_order, tell_outcome
+from server.presets.messages import ActuatorBody, ActuatorOutcome
 from server.settings import ServerSettings
 from server.up import with_last_actuator
+from tests.controller.anything import actuators
+from tests.controller.live_rig import wait_for
 from tests.server.live_server import TestServer
 
 K_FF = GAINS["K_FF"]
+LONG = os.environ.get("TENDRIL_LONG") == "1"
 
 
 def test_gains_are_saved_under_a_name_read_back_and_deleted(server: TestServer) -> None:
@@ -60,7 +68,9 @@ def test_another_actuator_is_ordered_from_rest_only_and_refused_where_the_rig_is
     file = tmp_path / "own.toml"
     write_actuator(PRESETS["P3"].model_copy(update={"name": "Own"}), file)
     assert operator.put("/api/rig/actuator", json={"toml": file.read_text()}).status_code == 202
-    assert "Own" in kept_file(server.services.settings).read_text()
+    assert not kept_file(server.services.settings).exists(), "the rig has not ticked with it"
+    choice = take_choice(tmp_path / "actuator.json")
+    assert choice is not None and choice.toml is not None and "Own" in choice.toml
     ordered = take_order(tmp_path / "actuator.json")
     assert ordered == PRESETS["P3"].model_copy(update={"name": "Own"})
     assert take_order(tmp_path / "actuator.json") is None
@@ -69,7 +79,7 @@ def test_another_actuator_is_ordered_from_rest_only_and_refused_where_the_rig_is
 def test_the_next_start_has_the_actuator_that_was_chosen_last_and_the_default_where_that_fails(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    server, rig = ServerSettings(rig="arm", state=tmp_path), RigSettings(rig="arm")
+    server, rig = ServerSettings(rig="arm", state=tmp_path), RigParameters()
     own = PRESETS["P3"].model_copy(update={"name": "Own"})
     write_actuator(own, tmp_path / "own.toml")
     assert with_last_actuator(rig, server) == rig, "nothing was chosen yet"
@@ -78,7 +88,7 @@ def test_the_next_start_has_the_actuator_that_was_chosen_last_and_the_default_wh
         (ActuatorBody(toml=(tmp_path / "own.toml").read_text()), own),
     ]:
         keep(kept_file(server), body)
-        assert with_last_actuator(rig, server).parameters.actuator == wanted
+        assert with_last_actuator(rig, server).actuator == wanted
     assert caplog.text == ""
     for text, complaint in [
         ('{"name": "P9"}', "'P9' is not one of P1, P2, P3"),
@@ -90,3 +100,78 @@ def test_the_next_start_has_the_actuator_that_was_chosen_last_and_the_default_wh
         assert complaint in caplog.text
         assert str(kept_file(server)) in caplog.text
         caplog.clear()
+
+
+UNBUILDABLE = """
+name = "toppled"
+mass = 10
+length = 2.0
+table_rods = 2
+k = 1.6915004544539796
+b = 4.4887024552182355e-06
+alpha = 0.0
+rest_curvature = 50.0
+gravity = [9.81, 0.0]
+chambers = [[0, 1], [1, 2]]
+"""
+"""The observer has a rest with it, the twin has none."""
+
+
+def test_an_actuator_with_which_no_rig_would_start_is_refused_and_nothing_is_kept(
+    server: TestServer, tmp_path: Path
+) -> None:
+    operator = server.operator()
+    server.services.settings.orders = tmp_path / "actuator.json"
+    for toml, complaint in [
+        (UNBUILDABLE, "gravity = (9.81, 0.0) m/s^2: the unactuated body has no stable rest"),
+        (UNBUILDABLE.replace("k = 1.69", "k = 1e-300 # "), "k.0 = 1e-300"),
+        (UNBUILDABLE.replace("9.81", "0.0").replace("mass = 10", "mass = 0.001"), "dt = 0.001 s is too long"),
+    ]:
+        refused = operator.put("/api/rig/actuator", json={"toml": toml})
+        assert (refused.status_code, complaint in refused.json()["detail"]) == (422, True), refused.text
+    assert take_order(tmp_path / "actuator.json") is None
+    assert not kept_file(server.services.settings).exists()
+
+
+@pytest.mark.timeout(3600 if LONG else 120)
+def test_the_route_answers_any_actuator_by_taking_it_or_by_a_sentence(server: TestServer, tmp_path: Path) -> None:
+    operator = server.operator()
+    server.services.settings.orders = tmp_path / "actuator.json"
+    answered: dict[int, int] = {}
+
+    @settings(
+        max_examples=300 if LONG else 15, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck)
+    )
+    @given(fields=actuators())
+    def put(fields: dict[str, Any]) -> None:
+        toml = "\n".join(f"{name} = {written(value)}" for name, value in fields.items())
+        answer = operator.put("/api/rig/actuator", json={"toml": toml})
+        assert answer.status_code in (202, 422), answer.text
+        if answer.status_code == 422:
+            assert any(re.search(rf"\b{name}\b", answer.json()["detail"]) for name in (*fields, "dt")), answer.text
+        answered[answer.status_code] = answered.get(answer.status_code, 0) + 1
+
+    put()
+    assert set(answered) == {202, 422}, answered
+
+
+def written(value: Any) -> str:
+    """As TOML has it, which knows inf and nan."""
+    return (
+        str(value) if isinstance(value, float) else json.dumps(value).replace("Infinity", "inf").replace("NaN", "nan")
+    )
+
+
+def test_the_page_is_told_when_the_rig_could_not_be_started_with_what_was_chosen(
+    server: TestServer, tmp_path: Path
+) -> None:
+    orders = tmp_path / "actuator.json"
+    server.services.outcomes = OutcomeWatch(orders, server.services.events)
+    tell_outcome(orders, ActuatorOutcome(actuator="toppled", reason="no stable rest", in_force="P1"))
+    viewer = server.page().sign_in()
+    sentence = "actuator toppled did not start: no stable rest; P1 is in force again"
+    wait_for(lambda: viewer.get("/api/rig/actuator").json()["failure"] == sentence)
+    assert [event.level for event in server.services.events.recent if event.text == sentence] == ["error"]
+    tell_outcome(orders, ActuatorOutcome(actuator="P2", in_force="P2", unkept="Read-only file system"))
+    wait_for(lambda: viewer.get("/api/rig/actuator").json()["failure"] == "")
+    assert any("will not have this actuator: Read-only" in event.text for event in server.services.events.recent)

@@ -6,17 +6,19 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 
-from controller.kernels.rod import Array
 from controller.layout import record_dtype
 from controller.messages import Telemetry
 from controller.modes import Cause, Mode
+from controller.parameters import RigParameters, Settings
 from server.channels import Rows
-from server.runs.laps import Lap, Leg
-from server.runs.run import About, Run
+from server.runs.laps import Lap, Leg, allowed_by
+from server.runs.phases import Event, Machine
+from server.runs.run import About, Before, Run
 from server.runs.tally import PHASE_ROWS, Tally
 
 LEAD, N = 50, 200
 OFF = np.array([3e-3, 0.0])
+ALLOWED = allowed_by(RigParameters(), Settings(), drawn=True)
 PATH = np.column_stack([0.2 + 0.01 * np.sin(2.0 * np.pi * np.arange(N) / N), 0.01 * np.arange(N) / N])
 
 
@@ -24,13 +26,24 @@ class Track:
     """A run of so many laps of PATH, and the rows of a rig that follows it 3 mm off."""
 
     def __init__(self, laps: int | None = 2, frequency: tuple[float, float] | None = None) -> None:
-        self.lap = Lap("path", np.empty((0, 2)), PATH, 0, np.zeros(2), frequency)
-        self.run = Run(About(4, self.lap, laps, datetime.now(UTC), 1e-3), self.leg(0), None)
+        judged = np.zeros(N, bool)
+        self.lap = Lap("path", np.empty((0, 2)), PATH, 0, np.zeros((N, 2)), frequency, judged, ALLOWED)
+        self.machine = Machine()
+        self.machine.meet(Event.READY)
+        self.run = Run(About(4, self.lap, laps, datetime.now(UTC), 1e-3), self.leg(0), self.machine, Before())
         self.tick = 1000
+
+    @property
+    def phase(self) -> str:
+        return self.machine.shown
+
+    def pause(self) -> None:
+        assert self.machine.meet(Event.PAUSE, "by ann")
 
     def leg(self, done: int) -> Leg:
         onward = np.roll(PATH, -done, axis=0)
-        return Leg(np.vstack([np.tile(onward[0], (LEAD, 1)), onward]), LEAD, done, 10**9)
+        p = np.vstack([np.tile(onward[0], (LEAD, 1)), onward])
+        return Leg(p, np.zeros_like(p), np.arange(len(p)) < LEAD, LEAD, done, 10**9)
 
     def rows(self, mode: Mode, count: int = 1, cause: Cause = Cause.OPERATOR) -> Rows:
         rows = np.zeros(count, record_dtype(Telemetry))
@@ -41,7 +54,8 @@ class Track:
 
     def follow(self, leg: Leg, first: int, count: int) -> Rows:
         rows = self.rows(Mode.TRACK, count)
-        rows["p_meas"] = leg.at(np.arange(first, first + count)) + OFF
+        rows["p_ref"] = leg.at(np.arange(first, first + count))
+        rows["p_meas"] = rows["p_ref"] + OFF
         return rows
 
 
@@ -49,12 +63,12 @@ def test_a_run_goes_through_approach_and_laps_to_its_end_however_its_rows_are_cu
     track = Track()
     run, leg = track.run, track.leg(0)
     run.take(track.rows(Mode.HOLD, 7))
-    assert (run.phase, run.state().error) == ("approach", None)
+    assert (track.phase, run.state().error) == ("approach", None)
     run.take(track.follow(leg, 0, LEAD))
-    assert (run.phase, run.state().progress, run.state().error_rms) == ("approach", 0.0, None)
+    assert (track.phase, run.state().progress, run.state().error_rms) == ("approach", 0.0, None)
     assert run.state().error == pytest.approx(3e-3)
     run.take(track.follow(leg, LEAD, 1))
-    assert (run.phase, run.left.done, run.state().lap) == ("running", 1, 1)
+    assert (track.phase, run.left.done, run.state().lap) == ("running", 1, 1)
     run.take(track.follow(leg, LEAD + 1, 299))
     assert (run.state().progress, run.state().lap) == (0.75, 2)
     last = track.follow(leg, LEAD + 300, 100)
@@ -71,20 +85,21 @@ def test_a_paused_run_goes_on_where_it_was_and_the_way_back_is_not_judged() -> N
     track = Track()
     run, leg = track.run, track.leg(0)
     run.take(track.follow(leg, 0, LEAD + 120))
-    run.ask("paused", "by ann")
+    track.pause()
     run.take(np.concatenate([track.follow(leg, LEAD + 120, 10), track.rows(Mode.HOLD, 90)]))
-    assert (run.phase, run.reason, run.left.done) == ("paused", "by ann", 130)
+    assert (track.phase, track.machine.reason, run.left.done) == ("paused", "by ann", 130)
     assert np.array_equal(run.left.u, [0.01, 0.01])
     run.take(track.rows(Mode.FOLLOW, 40))
-    assert run.phase == "paused", "an operator may look around meanwhile"
+    assert track.phase == "paused", "an operator may look around meanwhile"
     again = track.leg(130)
-    run.begin(again)
+    assert track.machine.meet(Event.RESUME) and track.machine.meet(Event.READY)
+    run.begin(again, Before(track.tick - 1))
     held, way_back = track.rows(Mode.HOLD, 3), track.follow(again, 0, LEAD)
     way_back["p_meas"] += 1.0
     run.take(np.concatenate([held, way_back]))
-    assert (run.phase, run.left.done, run.state().progress) == ("approach", 130, 130 / 400)
+    assert (track.phase, run.left.done, run.state().progress) == ("approach", 130, 130 / 400)
     run.take(np.concatenate([track.follow(again, LEAD, 270), track.rows(Mode.HOLD, 1, Cause.REFERENCE_DONE)]))
-    assert (run.phase, run.state().progress) == ("done", 1.0)
+    assert (track.phase, run.state().progress) == ("done", 1.0)
     assert run.result().max_error == pytest.approx(3e-3)
     assert run.result().on_time_share == 1.0, "the pause lost no ticks"
 
@@ -105,8 +120,8 @@ def test_who_ended_a_run_is_told_from_the_first_row_after_it(mode: Mode, cause: 
     track = Track(None)
     track.run.take(track.follow(track.leg(0), 0, LEAD + 3 * N))
     track.run.take(track.rows(mode, 2, cause))
-    assert (track.run.phase, track.run.reason) == (phase, reason)
-    assert track.run.ended and track.run.result().laps == 3.0
+    assert (track.phase, track.machine.reason) == (phase, reason)
+    assert track.machine.ended and track.run.result().laps == 3.0
 
 
 def test_what_was_asked_of_the_rig_does_not_hide_what_the_rig_did_by_itself() -> None:
@@ -117,17 +132,17 @@ def test_what_was_asked_of_the_rig_does_not_hide_what_the_rig_did_by_itself() ->
     ]:
         track = Track()
         track.run.take(track.follow(track.leg(0), 0, LEAD))
-        track.run.ask("paused", "by ann")
+        track.pause()
         track.run.take(track.rows(mode, 2, cause))
-        assert track.run.phase == phase
+        assert track.phase == phase
 
 
 def test_a_paused_run_ends_when_the_rig_leaves_the_modes_it_could_go_on_from() -> None:
     track = Track()
     track.run.take(track.follow(track.leg(0), 0, LEAD + 9))
-    track.run.ask("paused", "by ann")
+    track.pause()
     track.run.take(np.concatenate([track.rows(Mode.HOLD, 9), track.rows(Mode.E_STOP, 9)]))
-    assert (track.run.phase, track.run.reason) == ("broken off", "E STOP (operator)")
+    assert (track.phase, track.machine.reason) == ("broken off", "E STOP (operator)")
 
 
 def test_until_stopped_the_progress_is_that_of_the_lap() -> None:
@@ -136,41 +151,43 @@ def test_until_stopped_the_progress_is_that_of_the_lap() -> None:
     assert (track.run.state().lap, track.run.state().progress, track.run.state().laps) == (3, 0.25, None)
 
 
-def circle(frequency: float, lag: float, count: int) -> tuple[Array, Rows]:
+def circle(frequency: float, lag: float, count: int) -> Rows:
     rows = np.zeros(count, record_dtype(Telemetry))
     angle = 2.0 * np.pi * frequency * 1e-3 * np.arange(count)
     rows["slot"] = np.arange(count)
     rows["p_meas"] = 0.02 * np.column_stack([np.cos(angle - lag), np.sin(angle - lag)])
-    return 0.02 * np.column_stack([np.cos(angle), np.sin(angle)]), rows
+    rows["p_ref"] = 0.02 * np.column_stack([np.cos(angle), np.sin(angle)])
+    return rows
 
 
 def test_the_phase_is_that_of_the_newest_ticks_and_lost_ticks_are_counted() -> None:
     tally = Tally((2.0, 2.0))
-    p_ref, rows = circle(2.0, 0.3, 3000)
-    tally.add(p_ref[:1000], rows[:1000])
-    tally.add(p_ref[1000:1000], rows[1000:1000])
-    tally.add(p_ref[1250:], rows[1250:])
+    rows = circle(2.0, 0.3, 3000)
+    tally.add(rows[:1000])
+    tally.add(rows[1000:1000])
+    tally.add(rows[1250:])
     found = tally.figures()
     assert found.lag_deg_x is not None and found.lag_deg_x == pytest.approx(math.degrees(0.3), abs=0.5)
     assert found.on_time_share == 2750 / 3000
     for _ in range(3 * PHASE_ROWS // 3000):
-        tally.add(p_ref, rows)
+        tally.add(rows)
     assert sum(len(part) for part in tally._wanted) < PHASE_ROWS + 3000
 
 
 def test_a_tick_without_its_marker_has_no_error_but_a_run_without_any_has_none_at_all() -> None:
     tally = Tally(None)
-    p_ref, rows = circle(1.0, 0.0, 1000)
+    rows = circle(1.0, 0.0, 1000)
     rows["p_meas"][::2] = np.nan
-    tally.add(p_ref + 2.0 / 3.0 * OFF, rows)
+    rows["p_ref"] += 2.0 / 3.0 * OFF
+    tally.add(rows)
     assert tally.rmse == pytest.approx(2e-3)
     assert tally.figures().lag_deg_x is None
     half, most = Tally((1.0, 1.0)), Tally((1.0, 1.0))
-    half.add(p_ref, rows)
+    half.add(rows)
     assert half.figures().lag_deg_x is None
-    p_ref, rows = circle(1.0, 0.1, 1000)
+    rows = circle(1.0, 0.1, 1000)
     rows["p_meas"][400:450] = np.nan
-    most.add(p_ref, rows)
+    most.add(rows)
     assert most.figures().lag_deg_x == pytest.approx(math.degrees(0.1), abs=0.1)
     blind = Tally(None)
     assert blind.figures().rmse is blind.figures().saturated_share is blind.figures().on_time_share is None

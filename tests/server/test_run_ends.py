@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from controller.errors import CommandRefused
-from controller.kernels.rod import Array
 from controller.layout import record_dtype
 from controller.messages import Telemetry
 from controller.modes import Cause, Mode
@@ -18,10 +17,14 @@ from server.automatic import Automatic
 from server.channels import Rows
 from server.events import EventLog
 from server.lease import OperatorLease
+from server.permit import Permit
+from server.runs.laps import Leg
 from server.runs.messages import RunBody
 from server.runs.results import KEPT, Results
+from server.runs.run import Before
 from server.runs.runs import GONE, Runs
-from server.runs.tracker import Tracker
+from server.runs.tracker import Held, Tracker
+from tests.server.leave import permits_of
 
 ANN, BOB = Identity("a", "ann"), Identity("b", "bob")
 CIRCLE = RunBody(reference="circle_1hz", laps=None)
@@ -34,7 +37,7 @@ class Rig:
         self.boot, self.silent, self.tick = 7, 0.0, 0
         self.settings = Settings()
         self.refuses = False
-        self.ticks = 0
+        self.again = self.let_go = 0
 
     def require_ready(self) -> Any:
         return SimpleNamespace(boot=self.boot, parameters=RigParameters())
@@ -45,17 +48,29 @@ class Rig:
     def age(self) -> float:
         return self.silent
 
-    async def hold(self) -> Array:
+    def tracks(self) -> bool:
+        return False
+
+    async def hold(self, permit: Permit) -> Held:
+        await self.halt(permit)
+        return Held(np.zeros(2), Before(self.tick - 1))
+
+    async def halt(self, permit: Permit) -> int:
         if self.refuses:
             raise CommandRefused("not now")
         self.runs.inbox.put(self.rows(Mode.HOLD, 2))
-        return np.zeros(2)
+        return 0
 
-    async def track(self, rows: Array, again: int, ticks: int) -> None:
+    def let_hold(self) -> None:
+        self.let_go += 1
+
+    async def upload(self, leg: Leg, permit: Permit) -> None:
+        self.again = leg.again
+
+    async def track(self, permit: Permit) -> None:
         if self.refuses:
             raise CommandRefused("not now")
-        self.ticks = ticks
-        self.runs.inbox.put(self.rows(Mode.TRACK, again + 100))
+        self.runs.inbox.put(self.rows(Mode.TRACK, self.again + 100))
 
     def rows(self, mode: Mode, count: int, cause: Cause = Cause.OPERATOR) -> Rows:
         rows = np.zeros(count, record_dtype(Telemetry))
@@ -77,15 +92,18 @@ class Desk:
         self.results = Results(folder / "runs.json")
         ignored = {"end_run": lambda: None, "recording": lambda: None, "approach": lambda first, end: None}
         automatic = cast(Automatic, SimpleNamespace(begin_run=nothing, **ignored))
-        self.runs = Runs(cast(Tracker, self.rig), self.lease, automatic, self.events, self.results)
+        self.runs = Runs(cast(Tracker, self.rig), automatic, self.events, self.results)
         self.rig.runs = self.runs  # type: ignore[attr-defined]
         self.lease.acquire(ANN)
 
     async def running(self) -> Runs:
-        await self.runs.start(CIRCLE, ANN)
+        await self.runs.start(CIRCLE, self.leave(ANN))
         self.runs.look()
         assert self.phase == "running"
         return self.runs
+
+    def leave(self, who: Identity) -> Permit:
+        return permits_of(self.lease).operator(who)
 
     @property
     def phase(self) -> str:
@@ -115,13 +133,13 @@ async def test_who_loses_the_lease_loses_the_run_when_the_rig_holds(desk: Desk) 
 
 async def test_a_paused_run_is_nobody_else_s(desk: Desk) -> None:
     runs = await desk.running()
-    assert (await runs.pause(ANN)).state == "paused"
+    assert (await runs.pause(desk.leave(ANN))).state == "paused"
     desk.lease.release(ANN)
     desk.lease.acquire(BOB)
     runs.look()
     assert (desk.phase, desk.reason) == ("broken off", "ann no longer operates")
     with pytest.raises(CommandRefused, match="no run is under way"):
-        await runs.resume(BOB)
+        await runs.resume(desk.leave(BOB))
 
 
 async def test_another_life_of_the_rig_or_its_silence_ends_the_run(desk: Desk) -> None:
@@ -140,28 +158,28 @@ async def test_another_life_of_the_rig_or_its_silence_ends_the_run(desk: Desk) -
 async def test_what_the_rig_refuses_leaves_the_run_as_it_was(desk: Desk) -> None:
     desk.rig.refuses = True
     with pytest.raises(CommandRefused, match="not now"):
-        await desk.runs.start(CIRCLE, ANN)
+        await desk.runs.start(CIRCLE, desk.leave(ANN))
     assert desk.runs.state() is None
     desk.rig.refuses = False
     runs = await desk.running()
     desk.rig.refuses = True
     with pytest.raises(CommandRefused, match="not now"):
-        await runs.pause(ANN)
+        await runs.pause(desk.leave(ANN))
     runs.look()
     assert desk.phase == "running"
     desk.rig.refuses = False
-    await runs.pause(ANN)
+    await runs.pause(desk.leave(ANN))
     desk.rig.refuses = True
     with pytest.raises(CommandRefused, match="not now"):
-        await runs.resume(ANN)
+        await runs.resume(desk.leave(ANN))
     assert desk.phase == "paused"
     desk.rig.refuses = False
-    await runs.resume(ANN)
+    await runs.resume(desk.leave(ANN))
     with pytest.raises(CommandRefused, match="is not paused"):
-        await runs.resume(ANN)
-    assert (await runs.stop(ANN)).state == "stopped"
+        await runs.resume(desk.leave(ANN))
+    assert (await runs.stop(desk.leave(ANN))).state == "stopped"
     with pytest.raises(CommandRefused, match="no run is under way"):
-        await runs.stop(ANN)
+        await runs.stop(desk.leave(ANN))
     told = [event.text for event in desk.events.recent]
     assert told[:4] == [f"run 1 (circle_1hz) {what} by ann" for what in ("started", "paused", "resumed")] + told[3:4]
     assert told[3].startswith("run 1 (circle_1hz) stopped: by ann, RMSE ")
@@ -169,9 +187,10 @@ async def test_what_the_rig_refuses_leaves_the_run_as_it_was(desk: Desk) -> None
 
 async def test_the_last_results_outlive_the_server(desk: Desk, tmp_path: Path) -> None:
     runs = await desk.running()
-    await runs.stop(ANN)
+    await runs.stop(desk.leave(ANN))
     for _ in range(KEPT):
         desk.results.add(desk.runs.results()[0].model_copy(update={"id": desk.results.next_id()}))
+    desk.results.close()
     again = Results(tmp_path / "runs.json")
     assert again.all() == runs.results()
     assert [again.all()[0].id, again.all()[-1].id, again.next_id()] == [KEPT + 1, 2, KEPT + 2]
@@ -182,12 +201,16 @@ async def test_the_last_results_outlive_the_server(desk: Desk, tmp_path: Path) -
 async def test_a_run_that_its_server_does_not_outlive_is_kept_too(desk: Desk, tmp_path: Path) -> None:
     (await desk.running()).close()
     desk.runs.close()
+    desk.results.close()
     assert [result.reason for result in Results(tmp_path / "runs.json").all()] == ["the server ended"]
 
 
 async def test_a_state_folder_that_cannot_be_written_is_said(desk: Desk, tmp_path: Path) -> None:
     (tmp_path / "blocked").write_text("")
     desk.runs._results = Results(tmp_path / "blocked" / "runs.json")
-    await desk.running()
-    assert (await desk.runs.stop(ANN)).state == "stopped"
+    for _ in range(2):
+        await desk.running()
+        assert (await desk.runs.stop(desk.leave(ANN))).state == "stopped"
+        saving = desk.runs._results._saving
+        assert saving is not None and isinstance(saving.exception(60.0), OSError)
     assert "will not outlive" in desk.events.recent[-1].text

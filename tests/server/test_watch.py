@@ -13,6 +13,7 @@ from server.events import EventLog
 from server.history import History
 from server.lease import OperatorLease
 from server.operator import Operator
+from server.permit import Permit
 from server.rig import Rig
 from server.watch import Watch
 
@@ -30,7 +31,8 @@ class Asked:
     def boot(self) -> int:
         return 7
 
-    def request(self, request: Request) -> Any:
+    def request(self, request: Request, permit: Permit) -> Any:
+        permit.require(request)
         self.requests.append(request)
 
 

@@ -1,0 +1,51 @@
+"""What becomes of the server's orders for another actuator, in `tendril up`, the rig's parent."""
+
+import logging
+from pathlib import Path
+
+from controller.realtime.supervisor import Started, Supervisor
+from server.presets.actuator import keep, take_choice, take_order, tell_outcome
+from server.presets.messages import ActuatorBody, ActuatorOutcome
+
+log = logging.getLogger(__name__)
+
+
+class Orders:
+    """Orders of the server for another actuator: carried out, kept once the rig ticked with it, and told back."""
+
+    def __init__(self, path: Path, kept: Path, supervisor: Supervisor) -> None:
+        """`path` is where the orders come, `kept` where the choice is for the next start."""
+        self._path, self._kept, self._supervisor = path, kept, supervisor
+        self._choice: ActuatorBody | None = None
+
+    def look(self) -> None:
+        """Carry out a new order; say what became of the last one."""
+        if (actuator := take_order(self._path)) is not None:
+            self._choice = take_choice(self._path)
+            parameters = self._supervisor.settings.parameters
+            self._supervisor.replace(parameters.model_copy(update={"actuator": actuator}))
+        if (started := self._supervisor.started()) is not None:
+            self._settle(started)
+
+    def _settle(self, started: Started) -> None:
+        unkept = ""
+        if not started.reason and self._choice is not None:
+            unkept = self._keep(self._choice)
+        outcome = ActuatorOutcome(
+            actuator=started.parameters.actuator.name,
+            reason=started.reason,
+            in_force=self._supervisor.settings.parameters.actuator.name,
+            unkept=unkept,
+        )
+        self._choice = None
+        try:
+            tell_outcome(self._path, outcome)
+        except OSError as error:
+            log.warning("the page is not told what became of actuator %s: %s", outcome.actuator, error)
+
+    def _keep(self, choice: ActuatorBody) -> str:
+        try:
+            keep(self._kept, choice)
+        except OSError as error:
+            return error.strerror or str(error)
+        return ""

@@ -1,0 +1,113 @@
+"""The E-STOP's lane to the rig: a thread of its own, which waits for no command, permit, lock or queue of others.
+
+An E-STOP that is not answered is sent again, with the same number, until the rig answers or starts anew; the rig acts
+on it once. Who asks while one is on its way gets another one of its own: the first may have been cleared meanwhile.
+"""
+
+import secrets
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future
+
+from controller.errors import RigUnreachable, TendrilError
+from controller.messages import CommandReply
+from controller.modes import Cause
+from controller.worker import Worker
+
+AGAIN = 0.05
+"""Pause before an E-STOP that was not answered is sent again [s]."""
+LAST = 2.0
+"""Longest wait for the one that is under way at the end [s]."""
+
+
+class Stopper:
+    """Sends E-STOPs. `boot` is the rig's life that was met last, None before the first contact."""
+
+    def __init__(self, send: Callable[[int, int], CommandReply], boot: Callable[[], int | None]) -> None:
+        """`send` is `RigClient.stop`."""
+        self._send, self._boot = send, boot
+        self._number = secrets.randbits(62)
+        self._asked: list[Future[CommandReply]] = []
+        self._meant: int | None = None
+        """The life of the rig that was known at the last press."""
+        self._waiting: tuple[int, int] | None = None
+        """Number and life of the one that was not answered yet."""
+        self._passed: tuple[int | None, int] = (None, 0)
+        self._wake = threading.Condition()
+        self._closed = False
+        self.worker = Worker("e-stop", self._run)
+        self.worker.start()
+
+    @property
+    def waits(self) -> bool:
+        """An E-STOP was asked for in this boot, and the rig has not answered: a new one starts vented."""
+        waiting = self._waiting
+        return bool(self._asked or (waiting and waiting[1] == self._boot()))
+
+    def passed(self, boot: int) -> int:
+        """The number that the last E-STOP took in this life of the rig: what is asked later must be above it."""
+        life, number = self._passed
+        return number if life == boot else 0
+
+    def stop(self) -> "Future[CommandReply]":
+        """Ask now; RigUnreachable where no answer came at once, but it is sent until there is one."""
+        answer: Future[CommandReply] = Future()
+        answer.set_running_or_notify_cancel()
+        with self._wake:
+            if self._closed:
+                answer.set_exception(RigUnreachable("the server is shutting down"))
+            else:
+                self._asked.append(answer)
+                self._meant = self._boot()
+                self._wake.notify()
+        return answer
+
+    def close(self) -> None:
+        """End; who waits is told."""
+        with self._wake:
+            self._closed = True
+            self._wake.notify()
+        self.worker.join(LAST)
+
+    def _run(self) -> None:
+        while True:
+            self.worker.rest()
+            with self._wake:
+                self._wake.wait_for(lambda: self._asked or self._closed, AGAIN if self._waiting else None)
+                answers, self._asked = self._asked, []
+                if answers:
+                    self._begin()
+                if self._closed:
+                    return _fail(answers, RigUnreachable("the server is shutting down"))
+            self.worker.turn()
+            self._serve(answers)
+
+    def _begin(self) -> None:
+        """Another press: it has a number of its own, and is for the life that was known when it was asked."""
+        self._number += 1
+        self._waiting = None if self._meant is None else (self._number, self._meant)
+
+    def _serve(self, answers: "list[Future[CommandReply]]") -> None:
+        waiting = self._waiting
+        if waiting is None:
+            return _fail(answers, RigUnreachable("the rig does not answer: it was not heard yet"))
+        number, life = waiting
+        if self._boot() != life:  # a rig that started anew is vented, and needs to be armed
+            self._waiting = None
+            return _fail(answers, RigUnreachable("the rig restarted since: it is vented"))
+        try:
+            reply = self._send(number, life)
+        except Exception as error:
+            text = str(error) if isinstance(error, TendrilError) else f"it could not be sent: {error}"
+            return _fail(answers, RigUnreachable(f"{text}; the E-STOP is sent again until the rig answers"))
+        if reply.accepted:
+            self._passed, self._waiting = (life, reply.n), None
+        elif reply.cause == Cause.WRONG_BOOT:
+            self._waiting = None
+        for answer in answers:
+            answer.set_result(reply)
+
+
+def _fail(answers: "list[Future[CommandReply]]", error: TendrilError) -> None:
+    for answer in answers:
+        answer.set_exception(error)

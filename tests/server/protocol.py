@@ -1,0 +1,364 @@
+"""Two servers and a rig without threads, wires or clocks: the real operator's side, link's end, desk and tick.
+
+What stands in: the wire (it answers, loses the reply, loses the message, or delivers it later), the clock, and the
+plant, whose markers stand still. A message is late by less than a second: zenoh ends a link that is silent for longer.
+"""
+
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, Literal, cast
+
+import numpy as np
+
+from controller.errors import RigUnreachable, SessionUnknown, TendrilError
+from controller.kernels.tick import tick
+from controller.key_file import KEY_BYTES
+from controller.layout import to_record
+from controller.link import rig_end
+from controller.link.keys import Keys
+from controller.link.rig_end import RigEnd
+from controller.link.seal import Introduction, Sealer, Seals
+from controller.messages import Command, CommandReply, RigInfo
+from controller.modes import Mode, Request
+from controller.parameters import RigParameters, SafetyLimits, Settings
+from controller.realtime import desk as desk_module
+from controller.realtime.mailbox import mailbox, receive, words
+from controller.realtime.ring import create_ring, ring_push
+from controller.worker import Worker
+from server import operator as operator_module
+from server import stopper as stopper_module
+from server.operator import Job, Operator
+from server.permit import Permit, own
+from server.stopper import Stopper
+from tests.controller.desk import MS
+from tests.controller.desk import Desk as Ticked
+
+Fate = Literal["answered", "reply lost", "lost", "late"]
+FATES: tuple[Fate, ...] = ("answered", "reply lost", "lost", "late")
+KEY, KEYS = b"k" * KEY_BYTES, Keys("test")
+LIMITS = SafetyLimits(operator_timeout=10.0, server_hold=10.0, server_rest=600.0)
+"""So long that no watchdog hides what the protocol lets through."""
+TIMEOUT_MS, LATEST_MS = 50, 900
+STILL = (Request.HOLD, Request.REST)
+MOVING = (Mode.FOLLOW, Mode.TRACK)
+ANYTHING = Permit(None, lambda request: "", sign=lambda: True)
+
+
+@dataclass
+class Asked:
+    """One thing that somebody asked for."""
+
+    order: int
+    request: Request
+    """NONE: a target alone."""
+    boot: int
+    answer: "Future[CommandReply]"
+    taken: int = 0
+    """How often the loop accepted it."""
+
+    @property
+    def said(self) -> bool | None:
+        """Whether the asker was told that the rig took it; None: was told that nobody knows, or nothing yet."""
+        if not self.answer.done():
+            return None
+        error = self.answer.exception()
+        if error is None:
+            return self.answer.result().accepted
+        return None if isinstance(error, RigUnreachable) else False
+
+
+@dataclass(repr=False)
+class Message:
+    """A sealed message on its way."""
+
+    boot: int
+    key: str
+    payload: bytes
+    seal: bytes
+    what: list[Asked]
+    sent_ns: int
+
+
+class Rig(Ticked):
+    """One boot of a rig, and its end of the link."""
+
+    def __init__(self, world: "World", boot: int) -> None:
+        super().__init__(RigParameters(limits=LIMITS))
+        self.world, self.boot, self.seen = world, boot, 0
+        self.rig.control.state["boot"] = boot
+        self.operator = False
+        self.box = mailbox(self.command.dtype)
+        self.scratch = np.zeros(len(words(self.command)), np.int64)
+        self.ring = create_ring("test", boot, world.folder, capacity=256)
+        self.plan(np.tile([0.25, 0.01], (60_000, 1)))
+        info = RigInfo.model_construct(boot=boot, parameters=RigParameters(limits=LIMITS))
+        desk = desk_module.Desk(info, self.ring, self.box, cast(Any, None), None)
+        nothing = SimpleNamespace(undeclare=lambda: None)
+        session: Any = SimpleNamespace(
+            declare_publisher=lambda *given, **more: nothing,
+            declare_queryable=lambda *given: nothing,
+            liveliness=lambda: SimpleNamespace(declare_token=lambda key: nothing),
+        )
+        self.end = RigEnd(session, "test", Seals(KEY, boot, "key"), cast(rig_end.RigService, desk))
+        self.end._holder._now = lambda: world.now * 1e-9
+
+    def tick(self) -> None:
+        """One tick, on whatever is in the mailbox."""
+        self.now = self.world.now
+        self.seen = receive(self.box, self.seen, self.scratch, words(self.command))
+        self.status["server_ns"] = self.status["pump_ns"] = self.now
+        self.measurement["t_ns"] = self.now - MS
+        hum = 1e-9 * (self.measurement["markers"][0, 0, 0] == self.markers[0, 0])
+        self.measurement["markers"] = self.markers + hum
+        before, row = self.telemetry[0].copy(), self.telemetry[0]
+        tick(self.rig, self.now, self.command[0], self.measurement[0], self.status[0], row)
+        differences = self.rig.observer.u_hat * self.rig.control.pascal_per_torque
+        self.measurement["pressures"] = np.column_stack([differences, -differences]).clip(min=0.0).ravel()
+        ring_push(self.ring.header, self.ring.rows, words(self.telemetry))
+        self.world.judge(before, row)
+
+    def hear(self, message: Message) -> bytes:
+        """What the link's end makes of it."""
+        answers: dict[str, Callable[[bytes, bytes], bytes]] = {
+            KEYS.command: self.end._command,
+            KEYS.stop: self.end._stop,
+            KEYS.session: self.end._session,
+        }
+        self.world.delivered.append(message)
+        return answers[message.key](message.payload, message.seal)
+
+
+class Lane:
+    """One sealed way of a server to the rig, as `Asker` keeps it."""
+
+    def __init__(self, world: "World") -> None:
+        self.world = world
+        self.sealer: Sealer | None = None
+
+    def ask(self, key: str, payload: bytes, what: list[Asked], fate: Fate) -> bytes:
+        try:
+            return self._ask(key, payload, what, fate)
+        except SessionUnknown:
+            self.sealer = None
+            return self._ask(key, payload, what, fate)
+
+    def _ask(self, key: str, payload: bytes, what: list[Asked], fate: Fate) -> bytes:
+        world = self.world
+        if self.sealer is None:
+            self.sealer = self._opened()
+        message = Message(world.rig.boot, key, payload, self.sealer.seal(key, payload), what, world.now)
+        if fate in ("answered", "reply lost"):
+            answer = world.rig.hear(message)
+            world.old.append(message)
+            if fate == "answered":
+                return answer
+        elif fate == "late":
+            world.late.append(message)
+        world.run(TIMEOUT_MS)
+        raise RigUnreachable("did not answer")
+
+    def _opened(self) -> Sealer:
+        end = self.world.rig.end
+        told = end._session(b"", b"")
+        sealer = Sealer(KEY, self.world.rig.boot, int.from_bytes(told[8:], "little"))
+        payload = Introduction(who="a server").model_dump_json().encode()
+        end._session(payload, sealer.seal(KEYS.session, payload))
+        return sealer
+
+
+class Unthreaded:
+    """In the place of a worker: it is stepped by hand."""
+
+    def __init__(self, *given: Any, **more: Any) -> None:
+        pass
+
+    def start(self) -> None:
+        """Nothing is begun."""
+
+
+class Server:
+    """Operator and stopper of one server, stepped by hand; `row` is the newest row that reached it."""
+
+    def __init__(self, world: "World") -> None:
+        self.world, self.fate = world, cast(Fate, "answered")
+        self.boot, self.row = world.rig.boot, world.rig.telemetry.copy()
+        self.commands, self.stops = Lane(world), Lane(world)
+        self.serving: list[Asked] = []
+        self.stopper = Stopper(self._stop, lambda: self.boot)
+        self.operator = Operator(self._send, lambda: self.boot, lambda: self.row, Settings(), self.stopper)
+
+    def see(self) -> None:
+        """Telemetry comes, of whatever boot is there now."""
+        if self.boot != self.world.rig.boot:
+            self.boot = self.world.rig.boot
+            self.commands.sealer = self.stops.sealer = None
+        self.row = self.world.rig.telemetry.copy()
+
+    def step(self, fate: Fate) -> None:
+        """One turn of the operator's thread: a job, or a repetition."""
+        operator, self.fate = self.operator, fate
+        job = operator._jobs.popleft() if operator._jobs else Job(own())
+        self.serving = [one for one in self.world.asked if one.answer in job.askers]
+        operator._serve(job)
+
+    def step_stop(self, fate: Fate) -> None:
+        """One turn of the stopper's thread."""
+        stopper, self.fate = self.stopper, fate
+        answers, stopper._asked = stopper._asked, []
+        if answers:
+            stopper._begin()
+        if answers or stopper._waiting:
+            stopper._serve(answers)
+
+    def _send(self, command: Command) -> CommandReply:
+        what = [one for one in self.serving if command.request in (one.request, Request.NONE)]
+        answer = self.commands.ask(KEYS.command, to_record(command).tobytes(), what, self.fate)
+        return CommandReply.model_validate_json(answer)
+
+    def _stop(self, number: int, boot: int) -> CommandReply:
+        answer = self.stops.ask(KEYS.stop, np.array([boot, number], np.int64).tobytes(), [], self.fate)
+        return CommandReply.model_validate_json(answer)
+
+
+@dataclass(repr=False)
+class World:
+    """Everything, and the judge of every tick."""
+
+    folder: Path
+    now: int = 10_000 * MS
+    boots: int = 0
+    asked: list[Asked] = field(default_factory=list)
+    pressed: list[Asked] = field(default_factory=list)
+    late: list[Message] = field(default_factory=list)
+    old: list[Message] = field(default_factory=list)
+    delivered: list[Message] = field(default_factory=list)
+    stopped_since: list[int] = field(default_factory=list)
+    """Ticks at which the loop took an E-STOP, in this boot: the order of what was asked by then."""
+    order: int = 0
+    followed: int = 0
+    """Order of the target that is in force."""
+    wrong: list[AssertionError] = field(default_factory=list)
+    by: Asked | None = None
+    """What began the motion that is under way."""
+
+    def __post_init__(self) -> None:
+        for module in (operator_module, stopper_module):
+            module.Worker = Unthreaded  # type: ignore[misc, assignment]
+        desk_module.time = SimpleNamespace(monotonic_ns=lambda: self.now, sleep=lambda seconds: self.run(1))  # type: ignore[assignment]
+        self.restart()
+        self.servers = [Server(self), Server(self)]
+
+    def restart(self) -> None:
+        """Another boot of the rig."""
+        self.boots += 1
+        self.stopped_since, self.followed, self.by = [], 0, None
+        self.rig = Rig(self, self.boots)
+        self.run(30)
+
+    def run(self, ticks: int) -> None:
+        """Let the loop tick."""
+        for _ in range(ticks):
+            self.now += MS
+            self.rig.tick()
+        self.late = [one for one in self.late if self.now - one.sent_ns < LATEST_MS * MS]
+
+    def ask(self, server: Server, request: Request) -> None:
+        """Somebody at `server` asks; every target is another one, and says by its place when it was asked for."""
+        self.order += 1
+        at = (0.2, self.order * 1e-5)
+        if request == Request.NONE:
+            answer = server.operator.move(at, ANYTHING)
+        else:
+            answer = server.operator.request(request, ANYTHING, at if request == Request.FOLLOW else None)
+        self.asked.append(Asked(self.order, request, server.boot, answer))
+
+    def press(self, server: Server) -> None:
+        """E-STOP."""
+        self.order += 1
+        self.pressed.append(Asked(self.order, Request.E_STOP, server.boot, server.operator.stop()))
+
+    def deliver(self, index: int, again: bool) -> None:
+        """A late message arrives, or one that arrived before comes once more."""
+        messages = self.old if again else self.late
+        if messages:
+            message = messages[-1 - index % len(messages)] if again else messages.pop(index % len(messages))
+            if not again:
+                self.old.append(message)
+            try:
+                self.rig.hear(message)
+            except TendrilError:
+                return  # the sender does not hear it any more
+
+    def judge(self, before: np.void, row: np.void) -> None:
+        """Look at one tick. What is wrong is kept: raised here, a server would take it for a failure of its wire."""
+        try:
+            self._judge(before, row)
+        except AssertionError as error:
+            self.wrong.append(error)
+
+    def _judge(self, before: np.void, row: np.void) -> None:
+        if row["request_n"] != before["request_n"] and row["request_cause"] == 0:
+            self._taken(Request(int(self.rig.command["request"][0])))
+        if row["mode"] == Mode.FOLLOW and self.order:
+            target = round(float(row["target"][1]) * 1e5)
+            assert target >= self.followed, f"target {target} after the newer {self.followed}"
+            self.followed = target
+
+    def _taken(self, request: Request) -> None:
+        if request == Request.E_STOP:
+            assert any(one.boot == self.rig.boot for one in self.pressed), "an E-STOP for another boot"
+            self.stopped_since.append(max((one.order for one in self.pressed), default=0))
+            return
+        if request == Request.NONE:
+            return  # a repetition says that the numbers up to here are used up
+        message = self.delivered[-1]
+        whose = next((one for one in message.what if one.request == request), None)
+        if whose is None:
+            assert request == Request.HOLD, f"nobody asked for {request.name}"
+            return
+        whose.taken += 1
+        assert whose.taken == 1, f"{whose} was acted on twice"
+        assert whose.boot == self.rig.boot, f"{whose} was for another boot"
+        assert all(whose.order > stop for stop in self.stopped_since), f"{whose} was asked before an E-STOP"
+        if request in (Request.FOLLOW, Request.TRACK):
+            self.by = whose
+            ended = [one for one in self.asked if one.request in STILL and one.said and one.boot == self.rig.boot]
+            assert all(whose.order > one.order for one in ended), f"{whose} moves after {ended[-1]}"
+
+    def settle(self) -> None:
+        """The wire works again: everything is answered."""
+        self.late.clear()
+        for _ in range(6):
+            for server in self.servers:
+                server.see()
+                server.step_stop("answered")
+                server.step("answered")
+            self.run(3)
+
+    def restore(self) -> None:
+        """The modules as they were."""
+        operator_module.Worker = stopper_module.Worker = Worker  # type: ignore[misc]
+        desk_module.time = time
+
+    def close(self) -> None:
+        """What must hold in the end."""
+        pressed = [one for one in self.pressed if one.boot == self.rig.boot]
+        try:
+            self.settle()
+        finally:
+            self.restore()
+        if self.wrong:
+            raise self.wrong[0]
+        for one in [*self.asked, *self.pressed]:
+            assert one.answer.done(), f"{one} was never answered"
+        for one in self.asked:
+            if one.request != Request.NONE and one.boot == self.rig.boot:
+                assert one.said is None or one.said == bool(one.taken), f"{one} was told something else"
+        if pressed:
+            assert max(self.stopped_since, default=0) >= pressed[-1].order, "the last E-STOP never came into force"
+        if Mode(int(self.rig.telemetry["mode"][0])) in MOVING:
+            assert self.by is not None and self.by.said, f"{self.by} moves the rig, and nobody was told"

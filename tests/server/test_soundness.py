@@ -1,0 +1,273 @@
+"""What fails, ends or hangs inside the server: it is said, everything else goes on, and an E-STOP passes."""
+
+import asyncio
+import logging
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import controller.worker as workers
+from controller.errors import RecordingError
+from controller.logs import Background
+from controller.messages import RigInfo
+from controller.parameters import RigParameters, Settings
+from controller.worker import Worker
+from recordings.intake import Intake, NoAnswer
+from recordings.session import Session
+from recordings.writer import Recorder
+from server.event_file import EventFile
+from server.events import EventLog
+from server.line_writer import LineWriter
+from server.looks import MEMORY, Looks
+from server.loop_watchdog import LoopWatchdog
+from server.messages import Event
+from server.soundness import Soundness
+from server.tasks import Tasks, forever
+from tests.server.live_server import ROW, TestServer, wait_for
+
+INFO = RigInfo(
+    rig="r", boot=1, version="", layout="", wall_offset_ns=0, policy="", twin=True, parameters=RigParameters()
+)
+
+
+class Clock:
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def test_a_look_that_fails_is_logged_once_with_its_count_and_the_others_go_on(caplog: pytest.LogCaptureFixture) -> None:
+    looks, seen, clock = Looks(clock := Clock()), [], clock
+
+    def fail() -> None:
+        raise RecordingError("there is no recording 'x'")
+
+    for _ in range(3600):
+        looks.do("the recording of a killed server", fail)
+        looks.do("the alarms", lambda: seen.append(1))
+    assert len(seen) == 3600 and len(caplog.records) == 1
+    [trouble] = looks.troubles
+    assert trouble.endswith("fails: RecordingError: there is no recording 'x', 3600 times")
+    clock.now = MEMORY + 1.0
+    assert looks.troubles == []
+
+
+def test_a_server_one_of_whose_looks_fails_serves_frames_status_and_e_stop(server: TestServer) -> None:
+    page = server.operator()
+
+    def fail() -> None:
+        raise RuntimeError("the look is broken")
+
+    with page.live() as live:
+        server.services.runs.look = fail  # type: ignore[method-assign]
+        wait_for(lambda: "the look is broken" in page.get("/api/health").json()["server"], "the trouble")
+        frames, statuses = len(live.frames), len([text for text in live.texts if text["type"] == "status"])
+        wait_for(lambda: len(live.frames) > frames + 60, "frames")
+        wait_for(lambda: len([text for text in live.texts if text["type"] == "status"]) > statuses + 1, "a status")
+        assert live.wait("event", lambda line: "the run fails: RuntimeError" in line["text"])["level"] == "error"
+        health = page.get("/healthz")
+        assert health.status_code == 503 and not health.json()["server"]["ok"]
+        assert page.command("e_stop").status_code == 200
+
+
+def test_a_thread_that_ends_is_said_and_begins_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(workers, "DELAY_FIRST", 0.01)
+    ends, over = [SystemExit(3), RuntimeError("by a mistake")], threading.Event()
+
+    def work() -> None:
+        if ends:
+            raise ends.pop(0)
+        over.wait()
+
+    worker = Worker("w", work)
+    worker.start()
+    wait_for(lambda: not ends and worker.alive and "by a mistake" in worker.trouble, "another life of it")
+    events = EventLog()
+    soundness = Soundness([worker], Looks(), LoopWatchdog(), events)
+    soundness()
+    soundness()
+    assert [event.text for event in events.recent] == [
+        "the thread w was ended by RuntimeError: by a mistake, and began anew"
+    ]
+    over.set()
+    assert worker.join(60.0)
+
+
+def test_a_thread_that_hangs_is_seen() -> None:
+    go_on = threading.Event()
+    worker = Worker("w", go_on.wait, most=0.05)
+    worker.start()
+    wait_for(lambda: worker.trouble == "the thread w hangs", "the trouble")
+    go_on.set()
+    assert worker.join(60.0) and worker.trouble == ""
+
+
+async def test_a_task_that_nobody_waits_for_does_not_fail_in_silence() -> None:
+    told: list[str] = []
+    tasks = Tasks(told.append, most=1)
+
+    async def fail() -> None:
+        raise RuntimeError("no")
+
+    tasks.begin("the end of a recording", fail())
+    tasks.begin("another", fail())
+    await asyncio.sleep(0.05)
+    assert told == [
+        "another was left out: 1 such tasks wait already",
+        "the end of a recording failed: RuntimeError: no",
+    ]
+
+
+async def test_what_goes_on_for_ever_begins_anew_when_it_ends(caplog: pytest.LogCaptureFixture) -> None:
+    begun = []
+
+    async def work() -> None:
+        begun.append(1)
+        raise RuntimeError("no")
+
+    task = asyncio.create_task(forever("the beat", work))
+    for _ in range(400):
+        if len(begun) > 1:
+            break
+        await asyncio.sleep(0.01)
+    task.cancel()
+    assert len(begun) == 2 and "the beat ended, and begins anew" in caplog.text
+
+
+async def test_a_loop_that_stands_still_is_said_with_the_place_and_ended_if_it_stays(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("server.loop_watchdog.SLOW", 0.2)
+    monkeypatch.setattr("server.loop_watchdog.DEADLY", 0.6)
+    ended = threading.Event()
+    watchdog = LoopWatchdog(ended.set)
+    watchdog.start()
+    await asyncio.sleep(0.1)
+    end = time.monotonic() + 60.0
+    while not ended.is_set() and time.monotonic() < end:
+        time.sleep(0.01)  # the loop hangs here
+    assert ended.is_set()
+    await asyncio.sleep(0.5)
+    watchdog.stop()
+    assert "time.sleep(0.01)  # the loop hangs here" in caplog.text
+    assert watchdog.trouble.startswith("the event loop stood still for")
+
+
+@pytest.fixture
+def hung() -> Iterator[threading.Event]:
+    """Set by a test when its disk is to answer again."""
+    answers = threading.Event()
+    yield answers
+    answers.set()
+
+
+def rows(first: int, count: int = 10) -> Any:
+    import numpy as np
+
+    found = np.zeros(count, ROW)
+    found["tick"] = first + np.arange(count)
+    found["t_ns"] = 1_000_000 * found["tick"]
+    return found
+
+
+def test_a_disk_that_hangs_ends_the_recording_and_holds_up_nobody(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, hung: threading.Event
+) -> None:
+    recorder = Recorder(tmp_path, patience=0.3)
+    recorder.start("hung", INFO, Settings())
+    write = Session.write
+
+    def hang(session: Session, batch: Any) -> None:
+        hung.wait()
+        write(session, batch)
+
+    monkeypatch.setattr(Session, "write", hang)
+    for batch in range(100_000):
+        recorder.rows(rows(10 * batch))
+        recorder.events("a line of the log")
+        recorder.look()
+        if batch > 2000 and not recorder.state().recording:
+            break
+        time.sleep(1e-4)
+    state = recorder.state()
+    assert (state.recording, "the disk has taken nothing for 0.3 s" in state.problem) == (False, True)
+    assert recorder._intake._queue.qsize() <= 6500
+    with pytest.raises(RecordingError, match="the disk does not answer"):
+        recorder.start("another", INFO, Settings())
+    with pytest.raises(RecordingError, match="the disk does not answer"):
+        recorder.stop()
+    hung.set()
+    wait_for(lambda: not recorder._given_up and recorder._session is None, "the disk's return")
+    monkeypatch.undo()
+    assert recorder.start("after", INFO, Settings()).recording
+    recorder.stop()
+    recorder.close()
+
+
+def test_nothing_that_is_handed_to_the_recorder_waits() -> None:
+    intake = Intake(batches=3, jobs=2)
+    intake.open(-1)
+    for tick in range(10):
+        intake.rows(rows(10 * tick))
+    assert (intake.full, intake.is_open) == (True, False)
+    assert [intake.later(lambda: None) for _ in range(3)] == [True, True, False]
+    assert intake.left_out == 1
+    with pytest.raises(NoAnswer, match=r"nothing came of it within 0.05 s"):
+        intake.ask(lambda: None, 0.05)
+
+
+def test_a_log_file_that_hangs_holds_up_no_line_and_says_what_is_missing(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")  # to open it for writing waits for a reader
+
+    class Pipe(EventFile[Event]):
+        def append(self, event: Event) -> None:
+            with (tmp_path / "pipe").open("a") as file:
+                file.write(event.text)
+
+    log = EventLog(Pipe(tmp_path / "events.jsonl", Event))
+    log.writer = LineWriter(Pipe(tmp_path / "events.jsonl", Event), "event log", "lost", queued=10)
+    for number in range(100):
+        log.add(f"line {number}")
+    assert len(log.recent) == 100
+    descriptor = os.open(tmp_path / "pipe", os.O_RDWR)
+    wait_for(lambda: (log.look(), "lines are missing in the event log" in log.recent[-1].text)[1], "the count")
+    os.close(descriptor)
+
+
+def test_a_standard_error_that_nobody_reads_holds_up_nobody() -> None:
+    """A process whose log goes into a pipe that is full."""
+    script = (
+        "import logging, sys, time\n"
+        "from controller.logs import log_in_background\n"
+        "logging.basicConfig(level=logging.INFO)\n"
+        "log_in_background()\n"
+        "for _ in range(20_000): logging.info('x' * 200)\n"
+        "print('done', flush=True)\n"
+    )
+    process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert process.stdout is not None
+    assert process.stdout.readline() == b"done\n"
+    process.kill()
+    process.communicate()
+
+
+def test_lines_in_the_background_keep_their_order_and_their_fields() -> None:
+    seen: list[str] = []
+
+    class Keep(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            seen.append(record.getMessage())
+
+    background = Background([Keep()])
+    for number in range(100):
+        background.handle(logging.makeLogRecord({"msg": "line %d", "args": (number,)}))
+    background.flush()
+    assert seen == [f"line {number}" for number in range(100)]

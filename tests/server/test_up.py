@@ -1,0 +1,103 @@
+"""`tendril up`: a second one is refused in one sentence, a key that is damaged is made anew."""
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import psutil
+import pytest
+
+from controller.errors import KeyRefused
+from controller.key_file import made_key, mended_key, read_key
+from controller.realtime.ring import remove_rings
+from server.ready import UpReady
+from server.settings import ServerSettings
+from server.up import usable_key
+from tests.server.live_server import Page, free_environment, wait_for
+
+TENDRIL = Path(sys.executable).parent / "tendril"
+RIG = f"up-{os.getpid()}"
+
+
+def command(folder: Path, rig: str, port: int, ready: Path) -> list[str | Path]:
+    given = ["up", "--no-browser", "--rig", rig, "--port", str(port)]
+    return [TENDRIL, *given, "--ready", ready, "--recordings", folder / "recordings"]
+
+
+@contextmanager
+def running(folder: Path) -> Iterator[UpReady]:
+    ready = folder / "up.json"
+    process = subprocess.Popen(command(folder, RIG, 0, ready), env=environment(folder))
+    try:
+        wait_for(lambda: ready.exists() or process.poll() is not None, "the product")
+        yield UpReady.model_validate_json(ready.read_bytes())
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait()
+        remove_rings(RIG)
+
+
+def environment(folder: Path) -> dict[str, str]:
+    free_environment()
+    return os.environ | {"XDG_STATE_HOME": str(folder / "state"), "TENDRIL_LIGHT_SCENE": "1"}
+
+
+def test_a_second_up_says_in_one_sentence_why_not_and_the_first_goes_on(tmp_path: Path) -> None:
+    with running(tmp_path) as first:
+        port = urlsplit(first.url).port
+        assert port
+        for rig, other_port, why in (
+            (RIG, 0, f"rig '{RIG}' already runs on this machine"),
+            (f"{RIG}-other", port, f"port = {port}: Address already in use"),
+        ):
+            before = {child.pid for child in psutil.Process().children(recursive=True)}
+            done = subprocess.run(
+                command(tmp_path, rig, other_port, tmp_path / "second.json"),
+                env=environment(tmp_path),
+                capture_output=True,
+                text=True,
+                timeout=200,
+            )
+            said = [line for line in done.stderr.splitlines() if " INFO " not in line]
+            assert (done.returncode, len(said)) == (1, 1), done.stderr
+            assert why in said[0] and "Traceback" not in done.stdout + done.stderr
+            assert not (tmp_path / "second.json").exists()
+            assert {child.pid for child in psutil.Process().children(recursive=True)} <= before, "nothing is left"
+        with Page(first.url.split("/?")[0]) as page:
+            page.sign_in(first.url.split("token=")[1])
+            wait_for(lambda: page.get("/api/health").json()["rig_connected"], "the rig of the first")
+        assert psutil.pid_exists(first.rig_process) and psutil.pid_exists(first.server_process)
+    remove_rings(f"{RIG}-other")
+
+
+@pytest.mark.parametrize("content", [b"", b"half", bytes(45), None])
+def test_a_key_of_ours_that_is_none_is_made_anew_and_one_that_was_named_is_left_alone(
+    content: bytes | None, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path = tmp_path / "rig.key"
+    if content is None:
+        os.mkfifo(path, 0o600)
+    else:
+        path.touch(0o600)
+        path.write_bytes(content)
+    for refuse in (made_key, read_key):
+        with pytest.raises(KeyRefused, match=str(path)):
+            refuse(path)
+    with pytest.raises(KeyRefused, match=str(path)):
+        usable_key(ServerSettings(rig="rig", state=tmp_path, key_file=path), tmp_path)
+    key = mended_key(path)
+    assert (len(key), made_key(path), len(caplog.records)) == (32, key, 1)
+    assert len([*tmp_path.glob("rig.key.damaged-*")]) == 1
+
+
+def test_where_the_state_takes_no_file_the_key_holds_for_one_run(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "state").write_text("a file where a folder should be")
+    key = usable_key(ServerSettings(rig="rig", state=tmp_path / "state"), tmp_path)
+    assert (key, len(read_key(key)), len(caplog.records)) == (tmp_path / "rig.key", 32, 1)
