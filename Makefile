@@ -69,10 +69,10 @@ types-page: frontend/node_modules/installed
 # What keeps time or kills processes runs apart from what takes all cores: three at a time, as it mostly waits. The
 # campaign runs alone.
 CAMPAIGN := tests/server/test_campaign.py
-ALONE := $(patsubst %,tests/controller/test_%.py,clock link link_guarded loop pool rig ring supervisor) \
+ALONE := $(patsubst %,tests/controller/test_%.py,clock link link_guarded link_strangers loop pool rig ring supervisor) \
 	$(patsubst %,tests/server/test_%.py,chain killed_rig live load logs runs shutdown) \
-	$(patsubst %,tests/server/test_%.py,trouble two_machines viser) \
-	$(patsubst %,tests/recordings/test_%.py,killed recorder)
+	$(patsubst %,tests/server/test_%.py,trouble two_machines up viser) \
+	$(patsubst %,tests/recordings/test_%.py,killed power_cut recorder)
 test-python: setup
 	$(BIN)/python -m pytest tests --ignore tests/e2e $(ALONE:%=--ignore %) --ignore $(CAMPAIGN) -n auto --dist loadfile -m "not long"
 	$(BIN)/python -m pytest $(ALONE) -n 3 --dist loadfile
@@ -84,12 +84,13 @@ test-browser: setup chromium
 test-long: setup chromium
 	$(BIN)/python -m pytest tests -rP -m long
 
-# The page's types follow the server's OpenAPI; `make types` compares. docs/safety.md follows the loop's tables.
+# The page's types follow the server's OpenAPI; `make types` compares. Tables in docs/ follow the code that acts by them.
 schema: .venv/installed frontend/node_modules/installed
 	$(BIN)/tendril schema > .venv/openapi.json
 	cd frontend && $(NODE) npm run --silent types -- ../.venv/openapi.json
 	$(BIN)/python -m server.faults.table
 	$(BIN)/python -m controller.safety_tables
+	$(BIN)/python -m server.runs.phases
 
 # Exact versions with hashes for every supported Python, without any registry address.
 lock: .venv/installed
