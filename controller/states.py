@@ -138,7 +138,8 @@ WATCHDOGS: dict[Watch, Watchdog] = {
     ),
     Watch.SPEED: Watchdog("speed of the observer's last rod", ("speed_max",), DRIVEN, E_STOP, Cause.TOO_FAST),
     Watch.FLOW: Watchdog(
-        "time with a pair's pressure difference further from that of the model than its limit; time below counts back",
+        "time with a pair's pressure difference further from that of the model than its limit; time below counts back "
+        "half as fast",
         ("pressure_off_time", "pressure_off_max"),
         DRIVEN,
         E_STOP,

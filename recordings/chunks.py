@@ -14,6 +14,9 @@ from rerun.chunk import Chunk, RrdReader
 from controller.errors import RecordingError
 from recordings import frames
 
+# A file that is not closed is readable all the same. Said once for all threads: a context manager is not safe in them.
+warnings.filterwarnings("ignore", "RRD file has no footer")
+
 Array = np.ndarray[Any, Any]
 Batch = Any
 """A pyarrow RecordBatch (pyarrow has no types)."""
@@ -42,9 +45,7 @@ class Chunks:
 
     def __init__(self, path: Path) -> None:
         """RuntimeError of rerun when `path` cannot be read."""
-        with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", "RRD file has no footer")  # not closed: readable all the same
-            reader = RrdReader(path)
+        reader = RrdReader(path)
         extent = frames.extent(path)
         self._source: Any = reader.store() if extent.closed and extent.frames <= INDEXED_MAX else reader
 

@@ -1,6 +1,5 @@
 """What the plan view shows of a recording, 50 times a second: little enough to keep an hour of it in memory."""
 
-import warnings
 from collections import defaultdict
 from pathlib import Path
 from typing import Any
@@ -66,10 +65,7 @@ def read_tape(path: Path) -> Tape:
 def _collect(path: Path) -> dict[str, tuple[Array, Array, Array]]:
     """For each entity times [ns], ticks and float32 values (k, width) in the order of time, thinned chunk by chunk."""
     parts: dict[str, list[tuple[Array, Array, Array]]] = defaultdict(list)
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "RRD file has no footer")
-        reader = RrdReader(path)
-    for chunk in reader.stream().filter(content=[*WIDTHS]):
+    for chunk in RrdReader(path).stream().filter(content=[*WIDTHS]):
         batch, entity = chunk.to_record_batch(), str(chunk.entity_path)
         if "t" in batch.schema.names and (part := _thinned(batch, entity)) is not None:
             parts[entity].append(part)

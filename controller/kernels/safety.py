@@ -13,6 +13,8 @@ from controller.states import DRIVEN, KEPT, LIVE, MOVING, WATCHDOGS, Watch, next
 
 VENTED, HOLD, FOLLOW, TRACK, REST, FAULT, E_STOP = (int(mode) for mode in Mode)
 REFUSED = -1
+OFF_FADES = 0.5
+"""Chambers that follow count back half as fast: under feedback a broken one swings the arm, and is off by turns."""
 
 
 def _refusable(mode: Mode, request: Request) -> int:
@@ -243,7 +245,7 @@ def watch_flow(control, measurement, u_hat):
     off = 0.0
     for j in range(2):
         off = max(off, abs(p[2 * j] - p[2 * j + 1] - u_hat[j] * control.pascal_per_torque[j]))
-    change = control.dt if off > limits.pressure_off_max else -control.dt
+    change = control.dt if off > limits.pressure_off_max else -OFF_FADES * control.dt
     state.pressure_off = max(0.0, state.pressure_off + change) if DRIVEN_BITS >> state.mode & 1 else 0.0
     if state.pressure_off > limits.pressure_off_time:
         react(state, FLOW)

@@ -10,7 +10,7 @@ import sys
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -175,6 +175,14 @@ def test_a_link_to_a_recording_outside_is_neither_served_nor_exported_nor_delete
     assert Store(tmp_path / "elsewhere").find(id).complete
 
 
+def replaced(folder: Path) -> None:
+    """Put a file in the place of `folder`, into which a server may be writing: it may be made anew meanwhile."""
+    while folder.is_dir():
+        shutil.rmtree(folder, ignore_errors=True)
+        with suppress(IsADirectoryError):
+            folder.write_text("a file where the folder was")
+
+
 def test_folders_that_are_deleted_under_a_running_server_are_answered_in_a_sentence(
     shared_rig: RigProcess, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -182,8 +190,7 @@ def test_folders_that_are_deleted_under_a_running_server_are_answered_in_a_sente
         page = server.operator()
         assert page.get("/api/recordings").json() == []
         for folder in ("recordings", "state"):
-            shutil.rmtree(tmp_path / folder, ignore_errors=True)
-            (tmp_path / folder).write_text("a file where the folder was")
+            replaced(tmp_path / folder)
         for _ in range(3):
             require_answers(ask_everything(page, [f"{ID}-a"]))
         refused = page.post("/api/recordings", json={"name": "no"})

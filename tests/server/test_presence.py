@@ -110,7 +110,9 @@ def test_signs_keep_nothing_going_that_the_next_operator_began(page: Page, live:
     with other.live() as theirs:
         theirs.send(type="presence", n=1)
         press(theirs)
+        theirs.operate()
         theirs.wait_mode(Mode.FOLLOW)
+        theirs.operate(False)
 
         def held() -> bool:
             worker.sign()
