@@ -18,7 +18,7 @@ from controller.kernels.rod import Array, RodModel, make_load, make_work
 from controller.kernels.sensing import Sensing
 from controller.kernels.statics import at_rest, places, points_on, static_tip
 from controller.layout import to_record
-from controller.modes import Cause, Integrator
+from controller.modes import Cause, Integrator, RowKind
 from controller.parameters import BACKBONE_POINTS, SENSORS, ControllerParameters, RigParameters, SafetyLimits
 from controller.stability import require_stable
 
@@ -45,6 +45,7 @@ def _built(parameters: RigParameters, boot: int) -> Rig:
     state = np.zeros(1, STATE)
     state["boot"] = boot
     state["cause"] = Cause.START
+    state["kind"] = RowKind.DRAWN
     control = Control(
         dt=controller.dt,
         controller=to_record(controller),
@@ -55,6 +56,7 @@ def _built(parameters: RigParameters, boot: int) -> Rig:
         v=observer.state.v,
         reference=np.zeros((REFERENCE_ROWS, 2)),
         guide=np.full((REFERENCE_ROWS, 2), math.nan),
+        kinds=np.full(REFERENCE_ROWS, RowKind.DRAWN, np.uint8),
         plan=np.zeros(1, PLAN),
         state=state,
     )

@@ -49,6 +49,17 @@ class Request(IntEnum):
     E_STOP = 7
 
 
+class RowKind(IntEnum):
+    """What a row of a planned reference is for."""
+
+    TRAVEL = 0
+    """It leads to another pose of the arm."""
+    DRAWN = 1
+    """It is part of a path that anyone may have drawn."""
+    KNOWN = 2
+    """It is part of a shape that the arm is known to follow."""
+
+
 class Cause(IntEnum):
     """Why the rig is in its mode, or why it refused."""
 

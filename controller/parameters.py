@@ -72,8 +72,9 @@ class ControllerParameters(Model):
     """Feedback fades in a direction in which S moves the tip less than this share of its strongest (ours; paper: 0).
     At the straight pose nothing can move the tip along x, and the paper's law alone saturates there on noise."""
     weak_ratio_live: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1")] = 0.35
-    """The same but for a planned reference, which is known to be in reach: where an operator may lead the tip to the
-    edge of the reach, a fold of S, feedback that fades later swings over the whole stroke (ours)."""
+    """The same but for the shapes of the library, which the arm is known to follow: where the tip may be led anywhere,
+    by hand, on a drawn path or on the way to another pose, it meets the edge of the reach, a fold of S, and feedback
+    that fades later swings over the whole stroke (ours)."""
     carry_on: bool = True
     """The observer carries a marker on with its last velocity for as long as the sample is old (ours): held, it would
     lag by some 9 ms, 2 mm on the 1 Hz circle. The feedback's error is that of the held marker, as in the paper."""

@@ -127,7 +127,7 @@ def stop(actuator: str, controller: ControllerParameters) -> Reference:
     circle = planned("circle_1hz", actuator, controller)
     end = circle.start + LAPS * SECOND
     p = np.vstack([circle.p[:end], np.tile(circle.p[circle.start], (HOLD * SECOND, 1))])
-    return Reference("stop", p, circle.start, (end,), circle.frequency, velocity_feedforward=True)
+    return Reference("stop", p, circle.start, (end,), circle.frequency, velocity_feedforward=True, known=True)
 
 
 def left_over(p: Array, path: Reference) -> list[tuple[float, float]]:

@@ -71,6 +71,7 @@ def plan(control: Control, reference: Reference) -> None:
         raise DataError(f"{reference.name}: a point is not finite")
     control.reference[:rows] = reference.p
     control.guide[:rows] = np.nan if reference.u is None else reference.u
+    control.kinds[:rows] = reference.kinds
     control.plan[0] = rows, 0, rows
 
 

@@ -8,13 +8,16 @@ from controller.kernels.inverse import way_down
 from controller.kernels.observer import TIP
 from controller.kernels.oscillation import note_tracking
 from controller.kernels.polygon import nearest_admissible
-from controller.kernels.safety import E_STOP, FOLLOW, HOLD, NUMBERS, TRACK, is_live, react
-from controller.kernels.statics import sensitivity
-from controller.modes import Law
+from controller.kernels.safety import E_STOP, FOLLOW, HOLD, NUMBERS, is_live, react
+from controller.kernels.statics import sensitivity, side_of
+from controller.modes import Law, RowKind
 
 FF, FF_P, FF_I, FF_PI = int(Law.FF), int(Law.FF_P), int(Law.FF_I), int(Law.FF_PI)
+KNOWN, TRAVEL = int(RowKind.KNOWN), int(RowKind.TRAVEL)
 BUMP_TIME = 0.2
 """Time constant with which the jump of u at a switch is let go (ours) [s]."""
+FORGET_WAY = 0.4
+"""On the way to another pose the integral, which fits the one that is left, is forgotten over this way (ours) [m]."""
 EXCESS = 1e-9
 """A sum further outside the admissible torques than this counts as saturated [N m]."""
 
@@ -29,7 +32,7 @@ def feed_back(control, settings, telemetry):
     for j in range(2):
         tip = telemetry.p_meas[j] if measured else telemetry.p_hat[j]
         telemetry.error[j] = state.p_ref[j] - tip
-    how = live + 2 * closed + 4 * (measured != 0) + 8 * (state.mode == TRACK)
+    how = live + 2 * closed + 4 * (measured != 0) + 8 * (state.kind == KNOWN)
     switched = scheme_changed(state, settings, how)
     look_at_sensitivity(control)
     f_1, f_2 = effort(state, settings, telemetry.error)
@@ -71,17 +74,21 @@ def look_at_sensitivity(control):
     """S at the observer's pose, its weakest direction in the task space, and how much feedback is let through along it.
 
     The share is (sigma_2 / (weak_ratio sigma_1))^2, at most 1: the torque per error then goes to zero with sigma_2,
-    where the paper's law alone would ask for 1 / sigma_2.
+    where the paper's law alone would ask for 1 / sigma_2. Where the arm is on the other side of a fold than its
+    feedforward it is 0: there S leads on into the other pose, and away from the reference.
     """
     state, bounds = control.state[0], control.controller[0]
-    ratio = bounds.weak_ratio if state.mode == TRACK else bounds.weak_ratio_live
+    ratio = bounds.weak_ratio if state.kind == KNOWN else bounds.weak_ratio_live
     S11, S12, S21, S22 = sensitivity(control.smap, control.q[2])
     state.S[0], state.S[1], state.S[2], state.S[3] = S11, S12, S21, S22
     A11, A12, A22 = S11 * S11 + S12 * S12, S11 * S21 + S12 * S22, S21 * S21 + S22 * S22
     det = S11 * S22 - S12 * S21
     strong = 0.5 * (A11 + A22) + math.hypot(0.5 * (A11 - A22), A12)
     state.weak[0], state.weak[1] = way_down(A11, A12, A22, det * det / strong, 0.0, 0.0)
-    state.share = min(1.0, (det / (ratio * strong)) ** 2) if ratio > 0.0 else 1.0
+    square = det * det
+    if state.kind != KNOWN:
+        square = max(0.0, min(square, det * side_of(control.smap, state.u_ff[0], state.u_ff[1])))
+    state.share = min(1.0, square / (ratio * strong) ** 2) if ratio > 0.0 else 1.0
 
 
 @kernel
@@ -152,5 +159,7 @@ def integrate(control, settings, telemetry, excess_1, excess_2):
         if w_1 * excess_1 + w_2 * excess_2 > 0.0:
             return
     e_1, e_2 = attainable(state, e[0], e[1])
-    state.integral[0] += e_1 * control.dt
-    state.integral[1] += e_2 * control.dt
+    way = math.hypot(state.wish_dot[0], state.wish_dot[1]) * control.dt
+    kept = math.exp(-way / FORGET_WAY) if state.kind == TRAVEL else 1.0
+    state.integral[0] = kept * state.integral[0] + e_1 * control.dt
+    state.integral[1] = kept * state.integral[1] + e_2 * control.dt

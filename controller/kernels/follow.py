@@ -6,10 +6,11 @@ from controller.kernels.compiled import kernel
 from controller.kernels.inverse import REFINE_STEPS, TOLERANCE, invert, refine
 from controller.kernels.safety import FOLLOW, HOLD, TRACK, move
 from controller.kernels.statics import static_tip
-from controller.modes import Cause
+from controller.modes import Cause, RowKind
 
 SEARCH_EVERY = 10
 """Ticks between two looks at other branches, which cost as much as the rest of the tick."""
+DRAWN = int(RowKind.DRAWN)
 REFERENCE_DONE = int(Cause.REFERENCE_DONE)
 
 
@@ -20,6 +21,7 @@ def refer(control, command, due):
     if state.entered:
         anchor(state)
         state.index = state.followed = 0
+        state.kind = DRAWN
     if state.mode == FOLLOW:
         if due:
             aim(control, command.target[0], command.target[1])
@@ -124,6 +126,7 @@ def track(control):
         place(control, (x, y), (u1, u2, distance))
     else:
         aim(control, x, y)
+    state.kind = control.kinds[state.index]
     state.followed += 1
     state.index += 1
     if state.index == plan.rows:

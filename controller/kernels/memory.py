@@ -46,6 +46,7 @@ STATE = np.dtype(
         ("index", "<i8"),  # next row of the planned reference
         ("followed", "<i8"),  # rows of it taken so far
         ("guided", "<i8"),  # the row in force names its torques
+        ("kind", "<i8"),  # RowKind of the row in force; DRAWN in any other mode than TRACK
         ("reachable", "<i8"),  # the goal is in reach
         ("reached", "<i8"),  # the static tip of u_ff is at the wish
         ("blending", "<i8"),  # u_ff is on its way to another branch
@@ -100,6 +101,8 @@ class Control(NamedTuple):
     """Planned reference for TRACK (rows,2) [m], one row a tick."""
     guide: Array
     """Torques (rows,2) [N m] that hold the tip at the rows of `reference`; nan where the tick is to find them."""
+    kinds: np.ndarray
+    """RowKind (rows,) of the rows of `reference`."""
     plan: np.ndarray
     """PLAN, one record; like the reference written only while the rig is not in TRACK."""
     state: np.ndarray

@@ -106,6 +106,19 @@ def sensitivity(model, theta):
 
 
 @kernel
+def side_of(model, u1, u2):
+    """Determinant of S [m^2/(N m)^2] of the static map at u [N m]: its sign tells on which side of a fold that pose is."""
+    x_1 = x_2 = y_1 = y_2 = 0.0
+    for i in range(model.L.size):
+        c1, c2 = model.compliance[i, 0], model.compliance[i, 1]
+        s, c = sine_cosine(model.rest[i] + c1 * u1 + c2 * u2)
+        dx, dy = model.L[i] * c, model.L[i] * s
+        x_1, x_2 = x_1 - dy * c1, x_2 - dy * c2
+        y_1, y_2 = y_1 + dx * c1, y_2 + dx * c2
+    return x_1 * y_2 - x_2 * y_1
+
+
+@kernel
 def points_on(q, at, points):
     """Positions (n,2) [m] of the material points `at` (Places) in the pose q (3,N), into `points`."""
     for j in range(at.rod.size):

@@ -7,9 +7,9 @@ import numpy as np
 from controller.build_rig import REFERENCE_ROWS
 from controller.errors import ParameterError
 
-HEAD, POINT, TORQUES = 32, 16, 8
-"""Bytes of the four words, of a point and of its torques, which are float32: the rig refines them."""
-PLANNED_MAX = HEAD + (POINT + TORQUES) * REFERENCE_ROWS
+HEAD, POINT, TORQUES, KIND = 32, 16, 8, 1
+"""Bytes of the four words, of a point, of its torques (float32: the rig refines them) and of its kind."""
+PLANNED_MAX = HEAD + (POINT + TORQUES + KIND) * REFERENCE_ROWS
 """Longest message [bytes]."""
 
 
@@ -20,6 +20,8 @@ class PlannedRows(NamedTuple):
     """(n, 2) [m], one a tick."""
     torques: np.ndarray | None = None
     """(n, 2) [N m] that hold the points; without them the rig stays in the pose of the arm in which it is."""
+    kinds: np.ndarray | None = None
+    """(n,) of uint8, RowKind; all are DRAWN without it."""
     again: int = 0
     """Point that comes after the last one."""
     ticks: int | None = None
@@ -29,22 +31,29 @@ class PlannedRows(NamedTuple):
 
 
 def encoded(rows: PlannedRows) -> bytes:
-    """int64 (again, ticks, steps, whether torques follow), float64 (n, 2) points, float32 (n, 2) torques."""
+    """int64 (again, ticks, steps, what follows), float64 (n, 2) points, float32 (n, 2) torques, uint8 (n,) kinds.
+
+    What follows the points: 1 for torques, 2 for kinds, 3 for both.
+    """
     ticks = len(rows.points) if rows.ticks is None else rows.ticks
-    words = np.array([rows.again, ticks, rows.steps, rows.torques is not None], np.int64)
-    torques = b"" if rows.torques is None else np.ascontiguousarray(rows.torques, np.float32).tobytes()
-    return words.tobytes() + np.ascontiguousarray(rows.points, np.float64).tobytes() + torques
+    more = (rows.torques is not None) + 2 * (rows.kinds is not None)
+    words = np.array([rows.again, ticks, rows.steps, more], np.int64)
+    parts = [(words, np.int64), (rows.points, np.float64), (rows.torques, np.float32), (rows.kinds, np.uint8)]
+    return b"".join(np.ascontiguousarray(part, kind).tobytes() for part, kind in parts if part is not None)
 
 
 def decoded(payload: bytes) -> PlannedRows:
     """What `encoded` gives; ParameterError for a payload that it cannot have given."""
     words = np.frombuffer(payload[:HEAD], np.int64).tolist() if len(payload) >= HEAD else []
-    row = POINT + TORQUES if words and words[3] else POINT
-    if not words or (len(payload) - HEAD) % row:
+    torqued, told = (words[3] & 1, words[3] & 2) if words else (0, 0)
+    row = POINT + (TORQUES if torqued else 0) + (KIND if told else 0)
+    if not words or words[3] not in range(4) or (len(payload) - HEAD) % row:
         raise ParameterError(f"reference of {len(payload)} bytes is not four int64 words and rows of {row} bytes")
     count = (len(payload) - HEAD) // row
     points = np.frombuffer(payload, count=2 * count, offset=HEAD).reshape(-1, 2)
-    torques = None
-    if words[3]:
-        torques = np.frombuffer(payload, np.float32, offset=HEAD + POINT * count).astype(np.float64).reshape(-1, 2)
-    return PlannedRows(points, torques, words[0], words[1], bool(words[2]))
+    torques = kinds = None
+    if torqued:
+        torques = np.frombuffer(payload, np.float32, 2 * count, HEAD + POINT * count).astype(np.float64).reshape(-1, 2)
+    if told:
+        kinds = np.frombuffer(payload, np.uint8, offset=len(payload) - KIND * count)
+    return PlannedRows(points, torques, kinds, words[0], words[1], bool(words[2]))

@@ -11,7 +11,7 @@ from controller.kernels.memory import Control
 from controller.layout import to_record
 from controller.link import PlannedRows
 from controller.messages import Command, CommandReply, RigInfo, TwinFaults
-from controller.modes import Cause, Mode, Request
+from controller.modes import Cause, Mode, Request, RowKind
 from controller.realtime.compiled import Words
 from controller.realtime.followable import require_followable, require_sound
 from controller.realtime.mailbox import post, words
@@ -171,6 +171,7 @@ class Desk:
                 raise CommandRefused("refused: the reference cannot change while it is tracked; hold first")
             count = len(rows.points)
             self._control.reference[:count], self._control.guide[:count] = rows.points, guide
+            self._control.kinds[:count] = RowKind.DRAWN if rows.kinds is None else rows.kinds
             self._control.plan[0] = count, rows.again, rows.ticks
             self._begin = None if rows.steps else rows.points[0].copy()
         return count

@@ -7,6 +7,7 @@ from controller.kernels.inverse import TOLERANCE
 from controller.kernels.memory import Control
 from controller.kernels.rod import Array
 from controller.link import PlannedRows
+from controller.modes import RowKind
 from controller.parameters import ControllerParameters
 from controller.reference.approach import follow
 from controller.reference.bounds import Limits, place, stretches, worst
@@ -31,6 +32,8 @@ def require_sound(rows: PlannedRows, room: int) -> None:
             f"points[{far[0]}] = ({points[far[0], 0]:g}, {points[far[0], 1]:g}): the reference holds a coordinate "
             f"outside [-{COORDINATE_MAX}, {COORDINATE_MAX}] m"
         )
+    if rows.kinds is not None and not np.isin(rows.kinds, [*RowKind]).all():
+        raise ParameterError(f"kinds of {count} points are not all in [{min(RowKind):d}, {max(RowKind):d}]")
     if not 0 <= rows.again < count or rows.ticks is None or rows.ticks < 1:
         raise ParameterError(f"reference of {count} points cannot go on at {rows.again} for {rows.ticks} ticks")
 

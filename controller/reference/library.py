@@ -77,6 +77,7 @@ def reference(name: str, actuator: Actuator, controller: ControllerParameters | 
         frequency=plan.frequency,
         velocity_feedforward=plan.velocity_feedforward,
         led=ticks,
+        known=True,
     )
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from controller.kernels.rod import Array
+from controller.modes import RowKind
 
 
 @dataclass(frozen=True)
@@ -29,5 +30,17 @@ class Reference:
     """(n, 2) torques [N m] that hold the points, where they are known."""
     travel: np.ndarray | None = None
     """(n,) of bool: rows that only lead to another pose of the arm, and are not judged; None: no row after `start`."""
+    known: bool = False
+    """Whether the arm is known to follow it, as it is for the library's own."""
     axis_frequencies: tuple[float, float] | None = None
     """[Hz] at which x and y swing, where that is not `frequency` for both, as in a Lissajous figure."""
+
+    @property
+    def kinds(self) -> np.ndarray:
+        """RowKind (n,) of uint8."""
+        return row_kinds(np.zeros(len(self.p), bool) if self.travel is None else self.travel, self.known)
+
+
+def row_kinds(travel: np.ndarray, known: bool) -> np.ndarray:
+    """RowKind (n,) of uint8 of rows that are `travel` (n,) of bool, or of a path that the arm is known to follow."""
+    return np.where(travel, RowKind.TRAVEL, RowKind.KNOWN if known else RowKind.DRAWN).astype(np.uint8)

@@ -19,6 +19,7 @@ from controller.reference.bounds import Limits, exceeding, place, standing, wind
 from controller.reference.reach import static_tips
 from controller.reference.shapes import lengths
 from controller.reference.smoothing import continued
+from controller.reference.travel import Pose, joined
 from controller.reference.within_reach import Carried, projected
 
 SPACING = 1e-4
@@ -161,15 +162,15 @@ def retimed(smap: StaticMap, wished: Array, limits: Limits, dt: float) -> Follow
     cuts = [0, *tears(smap, points.path), len(points.t)]
     parts = [points.part(first, end) for first, end in pairwise(cuts)]
     waits = wait_rows(wished)
-    rows: list[Followed] = [held(parts[0], 0, waits[0])]
+    pieces = [slowed(smap, part, limits, dt) for part in parts]
+    rows: list[Followed] = [held(pieces[0], 0, waits[0]), pieces[0]]
     said: list[str] = []
-    for before, part in zip([None, *parts[:-1]], parts, strict=True):
-        if before is not None:
-            rows.append(detour(smap, before, part, limits, dt))
-            said.append(detour_text(rows, dt))
-        rows.append(slowed(smap, part, limits, dt))
-    rows.append(held(parts[-1], -1, waits[1]))
-    found = joined(rows)
+    for before, piece in pairwise(pieces):
+        rows.append(detour(smap, before, piece, limits, dt))
+        said.append(detour_text(rows, dt))
+        rows.append(piece)
+    rows.append(held(pieces[-1], -1, waits[1]))
+    found = together(rows)
     if excess := worst(standing(found.p, dt), standing(found.u, dt), limits, dt):
         at = min(max(0, excess.row - window_rows(dt)), len(found.p) - 1)
         raise ParameterError(f"no timing keeps it within limits: {place(found.p, at, dt)}: {excess}")
@@ -190,9 +191,9 @@ def retimed_text(before: float, after: float, limits: Limits) -> str:
 def detour_text(rows: list[Followed], dt: float) -> str:
     """Where the travel that `rows` end with is, and how long."""
     start = sum(len(part.p) for part in rows[:-1])
-    way = rows[-1].p
-    length, seconds = 1e3 * float(lengths(way)[-1]), len(way) * dt
-    x, y = 1e3 * way[0]
+    p = rows[-1].p
+    length, seconds = 1e3 * float(lengths(p)[-1]), len(p) * dt
+    x, y = 1e3 * p[0]
     where = f"({x:.0f}, {y:.0f}) mm, where it can only go on in another pose of the arm"
     return f"detour of {length:.0f} mm in {seconds:.2g} s at {start * dt:.3g} s, {where}"
 
@@ -251,26 +252,26 @@ def steps_of(path: Carried) -> tuple[Array, Array]:
     return np.hypot(*np.diff(path.p, axis=0).T), np.abs(np.diff(path.u, axis=0)).max(axis=1)
 
 
-def held(part: Points, at: int, rows: int) -> Followed:
-    """The point `at` of a path for so many rows."""
-    p, u, wished = (np.tile(a[at], (rows, 1)) for a in (part.path.p, part.path.u, part.wished))
-    return Followed(p, u, wished, np.full(rows, part.path.distance[at]), np.zeros(rows, bool))
+def held(piece: Followed, at: int, rows: int) -> Followed:
+    """The row `at` of a piece for so many rows."""
+    p, u, wished = (np.tile(a[at], (rows, 1)) for a in (piece.p, piece.u, piece.wished))
+    return Followed(p, u, wished, np.full(rows, piece.distance[at]), np.zeros(rows, bool))
 
 
-def detour(smap: StaticMap, before: Points, after: Points, limits: Limits, dt: float) -> Followed:
+def detour(smap: StaticMap, before: Followed, after: Followed, limits: Limits, dt: float) -> Followed:
     """The travel from the end of one piece to the start of the next."""
     gentle = limits._replace(torque_rate=TRAVEL_RATE * limits.torque_rate)
-    u_from, u_to = before.path.u[-1], after.path.u[0]
-    u = u_from + np.linspace(0.0, 1.0, DETOUR_POINTS)[:, None] * (u_to - u_from)
+    start, end = Pose(before.p[-1], before.u[-1]), Pose(after.p[0], after.u[0])
+    u = start.u + np.linspace(0.0, 1.0, DETOUR_POINTS)[:, None] * (end.u - start.u)
     way = Carried(u, static_tips(smap, u), np.zeros(DETOUR_POINTS), ())
-    points = Points(way, np.tile(before.wished[-1], (DETOUR_POINTS, 1)), AT_ONCE * np.arange(DETOUR_POINTS))
-    points = points.part(0, DETOUR_POINTS)
-    found = slowed(smap, points, gentle, dt)
-    rows = len(found.p)
-    return replace(found, distance=np.zeros(rows), travel=np.ones(rows, bool))
+    points = Points(way, way.p, AT_ONCE * np.arange(DETOUR_POINTS))
+    found = slowed(smap, points.part(0, DETOUR_POINTS), gentle, dt)
+    p, u = joined(start, (found.p, found.u), end, dt)
+    rows = len(p)
+    return Followed(p, u, np.tile(before.wished[-1], (rows, 1)), np.zeros(rows), np.ones(rows, bool))
 
 
-def joined(rows: list[Followed]) -> Followed:
+def together(rows: list[Followed]) -> Followed:
     """One after the other."""
     return Followed(
         p=np.concatenate([part.p for part in rows]),

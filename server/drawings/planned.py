@@ -19,7 +19,7 @@ from controller.reference.reference import Reference
 from controller.reference.shapes import lengths
 from controller.reference.smoothing import smoothed
 from controller.reference.timing import fastest, steady
-from controller.reference.travel import travel
+from controller.reference.travel import Pose, rest, travel
 from controller.reference.within_limits import Followed, within_limits
 from controller.reference.within_reach import at_rest
 from server.drawings.messages import DURATION_MAX, DURATION_MIN, DrawingBody, Duration, Fastest, Given, Speed, Wanted
@@ -31,6 +31,9 @@ SPEED_MAX = 1.0
 """No constant speed is above this [m/s]."""
 ROUND = 1e-4
 """Corners are rounded by this at least where the speed depends on the curvature [m]; a marker's noise is as much."""
+
+ALMOST = 0.995
+"""Of the limits is asked for: a lap leaves its last row out, which is its first, and so ends a little abruptly."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +100,7 @@ def led_within(
     if at_rest(smap, wished[0]):
         return within_limits(smap, leaving_rest(smap, wished), limits, dt, sampled), (np.empty((0, 2)),) * 2
     path = within_limits(smap, wished, limits, dt, sampled)
-    return path, travel(smap, np.zeros(2), path.u[0], limits, dt, library.APPROACH)
+    return path, travel(smap, rest(smap), Pose(path.p[0], path.u[0]), limits, dt, library.APPROACH)
 
 
 def operator_limits(rig: RigParameters, settings: Settings) -> Limits:
@@ -152,7 +155,7 @@ def path_of(drawing: DrawingBody, settings: Settings, dt: float) -> Array:
     if isinstance(drawing.timing, Fastest):
         ride = fastest(
             smoothed(points, max(drawing.smoothing, ROUND), drawing.closed),
-            Limits(settings.speed_max, settings.acceleration_max),
+            Limits(settings.speed_max, settings.acceleration_max).scaled(ALMOST),
         )
         _require_time(float(ride.t[-1]), "timing.kind = fastest")
         return ride.rows(dt)

@@ -54,7 +54,8 @@ def predicted(body: PreviewBody, rig: RigParameters, settings: Settings, u: Arra
     _require_room(len(before[0]) + leg.ticks, body.laps, rig.controller.dt)
     row, first = leg.row(np.arange(leg.ticks)), len(before[0])
     p, u = np.vstack([before[0], leg.p[row]]), np.vstack([before[1], leg.u[row]])
-    rows = foreseen(rig, Reference(lap.name, p, 0, u=u), settings)[first:]
+    travelled = np.append(np.ones(first, bool), leg.travel[row])
+    rows = foreseen(rig, Reference(lap.name, p, 0, u=u, travel=travelled, known=lap.known), settings)[first:]
     broken = broken_off(rows, lap.name)
     rows = rows[rows["mode"] == Mode.TRACK]
     tally = Tally(lap.frequency)

@@ -13,9 +13,8 @@ from controller.link import ENDLESS
 from controller.parameters import RigParameters, Settings
 from controller.reference import library
 from controller.reference.bounds import Limits, place, stretches, window_rows, worst
-from controller.reference.reach import static_tips
-from controller.reference.reference import Reference
-from controller.reference.travel import travel
+from controller.reference.reference import Reference, row_kinds
+from controller.reference.travel import Pose, held_by, travel
 from controller.reference.within_reach import projected
 from server.drawings.planned import operator_limits, rig_limits
 
@@ -63,6 +62,8 @@ class Lap:
     travel: np.ndarray
     """(n,) of bool: rows of `p` that only lead to another pose of the arm, or back to the start."""
     allowed: Allowed
+    known: bool
+    """Whether the arm is known to follow the shape."""
     steps: tuple[int, ...] = ()
     """Rows of `p` at which a declared step begins."""
 
@@ -92,8 +93,15 @@ class Leg:
     """Rows of the shape that were followed in earlier legs."""
     ticks: int
     """Rows to follow in all."""
+    known: bool
+    """Whether the arm is known to follow the rows that are judged."""
     steps: bool = False
     """It declares that it steps."""
+
+    @property
+    def kinds(self) -> np.ndarray:
+        """RowKind (n,) of uint8."""
+        return row_kinds(self.travel, self.known)
 
     def row(self, index: np.ndarray) -> np.ndarray:
         """Rows of `p` that come at `index` (k,), counted from the leg's first tick."""
@@ -137,7 +145,8 @@ def lap_of(reference: Reference, rig: RigParameters, laps: int | None, allowed: 
             shape, torques, marked = shape[:-1], torques[:-1], marked[:-1]
         else:
             least = PAUSE if _closes(shape, torques) else APPROACH
-            p, u = travel(smap, torques[-1], torques[0], allowed.travel, allowed.dt, least)
+            end, again = Pose(shape[-1], torques[-1]), Pose(shape[0], torques[0])
+            p, u = travel(smap, end, again, allowed.travel, allowed.dt, least)
             way_back = p[1:], u[1:]
     back = len(way_back[0])
     _require_room(round(APPROACH / allowed.dt) + len(lead) + len(shape) + back, allowed.dt)
@@ -150,6 +159,7 @@ def lap_of(reference: Reference, rig: RigParameters, laps: int | None, allowed: 
         frequency=None if back else frequencies_of(reference),
         travel=np.concatenate([marked, np.ones(back, bool)]),
         allowed=allowed,
+        known=reference.known,
         steps=steps,
     )
 
@@ -193,7 +203,8 @@ def period_rows(reference: Reference, rows: int, dt: float) -> int:
 
 def first_leg(smap: StaticMap, lap: Lap, laps: int | None, u: Array) -> Leg:
     """From the torques u (2,) [N m] at which the rig is, through so many laps. ParameterError beyond the limits."""
-    p, led_u = travel(smap, u, lap.u[0], lap.allowed.travel, lap.allowed.dt, APPROACH)
+    first = lap.lead[0] if len(lap.lead) else lap.p[0]
+    p, led_u = travel(smap, held_by(smap, u), Pose(first, lap.u[0]), lap.allowed.travel, lap.allowed.dt, APPROACH)
     led = np.vstack([p, lap.lead])
     unjudged = np.ones(len(led), bool)
     return checked(
@@ -204,6 +215,7 @@ def first_leg(smap: StaticMap, lap: Lap, laps: int | None, u: Array) -> Leg:
             again=len(led),
             done=0,
             ticks=len(led) + lap.rows(laps),
+            known=lap.known,
             steps=bool(lap.steps),
         ),
         lap,
@@ -244,9 +256,9 @@ def _joined_leg(smap: StaticMap, lap: Lap, laps: int | None, u: Array, done: int
     lower = np.floor(rows).astype(int)
     share = (rows - lower)[:, None]
     up_p, up_u = (a[lower % n] + share * (a[(lower + 1) % n] - a[lower % n]) for a in (lap.p, torques))
-    here, there = static_tips(smap, u), static_tips(smap, up_u[0])
-    least = SHORT_APPROACH if np.linalg.norm(here - there) < SHORT_WAY else APPROACH
-    p, led_u = travel(smap, u, up_u[0], lap.allowed.travel, lap.allowed.dt, least)
+    here, there = held_by(smap, u), Pose(up_p[0], up_u[0])
+    least = SHORT_APPROACH if np.linalg.norm(here.p - there.p) < SHORT_WAY else APPROACH
+    p, led_u = travel(smap, here, there, lap.allowed.travel, lap.allowed.dt, least)
     led = len(p) + len(rows)
     return Leg(
         p=np.vstack([p, up_p, np.roll(lap.p, -done, axis=0)]),
@@ -255,6 +267,7 @@ def _joined_leg(smap: StaticMap, lap: Lap, laps: int | None, u: Array, done: int
         again=led,
         done=done,
         ticks=led + lap.rows(laps) - done,
+        known=lap.known,
         steps=bool(lap.steps),
     )
 

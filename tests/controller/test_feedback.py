@@ -1,12 +1,18 @@
 """The feedback law, its limits and its switches, on the twin."""
 
+import math
+
 import numpy as np
 import pytest
 
 from controller.actuator import PRESETS
-from controller.kernels.statics import sensitivity
-from controller.modes import Law, Mode, Request
+from controller.experiments.run import plan
+from controller.kernels.feedback import FORGET_WAY, look_at_sensitivity
+from controller.kernels.statics import sensitivity, side_of
+from controller.modes import Law, Mode, Request, RowKind
 from controller.parameters import Settings
+from controller.reference.reach import static_tips
+from controller.reference.reference import Reference
 from tests.controller.trial import SOFT, Trial, controller_with, distance, true_tip, twin_with
 
 POSES = {
@@ -153,3 +159,37 @@ def test_a_target_thrown_out_of_reach_leaves_the_tip_quiet_at_the_edge(name: str
     rows = trial.follow(*target, 8.0)
     assert (rows["mode"] == Mode.FOLLOW).all() and not rows["reachable"][-1]
     assert np.ptp(true_tip(rows)[-2000:], axis=0).max() < 2e-3
+
+
+def test_across_a_fold_feedback_does_not_lead_on_into_the_other_pose() -> None:
+    """S of the arm's own pose points there; along its weak direction the feedforward alone leads back."""
+    rig = Trial().rig
+    control, state, smap = rig.control, rig.control.state[0], rig.control.smap
+    here, across = (0.045, -0.005), (0.045, -0.016)
+    assert side_of(smap, *here) * side_of(smap, *across) < 0.0
+    for u in (here, across):
+        control.q[2] = smap.rest + smap.compliance @ np.array(u)
+        shares = []
+        for kind, u_ff in [(RowKind.DRAWN, here), (RowKind.DRAWN, across), (RowKind.KNOWN, here)]:
+            state["kind"], state["u_ff"] = kind, u_ff
+            look_at_sensitivity(control)
+            shares.append(float(state["share"]))
+        same, other = (0, 1) if u == here else (1, 0)
+        assert shares[same] > 0.0 and shares[other] == 0.0 and shares[2] >= shares[same]
+
+
+@pytest.mark.parametrize("kind", [RowKind.TRAVEL, RowKind.DRAWN])
+def test_on_the_way_to_another_pose_the_integral_of_the_one_that_is_left_is_forgotten(kind: RowKind) -> None:
+    trial = Trial()
+    trial.arm()
+    trial.follow(0.10, 0.14, 3.0)
+    before = trial.ask(Request.HOLD, ticks=500)[-1]
+    u = before["u_ff"] * np.linspace(1.0, 0.2, 5)[:, None]
+    p = static_tips(trial.rig.control.smap, u)
+    plan(trial.rig.control, Reference("away", p, 0, u=u, travel=np.full(5, kind == RowKind.TRAVEL)))
+    after = trial.ask(Request.TRACK, ticks=5)[-1]
+    way = np.hypot(*np.diff(p, axis=0).T).sum()
+    share = math.exp(-way / FORGET_WAY) if kind == RowKind.TRAVEL else 1.0
+    grown = 5e-3 * way
+    assert after["integral"] == pytest.approx(share * before["integral"], abs=grown)
+    assert (1.0 - math.exp(-way / FORGET_WAY)) * np.hypot(*before["integral"]) > 2.0 * grown

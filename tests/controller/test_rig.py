@@ -82,7 +82,7 @@ def test_a_refusal_names_the_mode_and_the_way_out(shared: LiveRig) -> None:
     assert send(Request.ARM).accepted
     assert send(Request.TRACK).cause == Cause.NO_REFERENCE
     with pytest.raises(ParameterError, match="reference of 3 points cannot go on at 3 for 9 ticks"):
-        shared.operator.client.plan(PlannedRows(np.full((3, 2), 0.2), None, 3, 9))
+        shared.operator.client.plan(PlannedRows(np.full((3, 2), 0.2), again=3, ticks=9))
     assert send(Request.TRACK).cause == Cause.NO_REFERENCE
     assert send(Request.FOLLOW).accepted
     assert send(Request.TRACK).cause == Cause.WRONG_MODE

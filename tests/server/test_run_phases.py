@@ -51,7 +51,7 @@ LONGEST_REQUEST = sum(DEADLINES[phase] for phase in (Phase.PREPARING, Phase.STAR
 def planned(body: RunBody, rig: RigParameters, settings: Settings) -> Lap:
     """Instead of planning: a line of 3 s, there and back."""
     allowed = allowed_by(rig, settings, drawn=True)
-    return Lap("line", np.empty((0, 2)), PATH, 0, torques(), None, np.zeros(len(PATH), bool), allowed)
+    return Lap("line", np.empty((0, 2)), PATH, 0, torques(), None, np.zeros(len(PATH), bool), allowed, known=False)
 
 
 @cache
