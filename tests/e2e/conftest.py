@@ -3,11 +3,14 @@
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page
+from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from server.browser import launch_chromium
 from tests.e2e.at_rest import Caretaker
 from tests.e2e.product import Product, open_page
+
+expect.set_options(timeout=30_000)
+"""A machine may be busy, so no test asserts a time."""
 
 
 @pytest.fixture(scope="session")

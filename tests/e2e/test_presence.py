@@ -60,10 +60,10 @@ def test_a_main_thread_that_is_busy_for_two_seconds_ends_no_run(page: Page, prod
 
 
 def test_a_main_thread_that_hangs_ends_a_drag_while_it_hangs(page: Page, hand: Hand) -> None:
+    start = time.monotonic_ns()
     page.evaluate(
         "(ms) => setTimeout(() => { const end = performance.now() + ms; while (performance.now() < end); })", 9000
     )
-    start = time.monotonic_ns()
     hand.wait(Mode.HOLD)
     held = hand.rows(start)
     first = held[held["mode"] == Mode.HOLD][0]
