@@ -79,7 +79,7 @@ test-python: setup
 	$(BIN)/python -m pytest $(CAMPAIGN)
 
 test-browser: setup chromium
-	$(BIN)/python -m pytest tests/e2e -n 2 --dist loadfile -m "not long"
+	$(BIN)/python -m pytest tests/e2e -rP -m "not long"
 
 test-long: setup chromium
 	$(BIN)/python -m pytest tests -rP -m long

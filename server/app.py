@@ -15,7 +15,8 @@ from fastapi import Depends, FastAPI
 from controller.modes import Cause, Freeze, Integrator, Law, Mode
 from server import problems, proxy
 from server.answers import REFUSALS, say_once
-from server.gate import Gate
+from server.connections import WHOLE
+from server.gate import Gate, admits
 from server.hosts import Hosts
 from server.messages import FromBrowser, FromServer, Heard, Presence
 from server.roles import authorise
@@ -46,6 +47,7 @@ from server.routes import (
     workspace,
 )
 from server.services import Services
+from server.stop_lane import StopLane
 from server.tasks import forever
 
 _PARTS = (
@@ -146,14 +148,16 @@ async def presence_messages(body: Presence) -> Heard:  # type: ignore[empty-body
 
 
 @contextlib.asynccontextmanager
-async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
+async def _lifespan(app: FastAPI) -> AsyncIterator[dict[str, Any]]:
     services: Services = app.state.services
     threading.Thread(target=_settle, args=[app], name="settle", daemon=True).start()
     beat = asyncio.create_task(forever("the beat", lambda: services.hub.run(services.beat)))
     services.turning.start()
     asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(THREADS, "request"))
+    hosts = Hosts(services.settings)
+    lane = StopLane(lambda scope: admits(scope, services.sessions, hosts), services.operator.stop)
     try:
-        yield
+        yield {WHOLE: lane}
     finally:
         beat.cancel()
         services.turning.stop()

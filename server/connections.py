@@ -20,6 +20,8 @@ HEAD_MAX = 1 << 16
 """Bytes of request line and headers."""
 CONNECTIONS_MAX = 1000
 """Of one address at the same time: 200 pages behind it have some 700 sockets, and what they fetch meanwhile."""
+WHOLE = "whole"
+"""In a request's state, from the application's lifespan: called with its scope and its body as it is whole."""
 URGENT = "urgent"
 """In a socket's state: called with each text message as it comes in, before it is queued; True: it was acted on."""
 REQUEST_SECONDS = 30.0
@@ -118,6 +120,9 @@ class Connection(Portions, HttpToolsProtocol):
 
     def on_message_complete(self) -> None:
         """The request is whole; its answer may take its time."""
+        look = self.app_state.get(WHOLE)
+        if look is not None and self.cycle is not None and self.cycle.scope is self.scope:
+            look(self.cycle.scope, bytes(self.cycle.body))
         super().on_message_complete()
         self._end()
 

@@ -107,6 +107,18 @@ class Gate:
         return counted
 
 
+def admits(scope: Scope, sessions: Sessions, hosts: Hosts) -> bool:
+    """Whether the gate lets a signed-in command pass; nothing is counted."""
+    headers = Headers(scope=scope)
+    if _twice(scope) or not same_origin(headers) or _too_long(headers, COMMAND_MAX) is not None:
+        return False
+    try:
+        who = sessions.read(HTTPConnection(scope).cookies)
+    except CookieError:
+        return False
+    return who is not None and hosts.allows(headers, (scope.get("server") or ("", 0))[1])
+
+
 def _too_long(headers: Headers, most: int) -> JSONResponse | None:
     if "transfer-encoding" in headers:  # a body without end would be read to its end
         return refusal(411, "say the body's length: content-length is missing")

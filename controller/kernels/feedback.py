@@ -8,7 +8,7 @@ from controller.kernels.inverse import way_down
 from controller.kernels.observer import TIP
 from controller.kernels.oscillation import note_tracking
 from controller.kernels.polygon import nearest_admissible
-from controller.kernels.safety import E_STOP, FOLLOW, HOLD, NUMBERS, is_live, react
+from controller.kernels.safety import E_STOP, FOLLOW, HOLD, NUMBERS, TRACK, is_live, react
 from controller.kernels.statics import sensitivity, side_of
 from controller.modes import Law, RowKind
 
@@ -74,8 +74,8 @@ def look_at_sensitivity(control):
     """S at the observer's pose, its weakest direction in the task space, and how much feedback is let through along it.
 
     The share is (sigma_2 / (weak_ratio sigma_1))^2, at most 1: the torque per error then goes to zero with sigma_2,
-    where the paper's law alone would ask for 1 / sigma_2. Where the arm is on the other side of a fold than its
-    feedforward it is 0: there S leads on into the other pose, and away from the reference.
+    where the paper's law alone would ask for 1 / sigma_2. On a drawn path it is 0 where the arm is on the other side
+    of a fold than its feedforward: there S leads on into the other pose, and away from the reference.
     """
     state, bounds = control.state[0], control.controller[0]
     ratio = bounds.weak_ratio if state.kind == KNOWN else bounds.weak_ratio_live
@@ -86,7 +86,7 @@ def look_at_sensitivity(control):
     strong = 0.5 * (A11 + A22) + math.hypot(0.5 * (A11 - A22), A12)
     state.weak[0], state.weak[1] = way_down(A11, A12, A22, det * det / strong, 0.0, 0.0)
     square = det * det
-    if state.kind != KNOWN:
+    if state.mode == TRACK and state.kind != KNOWN:
         square = max(0.0, min(square, det * side_of(control.smap, state.u_ff[0], state.u_ff[1])))
     state.share = min(1.0, square / (ratio * strong) ** 2) if ratio > 0.0 else 1.0
 

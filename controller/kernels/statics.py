@@ -107,7 +107,7 @@ def sensitivity(model, theta):
 
 @kernel
 def side_of(model, u1, u2):
-    """Determinant of S [m^2/(N m)^2] of the static map at u [N m]: its sign tells on which side of a fold that pose is."""
+    """Determinant of the static map's S at u [m^2/(N m)^2]: its sign tells on which side of a fold that pose is."""
     x_1 = x_2 = y_1 = y_2 = 0.0
     for i in range(model.L.size):
         c1, c2 = model.compliance[i, 0], model.compliance[i, 1]

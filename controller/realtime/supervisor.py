@@ -152,6 +152,8 @@ class Supervisor:
             if not self._ready.is_set():
                 self._failed_first, self._first_code = True, self._process.poll()
             self._ready.set()
+            if self._failed_first and self._first_code == REFUSED:
+                return  # it has said why, and would say it again; `is_ready` tells whoever started us
             quick_deaths = quick_deaths + 1 if time.monotonic() - born < SHORT_LIFE else 0
             fields = {"rig": self.settings.rig, "code": self._process.poll()}
             log.error("rig %s ended with code %s: restart", *fields.values(), extra=fields)

@@ -73,6 +73,7 @@ def drawn(samples: Samples, actuator: Actuator, wish: Wish) -> tuple[Reference, 
         velocity_feedforward=on if wish.velocity_feedforward is None else wish.velocity_feedforward,
         axis_frequencies=found.axis_frequencies,
         led=len(lead),
+        known=not (path.distance > 0.0).any() and not torn(path.p, controller.dt),
     ), path
 
 

@@ -46,7 +46,7 @@ def travel(smap: StaticMap, start: Pose, end: Pose, limits: Limits, dt: float, l
     A quintic in u, as `blended`, in `least` [s] or in as much more as `limits` ask for: what lies between two
     admissible torques is admissible, too, and its tip within reach.
     """
-    ticks = round(max(least, SHORTEST) / dt)
+    ticks = round(max(least, SHORTEST) / dt) - 2 * window_rows(dt)
     for _ in range(TRIES):
         u = blended_torques(start.u, end.u, ticks)
         p, u = joined(start, (static_tips(smap, u), u), end, dt)
@@ -69,7 +69,7 @@ def joined(start: Pose, rows: Rows, end: Pose, dt: float) -> Rows:
 
 def eased(p_from: Array, p_to: Array, u: Array, dt: float) -> Rows:
     """Rows from p_from (2,) on towards p_to (2,) [m], both held by u (2,) [N m], with a rest before and after."""
-    ticks = 0 if np.linalg.norm(p_to - p_from) < SAME else round(EASE / dt)
-    still = window_rows(dt)  # else one acceleration would be taken over both what ends and what begins
-    share = np.vstack([np.zeros((still, 1)), blend(max(1, ticks))[:ticks], np.ones((still, 1))])
+    still = np.zeros((window_rows(dt), 1))  # else one acceleration would be taken over both what ends and what begins
+    apart = np.linalg.norm(p_to - p_from) >= SAME
+    share = np.vstack([still, blend(round(EASE / dt)), 1.0 + still]) if apart else still
     return p_from + share * (p_to - p_from), np.tile(u, (len(share), 1))

@@ -17,6 +17,7 @@ from server.messages import CommandBody
 from server.problems import missing
 from server.rates import TooOften
 from server.services import Services
+from server.stop_lane import PRESSED
 
 REFUSED: dict[int | str, dict[str, Any]] = {409: {"model": CommandReply | Problem, "description": "The rig refuses"}}
 
@@ -31,7 +32,7 @@ async def command(body: CommandBody, connection: HTTPConnection, parts: Parts, w
         parts.lease.require(who)
     if body.request == "follow" and body.target is None:
         raise missing("body", "target")
-    reply = await _ask(body, parts, who)
+    reply = await _ask(body, parts, who, connection.scope["state"].get(PRESSED))
     return reply if reply.accepted else JSONResponse(reply.model_dump(), 409)
 
 
@@ -42,8 +43,12 @@ def _in_turn(connection: HTTPConnection) -> None:
         raise late
 
 
-async def _ask(body: CommandBody, parts: Services, who: Identity) -> CommandReply:
-    reply = await asyncio.wrap_future(_asked(body, parts, who))
+async def _ask(
+    body: CommandBody, parts: Services, who: Identity, pressed: "Future[CommandReply] | None"
+) -> CommandReply:
+    """`pressed`: the answer to an E-STOP that was acted on as it came in."""
+    parts.lease.touch(who)
+    reply = await asyncio.wrap_future(pressed or _asked(body, parts, who))
     asked = body.request.replace("_", "-")
     if reply.accepted:
         parts.events.done(who.name, asked)
@@ -53,7 +58,6 @@ async def _ask(body: CommandBody, parts: Services, who: Identity) -> CommandRepl
 
 
 def _asked(body: CommandBody, parts: Services, who: Identity) -> "Future[CommandReply]":
-    parts.lease.touch(who)
     if body.request == "e_stop":
         return parts.operator.stop()
     permit = parts.permits.operator(who)

@@ -48,8 +48,11 @@ def compiled(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+DAMAGES = ("half", "random", "pipe", "empty", "zeros", "folder")
+
+
 @pytest.mark.parametrize("kind", ["index", "code"])
-@pytest.mark.parametrize("damage", ["empty", "half", "zeros", "random", "folder", "pipe"])
+@pytest.mark.parametrize("damage", [*DAMAGES[:3], *(pytest.param(one, marks=pytest.mark.long) for one in DAMAGES[3:])])
 def test_a_cache_that_is_damaged_is_compiled_again(kind: str, damage: str, compiled: Path, tmp_path: Path) -> None:
     cache = tmp_path / "cache"
     shutil.copytree(compiled / "cache", cache)

@@ -166,6 +166,7 @@ def test_across_a_fold_feedback_does_not_lead_on_into_the_other_pose() -> None:
     rig = Trial().rig
     control, state, smap = rig.control, rig.control.state[0], rig.control.smap
     here, across = (0.045, -0.005), (0.045, -0.016)
+    state["mode"] = Mode.TRACK
     assert side_of(smap, *here) * side_of(smap, *across) < 0.0
     for u in (here, across):
         control.q[2] = smap.rest + smap.compliance @ np.array(u)

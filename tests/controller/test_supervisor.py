@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from controller.actuator import PRESETS, Actuator
-from controller.errors import TendrilError
+from controller.errors import StartRefused, TendrilError
 from controller.modes import Cause, Mode, Request
 from controller.parameters import RigParameters
 from controller.realtime.ring import find_ring
@@ -139,3 +139,19 @@ def test_a_rig_that_cannot_start_is_an_error_and_not_an_endless_wait(tmp_path: P
 
 def test_repeated_quick_deaths_slow_the_restarts_down() -> None:
     assert [restart_delay(deaths) for deaths in (0, 1, 2, 3, 4, 99)] == [0.0, 0.0, 0.5, 1.0, 2.0, 10.0]
+
+
+def test_a_start_that_the_rig_itself_refuses_is_said_once(supervisor: Supervisor, tmp_path: Path) -> None:
+    """The rig says why, and would say it again at every try."""
+    with (tmp_path / "second.log").open("wb+") as output:
+        settings = RigSettings(rig="watched", folder=tmp_path, key_file=tmp_path / "watched.key")
+        second = Supervisor(settings, output=output)
+        second.start()
+        with pytest.raises(StartRefused, match="its own output says why"):
+            second.wait_ready()
+        second.worker.join(10.0)
+        second.stop()
+        output.seek(0)
+        said = output.read().decode()
+    assert said.count("already runs on this machine") == 1 and second.restarts == 0
+    assert connected_operator(supervisor).newest()["mode"] == Mode.VENTED

@@ -125,6 +125,9 @@ BY_OTHERS: dict[str, Opener] = {"panels/TakeOver.tsx": take_over}
 """The same where another session operates."""
 LARGE = ("panels/KeyHelp.tsx", "review/ExportDialog.tsx", "review/ImportDialog.tsx")
 """Dialogs with a backdrop or in the middle: tried with a mouse on a large window, too."""
+KINDS = ("panels/KeyHelp.tsx", "panels/LeaseMenu.tsx", "panels/ReferencePanel.tsx", "plots/SignalChooser.tsx")
+KINDS += ("review/ExportDialog.tsx", "panels/Guide.tsx")
+"""One of each way to lay something over the page; `make test-long` tries all."""
 
 
 @pytest.fixture
@@ -159,16 +162,17 @@ def test_every_part_that_lays_something_over_the_page_is_known_here() -> None:
     assert found == BY_OPERATOR.keys() | BY_OTHERS.keys()
 
 
-def test_it_is_pressed_over_everything_that_opens(page: Page, product: Product) -> None:
+@pytest.mark.parametrize("places", [KINDS, pytest.param(tuple(BY_OPERATOR), marks=pytest.mark.long)])
+def test_it_is_pressed_over_everything_that_opens(places: tuple[str, ...], page: Page, product: Product) -> None:
     found: list[str] = []
-    for where, opener in BY_OPERATOR.items():
+    for where in places:
         fresh(page)
-        expect(opener(page), where).to_be_visible()
+        expect(BY_OPERATOR[where](page), where).to_be_visible()
         found += troubles(page, where)
         shot(page, f"over-{Path(where).stem}")
         press(page, product, touch=True, where=where)
         clear(page, product)
-    for where in LARGE:
+    for where in [where for where in LARGE if where in places]:
         page.set_viewport_size({"width": 1280, "height": 720})
         fresh(page)
         expect(BY_OPERATOR[where](page), where).to_be_visible()

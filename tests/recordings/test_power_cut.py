@@ -6,6 +6,7 @@ each call, with everything lost that was not synced, or any part of it.
 
 import hashlib
 import json
+import os
 import random
 import tempfile
 from collections.abc import Callable
@@ -31,6 +32,8 @@ LOSS_MAX = 1000
 MENDED = 60
 """One cut in so many is followed by a start, which mends; it runs rerun's own tools."""
 
+LONG = os.environ.get("TENDRIL_LONG") == "1"
+
 Left = dict[str, bytes]
 
 
@@ -50,6 +53,8 @@ def test_a_power_cut_loses_at_most_a_second_and_no_older_recording(older: list[R
             what, _, value = done[place].data.decode().strip().partition(" ")
             said[what] = value
         for loss, files in left.items():
+            if not LONG and (place + LOSSES.index(loss)) % 2:
+                continue  # every place loses in two or three ways, in the next one in the others
             where = f"call {place} of {len(done)}, {done[place].name} {done[place].path}, lost: {loss}"
             require_older(files, initial, older, said, where)
             if "started" in said:

@@ -27,6 +27,7 @@ from tests.server.leave import permits_of
 
 SERVER = Path(__file__).parents[2] / "server"
 DOORS = {
+    "app.py": ["stop"],
     "drag.py": ["move", "present", "request", "request", "request"],
     "farewell.py": ["request"],
     "people.py": ["request"],

@@ -115,7 +115,7 @@ def require_answers(found: dict[str, tuple[int, bytes]], also: tuple[str, ...] =
     assert not [address for address, (_, text) in found.items() if SECRET in text]
 
 
-@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(2, 20))])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 20))])
 def test_folders_full_of_anything_stop_no_start_and_no_answer(
     seed: int, shared_rig: RigProcess, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -177,7 +177,7 @@ def test_a_link_to_a_recording_outside_is_neither_served_nor_exported_nor_delete
 
 def replaced(folder: Path) -> None:
     """Put a file in the place of `folder`, into which a server may be writing: it may be made anew meanwhile."""
-    while folder.is_dir():
+    while not folder.is_file():
         shutil.rmtree(folder, ignore_errors=True)
         with suppress(IsADirectoryError):
             folder.write_text("a file where the folder was")

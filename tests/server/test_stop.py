@@ -1,9 +1,11 @@
 """The E-STOP's own ways: by the live socket and by HTTP, from anyone, whatever else waits."""
 
+import socket
+
 import pytest
 
 from controller.modes import Mode
-from tests.server.live_server import VIEWER_TOKEN, TestServer
+from tests.server.live_server import VIEWER_TOKEN, Page, TestServer, wait_for
 
 
 def test_anyone_stops_by_the_socket_and_is_answered_with_the_number(server: TestServer) -> None:
@@ -34,6 +36,74 @@ def test_a_malformed_stop_is_refused_by_name(text: str, server: TestServer) -> N
     with server.page().sign_in().live() as live:
         live.socket.send(text)
         assert "e_stop.n" in live.wait("refused")["detail"]
+
+
+BODY = b'{"request": "e_stop"}'
+JSON = "content-type: application/json"
+
+
+def test_by_http_it_acts_as_its_last_byte_comes_in_whatever_is_answered_first(server: TestServer) -> None:
+    """Behind twenty requests on one connection, of which the first is not answered yet."""
+    page = server.operator()
+    assert page.command("arm").status_code == 200
+    slow = raw(page, b'{"request": "hold"}', JSON) * 20
+    asked = server.services.operator.stopper.passed(server.services.rig.info.boot)  # type: ignore[union-attr]
+    link = socket.create_connection((page.base_url.host, page.base_url.port))
+    with link:
+        link.sendall(slow + raw(page, BODY, JSON))
+        wait_for(lambda: server.services.operator.stopper.passed(server.services.rig.info.boot) > asked, "the stop")  # type: ignore[union-attr]
+        answers = b""
+        while answers.count(b"HTTP/1.1 ") < 21:
+            answers += link.recv(1 << 16)
+    assert answers.split(b"HTTP/1.1 ")[-1].startswith(b"200") and b'"mode":6' in answers.split(b"HTTP/1.1 ")[-1]
+    assert page.command("clear").status_code == 200
+
+
+@pytest.mark.parametrize(
+    ("headers", "body", "status"),
+    [
+        ([JSON], BODY, 200),
+        (["content-type: Application/JSON; charset=utf-8"], BODY, 200),
+        (["content-type: text/plain"], BODY, 422),
+        ([JSON, "origin: http://evil.example"], BODY, 403),
+        ([JSON, "origin: http://evil.example", "origin: http://evil.example"], BODY, 400),
+        ([JSON, "host: evil.example"], BODY, 400),
+        ([JSON, "cookie:"], BODY, 400),
+        ([JSON], b'{"request": "e_stop", "more": 1}', 422),
+        ([JSON], b'[{"request": "e_stop"}]', 422),
+        ([JSON], b'{"request": "e_stop"', 422),
+    ],
+)
+def test_what_the_gate_or_the_route_refuses_stops_nothing(
+    headers: list[str], body: bytes, status: int, server: TestServer
+) -> None:
+    page = server.operator()
+    assert page.command("arm").status_code == 200
+    said = answer(page, raw(page, body, *headers))
+    assert said.startswith(b"HTTP/1.1 %d" % status), said
+    assert (page.command("hold").status_code == 200) == (status != 200)
+
+
+def test_who_is_not_signed_in_stops_nothing_by_http(server: TestServer) -> None:
+    page, stranger = server.operator(), server.page()
+    assert page.command("arm").status_code == 200
+    assert answer(stranger, raw(stranger, BODY, JSON)).startswith(b"HTTP/1.1 401")
+    assert page.command("hold").status_code == 200
+
+
+def raw(page: Page, body: bytes, *headers: str) -> bytes:
+    """A POST to /api/command with these headers, too."""
+    cookies = "; ".join(f"{name}={value}" for name, value in page.cookies.items())
+    own = [f"cookie: {cookies}"] if cookies else []
+    lines = [f"POST /api/command HTTP/1.1\r\nhost: {page.base_url.netloc.decode()}", *own, *headers]
+    return "\r\n".join([*lines, f"content-length: {len(body)}", "", ""]).encode() + body
+
+
+def answer(page: Page, request: bytes) -> bytes:
+    """What begins to come back."""
+    with socket.create_connection((page.base_url.host, page.base_url.port)) as link:
+        link.sendall(request)
+        return link.recv(1 << 12)
 
 
 def _id_of(server: TestServer) -> str:

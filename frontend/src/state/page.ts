@@ -120,9 +120,14 @@ export function withLines(log: readonly LogLine[], events: readonly Event[]): re
   const fresh = events.filter((event) => !known.has(identity(event)));
   if (fresh.length === 0) return log;
   const keyed = fresh.map((event) => ({ ...event, key: (lines += 1) }));
-  return [...keyed.reverse(), ...log]
-    .toSorted((a, b) => Date.parse(b.time) - Date.parse(a.time))
-    .slice(0, LOG_KEPT);
+  const later = inOrder([...log.slice(0, 1), ...keyed]); // as almost always: a thousand lines are not sorted for one
+  const all = [...keyed.reverse(), ...log];
+  return (later ? all : all.toSorted((a, b) => Date.parse(b.time) - Date.parse(a.time))).slice(0, LOG_KEPT);
+}
+
+function inOrder(events: readonly Event[]): boolean {
+  const times = events.map(({ time }) => Date.parse(time));
+  return times.every((time, i) => i === 0 || time >= (times[i - 1] ?? time));
 }
 
 function identity({ time, text }: Event): string {
