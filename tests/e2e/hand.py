@@ -30,13 +30,21 @@ class Hand:
 
     def press(self) -> None:
         """Press on the target where it stands; the rig follows it then."""
-        self.x, self.y = self._page.evaluate("window.__tendril.handle()")
+        self.x, self.y = self._standing()
         here, there = self._page.evaluate(
             "([x, y]) => [window.__tendril.toPlane(x, y), window.__tendril.toPlane(x + 100, y)]", [self.x, self.y]
         )
         self.mm_per_px = math.dist(here, there) / 100
         self._page.mouse.move(self.x, self.y)
         self._page.mouse.down()
+
+    def _standing(self) -> list[float]:
+        """Where the target is drawn, once the page has taken in what was done to its size or zoom."""
+        places = [[math.nan] * 2]
+        while len(places) < 4 or any(math.dist(places[-1], place) > 0.1 for place in places[-4:]):
+            self._page.wait_for_timeout(50)
+            places.append(self._page.evaluate("window.__tendril.handle()"))
+        return places[-1]
 
     def move(self, dx: float, dy: float) -> None:
         """Move on by so many pixels."""
