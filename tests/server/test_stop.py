@@ -5,7 +5,7 @@ import socket
 import pytest
 
 from controller.modes import Mode
-from tests.server.live_server import VIEWER_TOKEN, Page, TestServer, wait_for
+from tests.server.live_server import VIEWER_TOKEN, Page, TestServer
 
 
 def test_anyone_stops_by_the_socket_and_is_answered_with_the_number(server: TestServer) -> None:
@@ -42,20 +42,22 @@ BODY = b'{"request": "e_stop"}'
 JSON = "content-type: application/json"
 
 
-def test_by_http_it_acts_as_its_last_byte_comes_in_whatever_is_answered_first(server: TestServer) -> None:
-    """Behind twenty requests on one connection, of which the first is not answered yet."""
-    page = server.operator()
+def test_by_http_behind_other_requests_it_acts_once_and_is_answered_in_its_turn(
+    server: TestServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page, stopper = server.operator(), server.services.operator.stopper
     assert page.command("arm").status_code == 200
-    slow = raw(page, b'{"request": "hold"}', JSON) * 20
-    asked = server.services.operator.stopper.passed(server.services.rig.info.boot)  # type: ignore[union-attr]
-    link = socket.create_connection((page.base_url.host, page.base_url.port))
-    with link:
-        link.sendall(slow + raw(page, BODY, JSON))
-        wait_for(lambda: server.services.operator.stopper.passed(server.services.rig.info.boot) > asked, "the stop")  # type: ignore[union-attr]
+    pressed: list[int] = []
+    really = stopper.stop
+    monkeypatch.setattr(stopper, "stop", lambda: pressed.append(1) or really())
+    with socket.create_connection((page.base_url.host, page.base_url.port)) as link:
+        link.sendall(raw(page, b'{"request": "hold"}', JSON) * 20 + raw(page, BODY, JSON))
         answers = b""
-        while answers.count(b"HTTP/1.1 ") < 21:
+        while answers.count(b"HTTP/1.1 ") < 21 or not answers.endswith(b"}"):
             answers += link.recv(1 << 16)
-    assert answers.split(b"HTTP/1.1 ")[-1].startswith(b"200") and b'"mode":6' in answers.split(b"HTTP/1.1 ")[-1]
+    last = answers.split(b"HTTP/1.1 ")[-1]
+    assert last.startswith(b"200") and b'"mode":6' in last
+    assert len(pressed) == 1
     assert page.command("clear").status_code == 200
 
 
