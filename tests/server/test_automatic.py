@@ -13,7 +13,7 @@ from tests.server.test_runs import armed, ring, wait_run
 
 def test_a_run_is_recorded_from_before_its_approach_to_its_end(server: TestServer) -> None:
     with armed(server) as (page, live):
-        page.post("/api/run", json=ring(1.0)).raise_for_status()
+        page.run(json=ring(1.0)).raise_for_status()
         wait_run(live, lambda state: state["state"] == "done")
         found = closed(page)
         run = page.get("/api/runs").json()[0]
@@ -26,8 +26,8 @@ def test_a_run_is_recorded_from_before_its_approach_to_its_end(server: TestServe
 
 def test_a_run_that_is_refused_or_not_to_be_recorded_leaves_none(server: TestServer) -> None:
     with armed(server) as (page, live):
-        assert page.post("/api/run", json={"reference": "no such thing"}).status_code != 200
-        page.post("/api/run", json={**ring(0.5), "record": False}).raise_for_status()
+        assert page.run(json={"reference": "no such thing"}).status_code != 200
+        page.run(json={**ring(0.5), "record": False}).raise_for_status()
         wait_run(live, lambda state: state["state"] == "done")
         assert page.get("/api/runs").json()[0]["recording"] is None
         assert page.get("/api/recordings").json() == []

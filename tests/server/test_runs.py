@@ -59,9 +59,9 @@ def test_a_run_is_paused_resumed_and_finished_and_its_result_is_that_of_its_rows
     batches: list[Rows] = []
     server.services.rig.listen(batches.append)
     with armed(server) as (page, live):
-        begun = page.post("/api/run", json=ring(1.5, laps=2)).json()
+        begun = page.run(json=ring(1.5, laps=2)).json()
         assert (begun["state"], begun["duration"], begun["laps"], begun["progress"]) == ("approach", 1.5, 2, 0.0), begun
-        second = page.post("/api/run", json=ring(1.5))
+        second = page.run(json=ring(1.5))
         assert second.status_code == 409 and "stop it first" in second.json()["detail"]
         wait_run(live, lambda state: state["progress"] > 0.1)
         paused = page.post("/api/run/pause").json()
@@ -91,7 +91,8 @@ def test_a_run_is_paused_resumed_and_finished_and_its_result_is_that_of_its_rows
 
 def test_stop_ends_a_paused_run_its_recording_and_its_reading_of_rows(server: TestServer) -> None:
     with armed(server) as (page, live):
-        page.post("/api/run", json=ring(1.0, laps=None)).raise_for_status()
+        begun = page.run(json=ring(1.0, laps=None))
+        assert begun.status_code == 200, begun.text
         wait_run(live, lambda state: state["progress"] > 0.1)
         assert page.post("/api/run/pause").json()["state"] == "paused"
         stopped = page.post("/api/run/stop").json()
@@ -100,21 +101,21 @@ def test_stop_ends_a_paused_run_its_recording_and_its_reading_of_rows(server: Te
         assert (result["id"], result["state"]) == (stopped["id"], "stopped")
         wait_for(lambda: not server.services.recorder.state().recording, "the end of the recording")
         assert not server.services.runs.inbox.is_open and not len(server.services.runs.inbox)
-        assert page.post("/api/run", json=ring(1.0)).json()["state"] == "approach"
+        assert page.run(json=ring(1.0)).json()["state"] == "approach"
         page.post("/api/run/stop").raise_for_status()
 
 
 def test_a_run_that_a_stopped_rig_refuses_leaves_nothing_open(server: TestServer) -> None:
     with armed(server) as (page, live):
         assert page.command("e_stop").status_code == 200
-        refused = page.post("/api/run", json=ring(1.0))
+        refused = page.run(json=ring(1.0))
         assert refused.status_code == 409 and "clear the E-STOP first" in refused.json()["detail"]
         assert not server.services.runs.inbox.is_open
         assert not server.services.recorder.state().recording
         page.command("clear")
         page.command("arm")
         live.wait_mode(Mode.HOLD)
-        page.post("/api/run", json=ring(1.0)).raise_for_status()
+        page.run(json=ring(1.0)).raise_for_status()
         page.post("/api/run/stop").raise_for_status()
 
 
@@ -133,7 +134,7 @@ def test_a_recordings_metrics_are_those_of_its_runs_card(server: TestServer, pau
     batches: list[Rows] = []
     server.services.rig.listen(batches.append)
     with armed(server) as (page, live):
-        page.post("/api/run", json=ring(1.0, laps=2))
+        page.run(json=ring(1.0, laps=2))
         leads = [lead(server)]
         if paused:
             wait_run(live, lambda state: state["progress"] > 0.1)
@@ -164,7 +165,7 @@ def judged_errors(rows: Rows, leads: tuple[int, ...]) -> np.ndarray:
 def test_without_its_operator_a_run_is_broken_off_and_nothing_goes_on_by_itself(server: TestServer) -> None:
     with armed(server) as (page, live):
         started = page.post("/api/recordings", json={"name": "with"}).json()
-        begun = page.post("/api/run", json=ring(1.0, laps=None)).json()
+        begun = page.run(json=ring(1.0, laps=None)).json()
         assert (begun["laps"], begun["recording"]) == (None, started["id"])
         wait_run(live, lambda state: state["lap"] > 2)
         live.operate(False)
@@ -184,24 +185,24 @@ def test_what_cannot_be_run_is_refused_with_its_reason(server: TestServer) -> No
     page = server.operator()
     rig = server.services.rig
     wait_for(lambda: rig.newest is not None and rig.newest[0]["mode"] == Mode.VENTED, "a row of the cleared rig")
-    vented = page.post("/api/run", json=ring(1.0))
+    vented = page.run(json=ring(1.0))
     assert vented.status_code == 409 and vented.json()["detail"].endswith("is not possible in VENTED; arm first")
     viewer = server.page().sign_in()
-    assert viewer.post("/api/run", json=ring(1.0)).status_code == 403
+    assert viewer.run(json=ring(1.0)).status_code == 403
     assert viewer.post("/api/run/stop").status_code == 403
     assert viewer.get("/api/runs").status_code == 200
     for body in ({}, ring(1.0) | {"reference": "vu"}, ring(1.0, laps=0), ring(1.0, laps=1001), ring(1e3)):
-        assert page.post("/api/run", json=body).status_code == 422, body
+        assert page.run(json=body).status_code == 422, body
     with page.live() as live:
         live.operate()
         page.command("arm")
         live.wait_mode(Mode.HOLD)
-        assert page.post("/api/run", json={"reference": "spiral"}).status_code == 404
+        assert page.run(json={"reference": "spiral"}).status_code == 404
         far = ring(1.0)
         far["drawing"] |= {"points": [[0.4, 0.0], [0.4, 0.1]], "closed": False, "outside": "refuse"}
-        outside = page.post("/api/run", json=far)
+        outside = page.run(json=far)
         assert outside.status_code == 422 and "out of reach" in outside.json()["detail"]
         page.patch("/api/settings", json={"changes": {"law": 0}})
-        assert "open loop" in page.post("/api/run", json=ring(1.0)).json()["detail"]
+        assert "open loop" in page.run(json=ring(1.0)).json()["detail"]
         page.patch("/api/settings", json={"changes": {"law": 4}})
     assert server.services.runs.state() is None

@@ -70,7 +70,7 @@ def test_a_server_that_is_ended_while_it_tracks_vents_the_rig_tells_everyone_and
         live.operate()
         assert page.command("arm").status_code == 200
         live.wait_mode(Mode.HOLD)
-        assert page.post("/api/run", json={"reference": "circle_0.25hz", "laps": None}).status_code == 200
+        assert page.run(json={"reference": "circle_0.25hz", "laps": None}).status_code == 200
         live.wait_mode(Mode.TRACK)
         ring = find_ring("test", tmp_path)
         server.process.send_signal(signal.SIGTERM)
