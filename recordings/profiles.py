@@ -21,6 +21,8 @@ RESOLUTION = {"m": 2.0**-17, "Pa": 8.0, "N m": 2.0**-17, "ns": 1024.0}
 The twin's camera has a noise of 100 um, a pressure sensor one of some 100 Pa.
 """
 
+FINER = {"p_ref": 2.0**-23}
+"""Of the reference, which has no noise: 7.6 um from tick to tick are 8 mm/s, and it is judged against limits."""
 CLOCK = "t_ns"
 """Is never rounded: it is the time line."""
 
@@ -66,7 +68,7 @@ def rounded(rows: Rows) -> Rows:
     """A copy of `rows` (n,) with every field of a unit in RESOLUTION on its steps; nan stays nan."""
     out = rows.copy()
     for field in Telemetry.model_fields:
-        step = RESOLUTION.get(quantity(Telemetry, field).unit)
+        step = FINER.get(field) or RESOLUTION.get(quantity(Telemetry, field).unit)
         if step is not None and field != CLOCK:
             out[field] = np.round(rows[field] / step) * step
     return out
