@@ -1548,8 +1548,9 @@ export interface components {
       weak_ratio: number;
       /**
        * Weak Ratio Live
-       * @description The same but for a planned reference, which is known to be in reach: where an operator may lead the tip to the
-       *     edge of the reach, a fold of S, feedback that fades later swings over the whole stroke (ours).
+       * @description The same but for the shapes of the library, which the arm is known to follow: where the tip may be led anywhere,
+       *     by hand, on a drawn path or on the way to another pose, it meets the edge of the reach, a fold of S, and feedback
+       *     that fades later swings over the whole stroke (ours).
        * @default 0.35
        */
       weak_ratio_live: number;
