@@ -26,6 +26,7 @@ THROW = """() => {
 """The plan's painters of actuator and path draw arcs, those of grid and plots do not."""
 SIGN_IN = """async ([token, times]) => {
   const field = document.querySelector("form input");
+  if (!field) return; // the other tab was faster, and its session is this one's, too
   Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set.call(field, token);
   field.dispatchEvent(new Event("input", { bubbles: true }));
   await new Promise((resolve) => setTimeout(resolve, 100));
