@@ -25,6 +25,8 @@ BATCH_SECONDS = 0.13
 """A batch is written when it has so many rows or is so old: the most that a killed writer loses."""
 
 POLL_SECONDS = 0.05
+PAUSED = 1.0
+"""Looks that are further apart tell that this process stood still [s]."""
 ANSWER = 40.0
 """Longest wait for a recording to begin or to end [s], which puts all of it on the disk (`syncing.LAST_TIMEOUT`)."""
 LAST = 10.0
@@ -51,6 +53,7 @@ class Recorder:
 
         `patience` [s] is had with a disk that takes nothing; see `look`.
         """
+        self._looked = self._awake = time.monotonic()
         self._patience, self._given_up, self._ending = patience, "", False
         self._split_bytes, self._ended = split, ended
         self._intake = Intake()
@@ -101,12 +104,16 @@ class Recorder:
 
         The recorder's own thread hangs with the disk; it closes what can be closed when it comes back.
         """
+        now, before = time.monotonic(), self._looked
+        self._looked = now
+        if now - before > PAUSED:  # it was us who stood still, not the disk
+            self._awake = now
         session = self._session
         if not self._state.recording or self._given_up or self._ending:
             return
         if self._intake.full:
             self._give_up("the disk is too slow: a minute of rows waits for it")
-        elif max(self.worker.stuck, session.waiting if session else 0.0) > self._patience:
+        elif min(now - self._awake, max(self.worker.stuck, session.waiting if session else 0.0)) > self._patience:
             self._give_up(f"the disk has taken nothing for {self._patience:g} s")
 
     def state(self) -> RecordingState:

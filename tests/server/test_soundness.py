@@ -212,6 +212,25 @@ def test_a_disk_that_hangs_ends_the_recording_and_holds_up_nobody(
     recorder.close()
 
 
+def test_a_server_that_stood_still_does_not_take_that_for_a_disk_that_hangs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recorder, hung = Recorder(tmp_path, patience=0.3), threading.Event()
+    recorder.start("stopped", INFO, Settings())
+    monkeypatch.setattr(Session, "write", lambda session, batch: hung.wait())
+    recorder.rows(rows(0))
+    recorder.look()
+    time.sleep(1.5)  # as when the process is stopped: nobody looks
+    recorder.look()
+    assert recorder.state().recording
+    for _ in range(50):
+        time.sleep(0.02)
+        recorder.look()
+    assert "the disk has taken nothing for 0.3 s" in recorder.state().problem
+    hung.set()
+    recorder.close()
+
+
 def test_nothing_that_is_handed_to_the_recorder_waits() -> None:
     intake = Intake(batches=3, jobs=2)
     intake.open(-1)
