@@ -5,6 +5,7 @@ Windows are exponential: a window of T seconds forgets what is older than some T
 
 import math
 
+from controller.kernels.chamber_watch import chambers_follow
 from controller.kernels.compiled import kernel
 from controller.kernels.safety import is_live
 
@@ -44,7 +45,7 @@ def note_tracking(control, error, closed):
     state.error_first -= window * state.error_first
     state.swing_ref += square * (swing_ref - state.swing_ref)
     state.swing_held = max(state.swing_ref, state.swing_held * (1.0 - held))
-    if state.pressure_off == 0.0:  # else it is the chambers' fault, and their watchdog's matter
+    if chambers_follow(state):  # else it is the chambers' fault, and their watchdog's matter
         over = state.swing / (limits.swing_max**2 + limits.swing_ratio**2 * state.swing_held)
         state.swing_off = max(0.0, state.swing_off + (dt * over if over > 1.0 else -dt))
 

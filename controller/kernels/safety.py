@@ -7,14 +7,13 @@ import math
 
 import numpy as np
 
+from controller.kernels.chamber_watch import chambers_broken, chambers_follow, note_chambers
 from controller.kernels.compiled import kernel
 from controller.modes import Cause, Mode, Request
 from controller.states import DRIVEN, KEPT, LIVE, MOVING, WATCHDOGS, Watch, next_mode
 
 VENTED, HOLD, FOLLOW, TRACK, REST, FAULT, E_STOP = (int(mode) for mode in Mode)
 REFUSED = -1
-OFF_FADES = 0.5
-"""Chambers that follow count back half as fast: under feedback a broken one swings the arm, and is off by turns."""
 
 
 def _refusable(mode: Mode, request: Request) -> int:
@@ -205,7 +204,7 @@ def watch_oscillation(state, limits):
     HOLD would be no remedy: it keeps on the feedback that makes the arm whip. Chambers that do not follow make it
     swing, too: that is left to their own watchdog.
     """
-    if state.pressure_off > 0.0:
+    if not chambers_follow(state):
         return
     mean_x, mean_y = state.error_mean
     if state.error_square - mean_x * mean_x - mean_y * mean_y > limits.error_rms_max**2 + state.error_first:
@@ -241,13 +240,9 @@ def watch_flow(control, measurement, u_hat):
 
     No command would bring such a chamber to rest: sensor, valve or supply is broken.
     """
-    state, limits, p = control.state[0], control.limits[0], measurement.pressures
-    off = 0.0
-    for j in range(2):
-        off = max(off, abs(p[2 * j] - p[2 * j + 1] - u_hat[j] * control.pascal_per_torque[j]))
-    change = control.dt if off > limits.pressure_off_max else -OFF_FADES * control.dt
-    state.pressure_off = max(0.0, state.pressure_off + change) if DRIVEN_BITS >> state.mode & 1 else 0.0
-    if state.pressure_off > limits.pressure_off_time:
+    state = control.state[0]
+    note_chambers(control, measurement, u_hat, DRIVEN_BITS >> state.mode & 1 != 0)
+    if chambers_broken(state, control.limits[0]):
         react(state, FLOW)
 
 

@@ -177,6 +177,22 @@ def test_the_rig_notices_what_breaks_while_it_follows_and_works_again(
     assert np.hypot(*row["error"]) < 1e-2
 
 
+@pytest.mark.parametrize("phase", [0.0, 0.3, 0.5, 0.8])
+@pytest.mark.parametrize("name", ["P1", "P2", "P3"])
+def test_one_stuck_sensor_is_named_before_the_swing_that_comes_of_it(name: str, phase: float) -> None:
+    """The feedback swings the arm at once, while the mismatch comes and goes; what tells is a reading that is still."""
+    trial, angle = Trial(name), np.linspace(0.0, 2 * np.pi, 1000, endpoint=False)
+    trial.arm()
+    trial.follow(0.12, 0.08, 2.0)
+    trial.ask(Request.HOLD, ticks=300)
+    trial.rig.control.reference[:1000] = np.column_stack([0.12 + 0.05 * np.sin(angle), 0.08 * np.cos(angle)])
+    trial.rig.control.plan[0] = 1000, 0, 100_000
+    trial.ask(Request.TRACK, ticks=1000 + round(1000 * phase))
+    inject(TwinFaults(sensors_stuck=1 << 1), trial.twin.faults)
+    row = trial.run(3000)[-1]
+    assert (row["mode"], row["cause"]) == (Mode.E_STOP, Cause.PRESSURE_MISMATCH)
+
+
 def test_a_short_dropout_and_a_spike_are_ridden_out() -> None:
     trial = Trial()
     trial.arm()
