@@ -92,6 +92,8 @@ AT_OWN_RATES = ("estop-flood",)
 """Faults of a server with its own limits of how often it may be asked."""
 TRIES = 3
 """So often a fault is tried when the machine itself stood still meanwhile."""
+TOLD = 12
+"""Lines of the page's log that are shown where a fault was not survived."""
 
 Verdict = TypedDict(
     "Verdict",
@@ -141,6 +143,7 @@ class Campaign:
                 return None
             except Exception as error:  # the next fault is judged whatever became of this one
                 disturbed = self._machine_stood_still(start)
+                self._show_log()
                 self._leave()
                 if not disturbed or attempt == TRIES:
                     return _verdict(fault, _words(error), None)
@@ -162,6 +165,11 @@ class Campaign:
             return self._scene is None or bool((self._scene.since(start)["cause"] == Cause.LOOP_STALLED).any())
         except TendrilError:
             return False
+
+    def _show_log(self) -> None:
+        """What the page was told last: it often says why a fault was not survived."""
+        for line in self._scene.operator.log[-TOLD:] if self._scene else ():
+            self._out.print(f"  log: {line}", highlight=False, markup=False)
 
     def _leave(self) -> None:
         scene, self._scene = self._scene, None
