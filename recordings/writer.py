@@ -151,6 +151,7 @@ class Recorder:
             raise RecordingError("the disk does not answer")
 
     def _run(self) -> None:
+        self.worker.rest()  # rerun's first call takes long on a busy machine: that is no disk that hangs
         with contextlib.suppress(Exception):  # a full disk, say: the first recording will tell
             warm_up()
         while (item := self._next()) is not None:
