@@ -10,7 +10,7 @@ from controller.actuator import PRESETS
 from controller.build import build_rod
 from controller.errors import TendrilError
 from controller.experiments.bench import mujoco_tip_difference, time_beside_mujoco
-from controller.experiments.dense import stage_matrix
+from controller.experiments.dense import dense_step, stage_matrix
 from controller.experiments.elastica_rod import beside_elastica
 from controller.experiments.scaling import LET_GO, bent, run_steps, stable_step, step_us, time_chains
 from controller.experiments.tick_bench import closed_loop
@@ -20,6 +20,7 @@ from controller.kernels.rod import make_load, make_work, rotations
 from controller.kernels.statics import static_tip, tip_of
 from controller.parameters import RigParameters
 from controller.stability import largest_step
+from tests.controller.chains import advance, preset, thrown
 
 
 def test_the_tips_of_both_engines_agree_to_a_micrometre() -> None:
@@ -38,6 +39,16 @@ def test_every_time_is_a_positive_number() -> None:
     times = [time for row in rows for time in (row["step_us"], row["dense_step_us"]) if time is not None]
     assert min(*times, *time_beside_mujoco(1), *closed_loop(RigParameters(), 0.1)) > 0.0
     assert step_us(rows, "implicit", 400) == rows[3]["step_us"]
+
+
+def test_the_dense_step_of_the_benchmark_is_the_same_step() -> None:
+    model, load = preset("P3"), make_load(10)
+    load.Q_theta[-1] = 0.03
+    ours, dense, work = thrown(model, 3), thrown(model, 3), make_work(10)
+    advance(model, ours, load, 0.1)
+    for _ in range(100):
+        dense_step(model, dense, load, 1e-3, work)
+    assert np.abs(ours.q - dense.q).max() <= 1e-10 * np.abs(dense.q).max()
 
 
 def test_the_dense_solver_is_given_the_system_of_the_implicit_stage() -> None:

@@ -9,7 +9,6 @@ from numba import njit
 
 from controller.actuator import PRESETS
 from controller.build import build_rod
-from controller.experiments.dense import dense_step
 from controller.experiments.mujoco_chain import MujocoChain
 from controller.kernels.energy import Ledger, ledger_step, make_ledger
 from controller.kernels.integrate import rk4_step
@@ -58,16 +57,6 @@ ALLOCATION = "NRT_MemInfo_alloc"
 
 def assert_close(found: Array, expected: Array, relative: float) -> None:
     assert np.abs(found - expected).max() <= relative * np.abs(expected).max()
-
-
-def test_the_dense_step_of_the_benchmark_is_the_same_step() -> None:
-    model, load = preset("P3"), make_load(10)
-    load.Q_theta[-1] = 0.03
-    ours, dense, work = thrown(model, 3), thrown(model, 3), make_work(10)
-    advance(model, ours, load, 0.1)
-    for _ in range(100):
-        dense_step(model, dense, load, 1e-3, work)
-    assert_close(ours.q, dense.q, 1e-10)
 
 
 def test_sine_and_cosine_are_those_of_the_c_library_to_rounding() -> None:

@@ -294,7 +294,7 @@ class AnyOrder(RuleBasedStateMachine):
 
 TestAnyOrder = AnyOrder.TestCase
 TestAnyOrder.settings = settings(
-    max_examples=3000 if LONG else 50,
+    max_examples=3000 if LONG else 30,
     stateful_step_count=30,
     deadline=None,
     suppress_health_check=list(HealthCheck),

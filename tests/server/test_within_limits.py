@@ -103,7 +103,7 @@ def leg_of(body: Wanted, rig: RigParameters, laps: int, u: Array, bounds: Settin
 
 REFUSED = r"the path takes [\d.]+ s, outside|rig's memory holds \d+ s|[\d.]+ m/s, more than 1 m/s|mm in all|all are one"
 """Why a drawing may be refused: what is too fast is slowed instead."""
-EXAMPLES = 600 if os.environ.get("TENDRIL_LONG") else 20
+EXAMPLES = 600 if os.environ.get("TENDRIL_LONG") else 12
 
 
 @settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
