@@ -39,6 +39,7 @@ def test_signals_show_at_once_without_a_quick_look_before(page: Page, made: Reco
     assert asked.count("/rerun/?") == 1, "the viewer starts once"
 
 
+@pytest.mark.long
 def test_the_viewer_is_ready_behind_the_quick_look_opens_the_recording_when_it_is_shown_and_hears_esc(
     page: Page, made: Recording, asked: list[str]
 ) -> None:
