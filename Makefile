@@ -89,7 +89,7 @@ schema: .venv/installed frontend/node_modules/installed
 	$(BIN)/tendril schema > .venv/openapi.json
 	cd frontend && $(NODE) npm run --silent types -- ../.venv/openapi.json
 	$(BIN)/python -m server.faults.table
-	$(BIN)/python -m controller.safety_tables
+	$(BIN)/python -m controller.schema.safety_tables
 	$(BIN)/python -m server.runs.phases
 
 # Exact versions with hashes for every supported Python, without any registry address.

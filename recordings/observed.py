@@ -7,9 +7,9 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from controller.errors import RecordingError
-from controller.identification.observe import Observed
-from recordings.blueprint import APPLICATION
-from recordings.signals import MEASURED, OBSERVER, rgba
+from controller.research.identification.observe import Observed
+from recordings.format.blueprint import APPLICATION
+from recordings.format.signals import MEASURED, OBSERVER, rgba
 
 PAUSE = 0.5
 """Between two decays on the timeline [s]."""

@@ -5,15 +5,15 @@ from pathlib import Path
 
 import numpy as np
 
-from controller.experiments.run import run
-from controller.parameters import RigParameters, Settings
 from controller.reference import library
-from recordings import tool
-from recordings.about import About
-from recordings.messages import Profile
-from recordings.profiles import PROFILES, Rows
-from recordings.rrd import RrdFile
-from recordings.run_file import simulated_rig
+from controller.schema.parameters import RigParameters, Settings
+from controller.simulation.run import run
+from recordings.format import tool
+from recordings.format.about import About
+from recordings.format.messages import Profile
+from recordings.format.profiles import PROFILES, Rows
+from recordings.write.rrd import RrdFile
+from recordings.write.run_file import simulated_rig
 
 BATCH = 130
 """Rows handed over at once, as the recorder does at 1 kHz."""

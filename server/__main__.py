@@ -5,9 +5,9 @@ import os
 import sys
 from pathlib import Path
 
-from controller.logs import log_json
-from controller.parent import end_with_parent
 from controller.realtime.settings import REFUSED
+from controller.system.logs import log_json
+from controller.system.parent import end_with_parent
 from server.complaints import one_line_errors
 from server.ready import announce_to
 from server.run import run_server

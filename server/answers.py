@@ -6,7 +6,7 @@ from typing import Any
 from pydantic import JsonValue
 from starlette.responses import JSONResponse
 
-from controller.layout import Model
+from controller.schema.layout import Model
 
 
 class Complaint(Model):

@@ -12,7 +12,7 @@ from typing import Any
 
 from fastapi import Depends, FastAPI
 
-from controller.modes import Cause, Freeze, Integrator, Law, Mode
+from controller.schema.modes import Cause, Freeze, Integrator, Law, Mode
 from server import problems, proxy
 from server.answers import REFUSALS, say_once
 from server.connections import WHOLE

@@ -12,7 +12,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from controller.layout import Model
+from controller.schema.layout import Model
 from server.auth import Identity
 from server.event_file import EventFile
 from server.line_writer import LineWriter

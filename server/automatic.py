@@ -5,12 +5,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from controller.errors import RecordingError, TendrilError
-from controller.modes import Cause, Mode
-from controller.parameters import Settings
-from recordings.messages import Recording
-from recordings.reader import read_about, read_times
-from recordings.session import Context
-from recordings.writer import Recorder
+from controller.schema.modes import Cause, Mode
+from controller.schema.parameters import Settings
+from recordings.format.messages import Recording
+from recordings.read.reader import read_about, read_times
+from recordings.write.session import Context
+from recordings.write.writer import Recorder
 from server.events import EventLog
 from server.review import Review
 from server.rig import Rig

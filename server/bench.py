@@ -13,11 +13,11 @@ from rich.markup import escape
 from rich.table import Table
 
 from controller.errors import TendrilError
-from controller.experiments.bench import bench
-from controller.experiments.loop_bench import bench_rig, measure_loop
-from controller.key_file import read_key
 from controller.link import RigClient
 from controller.realtime.settings import RigSettings
+from controller.research.bench.bench import bench
+from controller.research.bench.loop_bench import bench_rig, measure_loop
+from controller.system.keys import read_key
 from server.browser import launch_chromium
 from server.settings import ServerSettings
 from server.up import ServerChild

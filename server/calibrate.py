@@ -9,10 +9,10 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from controller.calibration.calibrate import Task, calibrate
-from controller.calibration.fit_file import Result, fit_text, ratio, require_toml
-from controller.calibration.search import Report, Stage
-from controller.calibration.spread import FITS_MIN
+from controller.research.calibration.calibrate import Task, calibrate
+from controller.research.calibration.fit_file import Result, fit_text, ratio, require_toml
+from controller.research.calibration.search import Report, Stage
+from controller.research.calibration.spread import FITS_MIN
 from server.files import require_file, write
 from server.tables import empty
 

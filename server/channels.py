@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from controller.errors import ParameterError
-from controller.layout import quantity, record_dtype
-from controller.messages import Telemetry
-from controller.parameters import BACKBONE_POINTS, SENSORS
+from controller.schema.layout import quantity, record_dtype
+from controller.schema.messages import Telemetry
+from controller.schema.parameters import BACKBONE_POINTS, SENSORS
 from server.plots.messages import PlotChannel
 
 Rows = np.ndarray[Any, Any]

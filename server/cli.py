@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 from rich.logging import RichHandler
 
-from controller.logs import LogFormat, log_json
+from controller.system.logs import LogFormat, log_json
 from server.complaints import one_line_errors
 from server.recordings_cli import app as recordings_app
 from server.research_cli import ActuatorName
@@ -18,7 +18,7 @@ from server.research_cli import app as research_app
 from server.token_cli import app as token_app
 
 if TYPE_CHECKING:
-    from controller.parameters import RigParameters
+    from controller.schema.parameters import RigParameters
     from server.ready import Addresses
 
 app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False, help=__doc__)
@@ -221,10 +221,10 @@ def faults(
 @app.command()
 def compile() -> None:
     """Compile every kernel into the cache, so that the first start is quick."""
-    from controller.build_rig import build_rig
-    from controller.build_twin import build_twin
-    from controller.parameters import RigParameters
+    from controller.build.rig import build_rig
+    from controller.build.twin import build_twin
     from controller.realtime.loop import compile_loop
+    from controller.schema.parameters import RigParameters
     from server.drawings.preview import warm_up
 
     with out.status("Compiling kernels (once per version, about a minute) ..."):
@@ -265,10 +265,10 @@ def _say_addresses(at: "Addresses") -> None:
 
 def _parameters(actuator: str, rods: int, integrator: str, loop_gap: float) -> "RigParameters":
     """Those of a rig, refused here rather than in the process that would run it."""
-    from controller.actuator import PRESETS, read_actuator
-    from controller.experiments.acceptance import require_built, require_running
-    from controller.modes import Integrator
-    from controller.parameters import ControllerParameters, RigParameters, SafetyLimits
+    from controller.schema.actuator import PRESETS, read_actuator
+    from controller.schema.modes import Integrator
+    from controller.schema.parameters import ControllerParameters, RigParameters, SafetyLimits
+    from controller.simulation.acceptance import require_built, require_running
 
     controller = ControllerParameters(rods=rods, integrator=Integrator[integrator.upper()])
     limits = SafetyLimits(loop_gap=loop_gap)

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from controller.errors import StartRefused, TendrilError, sentence
-from controller.logs import logs_json
+from controller.system.logs import logs_json
 
 log = logging.getLogger(__name__)
 

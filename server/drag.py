@@ -12,7 +12,7 @@ from typing import Any
 import msgpack  # type: ignore[import-untyped]
 
 from controller.errors import NotAllowed
-from controller.modes import Request
+from controller.schema.modes import Request
 from server.audit import tell
 from server.auth import Identity
 from server.events import EventLog

@@ -7,7 +7,7 @@ from typing import Generic, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from controller.whole_file import is_regular, open_append, open_regular, set_aside
+from controller.system.whole_file import is_regular, open_append, open_regular, set_aside
 
 LARGEST = 5_000_000
 """Bytes at which the file becomes the older one; the one before that is dropped."""

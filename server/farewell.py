@@ -12,7 +12,7 @@ from collections.abc import Awaitable, Callable, Iterator
 import uvicorn
 
 from controller.errors import TendrilError
-from controller.modes import Mode, Request
+from controller.schema.modes import Mode, Request
 from server.permit import own
 from server.services import Services
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from controller.layout import record_dtype
-from controller.messages import Telemetry
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Telemetry
 from server.channels import CHANNELS, Rows, column, extract
 from server.plots.messages import PlotChannel
 

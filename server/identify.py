@@ -6,9 +6,9 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from controller.identification.fit import Fit
-from controller.identification.identify import Task, identify, save
-from controller.identification.report import number_text
+from controller.research.identification.fit import Fit
+from controller.research.identification.identify import Task, identify, save
+from controller.research.identification.report.report import number_text
 
 
 def run_identify(task: Task, out: Path, report: Path | None, console: Console) -> None:

@@ -5,7 +5,7 @@ import threading
 import time
 from typing import Generic
 
-from controller.worker import Worker
+from controller.system.worker import Worker
 from server.event_file import EventFile, Line
 
 QUEUED = 10_000

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from controller.experiments.metrics import DT
-from controller.layout import Model, record_dtype
-from controller.messages import Telemetry
+from controller.schema.layout import Model, record_dtype
+from controller.schema.messages import Telemetry
+from controller.simulation.metrics import DT
 
 Array = npt.NDArray[Any]
 Rows = np.ndarray[Any, Any]

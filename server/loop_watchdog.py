@@ -16,7 +16,7 @@ import time
 import traceback
 from collections.abc import Callable
 
-from controller.logs import flush_log
+from controller.system.logs import flush_log
 
 log = logging.getLogger(__name__)
 

@@ -15,12 +15,12 @@ from typing import Annotated, Literal
 
 from pydantic import Field as Bounds
 
-from controller.layout import Field, Model
-from controller.messages import CommandReply, Coordinate, RigInfo
-from controller.parameters import Settings
-from recordings.messages import Profile
-from recordings.messages import Recording as Recording
-from recordings.messages import RecordingState as RecordingState
+from controller.schema.layout import Field, Model
+from controller.schema.messages import CommandReply, Coordinate, RigInfo
+from controller.schema.parameters import Settings
+from recordings.format.messages import Profile
+from recordings.format.messages import Recording as Recording
+from recordings.format.messages import RecordingState as RecordingState
 from server.plots.messages import PlotChannel, PlotChoice
 from server.runs.messages import RunResult, RunState
 from server.tokens import Role

@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.table import Table
 
 from controller.errors import ParameterError
-from controller.identification.observe import Request, Scores, observe
+from controller.research.identification.observe import Request, Scores, observe
 from server.files import require_file, write
 
 

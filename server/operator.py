@@ -26,10 +26,10 @@ from controller.errors import (
     RigUnreachable,
     TendrilError,
 )
-from controller.messages import Command, CommandReply
-from controller.modes import Cause, Mode, Request
-from controller.parameters import Settings
-from controller.worker import Worker
+from controller.schema.messages import Command, CommandReply
+from controller.schema.modes import Cause, Mode, Request
+from controller.schema.parameters import Settings
+from controller.system.worker import Worker
 from server.channels import Rows
 from server.permit import STILLING, Permit, own
 from server.stopper import Stopper

@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Callable, Iterable
 
 from controller.errors import CommandRefused, TendrilError
-from controller.modes import Request
+from controller.schema.modes import Request
 from server.auth import Identity
 from server.events import EventLog
 from server.lease import OperatorLease

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from controller.errors import NotAllowed, TendrilError
-from controller.modes import Request
+from controller.schema.modes import Request
 from server.auth import Identity, Sessions
 from server.lease import OperatorLease
 

@@ -3,8 +3,8 @@
 import asyncio
 import time
 
-from recordings.quota import default_quota, enforce, too_large
-from recordings.store import Store
+from recordings.store.quota import default_quota, enforce, too_large
+from recordings.store.store import Store
 from server.events import EventLog
 from server.tasks import Tasks
 

@@ -4,8 +4,8 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from controller.layout import Model
-from controller.whole_file import write_whole
+from controller.schema.layout import Model
+from controller.system.whole_file import write_whole
 
 
 class Addresses(Model):

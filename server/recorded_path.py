@@ -8,8 +8,8 @@ import numpy as np
 from pydantic import ValidationError
 
 from controller.errors import ParameterError, sentence
-from recordings.chunks import Array
 from recordings.exporting.tip_path import Wanted, tip_path
+from recordings.format.chunks import Array
 from server.drawings.messages import DrawingBody, Given
 
 POINTS = 5000

@@ -1,6 +1,6 @@
 """Says once in the log why a recording ended by itself: nobody may be looking at the recorder's state."""
 
-from recordings.writer import Recorder
+from recordings.write.writer import Recorder
 from server.events import EventLog
 
 

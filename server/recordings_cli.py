@@ -10,7 +10,7 @@ from rich.console import Console
 from controller.errors import RecordingError
 
 if TYPE_CHECKING:
-    from recordings.store import Store
+    from recordings.store.store import Store
 
 app = typer.Typer(no_args_is_help=True, help=__doc__)
 out = Console()
@@ -32,7 +32,7 @@ def ls(
     as_json: Json = False,
 ) -> None:
     """List recordings, the newest first."""
-    from recordings.query import matching
+    from recordings.read.query import matching
     from server.recordings_tables import listing
 
     found = matching(_store(folder).list(), " ".join(words or []))
@@ -110,7 +110,7 @@ def import_file(
 @app.command()
 def compare(ids: Ids, folder: Folder = None, as_json: Json = False) -> None:
     """Put the figures of up to four recordings side by side."""
-    from recordings.comparing import compared
+    from recordings.store.comparing import compared
     from server.recordings_tables import comparison_table
 
     if not 2 <= len(ids) <= COMPARED_MAX:
@@ -151,13 +151,13 @@ def rm(
 @app.command()
 def play(id: Id, folder: Folder = None) -> None:
     """Open a recording in rerun's own viewer; needs a display."""
-    from recordings.playing import play as open_viewer
+    from recordings.read.playing import play as open_viewer
 
     open_viewer(_store(folder).path(id))
 
 
 def _folder(folder: Path | None) -> Path:
-    from recordings.store import default_folder
+    from recordings.store.store import default_folder
     from server.settings import ServerSettings
 
     return folder or ServerSettings().recordings or default_folder()
@@ -165,7 +165,7 @@ def _folder(folder: Path | None) -> Path:
 
 def _store(folder: Path | None) -> "Store":
     """Those of a folder that is there; a wrong name makes no new one."""
-    from recordings.store import Store
+    from recordings.store.store import Store
 
     if folder is not None and not folder.is_dir():
         raise RecordingError(f"{folder} is not a folder")

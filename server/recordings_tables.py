@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from rich.markup import escape
 from rich.table import Table
 
-from recordings.comparing import Compared
-from recordings.messages import Recording
+from recordings.format.messages import Recording
+from recordings.store.comparing import Compared
 from server.tables import empty, number
 
 MILLI = 1e3

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from controller.actuator import Actuator
 from controller.errors import ParameterError, TendrilError
-from controller.experiments.live_path import read_marker_path
-from controller.kernels.rod import Array
-from controller.parameters import ControllerParameters, RigParameters
+from controller.kernels.model.rod import Array
 from controller.reference import library
 from controller.reference.reference import Reference
+from controller.schema.actuator import Actuator
+from controller.schema.parameters import ControllerParameters, RigParameters
+from controller.simulation.live_path import read_marker_path
 from server.messages import ReferenceInfo, ReferencePath
 
 POINTS = 2000

@@ -10,15 +10,15 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from controller.errors import TendrilError
-from controller.experiments.campaign import Progress as Told
-from controller.experiments.case import Case, Outcome, Setup, parameters_of, settings_of
-from controller.experiments.catalogue import LIVE_PATH
-from controller.experiments.live_path import live_settings
-from controller.experiments.reproduce import Order, reproduce
-from controller.experiments.result_json import result_json
-from controller.experiments.results import Results
-from controller.experiments.run import for_reference
-from recordings.run_file import write_run
+from controller.research.experiments.campaign import Progress as Told
+from controller.research.experiments.catalogue import LIVE_PATH
+from controller.research.experiments.reproduce import Order, reproduce
+from controller.research.experiments.result_json import result_json
+from controller.research.experiments.results import Results
+from controller.simulation.case import Case, Outcome, Setup, parameters_of, settings_of
+from controller.simulation.live_path import live_settings
+from controller.simulation.run import for_reference
+from recordings.write.run_file import write_run
 from server.files import made, require_file, write
 from server.reproduce_table import show
 
@@ -87,7 +87,7 @@ def deliver(results: Results, report: Path | None, json_file: Path | None, conso
         write(json_file, json.dumps(result_json(results), indent=2, allow_nan=False) + "\n")
         yield json_file
     if report is not None:
-        from controller.experiments.report.page import write_report
+        from controller.research.report.page import write_report
 
         yield report / RECORDINGS
         with console.status("Drawing the report ..."):

@@ -7,13 +7,13 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from controller.experiments.case import Case
-from controller.experiments.metrics import Window
-from controller.experiments.paper_rows import FIT, HELD_OUT, NONE, SENSING_LAWS
-from controller.experiments.report.bars import bars
-from controller.experiments.report.remarks import known_remarks, outdated
-from controller.experiments.report.verdict import verdict
-from controller.experiments.results import ResultRow, Results, SensedLaw, SensedTrajectory
+from controller.research.experiments.paper_rows import FIT, HELD_OUT, NONE, SENSING_LAWS
+from controller.research.experiments.results import ResultRow, Results, SensedLaw, SensedTrajectory
+from controller.research.report.bars import bars
+from controller.research.report.remarks import known_remarks, outdated
+from controller.research.report.verdict import verdict
+from controller.simulation.case import Case
+from controller.simulation.metrics import Window
 from server.tables import empty, number
 
 COLOURS = {True: "green", False: "red", None: "default"}

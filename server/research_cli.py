@@ -25,8 +25,8 @@ def identify(
     robust: Annotated[bool, typer.Option(help="Weigh down static values that lie far out.")] = False,
 ) -> None:
     """Fit stiffness and damping to measured data (docs/identification.md)."""
-    from controller.actuator import read_actuator
-    from controller.identification.identify import Task
+    from controller.research.identification.identify import Task
+    from controller.schema.actuator import read_actuator
     from server.identify import run_identify
 
     run_identify(Task(tuple(data), read_actuator(actuator), ids, profile, robust), out_file, report, out)
@@ -47,8 +47,8 @@ def observe(
     rrd: Annotated[Path | None, typer.Option(help="Write a recording for rerun to this file.")] = None,
 ) -> None:
     """Run the observer over recorded decays and score bodies that it does not see (docs/identification.md)."""
-    from controller.actuator import read_actuator
-    from controller.identification.observe import Request
+    from controller.research.identification.observe import Request
+    from controller.schema.actuator import read_actuator
     from server.observe import numbers, run_observe
 
     bodies = numbers("sense", sense), numbers("score", score)
@@ -79,10 +79,10 @@ def calibrate(
     ] = False,
 ) -> None:
     """Fit the twin's unknowns and the gains to the paper's fit rows (docs/calibration.md)."""
-    from controller.calibration.calibrate import Task
-    from controller.calibration.margins import TRIALS
-    from controller.calibration.problem import Problem
-    from controller.calibration.search import QUICK, Effort, effort_of
+    from controller.research.calibration.calibrate import Task
+    from controller.research.calibration.margins import TRIALS
+    from controller.research.calibration.problem import Problem
+    from controller.research.calibration.search import QUICK, Effort, effort_of
     from server.calibrate import run_calibrate
 
     effort = effort_of(QUICK if quick else Effort(), screen, starts, minutes)
@@ -114,12 +114,12 @@ def track(
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
 ) -> None:
     """Follow any path on the twin and measure it like the paper's experiments (docs/tracking.md)."""
-    from controller.actuator import read_actuator
-    from controller.experiments.case import Setup
-    from controller.experiments.plant_scale import scaled
-    from controller.experiments.track import Task, require_controller
-    from controller.parameters import TwinParameters
     from controller.reference.drawn import Wish
+    from controller.research.experiments.plant_scale import scaled
+    from controller.research.experiments.track import Task, require_controller
+    from controller.schema.actuator import read_actuator
+    from controller.schema.parameters import TwinParameters
+    from controller.simulation.case import Setup
     from server.track import run_track
 
     require_controller(controller)
@@ -138,10 +138,10 @@ def reproduce(
     workers: Annotated[int | None, typer.Option(min=1, max=256, help="Processes; one a core without it.")] = None,
 ) -> None:
     """Run every experiment of the paper on the twin and compare (docs/reproduction.md)."""
-    from controller.experiments.catalogue import catalogue
-    from controller.experiments.pool import cores
-    from controller.experiments.reproduce import Order
-    from controller.experiments.track import require_controller
+    from controller.research.experiments.catalogue import catalogue
+    from controller.research.experiments.pool import cores
+    from controller.research.experiments.reproduce import Order
+    from controller.research.experiments.track import require_controller
     from server.reproduce import run_reproduce
 
     require_controller(controller)

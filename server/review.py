@@ -7,12 +7,12 @@ from contextlib import suppress
 from pathlib import Path
 
 from controller.errors import TendrilError
-from controller.worker import Worker
-from recordings.apart import Killed, apart
-from recordings.finishing import finish
-from recordings.messages import Recording
-from recordings.store import Store
-from recordings.viewer import viewer_files
+from controller.system.worker import Worker
+from recordings.format.messages import Recording
+from recordings.read.viewer import viewer_files
+from recordings.store.apart import Killed, apart
+from recordings.store.finishing import finish
+from recordings.store.store import Store
 
 log = logging.getLogger(__name__)
 

@@ -4,14 +4,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from controller.actuator import Actuator
-from controller.key_file import read_key
-from controller.layout import record_dtype
 from controller.link import PlannedRows, RigClient
 from controller.link.keys import REPLAY_MAX
-from controller.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults
-from controller.parameters import RigParameters
-from controller.worker import Worker
+from controller.schema.actuator import Actuator
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults
+from controller.schema.parameters import RigParameters
+from controller.system.keys import read_key
+from controller.system.worker import Worker
 from server.channels import Rows
 from server.history import History
 from server.permit import Permit

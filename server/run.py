@@ -10,8 +10,8 @@ import uvicorn
 from fastapi import FastAPI
 
 from controller.errors import TendrilError
-from controller.logs import log_in_background
-from recordings.heap import few_arenas
+from controller.system.logs import log_in_background
+from recordings.write.heap import few_arenas
 from server.app import create_app
 from server.connections import Connection, Socket
 from server.farewell import Server, farewell

@@ -8,11 +8,11 @@ from functools import partial
 from typing import ParamSpec, TypeVar
 
 from controller.errors import RigUnreachable, TendrilError
-from controller.messages import RigInfo
-from controller.parameters import RigParameters, Settings
-from controller.worker import Worker
-from recordings.store import Store, default_folder
-from recordings.writer import Recorder
+from controller.schema.messages import RigInfo
+from controller.schema.parameters import RigParameters, Settings
+from controller.system.worker import Worker
+from recordings.store.store import Store, default_folder
+from recordings.write.writer import Recorder
 from server.alarms.messages import AlarmLimits
 from server.alarms.store import Alarms
 from server.alarms.watch import AlarmWatch

@@ -8,9 +8,9 @@ from pydantic import Field as Bounds
 from pydantic import SecretStr
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
-from controller.key_file import key_path, state_folder
-from controller.logs import LogFormat
-from recordings.messages import PATIENCE, SPLIT_BYTES
+from controller.system.keys import key_path, state_folder
+from controller.system.logs import LogFormat
+from recordings.format.messages import PATIENCE, SPLIT_BYTES
 
 
 class ServerSettings(BaseSettings):

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
-from controller.worker import Worker
+from controller.system.worker import Worker
 from server.events import EventLog
 from server.looks import Looks
 from server.loop_watchdog import LoopWatchdog

@@ -12,7 +12,7 @@ from typing import Generic, TypeVar
 from pydantic import ValidationError
 
 from controller.errors import sentence
-from controller.whole_file import read_whole, set_aside, write_whole
+from controller.system.whole_file import read_whole, set_aside, write_whole
 
 T = TypeVar("T")
 

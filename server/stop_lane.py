@@ -7,7 +7,7 @@ from pydantic import ValidationError
 from starlette.datastructures import Headers
 from starlette.types import Scope
 
-from controller.messages import CommandReply
+from controller.schema.messages import CommandReply
 from server.gate import COMMAND
 from server.messages import CommandBody
 

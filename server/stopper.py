@@ -10,9 +10,9 @@ from collections.abc import Callable
 from concurrent.futures import Future
 
 from controller.errors import RigUnreachable, TendrilError
-from controller.messages import CommandReply
-from controller.modes import Cause
-from controller.worker import Worker
+from controller.schema.messages import CommandReply
+from controller.schema.modes import Cause
+from controller.system.worker import Worker
 
 AGAIN = 0.05
 """Pause before an E-STOP that was not answered is sent again [s]."""

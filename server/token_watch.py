@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from controller.errors import ParameterError
-from controller.worker import Worker
+from controller.system.worker import Worker
 from server.auth import Sessions
 from server.events import EventLog
 from server.lease import OperatorLease

@@ -9,8 +9,8 @@ from pydantic import Field as Bounds
 from pydantic import ValidationError
 
 from controller.errors import ParameterError, TendrilError
-from controller.layout import Model
-from controller.whole_file import NotRegular, read_whole, set_aside, write_new, write_whole
+from controller.schema.layout import Model
+from controller.system.whole_file import NotRegular, read_whole, set_aside, write_new, write_whole
 from server.settings import ServerSettings
 
 log = logging.getLogger(__name__)

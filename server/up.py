@@ -17,11 +17,11 @@ from rich.console import Console
 from rich.panel import Panel
 
 from controller.errors import KeyRefused, StartRefused, TendrilError
-from controller.key_file import made_key, mended_key
-from controller.logs import log_in_background
-from controller.parameters import RigParameters
 from controller.realtime.settings import REFUSED, RigSettings, free_port
 from controller.realtime.supervisor import SHORT_LIFE, Supervisor, end_process, restart_delay, retry_delay
+from controller.schema.parameters import RigParameters
+from controller.system.keys import made_key, mended_key
+from controller.system.logs import log_in_background
 from server.looks import Looks
 from server.ready import ServerReady, UpReady, write_ready
 from server.settings import ServerSettings

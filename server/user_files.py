@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from controller.errors import CommandRefused
-from controller.whole_file import is_regular
+from controller.system.whole_file import is_regular
 from server.auth import Identity
 from server.state_file import StateFile
 

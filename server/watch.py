@@ -1,6 +1,6 @@
 """What nobody asked for but everyone should know: the rig came or went, restarted, changed mode; the lease lapsed."""
 
-from controller.modes import Cause, Mode, Request
+from controller.schema.modes import Cause, Mode, Request
 from server.auth import Identity
 from server.events import EventLog, Level
 from server.history import History

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from controller.kernels.rod import RodModel
+from controller.kernels.model.rod import RodModel
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 

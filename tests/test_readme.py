@@ -12,7 +12,7 @@ TABLE = set(re.findall(r"^\| (Eq\. \w+) \|.*\| `([\w/]+\.py):(\w+)` \|$", README
 def homes() -> set[tuple[str, str, str]]:
     """Every equation mark in the kernels, with file and function."""
     found = set()
-    for path in (ROOT / "controller" / "kernels").glob("*.py"):
+    for path in (ROOT / "controller" / "kernels").rglob("*.py"):
         source = path.read_text()
         lines = source.splitlines()
         for function in (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.FunctionDef)):

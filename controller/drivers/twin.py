@@ -1,9 +1,9 @@
 """The twin as a driver."""
 
-from controller.build_twin import build_twin
+from controller.build.twin import build_twin
 from controller.drivers.driver import Newest, Post
-from controller.kernels.twin import Twin
-from controller.parameters import RigParameters
+from controller.kernels.plant.twin import Twin
+from controller.schema.parameters import RigParameters
 
 
 class TwinDriver:

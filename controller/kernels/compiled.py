@@ -7,9 +7,9 @@ the compiler fuse a product and a sum, and nothing else: sums keep their order.
 
 from numba import njit
 
-from controller import kernel_cache
+from controller.system.kernel_cache import use
 
-kernel_cache.use()
+use()
 
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract"}, "_nrt": False}
 

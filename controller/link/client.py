@@ -21,7 +21,6 @@ import zenoh
 from pydantic import ValidationError
 
 from controller.errors import KeyRefused, LayoutMismatch, RigUnreachable, TendrilError, Unproven
-from controller.layout import record_dtype, to_record
 from controller.link.asker import Asker
 from controller.link.keys import Keys, open_session
 from controller.link.knock import kept_out
@@ -31,9 +30,10 @@ from controller.link.proof import PROOF_BYTES, Reply, read_batch
 from controller.link.refusals import Refusals
 from controller.link.stream import RowStream
 from controller.link.version import mismatch, require_same
-from controller.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults
-from controller.modes import Request
-from controller.worker import Worker
+from controller.schema.layout import record_dtype, to_record
+from controller.schema.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults
+from controller.schema.modes import Request
+from controller.system.worker import Worker
 
 log = logging.getLogger(__name__)
 

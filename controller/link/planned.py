@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.build_rig import REFERENCE_ROWS
+from controller.build.rig import REFERENCE_ROWS
 from controller.errors import ParameterError
 
 HEAD, POINT, TORQUES, KIND = 32, 16, 8, 1

@@ -13,15 +13,15 @@ import zenoh
 from pydantic import ValidationError
 
 from controller.errors import ParameterError, TendrilError, sentence
-from controller.layout import from_record, record_dtype
 from controller.link.holder import Holder
 from controller.link.keys import REPLAY_MAX, Keys
 from controller.link.planned import PLANNED_MAX, PlannedRows, decoded
 from controller.link.proof import Prover, question
 from controller.link.refusals import Refusals
 from controller.link.seal import SEAL_BYTES, Seals, Session
-from controller.messages import Command, CommandReply, RigInfo, TwinFaults
-from controller.modes import Request
+from controller.schema.layout import from_record, record_dtype
+from controller.schema.messages import Command, CommandReply, RigInfo, TwinFaults
+from controller.schema.modes import Request
 
 log = logging.getLogger(__name__)
 

@@ -27,9 +27,9 @@ from pydantic import Field as Bounds
 from pydantic import ValidationError
 
 from controller.errors import KeyRefused, ParameterError, SessionUnknown, sentence
-from controller.layout import Model
 from controller.link.proof import Prover
 from controller.link.version import LAYOUT, OURS, require_same
+from controller.schema.layout import Model
 
 SESSIONS_MAX = 32
 """Sessions that the rig remembers, two a server (its commands, its E-STOPs); the one silent longest is forgotten."""

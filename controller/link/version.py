@@ -3,8 +3,8 @@
 from importlib.metadata import version
 
 from controller.errors import LayoutMismatch
-from controller.layout import layout_hash
-from controller.messages import Command, Telemetry
+from controller.schema.layout import layout_hash
+from controller.schema.messages import Command, Telemetry
 
 OURS = version("tendril")
 LAYOUT = layout_hash(Command, Telemetry)

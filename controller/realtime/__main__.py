@@ -10,9 +10,9 @@ def main() -> None:
     """The heavy imports come after the priority: on a busy machine they are most of a restart."""
     prefer_process()
     from controller.errors import TendrilError
-    from controller.logs import log_json
     from controller.realtime.rig import RigSettings, run_rig
     from controller.realtime.settings import REFUSED
+    from controller.system.logs import log_json
 
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     settings = RigSettings.model_validate_json(sys.argv[1])

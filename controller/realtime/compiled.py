@@ -9,9 +9,9 @@ from numba.core import cgutils as numba_cgutils
 from numba.extending import intrinsic as numba_intrinsic
 from numba.np import arrayobj as numba_arrayobj
 
-from controller import kernel_cache
+from controller.system.kernel_cache import use
 
-kernel_cache.use()
+use()
 
 cgutils: Any = numba_cgutils
 arrayobj: Any = numba_arrayobj

@@ -6,16 +6,16 @@ import time
 import numpy as np
 
 from controller.errors import CommandRefused
-from controller.kernels.faults import Faults
-from controller.kernels.memory import Control
-from controller.layout import to_record
+from controller.kernels.control.memory import Control
+from controller.kernels.plant.faults import Faults
 from controller.link import PlannedRows
-from controller.messages import Command, CommandReply, RigInfo, TwinFaults
-from controller.modes import Cause, Mode, Request, RowKind
 from controller.realtime.compiled import Words
 from controller.realtime.followable import require_followable, require_sound
 from controller.realtime.mailbox import post, words
 from controller.realtime.ring import Ring
+from controller.schema.layout import to_record
+from controller.schema.messages import Command, CommandReply, RigInfo, TwinFaults
+from controller.schema.modes import Cause, Mode, Request, RowKind
 
 ECHO_MIN, ECHO_MAX = 0.05, 0.4
 """Wait for a tick that saw a command [s]: as long as the rig's limits let the loop pause, between these two."""

@@ -3,15 +3,15 @@
 import numpy as np
 
 from controller.errors import ParameterError
-from controller.kernels.inverse import TOLERANCE
-from controller.kernels.memory import Control
-from controller.kernels.rod import Array
+from controller.kernels.control.inverse import TOLERANCE
+from controller.kernels.control.memory import Control
+from controller.kernels.model.rod import Array
 from controller.link import PlannedRows
-from controller.modes import RowKind
-from controller.parameters import ControllerParameters
-from controller.reference.approach import follow
-from controller.reference.bounds import Limits, place, stretches, worst
-from controller.reference.reach import static_tips
+from controller.reference.feasible.approach import follow
+from controller.reference.feasible.bounds import Limits, place, stretches, worst
+from controller.reference.feasible.reach import static_tips
+from controller.schema.modes import RowKind
+from controller.schema.parameters import ControllerParameters
 
 COORDINATE_MAX = 2.0
 """[m]"""

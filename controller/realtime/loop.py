@@ -7,11 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.kernels.tick import Rig, tick
-from controller.kernels.twin import Twin, twin_step
-from controller.layout import record_dtype
-from controller.messages import Command, LoopStatus, Measurement, Telemetry
-from controller.modes import Mode
+from controller.kernels.control.tick import Rig, tick
+from controller.kernels.plant.twin import Twin, twin_step
 from controller.realtime.clock import now_ns, sleep_until, slots_missed
 from controller.realtime.compiled import Words, compiled, load_acquire, store_release
 from controller.realtime.mailbox import mailbox, post, receive, words
@@ -27,6 +24,9 @@ from controller.realtime.ring import (
     ring_push,
     ring_read,
 )
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry
+from controller.schema.modes import Mode
 
 VENTED = int(Mode.VENTED)
 

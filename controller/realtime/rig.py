@@ -16,17 +16,13 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from controller.build_rig import build_rig
+from controller.build.rig import build_rig
 from controller.drivers import TwinDriver
 from controller.errors import TendrilError
-from controller.key_file import key_path, made_key
 from controller.link.keys import open_session
 from controller.link.rig_end import RigEnd
 from controller.link.seal import Seals
 from controller.link.version import LAYOUT, OURS
-from controller.logs import log_in_background
-from controller.messages import RigInfo
-from controller.modes import Cause, Mode
 from controller.realtime.desk import Desk
 from controller.realtime.loop import LoopMemory, compile_loop, loop_memory, run_baseline, run_loop
 from controller.realtime.mailbox import post, words
@@ -34,7 +30,11 @@ from controller.realtime.priority import pin_memory, prefer_process, raise_threa
 from controller.realtime.ring import PUMP_NS, STOP, Ring, create_ring, ring_folders
 from controller.realtime.settings import RigReady, failure_file, free_port
 from controller.realtime.settings import RigSettings as RigSettings
-from controller.whole_file import open_lock, write_whole
+from controller.schema.messages import RigInfo
+from controller.schema.modes import Cause, Mode
+from controller.system.keys import key_path, made_key
+from controller.system.logs import log_in_background
+from controller.system.whole_file import open_lock, write_whole
 
 log = logging.getLogger(__name__)
 

@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from controller.errors import LayoutMismatch, RigUnreachable, TendrilError
-from controller.layout import layout_hash, record_dtype, require_same_layout
-from controller.messages import Command, Telemetry
 from controller.realtime.compiled import Words, compiled, fence_acquire, fence_release, load_acquire, store_release
-from controller.whole_file import is_regular, set_aside
+from controller.schema.layout import layout_hash, record_dtype, require_same_layout
+from controller.schema.messages import Command, Telemetry
+from controller.system.whole_file import is_regular, set_aside
 
 log = logging.getLogger(__name__)
 

@@ -6,9 +6,9 @@ from typing import Annotated
 
 from pydantic import Field as Bounds
 
-from controller.layout import Model
-from controller.logs import LogFormat
-from controller.parameters import RigParameters
+from controller.schema.layout import Model
+from controller.schema.parameters import RigParameters
+from controller.system.logs import LogFormat
 
 REFUSED = 3
 """Exit code of a process that could not start and has said why, in one sentence."""

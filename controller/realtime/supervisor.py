@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, NamedTuple
 
 from controller.errors import RigUnreachable, StartRefused, TendrilError
-from controller.parameters import RigParameters
 from controller.realtime.settings import REFUSED, RigReady, RigSettings, failure_file, free_port
-from controller.worker import Worker
+from controller.schema.parameters import RigParameters
+from controller.system.worker import Worker
 
 if TYPE_CHECKING:
     from controller.realtime.ring import Ring

@@ -5,19 +5,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controller.actuator import Actuator
-from controller.build_rig import REFERENCE_ROWS
+from controller.build.rig import REFERENCE_ROWS
 from controller.errors import DataError, ParameterError
-from controller.kernels.inverse import StaticMap
-from controller.kernels.rod import Array
-from controller.parameters import ControllerParameters
-from controller.reference.approach import approach
-from controller.reference.course import course, torn
-from controller.reference.from_rest import leaving_rest
+from controller.kernels.control.inverse import StaticMap
+from controller.kernels.model.rod import Array
+from controller.reference.feasible.approach import approach
+from controller.reference.feasible.course import course, torn
+from controller.reference.feasible.from_rest import leaving_rest
+from controller.reference.feasible.within_reach import Carried, at_rest, projected, require_near, require_reach
 from controller.reference.library import APPROACH, static_map
 from controller.reference.path_file import Samples
 from controller.reference.reference import Reference
-from controller.reference.within_reach import Carried, at_rest, projected, require_near, require_reach
+from controller.schema.actuator import Actuator
+from controller.schema.parameters import ControllerParameters
 
 ON_GRID = 1e-6
 """A sample that is this near to a tick is on it, so that a path sampled like the loop stays as it is [ticks]."""

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.errors import ParameterError
-from controller.kernels.rod import Array
+from controller.kernels.model.rod import Array
 
 FONT = Path(__file__).parent / "data" / "roman_simplex.jhf"
 FIRST = 32

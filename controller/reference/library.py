@@ -11,16 +11,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.actuator import Actuator
-from controller.build import build_rod
-from controller.build_rig import build_static_map
+from controller.build.rig import build_static_map
+from controller.build.rod import build_rod
 from controller.errors import ParameterError
-from controller.kernels.inverse import StaticMap
-from controller.kernels.rod import Array
-from controller.parameters import ControllerParameters
+from controller.kernels.control.inverse import StaticMap
+from controller.kernels.model.rod import Array
 from controller.reference import shapes
-from controller.reference.approach import approach, branch
+from controller.reference.feasible.approach import approach, branch
 from controller.reference.reference import Reference
+from controller.schema.actuator import Actuator
+from controller.schema.parameters import ControllerParameters
 
 CENTRE = (30e-3, 140e-3)
 """Centre of every shape but VU [m] (ours)."""

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.errors import DataError
-from controller.kernels.rod import Array
+from controller.kernels.model.rod import Array
 
 UNITS = {
     "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},

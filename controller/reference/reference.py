@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controller.kernels.rod import Array
-from controller.modes import RowKind
+from controller.kernels.model.rod import Array
+from controller.schema.modes import RowKind
 
 
 @dataclass(frozen=True)

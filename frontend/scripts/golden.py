@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from controller.layout import fields, record_dtype
-from controller.messages import Telemetry
+from controller.schema.layout import fields, record_dtype
+from controller.schema.messages import Telemetry
 from server.history import Bins
 from server.plots.feed import encode_frame, encode_plot
 

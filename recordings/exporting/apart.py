@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
 from controller.errors import TendrilError
-from recordings import apart as process
+from recordings.store import apart as process
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -15,7 +15,7 @@ class ExportKilled(TendrilError):
 
 
 def apart(work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
-    """`recordings.apart.apart`; ExportKilled when it was killed."""
+    """`recordings.store.apart.apart`; ExportKilled when it was killed."""
     try:
         return process.apart(work, *arguments, **named)
     except process.Killed:

@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import Literal
 
 from controller.errors import ParameterError
-from recordings import frames
 from recordings.exporting.arrow import write_csv, write_parquet
 from recordings.exporting.matlab import write_mat
 from recordings.exporting.mcap_file import write_mcap
 from recordings.exporting.table import Choice, Rows, Table
+from recordings.format import frames
 
 Format = Literal["csv", "parquet", "mat", "mcap", "rrd"]
 WRITERS: dict[Format, Callable[[Iterable[Table], Path], None]] = {

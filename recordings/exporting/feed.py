@@ -5,8 +5,8 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from recordings.chunks import Array, Chunks, Part
 from recordings.exporting.survey import Survey
+from recordings.format.chunks import Array, Chunks, Part
 
 Piece = tuple[Array, Mapping[str, Part]]
 """Times (n,) since the start [ns] of the rows, and of each entity what it holds at some or all of them."""

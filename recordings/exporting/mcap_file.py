@@ -12,8 +12,8 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from mcap.writer import Writer
 
-from recordings.chunks import Array
 from recordings.exporting.table import Column, Table
+from recordings.format.chunks import Array
 
 CHUNK_BYTES = 4 << 20
 """Of messages that are compressed together: a player reads so much at once."""

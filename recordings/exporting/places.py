@@ -5,14 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controller.layout import record_dtype
-from controller.messages import Telemetry
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Telemetry
 from recordings.exporting.signals import Signal
-from recordings.messages import Profile
-from recordings.plan import LINES
-from recordings.profiles import SLOW_FIELDS, TICKS
-from recordings.reader import DENSE, SCALARS, SLOW
-from recordings.signals import GROUPS
+from recordings.format.messages import Profile
+from recordings.format.plan import LINES
+from recordings.format.profiles import SLOW_FIELDS, TICKS
+from recordings.format.signals import GROUPS
+from recordings.read.reader import DENSE, SCALARS, SLOW
 
 CLOCKS = ("tick", "t_ns")
 """Fields that are timelines of every entity."""

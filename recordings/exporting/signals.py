@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from controller.errors import ParameterError
-from controller.layout import Model, quantity, record_dtype
-from controller.messages import Telemetry
-from recordings.messages import Recording
+from controller.schema.layout import Model, quantity, record_dtype
+from controller.schema.messages import Telemetry
+from recordings.format.messages import Recording
 
 GROUPS = {
     "tip": ("target", "p_ref", "p_ref_dot", "p_meas", "p_hat", "error", "integral", "residual"),

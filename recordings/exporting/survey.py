@@ -7,7 +7,7 @@ from functools import reduce
 
 import numpy as np
 
-from recordings.chunks import Array, Chunks, common
+from recordings.format.chunks import Array, Chunks, common
 
 NEVER = np.iinfo(np.int64).max
 

@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 
 from controller.errors import ParameterError, RecordingError
-from controller.layout import record_dtype
-from controller.messages import Telemetry
-from recordings.chunks import Array, Chunks, Part, opened
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Telemetry
 from recordings.exporting.feed import feed
 from recordings.exporting.places import Layout, Place
 from recordings.exporting.signals import SIGNALS, TIP, Signal, chosen
 from recordings.exporting.survey import Survey, surveyed
+from recordings.format.chunks import Array, Chunks, Part, opened
 from recordings.importing.tip import IMPORT_RIG
-from recordings.reader import about_of, origin_of
+from recordings.read.reader import about_of, origin_of
 
 PIECE = 50_000
 """Rows that are in memory at once."""

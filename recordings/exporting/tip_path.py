@@ -7,9 +7,9 @@ from typing import Literal
 import numpy as np
 
 from controller.errors import ParameterError
-from controller.parameters import SENSORS
-from recordings.chunks import Array
+from controller.schema.parameters import SENSORS
 from recordings.exporting.table import Choice, Rows
+from recordings.format.chunks import Array
 
 What = Literal["p_meas", "p_ref", "marker"]
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from controller.errors import DataError
 from controller.reference.path_file import read_samples
+from recordings.format.messages import Recording
 from recordings.importing.tip import import_tip
-from recordings.messages import Recording
 
 SENT = "the file"
 """What errors call it."""

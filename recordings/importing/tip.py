@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 
 from controller.errors import DataError, RecordingError
-from controller.layout import layout_hash, record_dtype
-from controller.messages import Command, RigInfo, Telemetry
-from controller.parameters import RigParameters, Settings
 from controller.reference.path_file import Samples
-from recordings import sidecar
-from recordings.about import About
-from recordings.messages import Recording
-from recordings.rrd import Rows, write_whole
-from recordings.session import check_room
+from controller.schema.layout import layout_hash, record_dtype
+from controller.schema.messages import Command, RigInfo, Telemetry
+from controller.schema.parameters import RigParameters, Settings
+from recordings.format import sidecar
+from recordings.format.about import About
+from recordings.format.messages import Recording
+from recordings.write.rrd import Rows, write_whole
+from recordings.write.session import check_room
 
 IMPORT_RIG = "import"
 """The rig that an imported recording names."""

@@ -5,7 +5,7 @@ from typing import Annotated, Self
 from pydantic import Field as Bounds
 from pydantic import model_validator
 
-from controller.layout import Model
+from controller.schema.layout import Model
 
 Duration = Annotated[float, Bounds(ge=1e-5, le=10.0)]
 Distance = Annotated[float, Bounds(ge=1e-5, le=0.2)]

@@ -7,8 +7,8 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, ConfigDict, model_validator
 from pydantic import Field as Bounds
 
-from controller.layout import Model
-from controller.messages import Coordinate
+from controller.schema.layout import Model
+from controller.schema.messages import Coordinate
 
 Point = tuple[Coordinate, Coordinate]
 DURATION_MIN, DURATION_MAX = 0.1, 280.0

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from controller.parameters import RigParameters, Settings
-from controller.reference.bounds import accelerations, speeds, standing
+from controller.reference.feasible.bounds import accelerations, speeds, standing
 from controller.reference.shapes import lengths
+from controller.schema.parameters import RigParameters, Settings
 from server.drawings.messages import DrawingBody, DrawingPlan
 from server.drawings.planned import plan
 from server.references import POINTS, points, times

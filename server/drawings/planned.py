@@ -5,23 +5,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from controller.errors import ParameterError
-from controller.experiments.live_path import LIVE_PATH_FILE
-from controller.kernels.inverse import StaticMap
-from controller.kernels.rod import Array
-from controller.parameters import RigParameters, Settings
+from controller.kernels.control.inverse import StaticMap
+from controller.kernels.model.rod import Array
 from controller.reference import library
-from controller.reference.bounds import Limits
-from controller.reference.course import Course, course
 from controller.reference.drawn import resampled
-from controller.reference.from_rest import leaving_rest
+from controller.reference.feasible.bounds import Limits
+from controller.reference.feasible.course import Course, course
+from controller.reference.feasible.from_rest import leaving_rest
+from controller.reference.feasible.smoothing import smoothed
+from controller.reference.feasible.timing import fastest, steady
+from controller.reference.feasible.travel import Pose, rest, travel
+from controller.reference.feasible.within_limits import Followed, within_limits
+from controller.reference.feasible.within_reach import at_rest
 from controller.reference.path_file import read_samples
 from controller.reference.reference import Reference
 from controller.reference.shapes import lengths
-from controller.reference.smoothing import smoothed
-from controller.reference.timing import fastest, steady
-from controller.reference.travel import Pose, rest, travel
-from controller.reference.within_limits import Followed, within_limits
-from controller.reference.within_reach import at_rest
+from controller.schema.parameters import RigParameters, Settings
+from controller.simulation.live_path import LIVE_PATH_FILE
 from server.drawings.messages import DURATION_MAX, DURATION_MIN, DrawingBody, Duration, Fastest, Given, Speed, Wanted
 from server.references import TITLES, UnknownReference
 

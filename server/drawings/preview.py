@@ -5,19 +5,19 @@ import time
 import numpy as np
 from numpy.lib.recfunctions import repack_fields
 
-from controller.build_rig import REFERENCE_ROWS
+from controller.build.rig import REFERENCE_ROWS
 from controller.errors import DataError, ParameterError, TendrilError
-from controller.experiments.metrics import true_tip
-from controller.experiments.run import armed, plan, request, require_mode
-from controller.experiments.simulate import Rows
-from controller.kernels.inverse import StaticMap
-from controller.kernels.rod import Array
-from controller.modes import Mode, Request
-from controller.parameters import RigParameters, Settings
-from controller.reference.approach import blended_torques
+from controller.kernels.control.inverse import StaticMap
+from controller.kernels.model.rod import Array
+from controller.reference.feasible.approach import blended_torques
+from controller.reference.feasible.reach import static_tips
 from controller.reference.library import static_map
-from controller.reference.reach import static_tips
 from controller.reference.reference import Reference
+from controller.schema.modes import Mode, Request
+from controller.schema.parameters import RigParameters, Settings
+from controller.simulation.metrics import true_tip
+from controller.simulation.run import armed, plan, request, require_mode
+from controller.simulation.simulate import Rows
 from server.drawings.messages import DURATION_MIN, DrawingBody, Duration, Preview, PreviewBody
 from server.drawings.plan import Indices, spread
 from server.drawings.planned import wanted

@@ -9,7 +9,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from controller.errors import TendrilError
 from controller.reference.shapes import lengths
-from controller.whole_file import read_whole, set_aside, write_whole
+from controller.system.whole_file import read_whole, set_aside, write_whole
 from server.drawings.messages import DrawingBody, DrawingInfo, DrawingName, Duration, Given, Speed
 from server.references import UnknownReference
 

@@ -5,7 +5,7 @@ import time
 from collections import Counter
 from itertools import cycle, islice
 
-from controller.modes import Mode
+from controller.schema.modes import Mode
 from server.faults import trace
 from server.faults.person import Person
 from server.faults.scene import Scene

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from controller.errors import TendrilError
-from controller.modes import Cause
+from controller.schema.modes import Cause
 from server.faults import (
     abuse,
     choices,

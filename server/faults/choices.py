@@ -4,9 +4,9 @@ import time
 
 import numpy as np
 
-from controller.actuator import PRESETS, Actuator
-from controller.fit import GAINS
-from controller.modes import Cause, Mode
+from controller.schema.actuator import PRESETS, Actuator
+from controller.schema.fit import GAINS
+from controller.schema.modes import Cause, Mode
 from server.faults import trace
 from server.faults.scene import Scene
 from server.faults.waiting import Seen, require, wait

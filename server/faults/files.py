@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from controller.modes import Mode
+from controller.schema.modes import Mode
 from server.faults import trace
 from server.faults.processes import PAUSE, held
 from server.faults.scene import Scene

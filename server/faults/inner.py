@@ -4,7 +4,7 @@ import os
 import signal
 import time
 
-from controller.modes import Mode
+from controller.schema.modes import Mode
 from server.faults import trace
 from server.faults.files import recording
 from server.faults.processes import held, restarted
@@ -53,7 +53,7 @@ def disk_hung(scene: Scene) -> Seen:
     scene.track()
     recording(scene)
     mark, start = len(scene.operator.log), time.monotonic_ns()
-    calls = ["recordings.session:Session.write", "server.event_file:EventFile.append"]
+    calls = ["recordings.write.session:Session.write", "server.event_file:EventFile.append"]
     scene.break_inside(scene.server_process, calls=calls, how="hang", seconds=HANGING)
     line = scene.operator.sees("ended by itself: the disk has taken nothing", mark, HANGING)
     took = (time.monotonic_ns() - start) * 1e-6

@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 
-from controller.modes import Mode
+from controller.schema.modes import Mode
 from server.faults import trace
 from server.faults.processes import held
 from server.faults.scene import Scene

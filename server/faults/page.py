@@ -5,7 +5,7 @@ import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from controller.modes import Cause, Mode
+from controller.schema.modes import Cause, Mode
 from server.faults import trace
 from server.faults.chromium import READY, a_browser, kill_browser, operating_page, press_and_move
 from server.faults.processes import held

@@ -2,7 +2,7 @@
 
 import time
 
-from controller.modes import Mode
+from controller.schema.modes import Mode
 from server.faults import trace
 from server.faults.person import Person
 from server.faults.processes import held

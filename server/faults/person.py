@@ -14,10 +14,10 @@ import numpy as np
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from controller.layout import record_dtype
-from controller.messages import Telemetry
-from controller.modes import Mode
 from controller.reference.library import CENTRE
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Telemetry
+from controller.schema.modes import Mode
 from server.faults.waiting import Failed, require, wait
 from server.messages import Kind
 

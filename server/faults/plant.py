@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from controller.modes import Cause, Mode
+from controller.schema.modes import Cause, Mode
 from server.faults.scene import Scene
 from server.faults.sensing import latched
 from server.faults.waiting import Seen

@@ -4,7 +4,7 @@ import os
 import signal
 import time
 
-from controller.modes import Cause, Mode
+from controller.schema.modes import Cause, Mode
 from server.faults import trace
 from server.faults.scene import Scene
 from server.faults.table import RESTART_MS

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from controller.errors import RigUnreachable
-from controller.modes import Cause, Mode
-from controller.parameters import RigParameters, SafetyLimits
 from controller.realtime.ring import find_ring, remove_rings
 from controller.realtime.settings import RigSettings
 from controller.realtime.supervisor import Supervisor
+from controller.schema.modes import Cause, Mode
+from controller.schema.parameters import RigParameters, SafetyLimits
 from server.faults import inside, trace
 from server.faults.certificates import make_certificates
 from server.faults.person import Person

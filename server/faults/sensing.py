@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from controller.modes import Cause, Freeze, Mode
+from controller.schema.modes import Cause, Freeze, Mode
 from server.faults import trace
 from server.faults.scene import Scene
 from server.faults.waiting import Seen, require

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from controller.modes import Mode
+from controller.schema.modes import Mode
 from server.faults import trace
 from server.faults.person import Person
 from server.faults.scene import Scene

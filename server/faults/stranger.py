@@ -15,9 +15,9 @@ from typing import Any
 import zenoh
 from pydantic import Base64Bytes
 
-from controller.layout import Model
 from controller.link.guard import USER
 from controller.link.keys import Keys
+from controller.schema.layout import Model
 
 PAUSE = 0.02
 """Between two rounds of an attack [s]."""

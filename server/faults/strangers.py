@@ -18,14 +18,14 @@ from typing import Any
 import numpy as np
 
 from controller.errors import RigHeld, TendrilError
-from controller.key_file import read_key
-from controller.layout import to_record
 from controller.link.asker import Asker
 from controller.link.guard import password
 from controller.link.keys import Keys, open_session
 from controller.link.seal import SEAL_BYTES
-from controller.messages import Command, TwinFaults
-from controller.modes import Mode, Request
+from controller.schema.layout import to_record
+from controller.schema.messages import Command, TwinFaults
+from controller.schema.modes import Mode, Request
+from controller.system.keys import read_key
 from server.faults import trace
 from server.faults.scene import Scene
 from server.faults.stranger import Message, Order, Way

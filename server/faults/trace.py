@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from controller.modes import Cause, Mode
 from controller.realtime.ring import CAPACITY, find_ring
+from controller.schema.modes import Cause, Mode
 
 Rows = np.ndarray[Any, np.dtype[np.void]]
 MOVING = (Mode.FOLLOW, Mode.TRACK)

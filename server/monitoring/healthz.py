@@ -3,8 +3,8 @@
 import asyncio
 import shutil
 
-from controller.layout import Model
-from recordings.session import DISK_FREE_MIN
+from controller.schema.layout import Model
+from recordings.write.session import DISK_FREE_MIN
 from server.services import Services
 
 DISK_MAX = 2.0

@@ -6,7 +6,7 @@ from prometheus_client import CollectorRegistry, ProcessCollector, generate_late
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
 
-from controller.modes import Mode
+from controller.schema.modes import Mode
 from server.services import Services
 
 QUANTILES = (0.5, 0.99, 1.0)

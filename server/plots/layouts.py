@@ -6,7 +6,7 @@ from typing import Annotated
 from pydantic import Field as Bounds
 
 from controller.errors import CommandRefused
-from controller.layout import Model
+from controller.schema.layout import Model
 from server.auth import Identity
 from server.plots.messages import LayoutName, PlotLayout
 from server.user_files import UserFiles

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field as Bounds
 
-from controller.layout import Model
+from controller.schema.layout import Model
 
 CHANNELS_MAX = 48
 """Most channels that one page can follow: with ten minutes of them it holds 15 MB."""

@@ -9,11 +9,11 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from controller.actuator import PRESETS, Actuator, parse_actuator
 from controller.errors import CommandRefused, ParameterError, TendrilError, sentence
-from controller.experiments.acceptance import require_built, require_running
-from controller.parameters import RigParameters, Settings
-from controller.whole_file import read_whole, set_aside, write_whole
+from controller.schema.actuator import PRESETS, Actuator, parse_actuator
+from controller.schema.parameters import RigParameters, Settings
+from controller.simulation.acceptance import require_built, require_running
+from controller.system.whole_file import read_whole, set_aside, write_whole
 from server.events import EventLog
 from server.permit import Permit
 from server.presets.messages import ActuatorBody, ActuatorOutcome

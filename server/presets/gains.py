@@ -5,8 +5,8 @@ from pathlib import Path
 from pydantic import TypeAdapter
 
 from controller.errors import CommandRefused, TendrilError
-from controller.fit import GAINS
-from controller.parameters import Settings
+from controller.schema.fit import GAINS
+from controller.schema.parameters import Settings
 from server.presets.messages import GainPreset
 from server.state_file import StateFile
 

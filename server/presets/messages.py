@@ -4,8 +4,8 @@ from typing import Annotated
 
 from pydantic import Field as Bounds
 
-from controller.layout import Model
-from controller.parameters import Settings
+from controller.schema.layout import Model
+from controller.schema.parameters import Settings
 
 PresetName = Annotated[str, Bounds(pattern=r"^[\w .+-]{1,60}$")]
 

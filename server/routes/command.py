@@ -8,8 +8,8 @@ from fastapi import APIRouter
 from starlette.requests import HTTPConnection
 from starlette.responses import JSONResponse
 
-from controller.messages import CommandReply
-from controller.modes import Request
+from controller.schema.messages import CommandReply
+from controller.schema.modes import Request
 from server.answers import Problem
 from server.auth import Identity
 from server.deps import Me, Parts

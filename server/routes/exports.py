@@ -11,14 +11,14 @@ from starlette.background import BackgroundTask
 from starlette.responses import FileResponse
 
 from controller.errors import CommandRefused, RecordingError
-from controller.parameters import SENSORS
+from controller.schema.parameters import SENSORS
 from recordings.exporting.apart import apart
 from recordings.exporting.export import Format, export
 from recordings.exporting.signals import SignalInfo, offered
 from recordings.exporting.table import Choice
 from recordings.exporting.tip_path import Wanted, What
+from recordings.format.messages import Recording
 from recordings.importing.text import import_text
-from recordings.messages import Recording
 from server import answers
 from server.deps import Holder, Parts
 from server.drawings.messages import DrawingBody

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from fastapi import APIRouter
 
 from controller.errors import CommandRefused
-from controller.messages import TwinFaults
+from controller.schema.messages import TwinFaults
 from server.deps import Parts, Permitted
 from server.services import Services
 

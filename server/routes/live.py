@@ -11,9 +11,9 @@ from pydantic_core import from_json
 from starlette.websockets import WebSocketDisconnect
 
 from controller.errors import TendrilError, sentence
-from controller.layout import fields
-from controller.messages import CommandReply, Telemetry
-from controller.modes import Mode, Request
+from controller.schema.layout import fields
+from controller.schema.messages import CommandReply, Telemetry
+from controller.schema.modes import Mode, Request
 from server.audit import tell
 from server.auth import Identity
 from server.channels import CHANNELS, columns_of

@@ -4,9 +4,9 @@ import asyncio
 
 from fastapi import APIRouter
 
-from controller.actuator import PRESETS
 from controller.errors import CommandRefused, RigUnreachable
-from controller.modes import Mode
+from controller.schema.actuator import PRESETS
+from controller.schema.modes import Mode
 from server.deps import Holder, Parts, Permitted
 from server.presets import actuator as actuators
 from server.presets.gains import GainPresets

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query, Response
 
-from recordings.quick import POINTS, Quick, quick_look
+from recordings.read.quick import POINTS, Quick, quick_look
 from server.deps import Parts
 
 router = APIRouter(tags=["recordings"])

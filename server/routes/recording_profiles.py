@@ -2,7 +2,7 @@
 
 from fastapi import APIRouter
 
-from recordings.profiles import PROFILES, ProfileInfo
+from recordings.format.profiles import PROFILES, ProfileInfo
 
 router = APIRouter(tags=["recordings"])
 

@@ -10,15 +10,15 @@ from pydantic import TypeAdapter
 from starlette.responses import FileResponse, StreamingResponse
 
 from controller.errors import CommandRefused, RecordingError
-from recordings import frames
-from recordings.apart import apart
-from recordings.edits import Edit
-from recordings.finishing import measured
-from recordings.messages import Recording, RecordingState
-from recordings.metrics import Measured
-from recordings.query import matching, ordered
-from recordings.session import Context
-from recordings.store import Store
+from recordings.format import frames
+from recordings.format.messages import Recording, RecordingState
+from recordings.read.metrics import Measured
+from recordings.read.query import matching, ordered
+from recordings.store.apart import apart
+from recordings.store.edits import Edit
+from recordings.store.finishing import measured
+from recordings.store.store import Store
+from recordings.write.session import Context
 from server import answers
 from server.deps import Holder, Me, Parts
 from server.messages import RecordingBody

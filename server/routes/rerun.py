@@ -5,8 +5,8 @@ from pathlib import Path
 from fastapi import APIRouter, Request, Response
 from starlette.responses import FileResponse, PlainTextResponse
 
-from controller.whole_file import is_regular
-from recordings.viewer import FILES
+from controller.system.whole_file import is_regular
+from recordings.read.viewer import FILES
 from server.deps import Parts
 from server.rerun_page import VERSION, rerun_page
 

@@ -4,7 +4,7 @@ import asyncio
 
 from fastapi import APIRouter
 
-from controller.messages import RigInfo
+from controller.schema.messages import RigInfo
 from server.deps import Parts
 from server.loop_health import LoopHealth
 from server.messages import Health

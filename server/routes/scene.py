@@ -8,7 +8,7 @@ import numpy as np
 from fastapi import APIRouter
 
 from controller.errors import CommandRefused
-from recordings.tape import Tape, read_tape
+from recordings.read.tape import Tape, read_tape
 from server.deps import Me, Parts
 from server.scene.messages import Playback, PlaybackBody, Role, SeatId, SeatLook, SeatPath
 from server.scene.playback import Player

@@ -6,7 +6,7 @@ from fastapi import APIRouter
 from pydantic import ValidationError
 
 from controller.errors import CommandRefused
-from controller.parameters import Settings
+from controller.schema.parameters import Settings
 from server.deps import Parts, Permitted
 from server.messages import SettingsBody
 from server.problems import malformed

@@ -5,8 +5,8 @@ from functools import cache
 
 from fastapi import APIRouter
 
-from controller.parameters import RigParameters
-from controller.reference.reach import reach_map
+from controller.reference.feasible.reach import reach_map
+from controller.schema.parameters import RigParameters
 from server.deps import Parts
 from server.messages import Workspace
 

@@ -5,17 +5,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.build_rig import REFERENCE_ROWS
+from controller.build.rig import REFERENCE_ROWS
 from controller.errors import ParameterError
-from controller.kernels.inverse import TOLERANCE, StaticMap
-from controller.kernels.rod import Array
+from controller.kernels.control.inverse import TOLERANCE, StaticMap
+from controller.kernels.model.rod import Array
 from controller.link import ENDLESS
-from controller.parameters import RigParameters, Settings
 from controller.reference import library
-from controller.reference.bounds import Limits, place, stretches, window_rows, worst
+from controller.reference.feasible.bounds import Limits, place, stretches, window_rows, worst
+from controller.reference.feasible.travel import Pose, held_by, travel
+from controller.reference.feasible.within_reach import projected
 from controller.reference.reference import Reference, row_kinds
-from controller.reference.travel import Pose, held_by, travel
-from controller.reference.within_reach import projected
+from controller.schema.parameters import RigParameters, Settings
 from server.drawings.planned import operator_limits, rig_limits
 
 APPROACH = 2.0

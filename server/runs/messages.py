@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field as Bounds
 
-from controller.layout import Model
+from controller.schema.layout import Model
 from server.drawings.messages import Wanted
 
 Laps = Annotated[int, Bounds(ge=1, le=1000)]

@@ -12,11 +12,11 @@ from datetime import UTC, datetime
 from typing import Any, TypeVar
 
 from controller.errors import CommandRefused, NotAllowed, RigUnreachable, TendrilError
-from controller.kernels.inverse import StaticMap
-from controller.messages import RigInfo
-from controller.modes import Request
-from controller.parameters import RigParameters, Settings
+from controller.kernels.control.inverse import StaticMap
 from controller.reference.library import static_map
+from controller.schema.messages import RigInfo
+from controller.schema.modes import Request
+from controller.schema.parameters import RigParameters, Settings
 from server.automatic import Automatic
 from server.drawings.planned import wanted
 from server.events import EventLog, Level

@@ -4,9 +4,9 @@ from collections import deque
 
 import numpy as np
 
-from controller.experiments.metrics import phase_lags
-from controller.kernels.rod import Array
-from recordings.metrics import ErrorSums
+from controller.kernels.model.rod import Array
+from controller.simulation.metrics import phase_lags
+from recordings.read.metrics import ErrorSums
 from server.channels import Rows
 from server.runs.messages import Figures
 
@@ -49,7 +49,7 @@ class Tally:
         self._slot = None
 
     def figures(self) -> Figures:
-        """All of them, as `controller.experiments.metrics` defines them."""
+        """All of them, as `controller.simulation.metrics` defines them."""
         lag = self._lags()
         return Figures(
             rmse=self.rmse,

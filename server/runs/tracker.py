@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from controller.errors import CommandRefused, RigUnreachable
-from controller.kernels.rod import Array
+from controller.kernels.model.rod import Array
 from controller.link import PlannedRows
-from controller.messages import RigInfo
-from controller.modes import Cause, Law, Mode, Request
-from controller.parameters import Settings
 from controller.realtime.desk import refused_text
+from controller.schema.messages import RigInfo
+from controller.schema.modes import Cause, Law, Mode, Request
+from controller.schema.parameters import Settings
 from server.channels import Rows
 from server.operator import Operator
 from server.permit import Permit, own

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import viser
 
-from controller.actuator import Actuator
-from controller.kernels.rod import Array
-from controller.modes import Mode
+from controller.kernels.model.rod import Array
+from controller.schema.actuator import Actuator
+from controller.schema.modes import Mode
 from server.channels import Rows
 from server.colours import BASE, DANGER, OBSERVER, REFERENCE, TARGET, TWIN
 from server.scene.chain import Chain

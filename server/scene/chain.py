@@ -7,7 +7,7 @@ observer would seem to lag behind the markers.
 import numpy as np
 import viser
 
-from controller.parameters import SENSORS
+from controller.schema.parameters import SENSORS
 from server.channels import Rows
 from server.colours import Colour
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import viser
 
-from controller.modes import Mode
+from controller.schema.modes import Mode
 
 GIZMO = "/live/target"
 """Its name in the scene."""

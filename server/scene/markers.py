@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import viser
 
-from controller.parameters import BACKBONE_POINTS, SENSORS
+from controller.schema.parameters import BACKBONE_POINTS, SENSORS
 from server.channels import Rows
 from server.colours import MEASURED
 

@@ -4,8 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field as Bounds
 
-from controller.layout import Model
-from controller.messages import Coordinate
+from controller.schema.layout import Model
+from controller.schema.messages import Coordinate
 
 View = Literal["top", "oblique"]
 Scheme = Literal["dark", "light"]

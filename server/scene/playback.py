@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import viser
 
-from recordings.tape import Tape
+from recordings.read.tape import Tape
 from server.scene.body import Body
 from server.scene.messages import Playback, PlaybackBody
 

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 import viser
 
-from controller.actuator import Actuator
-from controller.kernels.rod import Array
-from controller.worker import Worker
+from controller.kernels.model.rod import Array
+from controller.schema.actuator import Actuator
+from controller.system.worker import Worker
 from server.auth import Identity
 from server.channels import Rows
 from server.scene.body import Body

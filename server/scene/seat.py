@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from controller.actuator import Actuator
 from controller.errors import NotAllowed
-from controller.kernels.rod import Array
+from controller.kernels.model.rod import Array
+from controller.schema.actuator import Actuator
 from server.auth import Identity
 from server.scene.body import above
 from server.scene.camera import camera_of

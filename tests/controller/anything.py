@@ -6,8 +6,8 @@ from typing import Any
 from annotated_types import Ge, Gt, Le
 from hypothesis import strategies as some
 
-from controller.actuator import PRESETS, Actuator, Curvature, Damping, Density, PressureSlope, Stiffness
-from controller.parameters import SafetyLimits
+from controller.schema.actuator import PRESETS, Actuator, Curvature, Damping, Density, PressureSlope, Stiffness
+from controller.schema.parameters import SafetyLimits
 
 P1 = PRESETS["P1"]
 WILD = some.sampled_from([0.0, -1.0, 1e-300, 5e-324, 1e300, math.inf, -math.inf, math.nan])

@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from controller.actuator import PRESETS
-from controller.build import build_rod
-from controller.kernels.energy import Ledger, ledger_step
-from controller.kernels.integrate import rk4_step
-from controller.kernels.rod import Array, Load, RodModel, RodState, Work, make_work
+from controller.build.rod import build_rod
+from controller.kernels.model.energy import Ledger, ledger_step
+from controller.kernels.model.integrate import rk4_step
+from controller.kernels.model.rod import Array, Load, RodModel, RodState, Work, make_work
+from controller.schema.actuator import PRESETS
 
 compiled: Any = njit(nogil=True, error_model="numpy")
 NO_TORQUE = np.zeros(2)

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from controller.actuator import PRESETS, Actuator, Tracking
-from controller.equilibrium import Body, settle
-from controller.identification.decays import Decay
-from controller.identification.offline import offline_observer
-from controller.kernels.implicit import make_implicit_work
-from controller.kernels.replay import Replay, Samples, replay
-from controller.kernels.rod import Array, make_load
-from controller.kernels.statics import at_rest, pose
+from controller.build.equilibrium import Body, settle
+from controller.kernels.model.implicit import make_implicit_work
+from controller.kernels.model.rod import Array, make_load
+from controller.kernels.model.statics import at_rest, pose
+from controller.kernels.observer.replay import Replay, Samples, replay
+from controller.research.identification.motion.decays import Decay
+from controller.research.identification.offline import offline_observer
+from controller.schema.actuator import PRESETS, Actuator, Tracking
 
 ARCS = (0.11, 0.21, 0.32)
 FINE = 40

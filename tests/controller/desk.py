@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 
-from controller.build_rig import build_rig
-from controller.kernels.tick import tick
-from controller.layout import record_dtype, to_record, write_record
-from controller.messages import Command, LoopStatus, Measurement, Telemetry
-from controller.modes import Cause, Mode, Request
-from controller.parameters import RigParameters, Settings
+from controller.build.rig import build_rig
+from controller.kernels.control.tick import tick
+from controller.schema.layout import record_dtype, to_record, write_record
+from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry
+from controller.schema.modes import Cause, Mode, Request
+from controller.schema.parameters import RigParameters, Settings
 
 BOOT, MS = 7, 1_000_000
 HUM = 1e-9

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from controller.key_file import read_key
 from controller.link import RigClient
-from controller.messages import Command, CommandReply
-from controller.modes import Request
 from controller.realtime.ring import Ring, find_ring
 from controller.realtime.settings import RigReady, RigSettings
+from controller.schema.messages import Command, CommandReply
+from controller.schema.modes import Request
+from controller.system.keys import read_key
 
 PATIENCE = 200.0
 """A cold cache compiles the whole loop [s]."""

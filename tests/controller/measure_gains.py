@@ -10,12 +10,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from controller.experiments.campaign import run_one
-from controller.experiments.case import Setup
-from controller.experiments.catalogue import catalogue
-from controller.experiments.results import Failure
-from controller.modes import Cause, Mode
-from controller.parameters import SafetyLimits
+from controller.research.experiments.campaign import run_one
+from controller.research.experiments.catalogue import catalogue
+from controller.research.experiments.results import Failure
+from controller.schema.modes import Cause, Mode
+from controller.schema.parameters import SafetyLimits
+from controller.simulation.case import Setup
 from tests.controller.calm import Drag, drag, drags, quick_drags
 from tests.controller.whips import FREE, NAMED, RUNS, Gains, Judged, broken, judged, onset
 

@@ -12,11 +12,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from pydantic import ValidationError
 
-from controller.actuator import PRESETS, Actuator
 from controller.errors import ParameterError, sentence
-from controller.experiments.acceptance import require_built, require_running
-from controller.modes import Cause, Integrator, Mode
-from controller.parameters import ControllerParameters, RigParameters, SafetyLimits, Settings
+from controller.schema.actuator import PRESETS, Actuator
+from controller.schema.modes import Cause, Integrator, Mode
+from controller.schema.parameters import ControllerParameters, RigParameters, SafetyLimits, Settings
+from controller.simulation.acceptance import require_built, require_running
 from tests.controller.anything import actuators
 from tests.controller.trial import Trial
 

@@ -7,19 +7,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controller.actuator import PRESETS, Actuator, read_actuator, write_actuator
-from controller.build import build_rod
-from controller.build_rig import build_rig
-from controller.build_twin import build_twin
+from controller.build.rig import build_rig
+from controller.build.rod import build_rod
+from controller.build.stability import natural_modes
+from controller.build.twin import build_twin
 from controller.errors import ParameterError
-from controller.experiments.mujoco_chain import MujocoChain
-from controller.experiments.simulate import simulate
-from controller.kernels.rod import make_load
-from controller.kernels.statics import at_rest, tip_of
-from controller.messages import Command
-from controller.modes import Request
-from controller.parameters import ControllerParameters, RigParameters
-from controller.stability import natural_modes
+from controller.kernels.model.rod import make_load
+from controller.kernels.model.statics import at_rest, tip_of
+from controller.research.bench.mujoco_chain import MujocoChain
+from controller.schema.actuator import PRESETS, Actuator, read_actuator, write_actuator
+from controller.schema.messages import Command
+from controller.schema.modes import Request
+from controller.schema.parameters import ControllerParameters, RigParameters
+from controller.simulation.simulate import simulate
 from tests.controller.chains import advance, posed
 
 LOADED = {"tip_load": 0.02, "gravity": (0.4, -0.1), "rest_curvature": (6.0, 2.0), "mass_profile": (2.0, 1.0)}

@@ -14,22 +14,22 @@ from numba.core.registry import CPUDispatcher
 from numba.core.runtime import _nrt_python, rtsys
 
 import controller.kernels
-from controller.build import build_rod
-from controller.build_rig import build_rig
-from controller.build_twin import build_twin
-from controller.experiments.tick_bench import Inputs, run_ticks
-from controller.kernels.along import nearest_of, settle, walk
+from controller.build.rig import build_rig
+from controller.build.rod import build_rod
+from controller.build.twin import build_twin
 from controller.kernels.compiled import OPTIONS
-from controller.kernels.implicit import make_implicit_work, meet_hinges
-from controller.kernels.replay import Replay, Samples, Springs, replay
-from controller.kernels.retime import fastest_progress
-from controller.kernels.rod import make_load
-from controller.kernels.statics import at_rest, places
-from controller.kernels.tick import tick
-from controller.kernels.twin import twin_step
-from controller.layout import record_dtype, to_record
-from controller.messages import Command, LoopStatus, Measurement, Telemetry
-from controller.parameters import RigParameters
+from controller.kernels.control.along import nearest_of, settle, walk
+from controller.kernels.control.retime import fastest_progress
+from controller.kernels.control.tick import tick
+from controller.kernels.model.implicit import make_implicit_work, meet_hinges
+from controller.kernels.model.rod import make_load
+from controller.kernels.model.statics import at_rest, places
+from controller.kernels.observer.replay import Replay, Samples, Springs, replay
+from controller.kernels.plant.twin import twin_step
+from controller.research.bench.tick_bench import Inputs, run_ticks
+from controller.schema.layout import record_dtype, to_record
+from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry
+from controller.schema.parameters import RigParameters
 
 ALLOCATORS = re.compile(r"NRT_\w*alloc\w*|\b[mc]alloc\b|\brealloc\b|\bposix_memalign\b", re.IGNORECASE)
 UNCACHED: dict[str, Any] = {**OPTIONS, "cache": False}
@@ -40,7 +40,7 @@ WITH_RUNTIME = {**UNCACHED, "_nrt": True}
 def kernels() -> dict[str, CPUDispatcher]:
     """Every compiled function that a module of controller.kernels defines."""
     found = {}
-    for info in pkgutil.iter_modules(controller.kernels.__path__, "controller.kernels."):
+    for info in pkgutil.walk_packages(controller.kernels.__path__, "controller.kernels."):
         for name, value in vars(importlib.import_module(info.name)).items():
             if isinstance(value, CPUDispatcher) and value.py_func.__module__ == info.name:
                 found[name] = value

@@ -6,20 +6,20 @@ import sys
 import numpy as np
 import pytest
 
-from controller.actuator import PRESETS
-from controller.build import build_rod
+from controller.build.rod import build_rod
+from controller.build.stability import largest_step
 from controller.errors import TendrilError
-from controller.experiments.bench import mujoco_tip_difference, time_beside_mujoco
-from controller.experiments.dense import dense_step, stage_matrix
-from controller.experiments.elastica_rod import beside_elastica
-from controller.experiments.scaling import LET_GO, bent, run_steps, stable_step, step_us, time_chains
-from controller.experiments.tick_bench import closed_loop
-from controller.kernels.block import factorise
-from controller.kernels.implicit import assemble, make_implicit_work, stage
-from controller.kernels.rod import make_load, make_work, rotations
-from controller.kernels.statics import static_tip, tip_of
-from controller.parameters import RigParameters
-from controller.stability import largest_step
+from controller.kernels.model.block import factorise
+from controller.kernels.model.implicit import assemble, make_implicit_work, stage
+from controller.kernels.model.rod import make_load, make_work, rotations
+from controller.kernels.model.statics import static_tip, tip_of
+from controller.research.bench.bench import mujoco_tip_difference, time_beside_mujoco
+from controller.research.bench.dense import dense_step, stage_matrix
+from controller.research.bench.elastica_rod import beside_elastica
+from controller.research.bench.scaling import LET_GO, bent, run_steps, stable_step, step_us, time_chains
+from controller.research.bench.tick_bench import closed_loop
+from controller.schema.actuator import PRESETS
+from controller.schema.parameters import RigParameters
 from tests.controller.chains import advance, preset, thrown
 
 

@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from controller.actuator import PRESETS, Actuator
-from controller.build import build_rod, torque_map
-from controller.build_twin import twin_model
+from controller.build.rod import build_rod, torque_map
+from controller.build.stability import largest_step, natural_modes, stable_substeps
+from controller.build.twin import twin_model
 from controller.errors import ParameterError
-from controller.kernels.rod import Array, RodModel, make_load
-from controller.kernels.statics import at_rest, static_tip
-from controller.parameters import TwinParameters
-from controller.stability import largest_step, natural_modes, stable_substeps
+from controller.kernels.model.rod import Array, RodModel, make_load
+from controller.kernels.model.statics import at_rest, static_tip
+from controller.schema.actuator import PRESETS, Actuator
+from controller.schema.parameters import TwinParameters
 from tests.controller.chains import advance, preset, thrown
 from tests.oracles import Chain
 

@@ -9,18 +9,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controller.calibration.fit_file import Origin, Result, fit_text, toml
-from controller.calibration.margins import GAIN_FACTOR, Margin, Trial
-from controller.calibration.predictions import BROKEN, row_residual
-from controller.calibration.problem import Evaluation, Problem
-from controller.calibration.space import Space, place, value_in
-from controller.calibration.spread import row_spread
-from controller.calibration.unknowns import UNKNOWNS, Unknown
 from controller.errors import ParameterError, TendrilError
-from controller.experiments.case import Setup
-from controller.experiments.paper_rows import FITTED, JUDGED
-from controller.fit import FIT, GAIN_NAMES
-from controller.parameters import Settings, TwinParameters
+from controller.research.calibration.fit_file import Origin, Result, fit_text, toml
+from controller.research.calibration.margins import GAIN_FACTOR, Margin, Trial
+from controller.research.calibration.predictions import BROKEN, row_residual
+from controller.research.calibration.problem import Evaluation, Problem
+from controller.research.calibration.space import Space, place, value_in
+from controller.research.calibration.spread import row_spread
+from controller.research.calibration.unknowns import UNKNOWNS, Unknown
+from controller.research.experiments.paper_rows import FITTED, JUDGED
+from controller.schema.fit import FIT, GAIN_NAMES
+from controller.schema.parameters import Settings, TwinParameters
+from controller.simulation.case import Setup
 from server.cli import app
 
 SPACE = Space()

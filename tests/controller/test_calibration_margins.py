@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controller.calibration.margins import (
+from controller.kernels.model.rod import Array
+from controller.research.calibration.margins import (
     GROWTH_MAX,
     MORE_DELAY,
     SECOND,
@@ -19,11 +20,10 @@ from controller.calibration.margins import (
     strained,
     wobble,
 )
-from controller.calibration.predictions import attempt
-from controller.experiments.case import Setup
-from controller.experiments.run import run
-from controller.kernels.rod import Array
-from controller.parameters import ControllerParameters, RigParameters, SafetyLimits, Settings, TwinParameters
+from controller.research.calibration.predictions import attempt
+from controller.schema.parameters import ControllerParameters, RigParameters, SafetyLimits, Settings, TwinParameters
+from controller.simulation.case import Setup
+from controller.simulation.run import run
 
 STOP = stop("P1", ControllerParameters())
 TRIAL = Trial("P1", "stop", "gain")

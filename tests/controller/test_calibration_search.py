@@ -7,16 +7,16 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from controller.calibration.evolve import BROKEN_MARGIN, MEMBERS, evolve, guarded
-from controller.calibration.margins import Margin, Trial
-from controller.calibration.predictions import predict
-from controller.calibration.problem import Evaluation, Problem, evaluate, keeps_margins
-from controller.calibration.search import QUICK, Effort, Search, apart, effort_of, ending, neighbours
-from controller.calibration.space import Space
-from controller.calibration.spread import FITS_MIN, NEAR, is_near, near_equal, walk
-from controller.calibration.unknowns import Unknown
-from controller.experiments.paper_rows import FITTED
-from controller.experiments.pool import OutOfTime, Pool, WorkerDied
+from controller.research.calibration.evolve import BROKEN_MARGIN, MEMBERS, evolve, guarded
+from controller.research.calibration.margins import Margin, Trial
+from controller.research.calibration.predictions import predict
+from controller.research.calibration.problem import Evaluation, Problem, evaluate, keeps_margins
+from controller.research.calibration.search import QUICK, Effort, Search, apart, effort_of, ending, neighbours
+from controller.research.calibration.space import Space
+from controller.research.calibration.spread import FITS_MIN, NEAR, is_near, near_equal, walk
+from controller.research.calibration.unknowns import Unknown
+from controller.research.experiments.paper_rows import FITTED
+from controller.research.experiments.pool import OutOfTime, Pool, WorkerDied
 
 UNKNOWNS = (
     Unknown("torque_gain.0", 0.9, 1.3, 1.05, 5.0),

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from controller.errors import ParameterError, RecordingError
-from controller.experiments.campaign import Job, Keep, campaign
-from controller.experiments.case import Case, Outcome, Setup, run_case
-from controller.experiments.results import THINNED, Failure, Finished
+from controller.research.experiments.campaign import Job, Keep, campaign
+from controller.research.experiments.results import THINNED, Failure, Finished
+from controller.simulation.case import Case, Outcome, Setup, run_case
 
 QUICK = Case("circle_2hz", "P3")
 CASES = (Case("circle_2hz", "P3", seed=1), Case("no_such"), QUICK, Case("circle_2hz", "P3", law="no_such"))

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from controller.actuator import PRESETS
-from controller.kernels.rod import Array
-from controller.reference.course import course, torn
+from controller.kernels.model.rod import Array
+from controller.reference.feasible.course import course, torn
 from controller.reference.library import reference
+from controller.schema.actuator import PRESETS
 
 DT = 1e-3
 REST, CENTRE = np.array([0.253, 0.0]), np.array([0.03, 0.14])

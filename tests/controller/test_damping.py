@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from controller.errors import DataError
-from controller.identification.damping import find_peaks, log_decrement, noise_of
-from controller.identification.rayleigh import rayleigh, rayleigh_ratio
-from controller.kernels.rod import Array
+from controller.kernels.model.rod import Array
+from controller.research.identification.motion.damping import find_peaks, log_decrement, noise_of
+from controller.research.identification.motion.rayleigh import rayleigh, rayleigh_ratio
 
 NOISE = 2e-4
 OMEGA = 2 * math.pi * 2.5

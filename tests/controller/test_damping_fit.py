@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from controller.actuator import PRESETS, Actuator
-from controller.build import build_rod
-from controller.identification.damping_fit import Motion, fit_damping, model_modes
-from controller.kernels.rod import make_load
-from controller.kernels.statics import tip_of
-from controller.stability import natural_modes
+from controller.build.rod import build_rod
+from controller.build.stability import natural_modes
+from controller.kernels.model.rod import make_load
+from controller.kernels.model.statics import tip_of
+from controller.research.identification.motion.damping_fit import Motion, fit_damping, model_modes
+from controller.schema.actuator import PRESETS, Actuator
 from tests.controller.chains import advance, posed
 
 ALPHA, BETA = 0.719, 0.003337

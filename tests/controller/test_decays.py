@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from controller.errors import DataError
-from controller.identification.decays import Decay, long_ones, read_decays
-from controller.identification.plane import body_arcs, hanging_axis, project
+from controller.research.identification.motion.decays import Decay, long_ones, read_decays
+from controller.research.identification.plane import body_arcs, hanging_axis, project
 
 
 def written(folder: Path, text: str) -> Path:

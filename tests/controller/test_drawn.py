@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controller.actuator import PRESETS
 from controller.errors import DataError, ParameterError
-from controller.kernels.inverse import StaticMap
-from controller.kernels.rod import Array
-from controller.parameters import ControllerParameters, RigParameters
+from controller.kernels.control.inverse import StaticMap
+from controller.kernels.model.rod import Array
 from controller.reference.drawn import Wish, drawn
+from controller.reference.feasible.reach import reach_map
+from controller.reference.feasible.within_reach import Carried, projected
 from controller.reference.library import reference, static_map
 from controller.reference.path_file import Samples
-from controller.reference.reach import reach_map
 from controller.reference.reference import Reference
-from controller.reference.within_reach import Carried, projected
+from controller.schema.actuator import PRESETS
+from controller.schema.parameters import ControllerParameters, RigParameters
 
 P1 = PRESETS["P1"]
 

@@ -7,13 +7,13 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from controller.layout import record_dtype, to_record
-from controller.messages import Command, RigInfo, Telemetry
-from controller.modes import Cause, Mode
-from controller.parameters import RigParameters, SafetyLimits
 from controller.realtime import desk
 from controller.realtime.mailbox import mailbox, words
 from controller.realtime.ring import create_ring, ring_push
+from controller.schema.layout import record_dtype, to_record
+from controller.schema.messages import Command, RigInfo, Telemetry
+from controller.schema.modes import Cause, Mode
+from controller.schema.parameters import RigParameters, SafetyLimits
 
 PAUSE_NS = 200_000_000
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from controller.kernels.energy import BAUMGARTE, OBSERVER, PNEUMATIC, make_ledger, open_ledger, stored_energy
-from controller.kernels.rod import Array, Load, RodModel, RodState, make_load, make_work
-from controller.kernels.statics import at_rest
+from controller.kernels.model.energy import BAUMGARTE, OBSERVER, PNEUMATIC, make_ledger, open_ledger, stored_energy
+from controller.kernels.model.rod import Array, Load, RodModel, RodState, make_load, make_work
+from controller.kernels.model.statics import at_rest
 from tests.controller.chains import NO_TORQUE, booked_steps, preset, thrown
 from tests.oracles import Chain
 

@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from controller.build_twin import build_twin
+from controller.build.twin import build_twin
 from controller.errors import CommandRefused
-from controller.kernels.faults import MARKER_LOSS, NOISE, SAMPLE_LOSS
-from controller.kernels.twin import Twin
-from controller.messages import TwinFaults
-from controller.modes import Cause, Freeze, Mode, Request
-from controller.parameters import RigParameters, TwinParameters
+from controller.kernels.plant.faults import MARKER_LOSS, NOISE, SAMPLE_LOSS
+from controller.kernels.plant.twin import Twin
 from controller.realtime.desk import Desk, inject
+from controller.schema.messages import TwinFaults
+from controller.schema.modes import Cause, Freeze, Mode, Request
+from controller.schema.parameters import RigParameters, TwinParameters
 from tests.controller.test_twin import run
 from tests.controller.trial import Trial, line
 

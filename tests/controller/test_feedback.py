@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from controller.actuator import PRESETS
-from controller.experiments.run import plan
-from controller.kernels.feedback import FORGET_WAY, look_at_sensitivity
-from controller.kernels.statics import sensitivity, side_of
-from controller.modes import Law, Mode, Request, RowKind
-from controller.parameters import Settings
-from controller.reference.reach import static_tips
+from controller.kernels.control.feedback import FORGET_WAY, look_at_sensitivity
+from controller.kernels.model.statics import sensitivity, side_of
+from controller.reference.feasible.reach import static_tips
 from controller.reference.reference import Reference
+from controller.schema.actuator import PRESETS
+from controller.schema.modes import Law, Mode, Request, RowKind
+from controller.schema.parameters import Settings
+from controller.simulation.run import plan
 from tests.controller.trial import SOFT, Trial, controller_with, distance, true_tip, twin_with
 
 POSES = {

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scipy.optimize import LinearConstraint, minimize
 
-from controller.actuator import PRESETS
-from controller.build_rig import build_static_map
-from controller.kernels.follow import limit_motion
-from controller.kernels.inverse import REFINE_STEPS, TOLERANCE, StaticMap, gauss_newton, invert, refine
-from controller.kernels.polygon import admissible, nearest_admissible
-from controller.kernels.statics import expand_tip, static_tip
-from controller.modes import Law, Request
-from controller.parameters import ControllerParameters
+from controller.build.rig import build_static_map
+from controller.kernels.control.follow import limit_motion
+from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE, StaticMap, gauss_newton, invert, refine
+from controller.kernels.model.polygon import admissible, nearest_admissible
+from controller.kernels.model.statics import expand_tip, static_tip
+from controller.schema.actuator import PRESETS
+from controller.schema.modes import Law, Request
+from controller.schema.parameters import ControllerParameters
 from tests.controller.chains import preset
 from tests.controller.trial import Trial, distance, line, true_tip
 

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controller.build_twin import build_twin
-from controller.kernels.friction import resist_hysteresis, rub
-from controller.parameters import RigParameters, TwinParameters
+from controller.build.twin import build_twin
+from controller.kernels.model.friction import resist_hysteresis, rub
+from controller.schema.parameters import RigParameters, TwinParameters
 from tests.controller.chains import compiled
 from tests.controller.test_twin import IDEAL, held, run, twin_of
 

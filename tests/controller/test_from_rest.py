@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from controller.actuator import PRESETS
-from controller.kernels.inverse import REFINE_STEPS, TOLERANCE
-from controller.kernels.rod import Array
-from controller.parameters import ControllerParameters
-from controller.reference.approach import branch, follow
-from controller.reference.from_rest import leaving_rest
+from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE
+from controller.kernels.model.rod import Array
+from controller.reference.feasible.approach import branch, follow
+from controller.reference.feasible.from_rest import leaving_rest
 from controller.reference.library import reference, static_map
+from controller.schema.actuator import PRESETS
+from controller.schema.parameters import ControllerParameters
 
 
 def coarse(p: Array, every: int) -> Array:

@@ -7,18 +7,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
-from controller.actuator import PRESETS
-from controller.build import build_rod
-from controller.kernels.energy import BAUMGARTE, Ledger, make_ledger, open_ledger, stored_energy
-from controller.kernels.implicit import (
+from controller.build.rod import build_rod
+from controller.kernels.model.energy import BAUMGARTE, Ledger, make_ledger, open_ledger, stored_energy
+from controller.kernels.model.implicit import (
     ImplicitWork,
     book_implicit_step,
     implicit_step,
     make_implicit_work,
     meet_hinges,
 )
-from controller.kernels.rod import Array, Load, RodModel, RodState, make_load, make_work
-from controller.kernels.statics import at_rest, tip_of
+from controller.kernels.model.rod import Array, Load, RodModel, RodState, make_load, make_work
+from controller.kernels.model.statics import at_rest, tip_of
+from controller.schema.actuator import PRESETS
 from tests.controller.chains import NO_TORQUE, booked_steps, compiled, posed, preset, steps, thrown
 from tests.oracles import Chain
 

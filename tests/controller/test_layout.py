@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from pydantic import BaseModel, ValidationError
 
-from controller.actuator import PRESETS
 from controller.errors import LayoutMismatch
-from controller.layout import fields, from_record, layout_hash, record_dtype, require_same_layout, to_record
-from controller.messages import Command, Measurement, Telemetry
-from controller.modes import Law, Request
-from controller.parameters import Settings
+from controller.schema.actuator import PRESETS
+from controller.schema.layout import fields, from_record, layout_hash, record_dtype, require_same_layout, to_record
+from controller.schema.messages import Command, Measurement, Telemetry
+from controller.schema.modes import Law, Request
+from controller.schema.parameters import Settings
 
 
 def test_a_command_survives_the_way_through_its_record() -> None:

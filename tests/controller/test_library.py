@@ -10,15 +10,15 @@ from functools import cache
 import numpy as np
 import pytest
 
-from controller.actuator import PRESETS
 from controller.errors import ParameterError
-from controller.kernels.inverse import REFINE_STEPS, StaticMap
-from controller.kernels.rod import Array
-from controller.parameters import ControllerParameters
-from controller.reference.approach import follow
+from controller.kernels.control.inverse import REFINE_STEPS, StaticMap
+from controller.kernels.model.rod import Array
+from controller.reference.feasible.approach import follow
+from controller.reference.feasible.reach import static_tips
 from controller.reference.library import SWEEP, names, reference, static_map
-from controller.reference.reach import static_tips
 from controller.reference.reference import Reference
+from controller.schema.actuator import PRESETS
+from controller.schema.parameters import ControllerParameters
 
 SHAPES = ("step", "vu", "vertical_1hz", "horizontal_1hz", "circle_1hz", "sensing_sweep")
 DIGITS = tuple(f"digit_{value}" for value in range(10))

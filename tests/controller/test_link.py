@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from controller.errors import LayoutMismatch, ParameterError, RigUnreachable
-from controller.key_file import KEY_BYTES
-from controller.layout import layout_hash, record_dtype, to_record
 from controller.link import ENDLESS, PlannedRows, RigClient, RigEnd
 from controller.link.asker import Asker
 from controller.link.keys import Keys, open_session
 from controller.link.seal import Seals
-from controller.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults
-from controller.modes import Cause, Mode
-from controller.parameters import RigParameters
 from controller.realtime.settings import free_port
+from controller.schema.layout import layout_hash, record_dtype, to_record
+from controller.schema.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults
+from controller.schema.modes import Cause, Mode
+from controller.schema.parameters import RigParameters
+from controller.system.keys import KEY_BYTES
 from tests.controller.live_rig import wait_for
 
 KEY = b"k" * KEY_BYTES

@@ -13,8 +13,6 @@ import numpy as np
 import pytest
 
 from controller.errors import KeyRefused, LayoutMismatch, ParameterError, RigHeld
-from controller.key_file import KEY_BYTES, made_key, read_key
-from controller.layout import to_record
 from controller.link import PlannedRows, RigClient
 from controller.link import asker as asker_module
 from controller.link.asker import Asker
@@ -24,11 +22,13 @@ from controller.link.knock import kept_out
 from controller.link.planned import PLANNED_MAX
 from controller.link.seal import SEAL_BYTES, Introduction
 from controller.link.version import OURS
-from controller.messages import Command, TwinFaults
-from controller.modes import Mode, Request
-from controller.parameters import RigParameters, SafetyLimits, Settings
 from controller.realtime.ring import HEAD
 from controller.realtime.settings import free_port
+from controller.schema.layout import to_record
+from controller.schema.messages import Command, TwinFaults
+from controller.schema.modes import Mode, Request
+from controller.schema.parameters import RigParameters, SafetyLimits, Settings
+from controller.system.keys import KEY_BYTES, made_key, read_key
 from tests.controller.live_rig import LiveRig, Operator, live_rig, wait_for
 
 KEYS = Keys("test")

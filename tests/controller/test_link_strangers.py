@@ -17,15 +17,15 @@ import pytest
 import zenoh
 
 from controller.errors import RigUnreachable
-from controller.key_file import KEY_BYTES
-from controller.layout import record_dtype
 from controller.link import RigClient
 from controller.link.guard import USER, password
 from controller.link.keys import Keys, open_session
 from controller.link.seal import SEAL_BYTES
-from controller.messages import Command, Telemetry
-from controller.modes import Mode, Request
 from controller.realtime.settings import free_port
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Command, Telemetry
+from controller.schema.modes import Mode, Request
+from controller.system.keys import KEY_BYTES
 from tests.controller.live_rig import wait_for
 from tests.controller.test_link import KEY, FakeRig
 from tests.controller.test_link_guarded import certify

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from controller.errors import DataError, TendrilError
-from controller.experiments.case import Case, Outcome, Setup
-from controller.experiments.live_path import LIVE_PATH_FILE, MarkerPath, live_settings, read_marker_path, run_live
-from controller.experiments.metrics import Window
-from controller.modes import Mode
-from controller.parameters import Settings, TwinParameters
+from controller.schema.modes import Mode
+from controller.schema.parameters import Settings, TwinParameters
+from controller.simulation.case import Case, Outcome, Setup
+from controller.simulation.live_path import LIVE_PATH_FILE, MarkerPath, live_settings, read_marker_path, run_live
+from controller.simulation.metrics import Window
 
 CASE = Case("live_path")
 

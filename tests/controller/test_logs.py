@@ -4,7 +4,7 @@ import json
 import logging
 from datetime import datetime
 
-from controller.logs import JsonLines
+from controller.system.logs import JsonLines
 
 
 def line(record: logging.LogRecord) -> dict[str, object]:

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controller.experiments.loop_bench import measure_loop
 from controller.realtime.ring import BASELINE_LOST, BASELINE_TICKS, GRID_NS
+from controller.research.bench.loop_bench import measure_loop
 from tests.controller.live_rig import LiveRig, live_rig, wait_for
 
 PERIOD_NS = 1_000_000

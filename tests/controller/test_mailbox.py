@@ -2,10 +2,10 @@ import threading
 
 import numpy as np
 
-from controller.layout import record_dtype
-from controller.messages import Command
 from controller.realtime.compiled import Words, compiled
 from controller.realtime.mailbox import mailbox, post, receive, words
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Command
 
 
 @compiled

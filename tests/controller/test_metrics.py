@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from controller.errors import DataError
-from controller.experiments import metrics
-from controller.experiments.metrics import Window, measure
-from controller.experiments.simulate import Rows
-from controller.layout import record_dtype
-from controller.messages import Telemetry
 from controller.reference.reference import Reference
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Telemetry
+from controller.simulation import metrics
+from controller.simulation.metrics import Window, measure
+from controller.simulation.simulate import Rows
 
 TIME = np.arange(3000) * 1e-3
 

@@ -3,18 +3,18 @@ import math
 import numpy as np
 import pytest
 
-from controller.build import build_rod
+from controller.build.rod import build_rod
+from controller.build.stability import natural_modes
 from controller.errors import DataError
-from controller.identification import modal_solve
-from controller.identification.decays import Decay
-from controller.identification.fit import Estimate, Fit
-from controller.identification.hold import held_pose, positions, slopes, torques_to
-from controller.identification.modal import first_mode, stiffness_scale, tapered
-from controller.identification.modal_fit import _load_note, fit_modes
-from controller.identification.modal_solve import LIMIT, SPREAD, START, Found, at_limit
-from controller.identification.small import mobility
-from controller.kernels.statics import places
-from controller.stability import natural_modes
+from controller.kernels.model.statics import places
+from controller.research.identification.fit import Estimate, Fit
+from controller.research.identification.motion import modal_solve
+from controller.research.identification.motion.decays import Decay
+from controller.research.identification.motion.hold import held_pose, positions, slopes, torques_to
+from controller.research.identification.motion.modal import first_mode, stiffness_scale, tapered
+from controller.research.identification.motion.modal_fit import _load_note, fit_modes
+from controller.research.identification.motion.modal_solve import LIMIT, SPREAD, START, Found, at_limit
+from controller.research.identification.motion.small import mobility
 from tests.controller.decaying import ARCS, decays_of, hanging_body
 
 TORQUES = np.array(

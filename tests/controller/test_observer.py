@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from controller.actuator import PRESETS
-from controller.build_rig import build_rig
-from controller.kernels.observer import Observer, choose_gains, pressurise, pull, step
-from controller.kernels.sensing import Sensing
-from controller.kernels.statics import points_on
-from controller.layout import to_record
-from controller.modes import Integrator, Law, Mode, Request
-from controller.parameters import ControllerParameters, RigParameters, Settings
+from controller.build.rig import build_rig
+from controller.kernels.model.statics import points_on
+from controller.kernels.observer.observer import Observer, choose_gains, pressurise, pull, step
+from controller.kernels.observer.sensing import Sensing
+from controller.schema.actuator import PRESETS
+from controller.schema.layout import to_record
+from controller.schema.modes import Integrator, Law, Mode, Request
+from controller.schema.parameters import ControllerParameters, RigParameters, Settings
 from tests.controller.chains import posed
 from tests.controller.desk import Desk
 from tests.controller.trial import Trial, distance, true_tip

@@ -2,11 +2,11 @@
 
 import math
 
-from controller.experiments.case import Case, Setup
-from controller.experiments.metrics import Window
-from controller.experiments.observer_gains import TRIED, observer_gains, observer_jobs
-from controller.experiments.reproduce import Order, reproduce
-from controller.experiments.results import Failure
+from controller.research.experiments.observer_gains import TRIED, observer_gains, observer_jobs
+from controller.research.experiments.reproduce import Order, reproduce
+from controller.research.experiments.results import Failure
+from controller.simulation.case import Case, Setup
+from controller.simulation.metrics import Window
 
 CASES = (Case("circle_1hz"), Case("vu"), Case("circle_1hz", seed=1), Case("circle_1hz", "P2"))
 

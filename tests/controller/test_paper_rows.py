@@ -5,8 +5,8 @@ import math
 import pytest
 
 from controller.errors import DataError
-from controller.experiments.metrics import UNITS, Window
-from controller.experiments.paper_rows import (
+from controller.reference.library import SWEEP, names
+from controller.research.experiments.paper_rows import (
     BESIDE,
     DIGITS,
     EXPERIMENTS,
@@ -17,7 +17,7 @@ from controller.experiments.paper_rows import (
     paper_row,
     window_of,
 )
-from controller.reference.library import SWEEP, names
+from controller.simulation.metrics import UNITS, Window
 
 STEP_LATEX = r"""
 FF & 30.5 & 15.7 & 3309 \\ \hline

@@ -10,12 +10,20 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
-from controller.actuator import PRESETS, Actuator
-from controller.build import build_rod
-from controller.kernels.energy import BAUMGARTE, DAMPING, OBSERVER, PNEUMATIC, make_ledger, open_ledger, stored_energy
-from controller.kernels.rod import Array, RodModel, make_load, make_work
-from controller.kernels.statics import at_rest
-from controller.stability import natural_modes
+from controller.build.rod import build_rod
+from controller.build.stability import natural_modes
+from controller.kernels.model.energy import (
+    BAUMGARTE,
+    DAMPING,
+    OBSERVER,
+    PNEUMATIC,
+    make_ledger,
+    open_ledger,
+    stored_energy,
+)
+from controller.kernels.model.rod import Array, RodModel, make_load, make_work
+from controller.kernels.model.statics import at_rest
+from controller.schema.actuator import PRESETS, Actuator
 from tests.controller.chains import booked_steps, thrown
 
 STEP = 0.05

@@ -3,8 +3,8 @@
 import pytest
 
 from controller.errors import ParameterError
-from controller.experiments.plant_scale import scaled
-from controller.parameters import TwinParameters
+from controller.research.experiments.plant_scale import scaled
+from controller.schema.parameters import TwinParameters
 
 TWIN = TwinParameters(zeta=0.3, friction=0.2, dead_time=0.05, marker_latency=0.004, marker_noise=1e-4)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from controller.kernels.pneumatics import chamber_pressures, delay, first_order_lag
+from controller.kernels.model.pneumatics import chamber_pressures, delay, first_order_lag
 
 
 def test_one_chamber_of_a_pair_is_pressurised_by_the_sign_of_its_torque() -> None:

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from controller.experiments.pool import OutOfTime, Pool, WorkerDied, cores
+from controller.research.experiments.pool import OutOfTime, Pool, WorkerDied, cores
 
 
 def delayed(number: int, seconds: float) -> int:

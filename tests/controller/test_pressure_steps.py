@@ -5,8 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from controller.experiments.pressure_steps import SETPOINTS, measured, pressure_steps
-from controller.parameters import RigParameters, TwinParameters
+from controller.research.experiments.pressure_steps import SETPOINTS, measured, pressure_steps
+from controller.schema.parameters import RigParameters, TwinParameters
 
 
 def test_a_first_order_lag_after_a_dead_time_is_measured_as_such() -> None:

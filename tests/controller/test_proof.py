@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from controller.errors import Unproven
-from controller.key_file import KEY_BYTES
-from controller.layout import record_dtype
 from controller.link.pace import SLACK, Pace
 from controller.link.proof import Prover, question, read_batch, read_reply
-from controller.messages import Telemetry
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Telemetry
+from controller.system.keys import KEY_BYTES
 
 KEY, OTHER = b"k" * KEY_BYTES, b"o" * KEY_BYTES
 TELEMETRY, COMMAND = "tendril/twin/telemetry", "tendril/twin/command"

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from controller.actuator import PRESETS
-from controller.build import build_rod
-from controller.parameters import RigParameters
-from controller.reference.reach import reach_map, static_tips
+from controller.build.rod import build_rod
+from controller.reference.feasible.reach import reach_map, static_tips
+from controller.schema.actuator import PRESETS
+from controller.schema.parameters import RigParameters
 
 
 @pytest.mark.parametrize("name", PRESETS)

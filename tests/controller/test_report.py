@@ -2,9 +2,9 @@ import re
 
 import numpy as np
 
-from controller.actuator import PRESETS
-from controller.identification.fit import Estimate, Fit, Misfit, Plot, Series
-from controller.identification.report import number_text, report_page
+from controller.research.identification.fit import Estimate, Fit, Misfit, Plot, Series
+from controller.research.identification.report.report import number_text, report_page
+from controller.schema.actuator import PRESETS
 from tests.controller.balance import Balance
 
 t = np.linspace(0.0, 3.0, 4000)

@@ -9,21 +9,21 @@ import numpy as np
 import pytest
 
 from controller.errors import TendrilError
-from controller.experiments.case import Case
-from controller.experiments.metrics import Window
-from controller.experiments.paper_rows import paper_row
-from controller.experiments.report.main_table import remarks
-from controller.experiments.report.page import report_page, write_report
-from controller.experiments.report.periodic_figures import circle_plate
-from controller.experiments.report.plate import plate_html
-from controller.experiments.report.remarks import known_remarks, needs_remark, outdated
-from controller.experiments.report.snapshot_figures import outline
-from controller.experiments.report.spans import once
-from controller.experiments.report.verdict import verdict
-from controller.experiments.reproduce import Order, reproduce
-from controller.experiments.result_json import row_json
-from controller.experiments.results import Failure, ResultRow, Results
-from controller.fit import FIT
+from controller.research.experiments.paper_rows import paper_row
+from controller.research.experiments.reproduce import Order, reproduce
+from controller.research.experiments.result_json import row_json
+from controller.research.experiments.results import Failure, ResultRow, Results
+from controller.research.report.figures.periodic_figures import circle_plate
+from controller.research.report.figures.plate import plate_html
+from controller.research.report.figures.snapshot_figures import outline
+from controller.research.report.main_table import remarks
+from controller.research.report.page import report_page, write_report
+from controller.research.report.remarks import known_remarks, needs_remark, outdated
+from controller.research.report.spans import once
+from controller.research.report.verdict import verdict
+from controller.schema.fit import FIT
+from controller.simulation.case import Case
+from controller.simulation.metrics import Window
 from tests.controller.balance import Balance
 
 CASES = (

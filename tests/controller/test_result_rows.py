@@ -6,16 +6,16 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 
-from controller.experiments.case import Case, Setup
-from controller.experiments.catalogue import CASES, catalogue
-from controller.experiments.frequency_sweep import frequency_sweep
-from controller.experiments.metrics import Window
-from controller.experiments.paper_rows import DIGITS, EXPERIMENTS, PAPER_ROWS
-from controller.experiments.result_json import result_json
-from controller.experiments.result_rows import ALWAYS, result_rows
-from controller.experiments.results import Failure, Finished, ResultRow, Results, Trace
 from controller.reference.library import PLANS
 from controller.reference.reference import Reference
+from controller.research.experiments.catalogue import CASES, catalogue
+from controller.research.experiments.frequency_sweep import frequency_sweep
+from controller.research.experiments.paper_rows import DIGITS, EXPERIMENTS, PAPER_ROWS
+from controller.research.experiments.result_json import result_json
+from controller.research.experiments.result_rows import ALWAYS, result_rows
+from controller.research.experiments.results import Failure, Finished, ResultRow, Results, Trace
+from controller.simulation.case import Case, Setup
+from controller.simulation.metrics import Window
 
 WHOLE, AFTER = Window.WHOLE, Window.AFTER_APPROACH
 CONTRACT = ("experiment", "actuator", "law", "metric", "unit", "paper", "paper_low", "paper_high", "ours", "ours_std")

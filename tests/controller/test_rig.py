@@ -14,9 +14,9 @@ import pytest
 
 from controller.errors import ParameterError, RigUnreachable
 from controller.link import PlannedRows
-from controller.modes import Cause, Mode, Request
-from controller.parameters import Law, RigParameters, SafetyLimits, Settings
 from controller.realtime.ring import STOP, Ring
+from controller.schema.modes import Cause, Mode, Request
+from controller.schema.parameters import Law, RigParameters, SafetyLimits, Settings
 from tests.controller.live_rig import LiveRig, live_rig, wait_for
 
 CRASHING_PUMP = """

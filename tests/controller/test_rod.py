@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from numba import njit
 
-from controller.actuator import PRESETS
-from controller.build import build_rod
-from controller.experiments.mujoco_chain import MujocoChain
-from controller.kernels.energy import Ledger, ledger_step, make_ledger
-from controller.kernels.integrate import rk4_step
-from controller.kernels.rod import Array, RodModel, RodState, accelerate, make_load, make_work, sine_cosine
-from controller.kernels.statics import at_rest, tip_of
+from controller.build.rod import build_rod
+from controller.kernels.model.energy import Ledger, ledger_step, make_ledger
+from controller.kernels.model.integrate import rk4_step
+from controller.kernels.model.rod import Array, RodModel, RodState, accelerate, make_load, make_work, sine_cosine
+from controller.kernels.model.statics import at_rest, tip_of
+from controller.research.bench.mujoco_chain import MujocoChain
+from controller.schema.actuator import PRESETS
 from tests.controller.chains import NO_TORQUE, advance, posed, preset, thrown
 from tests.oracles import Chain
 

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from controller.build_rig import build_static_map, observer_model
+from controller.build.rig import build_static_map, observer_model
 from controller.errors import DataError, TendrilError
-from controller.experiments.metrics import Window, measure, true_tip
-from controller.experiments.run import run
-from controller.kernels.statics import static_tip
-from controller.modes import Law, Mode
-from controller.parameters import ControllerParameters, RigParameters, SafetyLimits, Settings, TwinParameters
+from controller.kernels.model.statics import static_tip
 from controller.reference.reference import Reference
+from controller.schema.modes import Law, Mode
+from controller.schema.parameters import ControllerParameters, RigParameters, SafetyLimits, Settings, TwinParameters
+from controller.simulation.metrics import Window, measure, true_tip
+from controller.simulation.run import run
 
 PARAMETERS = RigParameters()
 GOAL = (0.02, 0.02)

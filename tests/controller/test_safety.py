@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from controller.modes import Cause, Law, Mode, Request
+from controller.schema.modes import Cause, Law, Mode, Request
 from tests.controller.desk import Desk
 from tests.controller.trial import SOFT, Trial, twin_with
 

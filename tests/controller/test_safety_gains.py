@@ -6,8 +6,8 @@
 import numpy as np
 import pytest
 
-from controller.modes import Mode, Request
-from controller.parameters import SafetyLimits
+from controller.schema.modes import Mode, Request
+from controller.schema.parameters import SafetyLimits
 from tests.controller.calm import Drag, drag
 from tests.controller.trial import Trial
 from tests.controller.whips import NAMED, RUNS, Gains, broken, judged

@@ -19,11 +19,11 @@ from hypothesis.stateful import (
     run_state_machine_as_test,
 )
 
-from controller.layout import write_record
-from controller.messages import TwinFaults
-from controller.modes import Cause, Freeze, Law, Mode, Request
-from controller.parameters import ControllerParameters, RigParameters, Settings
 from controller.realtime.desk import inject
+from controller.schema.layout import write_record
+from controller.schema.messages import TwinFaults
+from controller.schema.modes import Cause, Freeze, Law, Mode, Request
+from controller.schema.parameters import ControllerParameters, RigParameters, Settings
 from tests.controller.world import BOOT, LIMITS, World
 
 LONG = os.environ.get("TENDRIL_LONG") == "1"

@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from controller.kernels import safety
-from controller.modes import Cause, Mode, Request
-from controller.parameters import SafetyLimits
-from controller.safety_tables import PAGE, filled
-from controller.states import KEPT, TRANSITIONS, WATCHDOGS, Watch, Watchdog, next_mode
+from controller.kernels.safety import safety
+from controller.schema.modes import Cause, Mode, Request
+from controller.schema.parameters import SafetyLimits
+from controller.schema.safety_tables import PAGE, filled
+from controller.schema.states import KEPT, TRANSITIONS, WATCHDOGS, Watch, Watchdog, next_mode
 from tests.controller.desk import MS, Desk
 from tests.controller.test_safety import ALLOWED
 

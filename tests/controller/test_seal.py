@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from controller.errors import KeyRefused, LayoutMismatch, ParameterError, RigHeld, SessionUnknown
-from controller.key_file import KEY_BYTES, key_path, made_key, read_key
 from controller.link.holder import SILENT, Holder
 from controller.link.refusals import PAUSE, Refusals
 from controller.link.seal import SESSIONS_MAX, Introduction, Sealer, Seals, Session
 from controller.link.version import OURS
+from controller.system.keys import KEY_BYTES, key_path, made_key, read_key
 
 KEY, OTHER = b"k" * KEY_BYTES, b"o" * KEY_BYTES
 SESSION, COMMAND, PLAN = "tendril/twin/session", "tendril/twin/command", "tendril/twin/reference"

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.stats import t
 
-from controller.experiments.case import Case
-from controller.experiments.metrics import Window
-from controller.experiments.results import Failure, Finished, Trace
-from controller.experiments.sensing_summary import CLEARLY, EQUAL, in_order, sensing_summary, summarised, welch
 from controller.reference.reference import Reference
+from controller.research.experiments.results import Failure, Finished, Trace
+from controller.research.experiments.sensing_summary import CLEARLY, EQUAL, in_order, sensing_summary, summarised, welch
+from controller.simulation.case import Case
+from controller.simulation.metrics import Window
 
 NO_TRACE = Trace(*([np.empty(0)] * 8), *([np.empty(0, np.float32)] * 2))
 REFERENCE = Reference("sensing_circle", np.zeros((1, 2)), 0)

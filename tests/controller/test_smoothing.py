@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.kernels.rod import Array
+from controller.kernels.model.rod import Array
+from controller.reference.feasible.smoothing import smoothed
 from controller.reference.shapes import along, lengths
-from controller.reference.smoothing import smoothed
 
 SQUARE = 0.05 * np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)], float)
 point = st.tuples(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2))

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from controller.actuator import PRESETS
-from controller.build import build_rod
-from controller.build_rig import build_static_map
-from controller.kernels.statics import Expansion, expand_tip, places, points_on, sensitivity, static_tip
-from controller.parameters import ControllerParameters
+from controller.build.rig import build_static_map
+from controller.build.rod import build_rod
+from controller.kernels.model.statics import Expansion, expand_tip, places, points_on, sensitivity, static_tip
+from controller.schema.actuator import PRESETS
+from controller.schema.parameters import ControllerParameters
 from tests.controller.chains import posed, preset
 
 TORQUES = [(0.0, 0.0), (0.02, -0.01), (-0.03, 0.04), (0.05, 0.01)]

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from controller.actuator import PRESETS, Actuator
-from controller.build import build_rod
+from controller.build.rod import build_rod
 from controller.errors import DataError
-from controller.identification.poses import Poses, marker_arcs, read_poses
-from controller.identification.statics import fit_statics
-from controller.identification.tables import read_table
-from controller.kernels.rod import Array, RodModel, make_load
+from controller.kernels.model.rod import Array, RodModel, make_load
+from controller.research.identification.poses import Poses, marker_arcs, read_poses
+from controller.research.identification.statics import fit_statics
+from controller.research.identification.tables import read_table
+from controller.schema.actuator import PRESETS, Actuator
 from tests.controller.chains import advance, posed
 from tests.oracles import Chain
 

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from controller.actuator import PRESETS, Actuator
 from controller.errors import StartRefused, TendrilError
-from controller.modes import Cause, Mode, Request
-from controller.parameters import RigParameters
 from controller.realtime.ring import find_ring
 from controller.realtime.settings import RigSettings
 from controller.realtime.supervisor import Started, Supervisor, restart_delay
+from controller.schema.actuator import PRESETS, Actuator
+from controller.schema.modes import Cause, Mode, Request
+from controller.schema.parameters import RigParameters
 from tests.controller.live_rig import Operator, wait_for
 from tests.controller.test_acceptance import TOPPLED
 

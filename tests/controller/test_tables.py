@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from controller.errors import DataError
-from controller.identification.tables import choose_ids, points_in, read_table
+from controller.research.identification.tables import choose_ids, points_in, read_table
 
 
 def written(folder: Path, text: str) -> Path:

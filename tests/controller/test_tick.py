@@ -5,12 +5,12 @@ from itertools import pairwise
 import numpy as np
 from numba.core.runtime import _nrt_python, rtsys
 
-from controller.build_rig import build_rig
-from controller.build_twin import build_twin
-from controller.experiments.simulate import simulate
-from controller.messages import Command
-from controller.modes import Mode, Request
-from controller.parameters import RigParameters, Settings
+from controller.build.rig import build_rig
+from controller.build.twin import build_twin
+from controller.schema.messages import Command
+from controller.schema.modes import Mode, Request
+from controller.schema.parameters import RigParameters, Settings
+from controller.simulation.simulate import simulate
 from tests.controller.trial import BOOT, Trial
 
 

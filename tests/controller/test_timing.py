@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from controller.kernels.rod import Array
+from controller.kernels.model.rod import Array
+from controller.reference.feasible.smoothing import smoothed
+from controller.reference.feasible.timing import Limits, fastest, steady
 from controller.reference.shapes import lengths
-from controller.reference.smoothing import smoothed
-from controller.reference.timing import Limits, fastest, steady
 
 DT = 1e-3
 LIMITS = Limits(0.2, 1.5)

@@ -6,16 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controller.actuator import PRESETS
 from controller.errors import ParameterError
-from controller.experiments.case import Case, Setup, run_case
-from controller.experiments.metrics import UNITS, Window
-from controller.experiments.plant_scale import scaled
-from controller.experiments.track import Task, figures, require_controller, track
-from controller.kernels.rod import Array
-from controller.parameters import TwinParameters
+from controller.kernels.model.rod import Array
 from controller.reference.drawn import Wish
 from controller.reference.library import reference
+from controller.research.experiments.plant_scale import scaled
+from controller.research.experiments.track import Task, figures, require_controller, track
+from controller.schema.actuator import PRESETS
+from controller.schema.parameters import TwinParameters
+from controller.simulation.case import Case, Setup, run_case
+from controller.simulation.metrics import UNITS, Window
 
 P1 = PRESETS["P1"]
 TIME = np.arange(0.0, 6.0, 1e-3)

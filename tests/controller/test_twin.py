@@ -6,15 +6,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controller.actuator import PRESETS
-from controller.build import build_rod
-from controller.build_twin import build_twin
-from controller.kernels.rod import make_load
-from controller.kernels.statics import static_tip, tip_of
-from controller.kernels.twin import Twin, twin_step
-from controller.layout import record_dtype
-from controller.messages import Measurement, Telemetry
-from controller.parameters import RigParameters, TwinParameters
+from controller.build.rod import build_rod
+from controller.build.twin import build_twin
+from controller.kernels.model.rod import make_load
+from controller.kernels.model.statics import static_tip, tip_of
+from controller.kernels.plant.twin import Twin, twin_step
+from controller.schema.actuator import PRESETS
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Measurement, Telemetry
+from controller.schema.parameters import RigParameters, TwinParameters
 from tests.controller.chains import advance, compiled, posed
 
 IDEAL = {

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from controller.build_twin import chambers, tuned_valve
-from controller.kernels.valve import ATMOSPHERE, Chambers, Valve, fill_chambers, valve_flow
-from controller.parameters import RigParameters, TwinParameters
+from controller.build.twin import chambers, tuned_valve
+from controller.kernels.plant.valve import ATMOSPHERE, Chambers, Valve, fill_chambers, valve_flow
+from controller.schema.parameters import RigParameters, TwinParameters
 from tests.controller.chains import compiled
 
 DT = 1e-3

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from controller.whole_file import (
+from controller.system.whole_file import (
     SHARED,
     NotRegular,
     is_regular,

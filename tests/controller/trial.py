@@ -4,14 +4,14 @@ from typing import Any
 
 import numpy as np
 
-from controller.actuator import PRESETS
-from controller.build_rig import build_rig
-from controller.build_twin import build_twin
-from controller.experiments.simulate import Rows, Simulation
-from controller.layout import write_record
-from controller.messages import Command
-from controller.modes import Request
-from controller.parameters import ControllerParameters, RigParameters, Settings, TwinParameters
+from controller.build.rig import build_rig
+from controller.build.twin import build_twin
+from controller.schema.actuator import PRESETS
+from controller.schema.layout import write_record
+from controller.schema.messages import Command
+from controller.schema.modes import Request
+from controller.schema.parameters import ControllerParameters, RigParameters, Settings, TwinParameters
+from controller.simulation.simulate import Rows, Simulation
 
 BOOT = 7
 

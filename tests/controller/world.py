@@ -4,15 +4,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from controller.build_rig import build_rig
-from controller.build_twin import build_twin
-from controller.kernels.memory import STATE, Rig
-from controller.kernels.tick import tick
-from controller.kernels.twin import Twin, twin_step
-from controller.layout import record_dtype, to_record
-from controller.messages import Command, LoopStatus, Measurement, Telemetry
-from controller.modes import Request
-from controller.parameters import RigParameters, SafetyLimits, TwinParameters
+from controller.build.rig import build_rig
+from controller.build.twin import build_twin
+from controller.kernels.control.memory import STATE, Rig
+from controller.kernels.control.tick import tick
+from controller.kernels.plant.twin import Twin, twin_step
+from controller.schema.layout import record_dtype, to_record
+from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry
+from controller.schema.modes import Request
+from controller.schema.parameters import RigParameters, SafetyLimits, TwinParameters
 from tests.controller.chains import compiled
 
 BOOT, MS = 7, 1_000_000

@@ -5,7 +5,7 @@ from typing import Any
 
 import httpx
 
-from controller.modes import Mode
+from controller.schema.modes import Mode
 from tests.e2e.product import Product, wait_until
 
 WAY_OUT = {Mode.HOLD: "rest", Mode.FOLLOW: "rest", Mode.TRACK: "rest", Mode.FAULT: "clear", Mode.E_STOP: "clear"}

@@ -5,7 +5,7 @@ from typing import Any
 
 from playwright.sync_api import Page, expect
 
-from controller.modes import Mode
+from controller.schema.modes import Mode
 from tests.e2e.product import Product, wait_until
 
 SIZES = [(w, h) for one, other in ((320, 568), (390, 844), (700, 1000), (820, 1180), (1280, 720)) for w, h in

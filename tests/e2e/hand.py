@@ -6,8 +6,8 @@ import time
 import numpy as np
 from playwright.sync_api import Page, expect
 
-from controller.modes import Mode
 from controller.realtime.ring import find_ring
+from controller.schema.modes import Mode
 from tests.e2e.product import Product, frame, wait_until
 
 

@@ -17,9 +17,9 @@ import numpy as np
 import psutil
 from playwright.sync_api import BrowserContext, Page, expect
 
-from controller.modes import Mode
 from controller.realtime.ring import find_ring
-from recordings.messages import Recording
+from controller.schema.modes import Mode
+from recordings.format.messages import Recording
 from server.browser import launch_chromium
 from tests.e2e.product import Product, open_page
 

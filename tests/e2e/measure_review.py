@@ -17,7 +17,7 @@ from pathlib import Path
 
 from playwright.sync_api import Page, expect
 
-from recordings.finishing import finish
+from recordings.store.finishing import finish
 from server.browser import launch_chromium
 from tests.e2e.product import Product, open_page, wait_until
 from tests.e2e.recorded import list_many, record_circle

@@ -15,8 +15,8 @@ import psutil
 from PIL import Image
 from playwright.sync_api import BrowserContext, Page
 
-from controller.modes import Mode
 from controller.realtime.ring import find_ring, remove_rings
+from controller.schema.modes import Mode
 from server.ready import UpReady
 
 SCREENSHOTS = Path(os.environ.get("TENDRIL_SCREENSHOTS", "/tmp/tendril-screenshots"))

@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 from playwright.async_api import Browser, CDPSession, Page, async_playwright, expect
 
-from controller.kernels.rod import Array
-from controller.modes import Mode
-from recordings.reader import read_rows
+from controller.kernels.model.rod import Array
+from controller.schema.modes import Mode
+from recordings.read.reader import read_rows
 from server.browser import FLAGS, find_chromium
 from tests.e2e.product import Product
 

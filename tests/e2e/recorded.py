@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 
-from controller.parameters import Settings
 from controller.reference.library import CENTRE
-from recordings.messages import Profile, Recording
-from recordings.session import Context
-from recordings.writer import Recorder
+from controller.schema.parameters import Settings
+from recordings.format.messages import Profile, Recording
+from recordings.write.session import Context
+from recordings.write.writer import Recorder
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows
 
 

@@ -4,7 +4,7 @@ import math
 
 from playwright.sync_api import BrowserContext, Page, expect
 
-from controller.modes import Mode
+from controller.schema.modes import Mode
 from tests.e2e.product import Product, frame, open_page, pixels_of, shot, wait_until
 
 AMBER, PINK, VERMILION = (0xE6, 0x9F, 0x00), (0xCC, 0x79, 0xA7), (0xD5, 0x5E, 0x00)

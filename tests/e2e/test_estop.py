@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, Page, ViewportSize, expect
 
-from controller.modes import Mode
+from controller.schema.modes import Mode
 from tests.e2e.edge import APART, REACHED, SIZES, ZOOMED, ask, clear, press, troubles
 from tests.e2e.product import Product, open_page, shot, wait_until
 

@@ -8,7 +8,7 @@ import httpx
 import pytest
 from playwright.sync_api import Browser, FilePayload, Locator, Page, expect
 
-from controller.modes import Mode
+from controller.schema.modes import Mode
 from tests.e2e.edge import ask, clear, press, troubles
 from tests.e2e.product import Product, open_page, shot, wait_until
 from tests.e2e.recorded import record_circle

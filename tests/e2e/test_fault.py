@@ -6,8 +6,8 @@ import signal
 
 from playwright.sync_api import Browser, Page, expect
 
-from controller.modes import Mode
 from controller.realtime.ring import find_ring
+from controller.schema.modes import Mode
 from tests.e2e.product import Product, frame, open_page, shot, wait_until
 
 

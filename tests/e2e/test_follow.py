@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from controller.modes import Mode
+from controller.schema.modes import Mode
 from tests.e2e.product import Product, frame, open_page, wait_until
 
 GAMEPAD = """

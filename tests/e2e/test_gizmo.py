@@ -5,7 +5,7 @@ import time
 
 from playwright.sync_api import BrowserContext, Page, expect
 
-from controller.modes import Mode
+from controller.schema.modes import Mode
 from tests.e2e.product import Product, frame, open_page, pixels_of, shot, wait_until
 
 BLUE = (54, 142, 226)

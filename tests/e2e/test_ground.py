@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from controller.modes import Mode
+from controller.schema.modes import Mode
 from tests.e2e.hand import Hand, arm
 from tests.e2e.product import Product, remember, shot
 

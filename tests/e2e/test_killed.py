@@ -10,9 +10,9 @@ import psutil
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
-from controller.modes import Mode
 from controller.realtime.ring import find_ring
-from recordings.reader import read_rows
+from controller.schema.modes import Mode
+from recordings.read.reader import read_rows
 from tests.e2e.product import Product, frame, open_page, shot, wait_until
 
 

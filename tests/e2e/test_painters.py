@@ -2,7 +2,7 @@
 
 from playwright.sync_api import Page, expect
 
-from controller.modes import Mode
+from controller.schema.modes import Mode
 from tests.e2e.hand import Hand, arm
 from tests.e2e.product import Product, frame, shot, wait_until
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 
-from controller.modes import Mode
+from controller.schema.modes import Mode
 from tests.e2e.product import Product, frame, open_page, remember, shot, wait_until
 from tests.e2e.test_accessibility import in_both_schemes, load_axe
 

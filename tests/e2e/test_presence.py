@@ -6,7 +6,7 @@ import psutil
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from controller.modes import Cause, Mode
+from controller.schema.modes import Cause, Mode
 from tests.e2e.hand import Hand, arm
 from tests.e2e.product import Product, frame, open_page, wait_until
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import BrowserContext, FilePayload, Page, Request, expect
 
-from recordings.messages import Recording
+from recordings.format.messages import Recording
 from tests.e2e.product import Product, open_page, pixels_of, shot, wait_until
 from tests.e2e.recorded import list_many, record_circle
 from tests.e2e.test_accessibility import load_axe, look

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from controller.actuator import PRESETS, write_actuator
+from controller.schema.actuator import PRESETS, write_actuator
 from tests.e2e.product import frame, shot, wait_until
 
 DASH = "\u2013"

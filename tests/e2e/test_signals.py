@@ -5,7 +5,7 @@ import re
 import pytest
 from playwright.sync_api import BrowserContext, Page, Request, expect
 
-from recordings.messages import Recording
+from recordings.format.messages import Recording
 from tests.e2e.product import Product, open_page, pixels_of, shot, wait_until
 from tests.e2e.recorded import record_circle
 

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from controller.parameters import Settings
-from recordings.messages import Recording
-from recordings.writer import Recorder
+from controller.schema.parameters import Settings
+from recordings.format.messages import Recording
+from recordings.write.writer import Recorder
 from tests.recordings.synthetic import Rows, batches, rig_info
 
 

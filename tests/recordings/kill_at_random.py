@@ -15,9 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
-from recordings import tool
-from recordings.reader import read_rows
-from recordings.store import Store
+from recordings.format import tool
+from recordings.read.reader import read_rows
+from recordings.store.store import Store
 from tests.recordings.kill_rig import kill_rig_once
 from tests.recordings.synthetic import telemetry_rows
 

@@ -8,8 +8,8 @@ import numpy as np
 from rerun.chunk import RrdReader
 
 from controller.realtime.ring import find_ring
-from recordings.messages import Recording
-from recordings.reader import read_log
+from recordings.format.messages import Recording
+from recordings.read.reader import read_log
 from tests.server.live_server import RigProcess, TestServer, free_environment, wait_for
 
 

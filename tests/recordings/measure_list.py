@@ -9,11 +9,11 @@ from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-from controller.parameters import Settings
-from recordings import sidecar
-from recordings.messages import Metrics, Recording
-from recordings.query import matching, ordered
-from recordings.store import Store
+from controller.schema.parameters import Settings
+from recordings.format import sidecar
+from recordings.format.messages import Metrics, Recording
+from recordings.read.query import matching, ordered
+from recordings.store.store import Store
 from server.routes.recordings import LIST
 
 COUNT = 5000
@@ -21,7 +21,7 @@ TIMES = 11
 COLD = """
 import sys, time
 from pathlib import Path
-from recordings.store import Store
+from recordings.store.store import Store
 store = Store(Path(sys.argv[1]))
 begin = time.perf_counter()
 store.list()

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from controller.layout import layout_hash, record_dtype
-from controller.messages import Command, RigInfo, Telemetry
-from controller.modes import Cause, Mode
-from controller.parameters import BACKBONE_POINTS, SENSORS, RigParameters
+from controller.schema.layout import layout_hash, record_dtype
+from controller.schema.messages import Command, RigInfo, Telemetry
+from controller.schema.modes import Cause, Mode
+from controller.schema.parameters import BACKBONE_POINTS, SENSORS, RigParameters
 
 Rows = np.ndarray[Any, np.dtype[np.void]]
 LENGTH = 0.253

@@ -11,7 +11,7 @@ import psutil
 ASK = """
 import sys
 from pathlib import Path
-from recordings.apart import apart
+from recordings.store.apart import apart
 from tests.recordings.test_apart import run_for_ever
 apart(run_for_ever, Path(sys.argv[1]))
 """

@@ -16,17 +16,17 @@ from rerun.chunk import McapReader, RrdReader
 from scipy.io import loadmat
 
 from controller.errors import ParameterError
-from controller.parameters import Settings
 from controller.reference.path_file import read_samples
-from recordings import tool
+from controller.schema.parameters import Settings
 from recordings.exporting.apart import ExportKilled, apart
 from recordings.exporting.export import Format, export, require_whole
 from recordings.exporting.signals import offered
 from recordings.exporting.table import Choice, Rows, joined
 from recordings.exporting.tip_path import Wanted, tip_path, write_path
-from recordings.messages import Profile, Recording
-from recordings.reader import read_rows
-from recordings.rrd import About, RrdFile
+from recordings.format import tool
+from recordings.format.messages import Profile, Recording
+from recordings.read.reader import read_rows
+from recordings.write.rrd import About, RrdFile
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows
 
 Record = Callable[..., Recording]

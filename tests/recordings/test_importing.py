@@ -7,14 +7,14 @@ import pytest
 
 from controller.errors import DataError, RecordingError
 from controller.reference.path_file import read_samples
-from recordings import tool
 from recordings.exporting.export import export
 from recordings.exporting.signals import offered
 from recordings.exporting.table import Choice, Rows
+from recordings.format import tool
+from recordings.format.messages import Recording
 from recordings.importing.tip import import_tip
-from recordings.messages import Recording
-from recordings.reader import read_rows
-from recordings.store import Store
+from recordings.read.reader import read_rows
+from recordings.store.store import Store
 
 T = np.array([100.0, 100.01, 100.025, 101.0])
 P = np.array([(0.25, 0.0), (0.24, 0.01), (0.23, 0.025), (0.1, 0.2)])
@@ -68,7 +68,7 @@ def test_times_that_cannot_be_told_apart_are_refused_and_leave_nothing(tmp_path:
 
 
 def test_a_disk_that_is_nearly_full_takes_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("recordings.session.DISK_FREE_MIN", 1 << 62)
+    monkeypatch.setattr("recordings.write.session.DISK_FREE_MIN", 1 << 62)
     with pytest.raises(RecordingError, match="MiB are free"):
         imported(tmp_path, "t,x,y\n1,0,0\n2,0,0\n")
     assert [path.name for path in tmp_path.iterdir()] == ["lab.csv"]

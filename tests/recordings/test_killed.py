@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from controller.errors import RecordingError
-from recordings import tool
-from recordings.reader import read_rows
-from recordings.store import Store
+from recordings.format import tool
+from recordings.read.reader import read_rows
+from recordings.store.store import Store
 from tests.recordings.kill_at_random import LOSS_MAX, kill_once
 from tests.recordings.synthetic import telemetry_rows
 

@@ -16,12 +16,12 @@ from pathlib import Path
 import pytest
 
 from controller.errors import RecordingError
-from controller.key_file import read_key
-from controller.whole_file import write_whole
-from recordings import frames
-from recordings.messages import Recording
-from recordings.reader import read_times
-from recordings.store import Store
+from controller.system.keys import read_key
+from controller.system.whole_file import write_whole
+from recordings.format import frames
+from recordings.format.messages import Recording
+from recordings.read.reader import read_times
+from recordings.store.store import Store
 from tests.recordings.power_cut import LOSSES, Disk, File, cuts
 from tests.recordings.synthetic import telemetry_rows
 from tests.recordings.system_calls import Call, record

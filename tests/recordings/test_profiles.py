@@ -5,17 +5,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controller.layout import quantity
-from controller.messages import Telemetry
-from controller.parameters import Settings
-from recordings import tool
-from recordings.profiles import CLOCK, PROFILES, RESOLUTION, SLOW_FIELDS
-from recordings.reader import read_rows, read_times
-from recordings.session import Context
+from controller.schema.layout import quantity
+from controller.schema.messages import Telemetry
+from controller.schema.parameters import Settings
+from recordings.format import tool
+from recordings.format.profiles import CLOCK, PROFILES, RESOLUTION, SLOW_FIELDS
+from recordings.read.reader import read_rows, read_times
+from recordings.read.tape import read_tape
 from recordings.size import megabytes_per_hour, twin_rows
-from recordings.store import Store
-from recordings.tape import read_tape
-from recordings.writer import Recorder
+from recordings.store.store import Store
+from recordings.write.session import Context
+from recordings.write.writer import Recorder
 from tests.recordings.synthetic import Rows, batches, rig_info, telemetry_rows
 
 BACKBONES = {"markers", "backbone", "twin_backbone"}

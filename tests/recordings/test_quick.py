@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from controller.errors import ParameterError
-from controller.modes import Mode
-from controller.parameters import Settings
-from recordings.messages import Recording
-from recordings.period import find_phase
-from recordings.profiles import PROFILES, ProfileInfo
-from recordings.quick import quick_look, thinned
-from recordings.reader import read_rows
-from recordings.session import Context
-from recordings.store import Store
-from recordings.writer import Recorder
+from controller.schema.modes import Mode
+from controller.schema.parameters import Settings
+from recordings.format.messages import Recording
+from recordings.format.profiles import PROFILES, ProfileInfo
+from recordings.read.period import find_phase
+from recordings.read.quick import quick_look, thinned
+from recordings.read.reader import read_rows
+from recordings.store.store import Store
+from recordings.write.session import Context
+from recordings.write.writer import Recorder
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows
 
 

@@ -5,14 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
-from controller.parameters import Settings
-from recordings import sidecar, tool
-from recordings.messages import Recording
-from recordings.quota import default_quota, enforce
-from recordings.reader import read_rows
-from recordings.session import Context
-from recordings.store import Store
-from recordings.writer import BATCH_ROWS, Recorder
+from controller.schema.parameters import Settings
+from recordings.format import sidecar, tool
+from recordings.format.messages import Recording
+from recordings.read.reader import read_rows
+from recordings.store.quota import default_quota, enforce
+from recordings.store.store import Store
+from recordings.write.session import Context
+from recordings.write.writer import BATCH_ROWS, Recorder
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows
 
 

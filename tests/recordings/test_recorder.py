@@ -12,15 +12,15 @@ import pytest
 from rerun import RecordingStream
 
 from controller.errors import RecordingError
-from controller.messages import Telemetry
-from controller.parameters import Settings
-from recordings import tool
-from recordings.messages import Hole, Recording
-from recordings.reader import read_about, read_log, read_rows
-from recordings.rrd import RrdFile
-from recordings.session import Context
-from recordings.store import Store
-from recordings.writer import Recorder
+from controller.schema.messages import Telemetry
+from controller.schema.parameters import Settings
+from recordings.format import tool
+from recordings.format.messages import Hole, Recording
+from recordings.read.reader import read_about, read_log, read_rows
+from recordings.store.store import Store
+from recordings.write.rrd import RrdFile
+from recordings.write.session import Context
+from recordings.write.writer import Recorder
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows
 
 Record = Callable[..., Recording]

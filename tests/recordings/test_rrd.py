@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from rerun.chunk import RrdReader
 
-from controller.parameters import Settings
-from recordings.about import About
-from recordings.rrd import RrdFile
+from controller.schema.parameters import Settings
+from recordings.format.about import About
+from recordings.write.rrd import RrdFile
 from tests.recordings.synthetic import rig_info, telemetry_rows
 
 GROWTH_MAX_MB = 0.5

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from controller.errors import RecordingError
-from controller.parameters import RigParameters, Settings
-from recordings import tool
-from recordings.reader import read_about, read_rows
-from recordings.run_file import THINNED, write_run
+from controller.schema.parameters import RigParameters, Settings
+from recordings.format import tool
+from recordings.read.reader import read_about, read_rows
+from recordings.write.run_file import THINNED, write_run
 from tests.recordings.synthetic import telemetry_rows
 
 

@@ -11,15 +11,16 @@ import numpy as np
 import pytest
 
 from controller.errors import CommandRefused, ParameterError, RecordingError
-from controller.modes import Mode
-from controller.parameters import Settings
-from recordings import catalogue, sidecar
-from recordings.edits import Edit
-from recordings.messages import Metrics, Recording
-from recordings.query import COLUMNS, matching, ordered
-from recordings.reader import read_rows
-from recordings.store import Store
-from recordings.writer import Recorder
+from controller.schema.modes import Mode
+from controller.schema.parameters import Settings
+from recordings.format import sidecar
+from recordings.format.messages import Metrics, Recording
+from recordings.read.query import COLUMNS, matching, ordered
+from recordings.read.reader import read_rows
+from recordings.store import catalogue
+from recordings.store.edits import Edit
+from recordings.store.store import Store
+from recordings.write.writer import Recorder
 from tests.recordings.synthetic import rig_info, telemetry_rows
 
 START = datetime(2026, 11, 20, 12, 0, 0, tzinfo=UTC)

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from controller.errors import RecordingError
-from recordings import viewer
+from recordings.read import viewer
 
 
 def test_the_viewer_is_extracted_once_and_whole_without_a_network(

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import psutil
 
-from controller.parameters import Settings
-from recordings.about import About
-from recordings.rrd import write_whole
+from controller.schema.parameters import Settings
+from recordings.format.about import About
+from recordings.write.rrd import write_whole
 from tests.recordings.synthetic import rig_info, telemetry_rows
 
 

@@ -4,13 +4,13 @@ import sys
 import time
 from pathlib import Path
 
-from controller.key_file import made_key
-from controller.parameters import Settings
-from recordings.edits import Edit
+from controller.schema.parameters import Settings
+from controller.system.keys import made_key
 from recordings.importing.text import import_text
-from recordings.quick import prepare
-from recordings.store import Store
-from recordings.writer import Recorder
+from recordings.read.quick import prepare
+from recordings.store.edits import Edit
+from recordings.store.store import Store
+from recordings.write.writer import Recorder
 from tests.recordings.synthetic import rig_info, telemetry_rows
 
 BATCH, ROWS = 10, 3000

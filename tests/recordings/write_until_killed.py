@@ -4,8 +4,8 @@ import sys
 import time
 from pathlib import Path
 
-from controller.parameters import Settings
-from recordings.writer import Recorder
+from controller.schema.parameters import Settings
+from recordings.write.writer import Recorder
 from tests.recordings.synthetic import rig_info, telemetry_rows
 
 BATCH = 10

@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from controller.whole_file import write_whole
+from controller.system.whole_file import write_whole
 
 if __name__ == "__main__":
     write_whole(Path(sys.argv[1]), "new", lasting=False)

@@ -2,7 +2,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from recordings import apart
+from recordings.store import apart
 from server import lease
 from tests.server.live_server import RigProcess, TestServer, free_environment
 

@@ -19,10 +19,10 @@ from pydantic import SecretStr
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from controller.key_file import KEY_BYTES
-from controller.layout import record_dtype
-from controller.messages import Telemetry
-from controller.modes import Mode
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Telemetry
+from controller.schema.modes import Mode
+from controller.system.keys import KEY_BYTES
 from server.app import create_app
 from server.run import address, listen, uvicorn_server
 from server.services import Services, open_services

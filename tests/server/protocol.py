@@ -15,20 +15,20 @@ from typing import Any, Literal, cast
 import numpy as np
 
 from controller.errors import RigUnreachable, SessionUnknown, TendrilError
-from controller.kernels.tick import tick
-from controller.key_file import KEY_BYTES
-from controller.layout import to_record
+from controller.kernels.control.tick import tick
 from controller.link import rig_end
 from controller.link.keys import Keys
 from controller.link.rig_end import RigEnd
 from controller.link.seal import Introduction, Sealer, Seals
-from controller.messages import Command, CommandReply, RigInfo
-from controller.modes import Mode, Request
-from controller.parameters import RigParameters, SafetyLimits, Settings
 from controller.realtime import desk as desk_module
 from controller.realtime.mailbox import mailbox, receive, words
 from controller.realtime.ring import create_ring, ring_push
-from controller.worker import Worker
+from controller.schema.layout import to_record
+from controller.schema.messages import Command, CommandReply, RigInfo
+from controller.schema.modes import Mode, Request
+from controller.schema.parameters import RigParameters, SafetyLimits, Settings
+from controller.system.keys import KEY_BYTES
+from controller.system.worker import Worker
 from server import operator as operator_module
 from server import stopper as stopper_module
 from server.operator import Job, Operator

@@ -14,13 +14,13 @@ from typing import Any, Literal
 import numpy as np
 
 from controller.errors import RigUnreachable, TendrilError
-from controller.layout import record_dtype
 from controller.link import PlannedRows
-from controller.messages import CommandReply, Telemetry
-from controller.modes import Cause, Mode, Request
-from controller.parameters import RigParameters, Settings
 from controller.realtime.desk import refused_text
-from controller.states import MOVING, next_mode
+from controller.schema.layout import record_dtype
+from controller.schema.messages import CommandReply, Telemetry
+from controller.schema.modes import Cause, Mode, Request
+from controller.schema.parameters import RigParameters, Settings
+from controller.schema.states import MOVING, next_mode
 from server.channels import Rows
 from server.permit import Permit
 

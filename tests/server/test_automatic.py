@@ -4,9 +4,9 @@ import shutil
 
 import numpy as np
 
-from controller.modes import Mode
-from recordings.messages import Recording
-from recordings.reader import read_rows
+from controller.schema.modes import Mode
+from recordings.format.messages import Recording
+from recordings.read.reader import read_rows
 from tests.server.live_server import Page, RigProcess, TestServer, wait_for
 from tests.server.test_runs import armed, ring, wait_run
 

@@ -9,16 +9,16 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from controller.calibration import calibrate, spread
-from controller.calibration.calibrate import Task, require_best
-from controller.calibration.problem import Problem
-from controller.calibration.search import Effort, Search
-from controller.calibration.space import Space
-from controller.calibration.unknowns import Unknown
 from controller.errors import TendrilError
-from controller.experiments.paper_rows import FITTED, JUDGED
-from controller.experiments.pool import Pool
-from controller.parameters import TwinParameters
+from controller.research.calibration import calibrate, spread
+from controller.research.calibration.calibrate import Task, require_best
+from controller.research.calibration.problem import Problem
+from controller.research.calibration.search import Effort, Search
+from controller.research.calibration.space import Space
+from controller.research.calibration.unknowns import Unknown
+from controller.research.experiments.paper_rows import FITTED, JUDGED
+from controller.research.experiments.pool import Pool
+from controller.schema.parameters import TwinParameters
 from server import cli
 from server.calibrate import run_calibrate
 

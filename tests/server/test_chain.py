@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controller.modes import Cause, Mode
+from controller.schema.modes import Cause, Mode
 from tests.server.live_server import ROW, RigProcess, TestServer, wait_for
 
 AIM = (0.17, 0.13)

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from controller.errors import TendrilError
-from controller.layout import record_dtype
-from controller.messages import Command, CommandReply, Telemetry, TwinFaults
-from controller.modes import Cause, Mode, Request
-from controller.parameters import Settings
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Command, CommandReply, Telemetry, TwinFaults
+from controller.schema.modes import Cause, Mode, Request
+from controller.schema.parameters import Settings
 from server.auth import Identity
 from server.events import EventLog
 from server.lease import OperatorLease

@@ -5,7 +5,7 @@ from typing import Any, cast
 import msgpack
 import pytest
 
-from controller.modes import Request
+from controller.schema.modes import Request
 from server.auth import Identity
 from server.drag import CAMERA, END, START, UPDATE, Drag
 from server.events import EventLog

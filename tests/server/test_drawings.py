@@ -10,16 +10,16 @@ import pytest
 from pydantic import ValidationError
 
 from controller.errors import ParameterError
-from controller.experiments.metrics import rmse
-from controller.experiments.run import run
-from controller.layout import record_dtype
-from controller.messages import Telemetry
-from controller.modes import Mode
-from controller.parameters import RigParameters, Settings
-from controller.reference.approach import branch
+from controller.reference.feasible.approach import branch
+from controller.reference.feasible.reach import static_tips
 from controller.reference.library import static_map
 from controller.reference.path_file import read_samples
-from controller.reference.reach import static_tips
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Telemetry
+from controller.schema.modes import Mode
+from controller.schema.parameters import RigParameters, Settings
+from controller.simulation.metrics import rmse
+from controller.simulation.run import run
 from server.drawings.messages import DrawingBody, PreviewBody
 from server.drawings.plan import csv_of, drawing_plan
 from server.drawings.planned import planned

@@ -11,9 +11,9 @@ import pytest
 from rerun.chunk import RrdReader
 from rerun.error_utils import RerunWarning
 
-from controller.parameters import Settings
-from recordings.messages import Recording
-from recordings.writer import Recorder
+from controller.schema.parameters import Settings
+from recordings.format.messages import Recording
+from recordings.write.writer import Recorder
 from server.drawings.messages import DrawingBody
 from server.recorded_path import drawing_name
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows

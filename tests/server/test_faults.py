@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from controller.messages import TwinFaults
+from controller.schema.messages import TwinFaults
 from tests.server.live_server import TestServer, wait_for
 
 

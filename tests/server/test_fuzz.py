@@ -10,7 +10,7 @@ import viser
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection
 
-from controller.modes import Mode
+from controller.schema.modes import Mode
 from tests.server.fuzz import live_message, viser_message
 from tests.server.live_server import Live, Page, RigProcess, TestServer, free_environment, wait_for
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from controller.layout import record_dtype
-from controller.messages import Telemetry
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Telemetry
 from server.channels import CHANNELS, columns_of
 from server.history import BIN_TICKS, History
 from server.plots.feed import CHUNK, Feed, Plots

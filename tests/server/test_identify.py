@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controller.actuator import PRESETS, read_actuator
-from controller.build import build_rod
+from controller.build.rod import build_rod
+from controller.build.stability import natural_modes
 from controller.errors import TendrilError
-from controller.kernels.rod import Array
-from controller.stability import natural_modes
+from controller.kernels.model.rod import Array
+from controller.schema.actuator import PRESETS, read_actuator
 from server.cli import app
 from tests.oracles import Chain
 

@@ -8,8 +8,8 @@ import pytest
 from pydantic import SecretStr
 
 from controller.errors import ParameterError
-from controller.parameters import Settings
-from controller.whole_file import write_whole
+from controller.schema.parameters import Settings
+from controller.system.whole_file import write_whole
 from server import lease as leases
 from server.auth import FAILURES, MAX_AGE, Identity, Sessions, TooManyAttempts, WrongToken, same_origin
 from server.events import EventLog

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from controller.actuator import PRESETS
 from controller.errors import ParameterError
-from controller.kernels.rod import Array
+from controller.kernels.model.rod import Array
 from controller.link import ENDLESS
-from controller.parameters import RigParameters
+from controller.reference.feasible.reach import static_tips
 from controller.reference.library import reference, static_map
-from controller.reference.reach import static_tips
 from controller.reference.reference import Reference
+from controller.schema.actuator import PRESETS
+from controller.schema.parameters import RigParameters
 from server.runs.laps import Lap, Place, first_leg, lap_of, next_leg
 
 RIG = RigParameters()

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from controller.layout import record_dtype
-from controller.messages import Telemetry
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Telemetry
 from server.loop_health import EDGES, LAG_TICKS, LoopWatch, fitted_lag
 
 

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from controller.parameters import Settings
-from recordings.quota import enforce, too_large
-from recordings.store import Store
-from recordings.writer import Recorder
+from controller.schema.parameters import Settings
+from recordings.store.quota import enforce, too_large
+from recordings.store.store import Store
+from recordings.write.writer import Recorder
 from server.events import EventLog
 from server.quota_watch import QuotaWatch
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows
@@ -22,7 +22,7 @@ def logged(server: TestServer, text: str) -> str:
 
 def test_a_recording_is_refused_with_folder_room_and_bound(server: TestServer, monkeypatch: pytest.MonkeyPatch) -> None:
     page, folder = server.operator(), server.services.store.folder
-    monkeypatch.setattr("recordings.session.DISK_FREE_MIN", PLENTY)
+    monkeypatch.setattr("recordings.write.session.DISK_FREE_MIN", PLENTY)
     answer = page.post("/api/recordings", json={"name": "no room"})
     told = answer.json()["detail"]
     assert answer.status_code == 409
@@ -36,7 +36,7 @@ def test_one_that_the_disk_ends_says_so_in_log_and_state(server: TestServer, mon
     page = server.operator()
     id = page.post("/api/recordings", json={"name": "too long"}).json()["id"]
     wait_for(lambda: server.services.recorder.state().rows > 200, "rows")
-    monkeypatch.setattr("recordings.session.DISK_FREE_MIN", PLENTY)
+    monkeypatch.setattr("recordings.write.session.DISK_FREE_MIN", PLENTY)
     with page.live() as live:
         said = live.wait("status", lambda message: message["recording"]["problem"])["recording"]
     assert not said["recording"] and said["id"] == id

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controller.actuator import read_actuator
 from controller.errors import TendrilError
-from controller.identification.decays import Decay, read_decays
-from controller.identification.observe import Request, observe
+from controller.research.identification.motion.decays import Decay, read_decays
+from controller.research.identification.observe import Request, observe
+from controller.schema.actuator import read_actuator
 from recordings.observed import write_observed
 from server.cli import app
 from tests.controller.decaying import decays_of, hanging_body

@@ -16,9 +16,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from controller.parameters import Settings
-from recordings.store import Store
-from recordings.writer import Recorder
+from controller.schema.parameters import Settings
+from recordings.store.store import Store
+from recordings.write.writer import Recorder
 from server.app import openapi_schema
 from server.ready import ServerReady
 from server.recordings_cli import app as recordings_cli

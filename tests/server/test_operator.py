@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from controller.errors import CommandRefused, RigUnreachable
-from controller.layout import record_dtype
-from controller.messages import Command, CommandReply, Telemetry
-from controller.modes import Cause, Mode, Request
-from controller.parameters import Settings
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Command, CommandReply, Telemetry
+from controller.schema.modes import Cause, Mode, Request
+from controller.schema.parameters import Settings
 from server.operator import Operator
 from server.stopper import Stopper
 from tests.server.leave import ANYTHING

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from controller.modes import Cause, Mode
+from controller.schema.modes import Cause, Mode
 from tests.server.live_server import VIEWER_TOKEN, Live, Page, TestServer, wait_for
 
 

@@ -7,7 +7,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection
 
-from controller.modes import Cause, Mode
+from controller.schema.modes import Cause, Mode
 from tests.server.live_server import Live, Page, TestServer, wait_for
 
 

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from controller.actuator import PRESETS, write_actuator
-from controller.fit import GAINS
-from controller.modes import Mode
-from controller.parameters import RigParameters
+from controller.schema.actuator import PRESETS, write_actuator
+from controller.schema.fit import GAINS
+from controller.schema.modes import Mode
+from controller.schema.parameters import RigParameters
 from server.presets.actuator import OutcomeWatch, keep, kept_file, take_choice, take_order, tell_outcome
 from server.presets.messages import ActuatorBody, ActuatorOutcome
 from server.settings import ServerSettings

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from controller.modes import Request
+from controller.schema.modes import Request
 from tests.server.protocol import ANYTHING, FATES, World
 
 ASKED = (Request.NONE, Request.ARM, Request.HOLD, Request.FOLLOW, Request.TRACK, Request.REST, Request.CLEAR)

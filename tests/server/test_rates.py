@@ -6,7 +6,7 @@ import time
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from controller.modes import Mode
+from controller.schema.modes import Mode
 from server.rates import (
     CLIENTS_MAX,
     FLOOD,

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from controller.modes import Mode
-from controller.parameters import RigParameters, Settings
-from recordings import sidecar
-from recordings.run_file import simulated_rig
-from recordings.writer import Recorder
+from controller.schema.modes import Mode
+from controller.schema.parameters import RigParameters, Settings
+from recordings.format import sidecar
+from recordings.write.run_file import simulated_rig
+from recordings.write.writer import Recorder
 from tests.recordings.synthetic import telemetry_rows
 from tests.server.live_server import Page, TestServer, wait_for
 

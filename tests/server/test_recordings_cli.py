@@ -9,13 +9,13 @@ import pytest
 from typer.testing import CliRunner
 
 from controller.errors import CommandRefused, DataError, ParameterError, RecordingError, TendrilError
-from controller.parameters import Settings
 from controller.reference.path_file import read_samples
-from recordings import sidecar
-from recordings.comparing import apart
-from recordings.messages import Metrics, Recording
-from recordings.store import Store
-from recordings.writer import Recorder
+from controller.schema.parameters import Settings
+from recordings.format import sidecar
+from recordings.format.messages import Metrics, Recording
+from recordings.store.comparing import apart
+from recordings.store.store import Store
+from recordings.write.writer import Recorder
 from server.cli import app
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from controller.actuator import PRESETS
-from controller.kernels.rod import Array
-from controller.parameters import RigParameters
+from controller.kernels.model.rod import Array
 from controller.reference import library
+from controller.schema.actuator import PRESETS
+from controller.schema.parameters import RigParameters
 from server.messages import ReferenceInfo
 from server.references import POINTS, UnknownReference, listed, path
 from tests.server.live_server import TestServer, wait_for

@@ -9,11 +9,11 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 from controller.errors import TendrilError
-from controller.experiments.case import Case, Setup
-from controller.experiments.reproduce import Order
-from controller.experiments.results import SensedLaw, SensedTrajectory
-from recordings import tool
-from recordings.reader import read_about
+from controller.research.experiments.reproduce import Order
+from controller.research.experiments.results import SensedLaw, SensedTrajectory
+from controller.simulation.case import Case, Setup
+from recordings.format import tool
+from recordings.read.reader import read_about
 from server.cli import app
 from server.reproduce import run_reproduce
 from server.reproduce_table import sensing_table

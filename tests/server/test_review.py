@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from recordings import prepared, quick, sidecar
-from recordings.messages import Recording
-from recordings.store import Store
+from recordings.format import sidecar
+from recordings.format.messages import Recording
+from recordings.read import prepared, quick
+from recordings.store.store import Store
 from server import review
 from server.review import Review
 from tests.e2e.recorded import record_circle

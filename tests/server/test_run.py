@@ -6,10 +6,10 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 
-from controller.layout import record_dtype
-from controller.messages import Telemetry
-from controller.modes import Cause, Mode
-from controller.parameters import RigParameters, Settings
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Telemetry
+from controller.schema.modes import Cause, Mode
+from controller.schema.parameters import RigParameters, Settings
 from server.channels import Rows
 from server.runs.laps import Lap, Leg, allowed_by
 from server.runs.phases import Event, Machine

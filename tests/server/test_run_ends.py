@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from controller.errors import CommandRefused
-from controller.layout import record_dtype
-from controller.messages import Telemetry
-from controller.modes import Cause, Mode
-from controller.parameters import RigParameters, Settings
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Telemetry
+from controller.schema.modes import Cause, Mode
+from controller.schema.parameters import RigParameters, Settings
 from server.auth import Identity
 from server.automatic import Automatic
 from server.channels import Rows

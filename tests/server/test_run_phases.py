@@ -18,10 +18,10 @@ from hypothesis import strategies as some
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from controller.errors import TendrilError
-from controller.modes import Cause, Mode, Request
-from controller.parameters import RigParameters, Settings
+from controller.reference.feasible.within_reach import projected
 from controller.reference.library import static_map
-from controller.reference.within_reach import projected
+from controller.schema.modes import Cause, Mode, Request
+from controller.schema.parameters import RigParameters, Settings
 from server.auth import Identity
 from server.automatic import Automatic
 from server.events import EventLog

@@ -6,7 +6,7 @@ import msgpack
 import numpy as np
 import zstandard
 
-from recordings.tape import Tape
+from recordings.read.tape import Tape
 from server.scene.lines import LOOKS, dashes
 from server.scene.messages import PlaybackBody
 from server.scene.playback import Player

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from controller.modes import Cause, Mode
 from controller.realtime.ring import find_ring
-from recordings.reader import read_log, read_rows
-from recordings.store import Store
+from controller.schema.modes import Cause, Mode
+from recordings.read.reader import read_log, read_rows
+from recordings.store.store import Store
 from server.ready import ServerReady
 from tests.server.live_server import Page, RigProcess, free_environment, key_file, wait_for
 

@@ -13,15 +13,15 @@ from typing import Any
 
 import pytest
 
-import controller.worker as workers
+import controller.system.worker as workers
 from controller.errors import RecordingError
-from controller.logs import Background
-from controller.messages import RigInfo
-from controller.parameters import RigParameters, Settings
-from controller.worker import Worker
-from recordings.intake import Intake, NoAnswer
-from recordings.session import Session
-from recordings.writer import Recorder
+from controller.schema.messages import RigInfo
+from controller.schema.parameters import RigParameters, Settings
+from controller.system.logs import Background
+from controller.system.worker import Worker
+from recordings.write.intake import Intake, NoAnswer
+from recordings.write.session import Session
+from recordings.write.writer import Recorder
 from server.event_file import EventFile
 from server.events import EventLog
 from server.line_writer import LineWriter
@@ -215,7 +215,7 @@ def test_a_disk_that_hangs_ends_the_recording_and_holds_up_nobody(
 def test_rerun_s_slow_first_call_is_not_taken_for_a_disk_that_hangs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("recordings.writer.warm_up", lambda: time.sleep(1.0))
+    monkeypatch.setattr("recordings.write.writer.warm_up", lambda: time.sleep(1.0))
     recorder = Recorder(tmp_path, patience=0.2)
     time.sleep(0.5)
     assert recorder.worker.trouble == ""
@@ -276,7 +276,7 @@ def test_a_standard_error_that_nobody_reads_holds_up_nobody() -> None:
     """A process whose log goes into a pipe that is full."""
     script = (
         "import logging, sys, time\n"
-        "from controller.logs import log_in_background\n"
+        "from controller.system.logs import log_in_background\n"
         "logging.basicConfig(level=logging.INFO)\n"
         "log_in_background()\n"
         "for _ in range(20_000): logging.info('x' * 200)\n"

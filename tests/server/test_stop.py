@@ -4,7 +4,7 @@ import socket
 
 import pytest
 
-from controller.modes import Mode
+from controller.schema.modes import Mode
 from tests.server.live_server import VIEWER_TOKEN, Page, TestServer
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from controller.errors import KeyRefused
-from controller.key_file import made_key
 from controller.link import version
-from controller.modes import Mode
+from controller.schema.modes import Mode
+from controller.system.keys import made_key
 from server.services import open_services
 from tests.server.live_server import RigProcess, TestServer, free_environment, key_file, wait_for
 

@@ -13,8 +13,8 @@ import psutil
 import pytest
 
 from controller.errors import KeyRefused
-from controller.key_file import made_key, mended_key, read_key
 from controller.realtime.ring import remove_rings
+from controller.system.keys import made_key, mended_key, read_key
 from server.ready import UpReady
 from server.settings import ServerSettings
 from server.up import usable_key

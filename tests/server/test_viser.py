@@ -9,7 +9,7 @@ import viser
 import zstandard
 from websockets.sync.client import ClientConnection
 
-from controller.modes import Mode
+from controller.schema.modes import Mode
 from server.drag import CAMERA, END, START, UPDATE
 from server.scene.gizmo import GIZMO
 from tests.server.live_server import Page, TestServer, wait_for

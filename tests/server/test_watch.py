@@ -5,9 +5,9 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from controller.layout import record_dtype
-from controller.messages import Telemetry
-from controller.modes import Mode, Request
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Telemetry
+from controller.schema.modes import Mode, Request
 from server.auth import Identity
 from server.events import EventLog
 from server.history import History

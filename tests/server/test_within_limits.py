@@ -13,12 +13,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from controller.actuator import PRESETS
 from controller.errors import ParameterError
-from controller.kernels.rod import Array
-from controller.parameters import RigParameters, Settings
+from controller.kernels.model.rod import Array
+from controller.reference.feasible.reach import static_tips
 from controller.reference.library import PLANS, static_map
-from controller.reference.reach import static_tips
+from controller.schema.actuator import PRESETS
+from controller.schema.parameters import RigParameters, Settings
 from server.drawings.messages import DrawingBody, PreviewBody, Wanted
 from server.drawings.plan import drawing_plan
 from server.drawings.planned import wanted

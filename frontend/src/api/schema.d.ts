@@ -1126,7 +1126,7 @@ export interface components {
      * Actuator
      * @description A planar pneumatic actuator (paper, table "Model Parameters"), as a chain of `table_rods` rods.
      *
-     *     The model may have another number of rods: it keeps the static map of this table (`controller/build.py`).
+     *     The model may have another number of rods: it keeps the static map of this table (`controller/build/rod.py`).
      */
     Actuator: {
       /** Name */
@@ -2111,7 +2111,7 @@ export interface components {
     };
     /**
      * Metrics
-     * @description What a run's rows come to (`recordings.metrics`); null where there is nothing to measure. SI units.
+     * @description What a run's rows come to (`recordings.read.metrics`); null where there is nothing to measure. SI units.
      */
     Metrics: {
       /**

@@ -1,6 +1,6 @@
 import type { Cause, Law, Mode } from "../api/types";
 
-/** Numbers of the rig's safety states (controller/modes.py). */
+/** Numbers of the rig's safety states (controller/schema/modes.py). */
 export const MODE = {
   VENTED: 0,
   HOLD: 1,

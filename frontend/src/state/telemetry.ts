@@ -1,7 +1,7 @@
 import { RecordReader, type FieldReader } from "../api/record";
 import type { Field, Point } from "../api/types";
 
-/** Telemetry fields that the page reads (controller/messages.py, `Telemetry`). */
+/** Telemetry fields that the page reads (controller/schema/messages.py, `Telemetry`). */
 const FIELDS = [
   "tick",
   "slot",

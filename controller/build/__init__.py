@@ -1,0 +1,1 @@
+"""From parameters to memory: rod, rig and twin, and whether they stand and are stable."""

@@ -1,0 +1,75 @@
+"""Where the unactuated body comes to rest, and how it bends from there: springs against gravity."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from controller.errors import ParameterError
+from controller.kernels.model.rod import Array, RodModel
+
+STAGES = 20
+"""Gravity is brought up in this many steps: Newton then starts near the branch that the body really takes."""
+ITERATIONS = 50
+DONE = 1e-12
+"""A Newton step below this has converged [rad]."""
+
+
+class Body(NamedTuple):
+    """What of a rod chain (base first, N rods) decides its statics; symbols as in RodModel."""
+
+    L: Array
+    arm: Array
+    m: Array
+    k: Array
+    bend: Array
+    g: Array
+
+
+def equilibrium(body: Body, T_theta: Array) -> tuple[Array, Array]:
+    """Angles at rest (N,) [rad] and their slope by u, K^-1 T_theta (N,2) [rad/(N m)]; K contains gravity's stiffness.
+
+    Without gravity the angles are linear in u and this is all of the static map; with it, it is its tangent at rest.
+    Raises ParameterError where the pose is not stable: gravity then buckles the body, and there is no one rest.
+    """
+    theta = np.cumsum(body.bend)
+    try:
+        for share in np.linspace(0.0, 1.0, STAGES + 1)[1:] if body.g.any() else ():
+            theta = settle(body._replace(g=share * body.g), theta)
+        return theta, solve(body, theta, T_theta)
+    except np.linalg.LinAlgError as error:
+        raise ParameterError(
+            f"gravity = {tuple(body.g.tolist())} m/s^2: the unactuated body has no stable rest"
+        ) from error
+
+
+def settle(body: Body, theta: Array) -> Array:
+    """Newton's iteration from theta to where the torques of springs and gravity cancel; LinAlgError where it fails."""
+    for _ in range(ITERATIONS):
+        step = solve(body, theta, imbalance(body, theta))
+        theta = theta + step / max(1.0, float(np.abs(step).max()))
+        if np.abs(step).max() < DONE:
+            return theta
+    raise np.linalg.LinAlgError("no convergence")
+
+
+def gravity_torque(body: Body | RodModel, theta: Array) -> tuple[Array, Array]:
+    """Generalised force on the angles (N,) [N m] and its slope (N,): each rod carries all that hangs on it."""
+    beyond = np.cumsum(body.m[::-1])[::-1] - body.m
+    arm = body.L * beyond + body.m * body.arm
+    s, c = np.sin(theta), np.cos(theta)
+    return np.asarray(arm * (body.g[1] * c - body.g[0] * s)), np.asarray(-arm * (body.g[0] * c + body.g[1] * s))
+
+
+def imbalance(body: Body, theta: Array) -> Array:
+    """Torque on each angle (N,) [N m] of springs and gravity."""
+    spring = body.k * (np.diff(theta, prepend=0.0) - body.bend)
+    return np.asarray(gravity_torque(body, theta)[0] - spring + np.append(spring[1:], 0.0))
+
+
+def solve(body: Body, theta: Array, right: Array) -> Array:
+    """K^-1 right: K is tridiagonal, springs and gravity; LinAlgError where it is not positive definite."""
+    outer = np.append(body.k[1:], 0.0)
+    banded = np.stack([np.append(0.0, -body.k[1:]), body.k + outer - gravity_torque(body, theta)[1]])
+    from scipy.linalg import solveh_banded  # not for a start of the server
+
+    return np.asarray(solveh_banded(banded, right))

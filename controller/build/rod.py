@@ -1,0 +1,129 @@
+"""From an actuator to the arrays of a rod model: a table of a few rods becomes a model of any number of rods."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from controller.build.equilibrium import Body, equilibrium
+from controller.errors import ParameterError
+from controller.kernels.model.rod import Array, RodModel
+from controller.schema.actuator import Actuator
+
+FEWEST, MOST = 2, 1000
+"""Rods of a model."""
+
+NO_STIFFNESS = 1e-9
+"""Stands for a stiffness or damping of zero, whose compliance is infinite [N m/rad]."""
+
+
+@contextmanager
+def computable(actuator: Actuator) -> Iterator[None]:
+    """Numbers that run over, and matrices that are singular to the digits there are, become a ParameterError."""
+    try:
+        with np.errstate(over="raise", divide="raise", invalid="raise"):
+            yield
+    except ParameterError:
+        raise
+    except (ArithmeticError, ValueError, np.linalg.LinAlgError, MemoryError) as error:
+        raise ParameterError(
+            f"actuator {actuator.name}: k, b, mass, length, rest_curvature and gravity do not fit together: {error}"
+        ) from error
+
+
+def build_rod(actuator: Actuator, rods: int, *, omega_B: float = 100.0, zeta_B: float = 1.0) -> RodModel:
+    """Chain of `rods` equal rods with the static map that the table of `actuator` has.
+
+    Raises ParameterError for a number of rods out of bounds, and where gravity makes the unactuated body buckle.
+    """
+    if not FEWEST <= rods <= MOST:
+        raise ParameterError(f"rods = {rods} is outside [{FEWEST}, {MOST}]")
+    table = actuator.table_rods
+    L = np.full(rods, actuator.length / rods)
+    m, arm, I = masses(actuator, L)  # noqa: E741
+    k = joint_profile(profile(actuator.k, table), rods)
+    T_theta = torque_map(actuator, rods)
+    bend = rest_bend(actuator, rods)
+    rest, compliance = equilibrium(Body(L, arm, m, k, bend, np.array(actuator.gravity)), T_theta)
+    return RodModel(
+        m=m,
+        I=I,
+        L=L,
+        arm=arm,
+        k=k,
+        b=joint_profile(profile(actuator.b, table), rods),
+        bend=bend,
+        alpha=actuator.alpha,
+        g=np.array(actuator.gravity),
+        omega_B=omega_B,
+        zeta_B=zeta_B,
+        T_theta=T_theta,
+        rest=rest,
+        compliance=compliance,
+        m_inv=1 / m,
+        I_inv=1 / I,
+    )
+
+
+def profile(values: tuple[float, ...], count: int) -> Array:
+    """`values` as `count` numbers from base to tip: one is uniform, two are the ends of a line."""
+    return np.interp(np.linspace(0.0, 1.0, count), np.linspace(0.0, 1.0, len(values)), values)
+
+
+def masses(actuator: Actuator, L: Array) -> tuple[Array, Array, Array]:
+    """Mass (N,) [kg], arm (N,) [m] and moment of inertia (N,) [kg m^2] of uniform rods, the tip load on the last."""
+    cells = profile(actuator.mass_profile, actuator.table_rods)
+    share = np.diff(spread(cells, np.linspace(0.0, 1.0, L.size + 1)))
+    m, arm = actuator.mass * share / share.sum(), L / 2
+    I = m * L**2 / 12  # noqa: E741
+    body, load = m[-1], actuator.tip_load
+    m[-1] = body + load
+    arm[-1] = (body / 2 + load) * L[-1] / m[-1]
+    I[-1] += body * load / m[-1] * (L[-1] / 2) ** 2
+    return m, arm, I
+
+
+def spread(cells: Array, at: Array) -> Array:
+    """Integral from 0 to `at` (n,), shares of the length, of what is constant in each of equal `cells` (c,)."""
+    total = np.concatenate([[0.0], np.cumsum(cells)]) / cells.size
+    return np.asarray(np.interp(at, np.linspace(0.0, 1.0, cells.size + 1), total))
+
+
+def joint_profile(cells: Array, rods: int) -> Array:
+    """Stiffness or damping of the `rods` joints, from the table's values at its joints (c,).
+
+    A joint carries the compliance of the backbone between the middles of the rods it joins. In the table the base joint
+    counts a whole cell, so the backbone begins half a cell before the clamp; behind the last middle nothing bends.
+    Compliance per length is constant within a cell of the table.
+    """
+    table = cells.size
+    compliance = 1.0 / np.maximum(cells, NO_STIFFNESS)
+    total = np.concatenate([[0.0], np.cumsum([*compliance, compliance[-1]])])
+    edges = np.concatenate([[-0.5 / table], (np.arange(rods) + 0.5) / rods])
+    return np.asarray(1.0 / np.diff(np.interp(edges * table + 0.5, np.arange(table + 2), total)))
+
+
+def rest_bend(actuator: Actuator, rods: int) -> Array:
+    """Bend of each joint at rest (N,) [rad]: the rest curvature between the middles of the rods it joins."""
+    curvature = profile(actuator.rest_curvature, actuator.table_rods)
+    edges = np.concatenate([[0.0], (np.arange(rods) + 0.5) / rods])
+    return actuator.length * np.diff(spread(curvature, edges))
+
+
+def torque_map(actuator: Actuator, rods: int) -> Array:
+    """T_theta (N,2): net torque on each rod per u1, u2 (paper, "Parameter Estimation").
+
+    For another number of rods than the table's, a torque is shared by the two rods whose middles enclose the middle of
+    that rod of the table: on the nearest rod alone, the angle behind it would be wrong by up to 10 %.
+    """
+    table = actuator.table_rods
+    columns = [spread_torque(end, table, rods) - spread_torque(start, table, rods) for start, end in actuator.chambers]
+    return np.column_stack(columns)
+
+
+def spread_torque(rod: int, table: int, rods: int) -> Array:
+    """Unit torque (N,) at the middle of `rod` of `table` rods, as shares on a chain of `rods`; rod 0 is the clamp."""
+    if rod == 0:
+        return np.zeros(rods)
+    at = np.clip((rod - 0.5) / table * rods - 0.5, 0.0, rods - 1.0)
+    return np.asarray(np.maximum(0.0, 1.0 - np.abs(np.arange(rods) - at)))

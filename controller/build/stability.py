@@ -1,0 +1,154 @@
+"""The chain's small motions, and the largest step for which they stay small."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from controller.build.equilibrium import gravity_torque
+from controller.errors import ParameterError
+from controller.kernels.model.rod import Array, RodModel
+from controller.schema.parameters import OBSERVER_GAIN_MAX
+
+DENSE_MAX = 60
+"""Most rods for which every mode is computed."""
+ROUNDS = 1000
+"""Most restarts of the search for a fastest motion: a second for 1000 rods."""
+HALF_DISC = 2.615
+"""RK4 is stable for every mode that does not grow with dt |s| up to this."""
+SUBSTEPS_MAX = 100
+"""Steps of a plant in a period: with 14 rods they take some 0.15 ms."""
+STEP_MARGIN = 0.7
+"""A step is at most this share of the largest stable one."""
+
+
+def natural_modes(model: RodModel, theta: Array, K_o: float = 0.0) -> Array:
+    """Eigenvalues (2N,) [1/s] of the chain's small motions about the pose theta (N,), held by K_o [N/m] at its end.
+
+    In angles alone: the constraints fix x and y. Eigenvalues are complex; Baumgarte's are not among them.
+    """
+    J_x, J_y = centre_jacobian(model, theta)
+    M = J_x.T * model.m @ J_x + J_y.T * model.m @ J_y + np.diag(model.I)
+    hinge = np.eye(model.L.size) - np.eye(model.L.size, k=-1)
+    K = hinge.T * model.k @ hinge + K_o * (np.outer(J_x[-1], J_x[-1]) + np.outer(J_y[-1], J_y[-1]))
+    B = hinge.T * model.b @ hinge + model.alpha * M
+    K -= np.diag(gravity_torque(model, theta)[1])
+    zero, one = np.zeros_like(M), np.eye(model.L.size)
+    return np.linalg.eigvals(np.block([[zero, one], [-np.linalg.solve(M, K), -np.linalg.solve(M, B)]]))
+
+
+def centre_jacobian(model: RodModel, theta: Array) -> tuple[Array, Array]:
+    """Derivatives of the rods' centres by the angles: rows rods, columns angles (N,N) [m/rad], for x and for y."""
+    reach = np.tril(np.tile(model.L, (model.L.size, 1)), -1) + np.diag(model.arm)
+    return -reach * np.sin(theta), reach * np.cos(theta)
+
+
+def largest_step(model: RodModel, u_max: float = 0.0, K_o: float = 0.0) -> float:
+    """Largest step [s] for which RK4 damps every mode, at rest and in static poses with torques up to u_max [N m].
+
+    A mode that grows by itself, as a body does that gravity topples, may grow by as much in a step. For more rods than
+    DENSE_MAX this is a lower bound, at most 7 % low: all modes within the half disc in which RK4 is stable.
+    """
+    torques = u_max * np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, -1.0), (0.5, 0.5)])
+    poses = model.rest + torques @ model.compliance.T
+    drift = np.roots([1.0, 2.0 * model.zeta_B * model.omega_B, model.omega_B**2])
+    if model.L.size > DENSE_MAX:
+        return HALF_DISC / max(float(np.abs(drift).max()), *(fastest_mode(model, pose, K_o) for pose in poses))
+    modes = np.concatenate([drift, *(natural_modes(model, pose, K_o) for pose in poses)])
+    low, high = 0.0, 3.0 / float(np.abs(modes).max())
+    for _ in range(40):
+        step = (low + high) / 2
+        z = step * modes
+        growth = np.abs(1 + z * (1 + z / 2 * (1 + z / 3 * (1 + z / 4))))
+        low, high = (step, high) if (growth <= np.maximum(1.0, np.abs(np.exp(z)))).all() else (low, step)
+    return low
+
+
+def fastest_mode(model: RodModel, theta: Array, K_o: float = 0.0) -> float:
+    """Bound on |s| [1/s] over the `natural_modes`, in O(N): s^2 + beta s + omega^2 = 0 with the most of each."""
+    accelerate = angular_acceleration(model, theta)
+    ends = [np.sqrt(K_o) * J[-1] for J in centre_jacobian(model, theta)]
+    topple = np.maximum(0.0, -gravity_torque(model, theta)[1])
+
+    def stiffness(x: Array) -> Array:
+        return np.asarray(hinge_torque(model.k, x) + topple * x + sum(end * (end @ x) for end in ends))
+
+    omega_2 = strongest(lambda x: accelerate(stiffness(x)), model.L.size)
+    beta = strongest(lambda x: accelerate(hinge_torque(model.b, x)), model.L.size) + model.alpha
+    return max(math.sqrt(omega_2), beta / 2 + math.sqrt(max(0.0, beta**2 / 4 - omega_2)))
+
+
+def hinge_torque(c: Array, x: Array) -> Array:
+    """Torques (N,) that springs or dampers c (N,) in the hinges have against angles or rates x (N,)."""
+    hinge = c * np.diff(x, prepend=0.0)
+    return np.asarray(hinge - np.append(hinge[1:], 0.0))
+
+
+def angular_acceleration(model: RodModel, theta: Array) -> Callable[[Array], Array]:
+    """The map from torques on the angles (N,) to theta'' (N,) of the chain at rest in the pose theta, in O(N).
+
+    By the hinge forces, as in the rod kernel: A M^-1 A^T, here in LAPACK's band storage (two rows a hinge).
+    """
+    from scipy.linalg import cho_solve_banded, cholesky_banded  # not for a start of the server
+
+    a = model.arm * np.array([-np.sin(theta), np.cos(theta)])
+    rods, swing = theta.size, a * a[:, None] * model.I_inv
+    light = np.eye(2)[:, :, None] * model.m_inv
+    D = (swing + light) + np.concatenate([np.zeros((2, 2, 1)), (swing + light)[:, :, :-1]], axis=2)
+    E = np.concatenate([np.zeros((2, 2, 1)), (swing - light)[:, :, :-1]], axis=2)
+    band = np.zeros((4, rods, 2))
+    band[3] = D[[0, 1], [0, 1]].T
+    band[2, :, 1], band[2, :, 0] = D[0, 1], E[1, 0]
+    band[1, :, 0], band[1, :, 1] = E[0, 0], E[1, 1]
+    band[0, :, 1] = E[0, 1]
+    factor = cholesky_banded(band.reshape(4, 2 * rods))
+
+    def accelerate(torque: Array) -> Array:
+        ends = a * (model.I_inv * torque)
+        ends[:, 1:] += a[:, :-1] * (model.I_inv * torque)[:-1]
+        pull = cho_solve_banded((factor, False), ends.T.ravel()).reshape(rods, 2).T
+        pull[:, :-1] += pull[:, 1:].copy()
+        return np.asarray(model.I_inv * (torque - (a * pull).sum(axis=0)))
+
+    return accelerate
+
+
+def strongest(apply: Callable[[Array], Array], size: int) -> float:
+    """Largest eigenvalue of the map `apply` of vectors (size,), to 0.1 %; 0 for a map to zero."""
+    from scipy.sparse.linalg import ArpackError, LinearOperator, eigs  # as above
+
+    start = np.random.default_rng(0).normal(size=size)
+    if not apply(start).any():
+        return 0.0
+    operator = LinearOperator((size, size), apply, dtype=float)
+    try:
+        found = eigs(operator, 1, tol=1e-3, v0=start, maxiter=ROUNDS, return_eigenvectors=False)
+    except ArpackError as error:
+        raise ParameterError(
+            f"rods = {size}: the fastest motion of so many was not found in {ROUNDS} rounds"
+        ) from error
+    return float(found[0].real)
+
+
+def require_stable(model: RodModel, dt: float, u_max: float) -> None:
+    """Raise ParameterError if RK4 with dt [s] is not stable at rest, bent by u_max [N m] and held by the observer."""
+    bound = largest_step(model, u_max, OBSERVER_GAIN_MAX)
+    if dt > bound:
+        raise ParameterError(
+            f"dt = {dt} s is too long for RK4 with this actuator and rods = {model.L.size}: the largest stable dt is "
+            f"{bound:.3g} s; integrator = implicit is stable with any dt, and k, b, mass and length decide"
+        )
+
+
+def stable_substeps(model: RodModel, dt: float, u_max: float = 0.0, K_o: float = 0.0) -> int:
+    """Steps that dt [s] must be cut into, with a margin, for RK4 to be stable (see `largest_step`).
+
+    Raises ParameterError where they are more than can be computed in time.
+    """
+    step = STEP_MARGIN * largest_step(model, u_max, K_o)
+    if step * SUBSTEPS_MAX < dt:
+        raise ParameterError(
+            f"k, mass and length: the plant's fastest motion needs steps of {step:.3g} s, and {SUBSTEPS_MAX} in "
+            f"dt = {dt} s are the most"
+        )
+    return math.ceil(dt / step)

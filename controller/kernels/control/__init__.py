@@ -1,0 +1,1 @@
+"""Reference, feedforward, feedback, and the tick that joins them."""

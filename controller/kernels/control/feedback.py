@@ -1,0 +1,165 @@
+"""Task-space PI feedback through the sensitivity at the observer's pose, saturation and anti-windup."""
+
+import math
+
+from controller.kernels.compiled import kernel
+from controller.kernels.control.feedforward import OPEN_LOOP, towards
+from controller.kernels.control.inverse import way_down
+from controller.kernels.model.polygon import nearest_admissible
+from controller.kernels.model.statics import sensitivity, side_of
+from controller.kernels.observer.observer import TIP
+from controller.kernels.safety.oscillation import note_tracking
+from controller.kernels.safety.safety import E_STOP, FOLLOW, HOLD, NUMBERS, TRACK, is_live, react
+from controller.schema.modes import Law, RowKind
+
+FF, FF_P, FF_I, FF_PI = int(Law.FF), int(Law.FF_P), int(Law.FF_I), int(Law.FF_PI)
+KNOWN, TRAVEL = int(RowKind.KNOWN), int(RowKind.TRAVEL)
+BUMP_TIME = 0.2
+"""Time constant with which the jump of u at a switch is let go (ours) [s]."""
+FORGET_WAY = 0.4
+"""On the way to another pose the integral, which fits the one that is left, is forgotten over this way (ours) [m]."""
+EXCESS = 1e-9
+"""A sum further outside the admissible torques than this counts as saturated [N m]."""
+
+
+@kernel
+def feed_back(control, settings, telemetry):
+    """Set the error and u_fb: the law's feedback, plus what keeps u continuous where the law has just been switched."""
+    state = control.state[0]
+    live = is_live(state.mode) and settings.law != OPEN_LOOP
+    closed = live and settings.law > FF and state.used != 0
+    measured = state.used & TIP
+    for j in range(2):
+        tip = telemetry.p_meas[j] if measured else telemetry.p_hat[j]
+        telemetry.error[j] = state.p_ref[j] - tip
+    how = live + 2 * closed + 4 * (measured != 0) + 8 * (state.kind == KNOWN)
+    switched = scheme_changed(state, settings, how)
+    look_at_sensitivity(control)
+    f_1, f_2 = effort(state, settings, telemetry.error)
+    g_1, g_2 = through_sensitivity(control, f_1, f_2)
+    if not closed:
+        g_1 = g_2 = 0.0
+    let_go(state, g_1, g_2, live, switched, math.exp(-control.dt / BUMP_TIME))
+    if not live or settings.law == FF or settings.law == FF_P:
+        state.integral[0] = state.integral[1] = 0.0
+    note_tracking(control, telemetry.error, closed)
+
+
+@kernel
+def let_go(state, g_1, g_2, live, switched, fade):
+    """u_fb = feedback g + bump: at a switch the bump takes up the jump of u, then it fades."""
+    for j in range(2):
+        raw = g_1 if j == 0 else g_2
+        if not live:
+            state.bump[j] = 0.0
+        elif switched:
+            state.bump[j] = state.u[j] - state.u_ff[j] - raw
+        else:
+            state.bump[j] *= fade
+        state.u_fb[j] = raw + state.bump[j]
+
+
+@kernel
+def effort(state, settings, error):
+    """Desired task-space effort f_des [m] of the law in force (paper, "Task-space PI control")."""
+    P = settings.law == FF_P or settings.law == FF_PI
+    I = settings.law == FF_I or settings.law == FF_PI  # noqa: E741
+    f_1 = P * settings.K_P[0] * error[0] + I * settings.K_I[0] * state.integral[0]
+    f_2 = P * settings.K_P[1] * error[1] + I * settings.K_I[1] * state.integral[1]
+    return f_1 + settings.K_FF[0] * state.p_ref_dot[0], f_2 + settings.K_FF[1] * state.p_ref_dot[1]  # Eq. FDES
+
+
+@kernel
+def look_at_sensitivity(control):
+    """S at the observer's pose, its weakest direction in the task space, and how much feedback is let through along it.
+
+    The share is (sigma_2 / (weak_ratio sigma_1))^2, at most 1: the torque per error then goes to zero with sigma_2,
+    where the paper's law alone would ask for 1 / sigma_2. On a drawn path it is 0 where the arm is on the other side
+    of a fold than its feedforward: there S leads on into the other pose, and away from the reference.
+    """
+    state, bounds = control.state[0], control.controller[0]
+    ratio = bounds.weak_ratio if state.kind == KNOWN else bounds.weak_ratio_live
+    S11, S12, S21, S22 = sensitivity(control.smap, control.q[2])
+    state.S[0], state.S[1], state.S[2], state.S[3] = S11, S12, S21, S22
+    A11, A12, A22 = S11 * S11 + S12 * S12, S11 * S21 + S12 * S22, S21 * S21 + S22 * S22
+    det = S11 * S22 - S12 * S21
+    strong = 0.5 * (A11 + A22) + math.hypot(0.5 * (A11 - A22), A12)
+    state.weak[0], state.weak[1] = way_down(A11, A12, A22, det * det / strong, 0.0, 0.0)
+    square = det * det
+    if state.mode == TRACK and state.kind != KNOWN:
+        square = max(0.0, min(square, det * side_of(control.smap, state.u_ff[0], state.u_ff[1])))
+    state.share = min(1.0, square / (ratio * strong) ** 2) if ratio > 0.0 else 1.0
+
+
+@kernel
+def attainable(state, f_1, f_2):
+    """Task-space vector f with its part along the weakest direction faded."""
+    cut = (1.0 - state.share) * (state.weak[0] * f_1 + state.weak[1] * f_2)
+    return f_1 - cut * state.weak[0], f_2 - cut * state.weak[1]
+
+
+@kernel
+def through_sensitivity(control, f_1, f_2):
+    """u_FB = (S^T S + epsilon I)^-1 S^T f_des [N m], S at the observer's pose (paper, "Task-space PI control")."""
+    state, epsilon = control.state[0], control.controller[0].epsilon
+    S11, S12, S21, S22 = state.S
+    f_1, f_2 = attainable(state, f_1, f_2)
+    H11, H12, H22 = S11 * S11 + S21 * S21 + epsilon, S11 * S12 + S21 * S22, S12 * S12 + S22 * S22 + epsilon
+    g_1, g_2 = S11 * f_1 + S21 * f_2, S12 * f_1 + S22 * f_2
+    det = H11 * H22 - H12 * H12
+    return (H22 * g_1 - H12 * g_2) / det, (H11 * g_2 - H12 * g_1) / det  # Eq. UFB
+
+
+@kernel
+def scheme_changed(state, settings, how):
+    """Whether law, gains, source of the error or fading (`how`) differ from the last tick's; remembers them."""
+    scheme = 16 * settings.law + how
+    changed = scheme != state.scheme
+    state.scheme = scheme
+    for j in range(2):
+        changed |= settings.K_P[j] != state.gains[j]
+        changed |= settings.K_I[j] != state.gains[2 + j]
+        changed |= settings.K_FF[j] != state.gains[4 + j]
+        state.gains[j], state.gains[2 + j], state.gains[4 + j] = settings.K_P[j], settings.K_I[j], settings.K_FF[j]
+    return changed
+
+
+@kernel
+def saturate(control, settings, telemetry):
+    """U = u_ff + u_fb, brought to the nearest admissible torque; the integral runs on, unless that would wind it up.
+
+    Its rate is bounded but where a plan may step. Not a number ends here: E_STOP with u = 0.
+    """
+    state = control.state[0]
+    sum_1, sum_2 = state.u_ff[0] + state.u_fb[0], state.u_ff[1] + state.u_fb[1]
+    u1, u2 = nearest_admissible(control.smap.polygon, sum_1, sum_2)
+    if not math.isfinite(u1 + u2):
+        react(state, NUMBERS)
+    if state.mode == HOLD or state.mode == FOLLOW:
+        u1, u2 = towards(state.u, u1, u2, control.controller[0].torque_slew_max * control.dt)
+    if state.mode == E_STOP:
+        u1 = u2 = 0.0
+    state.u[0], state.u[1] = u1, u2
+    telemetry.saturated = max(abs(sum_1 - u1), abs(sum_2 - u2)) > EXCESS
+    integrate(control, settings, telemetry, sum_1 - u1, sum_2 - u2)
+
+
+@kernel
+def integrate(control, settings, telemetry, excess_1, excess_2):
+    """Let the integral run; held while saturated, but for steps that lead back (conditional anti-windup).
+
+    An error that no torque can change, as along the straight backbone, is not collected.
+    """
+    state, e = control.state[0], telemetry.error
+    closed = state.scheme & 2
+    if not closed or not (settings.law == FF_I or settings.law == FF_PI):
+        return
+    if telemetry.saturated:
+        w_1, w_2 = through_sensitivity(control, settings.K_I[0] * e[0], settings.K_I[1] * e[1])
+        if w_1 * excess_1 + w_2 * excess_2 > 0.0:
+            return
+    e_1, e_2 = attainable(state, e[0], e[1])
+    way = math.hypot(state.wish_dot[0], state.wish_dot[1]) * control.dt
+    kept = math.exp(-way / FORGET_WAY) if state.kind == TRAVEL else 1.0
+    state.integral[0] = kept * state.integral[0] + e_1 * control.dt
+    state.integral[1] = kept * state.integral[1] + e_2 * control.dt

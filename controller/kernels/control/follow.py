@@ -1,0 +1,136 @@
+"""The reference: from the operator's target or the planned rows to a wish that moves within its limits."""
+
+import math
+
+from controller.kernels.compiled import kernel
+from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE, invert, refine
+from controller.kernels.model.statics import static_tip
+from controller.kernels.safety.safety import FOLLOW, HOLD, TRACK, move
+from controller.schema.modes import Cause, RowKind
+
+SEARCH_EVERY = 10
+"""Ticks between two looks at other branches, which cost as much as the rest of the tick."""
+DRAWN = int(RowKind.DRAWN)
+REFERENCE_DONE = int(Cause.REFERENCE_DONE)
+
+
+@kernel
+def refer(control, command, due):
+    """Set the goal and move the wish for this tick; in any other mode than FOLLOW and TRACK the wish stays."""
+    state = control.state[0]
+    if state.entered:
+        anchor(state)
+        state.index = state.followed = 0
+        state.kind = DRAWN
+    if state.mode == FOLLOW:
+        if due:
+            aim(control, command.target[0], command.target[1])
+        approach_goal(state, command.settings, control.dt)
+    elif state.mode == TRACK:
+        track(control)
+
+
+@kernel
+def anchor(state):
+    """Let the wish stand where the reference is, on the branch on which u_ff is."""
+    state.blending, state.blend_rate = 0, 0.0
+    state.reachable = state.reached = 1
+    for j in range(2):
+        state.wish[j] = state.p_goal[j] = state.p_ref[j]
+        state.wish_dot[j] = 0.0
+        state.u_goal[j] = state.u_ff[j]
+
+
+@kernel
+def aim(control, x, y):
+    """Project the goal (x, y) [m] into the reach: u_goal, and p_goal, the goal itself where it can be reached."""
+    state = control.state[0]
+    search = state.tick % SEARCH_EVERY == 0
+    u1, u2, distance = invert(control.smap, (x, y), (state.u_goal[0], state.u_goal[1]), search)
+    place(control, (x, y), (u1, u2, distance))
+
+
+@kernel
+def place(control, target, found):
+    """Take over u_goal and the distance [m] that it leaves to `target` (x, y) [m]; p_goal is where they lead."""
+    state = control.state[0]
+    state.u_goal[0], state.u_goal[1] = found[0], found[1]
+    state.reachable = found[2] < TOLERANCE
+    if not state.reachable:
+        target = static_tip(control.smap, found[0], found[1])
+    state.p_goal[0], state.p_goal[1] = target
+
+
+@kernel
+def approach_goal(state, settings, dt):
+    """Move the wish towards p_goal for one tick, unless u_ff is on its way to another branch: then the wish waits."""
+    if state.blending:
+        return
+    brake(state, settings)
+    p, v = limit_motion(
+        (state.wish[0], state.wish[1]),
+        (state.wish_dot[0], state.wish_dot[1]),
+        (state.p_goal[0], state.p_goal[1]),
+        (settings.speed_max, state.acceleration),
+        dt,
+    )
+    state.wish[0], state.wish[1] = p
+    state.wish_dot[0], state.wish_dot[1] = v
+
+
+@kernel
+def brake(state, settings):
+    """Take over the limit of acceleration; a lower one only when the wish can still stop at its goal under it."""
+    a, speed = settings.acceleration_max, math.hypot(state.wish_dot[0], state.wish_dot[1])
+    distance = math.hypot(state.p_goal[0] - state.wish[0], state.p_goal[1] - state.wish[1])
+    if a >= state.acceleration or speed * speed <= 2.0 * a * distance:
+        state.acceleration = a
+
+
+@kernel
+def limit_motion(p, v, goal, limits, dt):
+    """Position [m] and velocity [m/s] after dt of the fastest motion to `goal` within speed and acceleration `limits`.
+
+    The speed is the highest from which it can still stop at the goal: v dt / 2 + v^2 / (2 a) = distance.
+    """
+    speed_max, a = limits
+    d_x, d_y = goal[0] - p[0], goal[1] - p[1]
+    distance = math.hypot(d_x, d_y)
+    speed = a * dt * (math.sqrt(0.25 + 2.0 * distance / (a * dt * dt)) - 0.5)
+    speed = min(speed, speed_max, distance / dt)
+    share = speed / distance if distance > 0.0 else 0.0
+    c_x, c_y = share * d_x - v[0], share * d_y - v[1]
+    change = math.hypot(c_x, c_y)
+    if change > a * dt:
+        c_x, c_y = c_x * a * dt / change, c_y * a * dt / change
+    v_x, v_y = v[0] + c_x, v[1] + c_y
+    return (p[0] + v_x * dt, p[1] + v_y * dt), (v_x, v_y)
+
+
+@kernel
+def track(control):
+    """Take the next row of the planned reference, which may repeat; after as many as are to be followed, HOLD.
+
+    A row may name the torques that hold it, and is followed in that pose of the arm; else in that of the row before.
+    """
+    state, plan = control.state[0], control.plan[0]
+    if state.followed >= plan.ticks:
+        move(state, HOLD, REFERENCE_DONE)
+        anchor(state)
+        return
+    x, y = control.reference[state.index, 0], control.reference[state.index, 1]
+    u1, u2 = control.guide[state.index, 0], control.guide[state.index, 1]
+    state.guided = math.isfinite(u1) and math.isfinite(u2)
+    if state.guided:
+        u1, u2, distance, _ = refine(control.smap, (x, y), (u1, u2), REFINE_STEPS)
+        place(control, (x, y), (u1, u2, distance))
+    else:
+        aim(control, x, y)
+    state.kind = control.kinds[state.index]
+    state.followed += 1
+    state.index += 1
+    if state.index == plan.rows:
+        state.index = plan.again
+    for j in range(2):
+        state.wish_dot[j] = (state.p_goal[j] - state.wish[j]) / control.dt
+        state.wish[j] = state.p_goal[j]

@@ -1,0 +1,188 @@
+"""The static inverse, constrained to the admissible torques, which stays on its branch.
+
+The map u -> tip is many-to-one, folds where det S = 0 and leaves a hole. `refine` is the paper's iteration, kept inside
+the admissible polygon and joined by a Newton step where it stalls; `invert` adds the choice of branch.
+"""
+
+import math
+from typing import NamedTuple
+
+from controller.kernels.compiled import kernel
+from controller.kernels.model.polygon import Polygon, admissible, lowest_on_edges, nearest_admissible
+from controller.kernels.model.rod import Array
+from controller.kernels.model.statics import expand_tip, static_tip
+
+DISTANCE_DONE = 1e-9
+"""A residual below this is solved [m]."""
+TOLERANCE = 1e-4
+"""A target counts as reached within this [m]."""
+MARGIN_REACHED, MARGIN_NEARER = 5e-4, 30e-3
+"""How much nearer another branch must be to be taken, if it reaches the target, and if it only comes nearer [m]."""
+REFINE_STEPS, SEARCH_STEPS, HALVINGS = 4, 10, 8
+STRIDE = 0.25
+"""Longest step of one iteration, as a share of u_max: a step must not leap over a fold to another branch."""
+
+
+class StaticMap(NamedTuple):
+    """The static map, where it may be used, and a grid of its points to start from."""
+
+    L: Array
+    """(N,) [m]."""
+    rest: Array
+    """(N,) [rad]."""
+    compliance: Array
+    """(N,2) [rad/(N m)]."""
+    polygon: Polygon
+    epsilon: float
+    rcond_min: float
+    seeds: Array
+    """Admissible torques (n,2) [N m]."""
+    seed_tips: Array
+    """Their tips (n,2) [m]."""
+
+
+@kernel
+def gauss_newton(smap, at, r1, r2):
+    """The paper's step -S^-1 r, or regularised where rcond(S) (1-norm) is too small; `at` expands the map."""
+    det = at.x_1 * at.y_2 - at.x_2 * at.y_1
+    norm = max(abs(at.x_1) + abs(at.y_1), abs(at.x_2) + abs(at.y_2))
+    norm_adjugate = max(abs(at.y_2) + abs(at.y_1), abs(at.x_2) + abs(at.x_1))
+    if abs(det) >= smap.rcond_min * norm * norm_adjugate and det != 0.0:
+        return (at.x_2 * r2 - at.y_2 * r1) / det, (at.y_1 * r1 - at.x_1 * r2) / det  # Eq. FF
+    H11, H12, H22 = normal_matrix(at, smap.epsilon)
+    g1, g2 = at.x_1 * r1 + at.y_1 * r2, at.x_2 * r1 + at.y_2 * r2
+    det = H11 * H22 - H12 * H12
+    return (H12 * g2 - H22 * g1) / det, (H12 * g1 - H11 * g2) / det
+
+
+@kernel
+def normal_matrix(at, epsilon):
+    """S^T S + epsilon I: entries 11, 12, 22."""
+    H11 = at.x_1 * at.x_1 + at.y_1 * at.y_1 + epsilon
+    H22 = at.x_2 * at.x_2 + at.y_2 * at.y_2 + epsilon
+    return H11, at.x_1 * at.x_2 + at.y_1 * at.y_2, H22
+
+
+@kernel
+def gauss_newton_point(smap, at, u, r):
+    """Where the paper's step leads; if that is not admissible, the lowest point of its model on the polygon's edge."""
+    d1, d2 = gauss_newton(smap, at, r[0], r[1])
+    if admissible(smap.polygon, u[0] + d1, u[1] + d2):
+        return u[0] + d1, u[1] + d2
+    g = (at.x_1 * r[0] + at.y_1 * r[1], at.x_2 * r[0] + at.y_2 * r[1])
+    return lowest_on_edges(smap.polygon, u, g, normal_matrix(at, smap.epsilon))
+
+
+@kernel
+def newton_point(smap, at, u, r):
+    """Where Newton's step on |r|^2/2 leads, its matrix shifted to be positive; from a saddle, along the way down.
+
+    Gauss-Newton alone stalls on a fold, and for ever where S^T r = 0: the straight pose with the residual along x.
+    """
+    H11, H12, H22 = normal_matrix(at, 0.0)
+    size = H11 + H22 + smap.epsilon
+    H11 += r[0] * at.x_11 + r[1] * at.y_11
+    H12 += r[0] * at.x_12 + r[1] * at.y_12
+    H22 += r[0] * at.x_22 + r[1] * at.y_22
+    g1, g2 = at.x_1 * r[0] + at.y_1 * r[1], at.x_2 * r[0] + at.y_2 * r[1]
+    lowest = 0.5 * (H11 + H22) - math.hypot(0.5 * (H11 - H22), H12)
+    w1, w2 = way_down(H11, H12, H22, lowest, g1, g2)
+    shift = max(0.0, 1e-6 * size - lowest) if lowest > 0.0 else 1e-6 * size - 2.0 * lowest
+    H11, H22 = H11 + shift, H22 + shift
+    det = H11 * H22 - H12 * H12
+    v1, v2 = u[0] + (H12 * g2 - H22 * g1) / det, u[1] + (H12 * g1 - H11 * g2) / det
+    if lowest < -1e-9 * size:
+        stride = STRIDE * smap.polygon.bounds[0]
+        return nearest_admissible(smap.polygon, v1 + stride * w1, v2 + stride * w2)
+    if admissible(smap.polygon, v1, v2):
+        return v1, v2
+    return lowest_on_edges(smap.polygon, u, (g1, g2), (H11, H12, H22))
+
+
+@kernel
+def way_down(H11, H12, H22, lowest, g1, g2):
+    """Unit eigenvector of (H11 H12; H12 H22) to its eigenvalue `lowest`, turned against the gradient g."""
+    w1, w2 = H12, lowest - H11
+    if abs(lowest - H22) > abs(lowest - H11):
+        w1, w2 = lowest - H22, H12
+    norm = math.hypot(w1, w2)
+    if norm == 0.0:
+        w1, w2, norm = 1.0, 0.0, 1.0
+    if w1 * g1 + w2 * g2 > 0.0:
+        norm = -norm
+    return w1 / norm, w2 / norm
+
+
+@kernel
+def backtrack(smap, target, u, v, distance):
+    """Halve the step u -> v until the tip comes nearer to `target` than `distance`: u, distance; u itself if never."""
+    d1, d2 = v[0] - u[0], v[1] - u[1]
+    longest = max(abs(d1), abs(d2))
+    share = min(1.0, STRIDE * smap.polygon.bounds[0] / longest) if longest > 0.0 else 0.0
+    for _ in range(HALVINGS):
+        w1, w2 = u[0] + share * d1, u[1] + share * d2
+        x, y = static_tip(smap, w1, w2)
+        nearer = math.hypot(x - target[0], y - target[1])
+        if nearer < distance:
+            return w1, w2, nearer
+        share *= 0.5
+    return u[0], u[1], distance
+
+
+@kernel
+def refine(smap, target, u, steps):
+    """A few iterations of the constrained inverse from u: u, distance |p(u) - target| [m], whether it settled.
+
+    Paper, "Quasi-Static Feedforward Control". The distance never grows; it settles at the target or at a local minimum
+    of the distance over the admissible torques.
+    """
+    u1, u2 = u
+    x, y = static_tip(smap, u1, u2)
+    distance = math.hypot(x - target[0], y - target[1])
+    for _ in range(steps):
+        if distance < DISTANCE_DONE:
+            return u1, u2, distance, True
+        at = expand_tip(smap, u1, u2)
+        r = (at.x - target[0], at.y - target[1])
+        v1, v2, nearer = backtrack(smap, target, (u1, u2), gauss_newton_point(smap, at, (u1, u2), r), distance)
+        if nearer > 0.5 * distance:
+            n1, n2, newton = backtrack(smap, target, (u1, u2), newton_point(smap, at, (u1, u2), r), distance)
+            if newton < nearer:
+                v1, v2, nearer = n1, n2, newton
+        settled = nearer > (1.0 - 1e-7) * distance
+        u1, u2, distance = v1, v2, nearer
+        if settled:
+            return u1, u2, distance, True
+    return u1, u2, distance, distance < TOLERANCE
+
+
+@kernel
+def other_seed(smap, target, u):
+    """The grid point whose tip is nearest to `target`, among those that are not neighbours of u."""
+    nearest, v1, v2 = 1e300, u[0], u[1]
+    apart = STRIDE * smap.polygon.bounds[0]
+    for k in range(smap.seeds.shape[0]):
+        d1, d2 = smap.seed_tips[k, 0] - target[0], smap.seed_tips[k, 1] - target[1]
+        distance = d1 * d1 + d2 * d2
+        if distance < nearest:
+            s1, s2 = smap.seeds[k, 0], smap.seeds[k, 1]
+            if max(abs(s1 - u[0]), abs(s2 - u[1])) > apart:
+                nearest, v1, v2 = distance, s1, s2
+    return v1, v2
+
+
+@kernel
+def invert(smap, target, u, search):
+    """Static inverse from the present branch's u: new u and the distance it leaves [m].
+
+    If the present branch settled short of the target and `search` is set, another branch is tried; it is taken only
+    when it is nearer by a clear margin (hysteresis).
+    """
+    u1, u2, distance, settled = refine(smap, target, u, REFINE_STEPS)
+    if distance < TOLERANCE or not settled or not search:
+        return u1, u2, distance
+    v1, v2, other, _ = refine(smap, target, other_seed(smap, target, (u1, u2)), SEARCH_STEPS)
+    margin = MARGIN_REACHED if other < TOLERANCE else MARGIN_NEARER
+    if other < distance - margin:
+        return v1, v2, other
+    return u1, u2, distance

@@ -1,0 +1,121 @@
+"""What the controller remembers from tick to tick, and the parcel of arrays that every stage of the tick is handed."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from controller.kernels.control.inverse import StaticMap
+from controller.kernels.model.rod import Array
+from controller.kernels.observer.observer import Observer
+from controller.kernels.observer.sensing import Sensing
+
+STATE = np.dtype(
+    [
+        ("boot", "<i8"),
+        ("tick", "<i8"),
+        ("start_ns", "<i8"),
+        ("last_ns", "<i8"),
+        ("stall_ns", "<i8"),  # the loop's last stall, from here
+        ("resume_ns", "<i8"),  # to here: silence in it is not held against anyone
+        ("mode", "<i8"),
+        ("cause", "<i8"),
+        ("entered", "<i8"),  # 1 in the tick in which the mode changed
+        ("request_n", "<i8"),
+        ("request_cause", "<i8"),
+        ("presence", "<i8"),
+        ("presence_ns", "<i8"),
+        ("unattended", "<i8"),
+        ("used", "<i8"),  # sensors used in this tick, as bits
+        ("forget", "<i8"),  # the observer is to start anew
+        ("seen_ns", "<i8"),  # capture time of the last sample with a marker that is wanted
+        ("jumped", "<i8"),  # switched-on sensors that jumped in the last sample, as bits
+        ("moved_ns", "<i8"),  # capture time of the last sample in which a marker was not where it was before
+        ("u_moved", "<f8", (2,)),  # torque on the model at that time [N m]
+        ("off_time", "<f8"),  # time with the tracking error above its limit, less that below it [s]
+        ("error_slow", "<f8", (2,)),  # mean of the error over a short window: what is left swings [m]
+        ("ref_slow", "<f8", (2,)),  # the same of the reference
+        ("swing", "<f8"),  # windowed mean square of the error's swing [m^2]
+        ("swing_ref", "<f8"),  # the same of the reference's
+        ("swing_held", "<f8"),  # the most that this was lately
+        ("swing_off", "<f8"),  # time with the error's swing above its limit, less that below it [s]
+        ("error_mean", "<f8", (2,)),  # mean of the error over the window of its rms [m]
+        ("error_square", "<f8"),  # mean square of the error over it [m^2]
+        ("error_first", "<f8"),  # square of the error when the loop was closed, as far as it still counts in it [m^2]
+        ("residual_off", "<f8"),  # time with the residual above its limit, less that below it [s]
+        ("pressure_off", "<f8"),  # the same for the pressures' distance from the model [s]
+        ("pressure_still", "<f8"),  # the most of `chamber_still` [s]
+        ("chamber_shown", "<f8", (4,)),  # pressure at which each reading stands still [Pa]
+        ("chamber_asked", "<f8", (4,)),  # what the torques asked of it when it moved last [Pa]
+        ("chamber_still", "<f8", (4,)),  # time with its reading still, and off what is asked since [s]
+        ("index", "<i8"),  # next row of the planned reference
+        ("followed", "<i8"),  # rows of it taken so far
+        ("guided", "<i8"),  # the row in force names its torques
+        ("kind", "<i8"),  # RowKind of the row in force; DRAWN in any other mode than TRACK
+        ("reachable", "<i8"),  # the goal is in reach
+        ("reached", "<i8"),  # the static tip of u_ff is at the wish
+        ("blending", "<i8"),  # u_ff is on its way to another branch
+        ("blend_rate", "<f8"),  # [N m/s]
+        ("u_goal", "<f8", (2,)),  # static inverse of the goal
+        ("p_goal", "<f8", (2,)),  # the goal, or the nearest reachable point
+        ("wish", "<f8", (2,)),  # on its way to p_goal under the limits of speed and acceleration
+        ("wish_dot", "<f8", (2,)),
+        ("acceleration", "<f8"),  # limit of the wish's acceleration in force [m/s^2]
+        ("p_ref", "<f8", (2,)),
+        ("p_ref_dot", "<f8", (2,)),
+        ("u_ff", "<f8", (2,)),
+        ("u_fb", "<f8", (2,)),
+        ("u", "<f8", (2,)),
+        ("S", "<f8", (4,)),  # sensitivity at the observer's pose, row by row
+        ("weak", "<f8", (2,)),  # unit vector in the task space along which S is weakest
+        ("share", "<f8"),  # of the feedback along it that is let through
+        ("integral", "<f8", (2,)),
+        ("bump", "<f8", (2,)),  # what keeps u continuous at a switch; decays
+        ("scheme", "<i8"),  # law, source of the error and gains as of the last tick, to notice a switch
+        ("gains", "<f8", (6,)),
+    ]
+)
+"""Memory of the controller, one record."""
+PLAN = np.dtype(
+    [
+        ("rows", "<i8"),  # of the planned reference in force; 0: none is planned
+        ("again", "<i8"),  # row that comes after the last one
+        ("ticks", "<i8"),  # to follow in all
+    ]
+)
+"""How the planned reference is followed, one record."""
+
+
+class Control(NamedTuple):
+    """What the stages after the observer need. Small on purpose: every array in a parcel costs each of its readers."""
+
+    dt: float
+    """Period of the tick [s]."""
+    controller: np.ndarray
+    """ControllerParameters, one record."""
+    limits: np.ndarray
+    """SafetyLimits, one record."""
+    pascal_per_torque: Array
+    """Chamber pressure per u_j (2,) [Pa/(N m)]."""
+    smap: StaticMap
+    q: Array
+    """The observer's pose (3,N)."""
+    v: Array
+    """The observer's velocity (3,N)."""
+    reference: Array
+    """Planned reference for TRACK (rows,2) [m], one row a tick."""
+    guide: Array
+    """Torques (rows,2) [N m] that hold the tip at the rows of `reference`; nan where the tick is to find them."""
+    kinds: np.ndarray
+    """RowKind (rows,) of the rows of `reference`."""
+    plan: np.ndarray
+    """PLAN, one record; like the reference written only while the rig is not in TRACK."""
+    state: np.ndarray
+    """STATE, one record."""
+
+
+class Rig(NamedTuple):
+    """Everything one tick needs beside its messages; built once by `build_rig`."""
+
+    control: Control
+    observer: Observer
+    sensing: Sensing

@@ -1,0 +1,1 @@
+"""The rod: geometry, statics, both integrators, energy."""

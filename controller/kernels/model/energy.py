@@ -1,0 +1,114 @@
+"""The energy ledger of the rod model: what it holds against what it was given.
+
+Paper, "Stability and Passivity Analysis". Its proof leaves Baumgarte's term out and lets the observer's force act on
+p_N. Here Baumgarte's power is counted and every force works on the velocity of the point where it enters, so the
+ledger closes to the integrator's order.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from controller.kernels.compiled import inlined, kernel
+from controller.kernels.model.rod import Array
+
+DAMPING, PNEUMATIC, OBSERVER, BAUMGARTE = range(4)
+
+
+class Ledger(NamedTuple):
+    """Running account of the stored energy."""
+
+    energy: Array
+    """(1,) H after the last step [J]."""
+    given: Array
+    """(1,) H at the opening plus the work of the four powers since then [J]."""
+    power: Array
+    """(4,) mean of the four powers over the last step [W]: damping, pneumatic, observer, Baumgarte."""
+
+
+def make_ledger() -> Ledger:
+    """A ledger to be opened by `open_ledger`; it fits a chain at rest, straight and without gravity."""
+    return Ledger(np.zeros(1), np.zeros(1), np.zeros(4))
+
+
+@inlined
+def stored_energy(model, q, v):
+    """H = 1/2 q'^T M q' + 1/2 q^T K q - gravity's work from the origin [J]; K acts on the bend beyond that of rest."""
+    H = theta_before = 0.0
+    for i in range(model.m.size):
+        bend = q[2, i] - theta_before
+        theta_before = q[2, i]
+        H += 0.5 * model.m[i] * (v[0, i] * v[0, i] + v[1, i] * v[1, i]) + 0.5 * model.I[i] * v[2, i] * v[2, i]
+        stretch = bend - model.bend[i]
+        H += 0.5 * model.k[i] * stretch * stretch - model.m[i] * (model.g[0] * q[0, i] + model.g[1] * q[1, i])
+    return H
+
+
+@inlined
+def damping_power(model, v):
+    """-q'^T B q' [W]: the hinges' dampers and the mass-proportional damping."""
+    P = omega_before = 0.0
+    for i in range(model.m.size):
+        rate = v[2, i] - omega_before
+        omega_before = v[2, i]
+        twice_kinetic = model.m[i] * (v[0, i] * v[0, i] + v[1, i] * v[1, i]) + model.I[i] * v[2, i] * v[2, i]
+        P -= model.b[i] * rate * rate + model.alpha * twice_kinetic
+    return P
+
+
+@inlined
+def pneumatic_power(model, u, v):
+    """(T^T q')^T u [W] of the torques u (2,) [N m]."""
+    P = 0.0
+    for i in range(model.m.size):
+        P += v[2, i] * (model.T_theta[i, 0] * u[0] + model.T_theta[i, 1] * u[1])
+    return P
+
+
+@inlined
+def load_power(load, v):
+    """Power of the whole load [W]; a force off the centre is in it as force and torque, so its own point counts."""
+    P = 0.0
+    for i in range(load.Q_theta.size):
+        P += load.F[0, i] * v[0, i] + load.F[1, i] * v[1, i] + load.Q_theta[i] * v[2, i]
+    return P
+
+
+@inlined
+def baumgarte_power(a, lam, v):
+    """lambda^T A q' [W]: zero if the constraints held exactly."""
+    P = distal_x = distal_y = 0.0
+    for i in range(a.shape[1]):
+        swing_x, swing_y = a[0, i] * v[2, i], a[1, i] * v[2, i]
+        P += lam[0, i] * (v[0, i] - swing_x - distal_x) + lam[1, i] * (v[1, i] - swing_y - distal_y)
+        distal_x, distal_y = v[0, i] + swing_x, v[1, i] + swing_y
+    return P
+
+
+@kernel
+def open_ledger(ledger, model, state):
+    """Start the account with what `state` holds now: at the start and after every jump of the state."""
+    ledger.energy[0] = ledger.given[0] = stored_energy(model, state.q, state.v)
+    ledger.power[:] = 0.0
+
+
+@kernel
+def ledger_step(ledger, model, state, load, u, dt, work):
+    """Book the `rk4_step` of dt [s] just made, whose stages are in `work`; returns H - given [J], the ledger's error.
+
+    The powers are integrated by the step's own rule (weights 1 2 2 1), so the error is of the integrator's order.
+    `u` (2,) [N m] is the part of the load that is pneumatic; the rest of it is the observer's.
+    """
+    ledger.power[:] = 0.0
+    for stage in range(4):
+        weight = 1.0 / 6.0 if stage == 0 or stage == 3 else 1.0 / 3.0
+        v = work.v[stage]
+        pneumatic = pneumatic_power(model, u, v)
+        ledger.power[DAMPING] += weight * damping_power(model, v)
+        ledger.power[PNEUMATIC] += weight * pneumatic
+        ledger.power[OBSERVER] += weight * (load_power(load, v) - pneumatic)
+        ledger.power[BAUMGARTE] += weight * baumgarte_power(work.a[stage], work.lam[stage], v)
+    ledger.energy[0] = stored_energy(model, state.q, state.v)
+    for power in ledger.power:
+        ledger.given[0] += dt * power  # Eq. HDOT
+    return ledger.energy[0] - ledger.given[0]

@@ -1,0 +1,210 @@
+"""A linearly implicit step of the rod chain: any stiffness and damping at 1 ms, in O(N), without iteration.
+
+In maximal coordinates mass, stiffness and damping are constant; only the directions of the hinges, A(q), turn. A step
+freezes them where its middle will be, theta* = theta + dt/2 omega. What is left is linear and dissipative,
+  M v' = Q - K q - B v + A*^T lambda,   A* v = 0,   theta' = omega,
+and is advanced by the L-stable SDIRK method of order 2: two stages, one factorisation, high modes die at once. The
+velocity goes from one step's directions into the next's by a reflection through those between the two steps, which
+turns it without changing its kinetic energy, as the true motion does. x and y follow from the angles, so the hinges
+never open. The energy law then holds for every dt, N, stiffness and pose; see `implicit_step`.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from controller.kernels.compiled import inlined, kernel
+from controller.kernels.denormal import settled
+from controller.kernels.model.block import Block, factorise, make_block, solve_blocks
+from controller.kernels.model.energy import (
+    BAUMGARTE,
+    DAMPING,
+    OBSERVER,
+    PNEUMATIC,
+    damping_power,
+    load_power,
+    pneumatic_power,
+    stored_energy,
+)
+from controller.kernels.model.rod import Array, apply_hinges, eliminate, rotations, substitute
+
+GAMMA = 1.0 - math.sqrt(0.5)
+"""The SDIRK method's diagonal: with it, two stages are of order 2 and L-stable."""
+
+
+class ImplicitWork(NamedTuple):
+    """Scratch of one implicit step."""
+
+    theta: Array
+    """Angles at the middle of the step (N,) [rad]."""
+    a: Array
+    """a_i (2,N): at the start, then frozen at the middle, at last at the end [m]."""
+    v: Array
+    """Velocity at the first stage, at last the mean velocity of the step (3,N); the ledger reads it."""
+    block: Block
+    lam: Array
+    """Impulses of the hinges in a projection (2,N+1) [N s]; the last column, beyond the free end, stays zero."""
+    G: Array
+    """Factors of the projection, see `rod.fold` (4,N)."""
+    r: Array
+    """Right-hand side of the projection (2,N) [m/s]."""
+    lift: Array
+    """(1,) gravity's work on the way from the frozen motion to closed hinges in the last step [J]."""
+
+
+def make_implicit_work(rods: int) -> ImplicitWork:
+    """Scratch arrays for a chain of `rods`."""
+    columns = [np.zeros((rows, rods)) for rows in (2, 3)]
+    projection = np.zeros((2, rods + 1)), np.zeros((4, rods)), np.zeros((2, rods))
+    return ImplicitWork(np.zeros(rods), *columns, make_block(rods), *projection, np.zeros(1))
+
+
+@kernel
+def implicit_step(model, state, load, dt, work):
+    """Advance `state` by dt [s] in place under a held load: linearly implicit, O(N), no iteration, no allocation.
+
+    Order: 2 in the pose. state.v is carried in the directions that the hinges had at the middle of the step, so as the
+    velocity at its end it is of order 1; `meet_hinges` gives that one, to order 2. Modes faster than the step die
+    within a few steps instead of being followed.
+    Stability: no bound, for any N, stiffness, damping and motion; it follows from the energy.
+    Energy: H after <= H before + damping's work + the load's work + lift, exactly and for every dt, where only lift,
+    gravity's work on closing the hinges (order dt^3 a step, none without gravity), is not in the true balance. The
+    reflection keeps H, the projection into the frozen directions lowers it, and the frozen motion y' = L y + f loses
+    (GAMMA^2 dt^3 / 2) (GAMMA^2 dt |L^2 x|^2 - <L L x, L x>) >= 0 with x = (1 - GAMMA dt L)^-2 (y - its rest).
+    Hinges stay closed to rounding, for ever.
+    """
+    half, g = 0.5 * dt, GAMMA * dt
+    for i in range(work.theta.size):
+        work.theta[i] = state.q[2, i] + half * state.v[2, i]
+    rotations(state.q[2], model.arm, work.a)
+    turn_velocity(model, state.v, work, 2.0)
+    rotations(work.theta, model.arm, work.a)
+    assemble(model, g, work.block)
+    factorise(work.block, work.a)
+    stage(model, state, load, g, work, work.v)
+    between_stages(state, dt, work.v)
+    stage(model, state, load, g, work, state.v)
+    after_stages(state, dt, work.v)
+    rotations(state.q[2], model.arm, work.a)
+    close_hinges(model, state, dt, work)
+
+
+@inlined
+def turn_velocity(model, v, work, share):
+    """Add share M^-1 A^T lambda to v, where A M^-1 A^T lambda = -A v: 1 projects v on A v = 0, 2 reflects it there."""
+    a, r, lam = work.a, work.r, work.lam
+    distal_x = distal_y = 0.0
+    for i in range(r.shape[1]):
+        end_x, end_y = v[2, i] * a[0, i], v[2, i] * a[1, i]
+        r[0, i] = share * (distal_x - (v[0, i] - end_x))
+        r[1, i] = share * (distal_y - (v[1, i] - end_y))
+        distal_x, distal_y = v[0, i] + end_x, v[1, i] + end_y
+    eliminate(model, a, work.G, r)
+    substitute(work.G, r, lam)
+    apply_hinges(model, a, v, lam, v)
+
+
+@kernel
+def meet_hinges(model, q, v, work):
+    """Project v (3,N) in place on the velocities that the hinges allow in the pose q; kinetic energy cannot rise."""
+    rotations(q[2], model.arm, work.a)
+    turn_velocity(model, v, work, 1.0)
+
+
+@inlined
+def assemble(model, g, block):
+    """The matrix M + g B + g^2 K of a stage, g = GAMMA dt [s]; mass-proportional damping makes the masses heavier."""
+    heavier = 1.0 + g * model.alpha
+    outer = 0.0
+    for i in range(model.k.size - 1, -1, -1):
+        inner = g * (model.b[i] + g * model.k[i])
+        block.H[i] = heavier * model.I[i] + inner + outer
+        block.h[i] = inner
+        block.w[i + 1] = model.m_inv[i] / heavier
+        outer = inner
+
+
+@inlined
+def stage(model, state, load, g, work, v):
+    """Velocity V = v_c + g V' of a stage into `v` (3,N), where `state` holds v_c and the angles theta_c.
+
+    `v` may be state.v.
+    """
+    block, q = work.block, state.q
+    last = block.z.size - 1
+    lighter = 1.0 / (1.0 + g * model.alpha)
+    before_x = before_y = 0.0
+    inner = model.k[0] * (q[2, 0] - model.bend[0])
+    for i in range(last + 1):
+        outer = model.k[i + 1] * (q[2, i + 1] - q[2, i] - model.bend[i + 1]) if i < last else 0.0
+        x = lighter * (state.v[0, i] + g * (load.F[0, i] * model.m_inv[i] + model.g[0]))
+        y = lighter * (state.v[1, i] + g * (load.F[1, i] * model.m_inv[i] + model.g[1]))
+        block.r[i, 0] = model.I[i] * state.v[2, i] + g * (load.Q_theta[i] + outer - inner)
+        block.r[i, 1], block.r[i, 2] = x - before_x, y - before_y
+        before_x, before_y, inner = x, y, outer
+    solve_blocks(block, work.a)
+    follow_hinges(work.a, block.z, v)
+
+
+@inlined
+def follow_hinges(a, omega, v):
+    """Velocities v (3,N) of a chain that turns by omega (N,) [rad/s] in the hinges' directions a."""
+    x = y = 0.0
+    for i in range(omega.size):
+        turn = settled(omega[i])
+        step_x, step_y = turn * a[0, i], turn * a[1, i]
+        v[0, i], v[1, i], v[2, i] = x + step_x, y + step_y, turn
+        x, y = x + 2.0 * step_x, y + 2.0 * step_y
+
+
+@inlined
+def between_stages(state, dt, v):
+    """v_c and theta_c of the second stage, (1 - GAMMA) dt along the slope of the first, whose velocity is `v`."""
+    share = (1.0 - GAMMA) / GAMMA
+    for i in range(v.shape[1]):
+        for row in range(3):
+            state.v[row, i] += share * (v[row, i] - state.v[row, i])
+        state.q[2, i] += (1.0 - GAMMA) * dt * v[2, i]
+
+
+@inlined
+def after_stages(state, dt, v):
+    """The step's last angles, and in `v`, which holds the first stage's velocity, the mean velocity of the step."""
+    for i in range(v.shape[1]):
+        for row in range(3):
+            v[row, i] = (1.0 - GAMMA) * v[row, i] + GAMMA * state.v[row, i]
+        state.q[2, i] = settled(state.q[2, i] + GAMMA * dt * state.v[2, i])
+
+
+@inlined
+def close_hinges(model, state, dt, work):
+    """Put x and y where the angles say, and note gravity's work on what that adds to the frozen motion."""
+    q, v, a, g_x, g_y = state.q, work.v, work.a, model.g[0], model.g[1]
+    x = y = lift = 0.0
+    for i in range(q.shape[1]):
+        centre_x, centre_y = x + a[1, i], y - a[0, i]
+        off_x, off_y = centre_x - q[0, i] - dt * v[0, i], centre_y - q[1, i] - dt * v[1, i]
+        lift += model.m[i] * (g_x * off_x + g_y * off_y)
+        q[0, i], q[1, i] = centre_x, centre_y
+        x, y = x + 2.0 * a[1, i], y - 2.0 * a[0, i]
+    work.lift[0] = lift
+
+
+@kernel
+def book_implicit_step(ledger, model, state, load, u, dt, work):
+    """Book the `implicit_step` of dt [s] just made; returns H - given [J], which only falls: minus numerical damping.
+
+    The powers are those of the step's mean velocity: that makes the work of the held load exact and every step's share
+    of H - given negative. In place of Baumgarte's power stands that of closing the hinges, -lift / dt. As in
+    `ledger_step`, `u` (2,) [N m] is the part of the load that is pneumatic.
+    """
+    power = ledger.power
+    power[DAMPING] = damping_power(model, work.v)
+    power[PNEUMATIC] = pneumatic_power(model, u, work.v)
+    power[OBSERVER] = load_power(load, work.v) - power[PNEUMATIC]
+    power[BAUMGARTE] = -work.lift[0] / dt
+    ledger.energy[0] = stored_energy(model, state.q, state.v)
+    for i in range(power.size):
+        ledger.given[0] += dt * power[i]
+    return ledger.energy[0] - ledger.given[0]

@@ -1,0 +1,53 @@
+"""The admissible torques: a convex polygon, the box |u_j| <= u_max cut by the bend limit |c . u| <= bend_max."""
+
+from typing import NamedTuple
+
+from controller.kernels.compiled import kernel
+from controller.kernels.model.rod import Array
+
+
+class Polygon(NamedTuple):
+    """{u : |normals u| <= bounds}, symmetric about zero, and its corners."""
+
+    normals: Array
+    """(3,2)."""
+    bounds: Array
+    """(3,)."""
+    corners: Array
+    """(n,2) counter-clockwise [N m]."""
+
+
+@kernel
+def admissible(polygon, u1, u2):
+    """Whether u [N m] is in the polygon; its edge belongs to it, within rounding."""
+    for k in range(polygon.bounds.size):
+        if not abs(polygon.normals[k, 0] * u1 + polygon.normals[k, 1] * u2) <= polygon.bounds[k] * (1.0 + 1e-12):
+            return False
+    return True
+
+
+@kernel
+def lowest_on_edges(polygon, u, g, H):
+    """Where g.(v - u) + (v - u).H (v - u)/2 is lowest on the polygon's edges; H = (H11, H12, H22) positive definite."""
+    lowest, v1, v2 = 1e300, u[0], u[1]
+    count = polygon.corners.shape[0]
+    for k in range(count):
+        a1, a2 = polygon.corners[k]
+        b1, b2 = polygon.corners[(k + 1) % count]
+        t1, t2 = b1 - a1, b2 - a2
+        slope = t1 * (g[0] + H[0] * (a1 - u[0]) + H[1] * (a2 - u[1]))
+        slope += t2 * (g[1] + H[1] * (a1 - u[0]) + H[2] * (a2 - u[1]))
+        share = min(1.0, max(0.0, -slope / (H[0] * t1 * t1 + 2.0 * H[1] * t1 * t2 + H[2] * t2 * t2)))
+        w1, w2 = a1 + share * t1 - u[0], a2 + share * t2 - u[1]
+        value = g[0] * w1 + g[1] * w2 + 0.5 * (H[0] * w1 * w1 + 2.0 * H[1] * w1 * w2 + H[2] * w2 * w2)
+        if value < lowest:
+            lowest, v1, v2 = value, u[0] + w1, u[1] + w2
+    return v1, v2
+
+
+@kernel
+def nearest_admissible(polygon, u1, u2):
+    """The admissible point nearest to u [N m]; nan stays nan."""
+    if admissible(polygon, u1, u2) or u1 != u1 or u2 != u2:
+        return u1, u2
+    return lowest_on_edges(polygon, (u1, u2), (0.0, 0.0), (1.0, 0.0, 1.0))

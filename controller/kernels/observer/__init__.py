@@ -1,0 +1,1 @@
+"""The force-based observer and what it is told."""

@@ -1,0 +1,1 @@
+"""The twin: chambers, valves, friction, noise, faults."""

@@ -1,0 +1,276 @@
+"""Safety states and watchdogs in the loop: they act by the tables of controller/schema/states.py (docs/safety.md).
+
+Every age is taken on the loop's own clock; silence while the loop itself stood still is not held against anyone.
+"""
+
+import math
+
+import numpy as np
+
+from controller.kernels.compiled import kernel
+from controller.kernels.safety.chamber_watch import chambers_broken, chambers_follow, note_chambers
+from controller.schema.modes import Cause, Mode, Request
+from controller.schema.states import DRIVEN, KEPT, LIVE, MOVING, WATCHDOGS, Watch, next_mode
+
+VENTED, HOLD, FOLLOW, TRACK, REST, FAULT, E_STOP = (int(mode) for mode in Mode)
+REFUSED = -1
+
+
+def _refusable(mode: Mode, request: Request) -> int:
+    wanted = next_mode(mode, request)
+    return REFUSED if wanted is None else int(wanted)
+
+
+def _bits(members: tuple[Mode, ...] | tuple[Cause, ...]) -> int:
+    return sum(1 << member for member in members)
+
+
+TRANSITIONS = np.array([[_refusable(mode, request) for request in Request] for mode in Mode])
+"""Mode after [mode, request], or REFUSED."""
+WATCHED_IN = np.array([_bits(WATCHDOGS[watch].modes) for watch in Watch])
+REACTION = np.array([int(WATCHDOGS[watch].reaction) for watch in Watch])
+CAUSE = np.array([int(WATCHDOGS[watch].cause) for watch in Watch])
+LIVE_BITS, MOVING_BITS, DRIVEN_BITS, KEPT_BITS = _bits(LIVE), _bits(MOVING), _bits(DRIVEN), _bits(KEPT)
+
+LOOP, OPERATOR_SIGN, SERVER_SILENT, SERVER_GONE = (int(watch) for watch in list(Watch)[:4])
+PUMP_SILENT, PUMP_GONE = int(Watch.PUMP_SILENT), int(Watch.PUMP_GONE)
+MARKERS_LOST, MARKERS_JUMPED = int(Watch.MARKERS_LOST), int(Watch.MARKERS_JUMPED)
+MARKERS_FROZEN, ERROR, ERROR_RMS = int(Watch.MARKERS_FROZEN), int(Watch.ERROR), int(Watch.ERROR_RMS)
+OSCILLATION, RESIDUAL, SPEED = int(Watch.OSCILLATION), int(Watch.RESIDUAL), int(Watch.SPEED)
+FLOW, NUMBERS, PRESSURE = int(Watch.FLOW), int(Watch.NUMBERS), int(Watch.PRESSURE)
+
+ASK_CLEAR, ASK_E_STOP = int(Request.CLEAR), int(Request.E_STOP)
+NO_CAUSE, OPERATOR, RESTED = int(Cause.NONE), int(Cause.OPERATOR), int(Cause.RESTED)
+WRONG_MODE, WRONG_BOOT = int(Cause.WRONG_MODE), int(Cause.WRONG_BOOT)
+NO_REFERENCE, NO_OPERATOR = int(Cause.NO_REFERENCE), int(Cause.NO_OPERATOR)
+
+
+@kernel
+def supervise(control, t_ns, command, status, measurement, u_hat):
+    """Act on a new request, then let every watchdog look: sets mode and cause for this tick (DESIGN section 5).
+
+    `u_hat` (2,) [N m] is what the model believes to be in the chambers.
+    """
+    state, limits = control.state[0], control.limits[0]
+    before = state.mode
+    if command.presence > state.presence:  # a rise: a second server that repeats another number is no operator
+        state.presence, state.presence_ns = command.presence, t_ns
+    if command.request_n > state.request_n:
+        consider(control, t_ns, command)
+    watch_loop(state, limits, t_ns)
+    watch_operator(state, limits, t_ns)
+    watch_server(state, limits, silence(state, status.server_ns, t_ns))
+    watch_pump(state, limits, silence(state, status.pump_ns, t_ns))
+    watch_markers(state, limits, silence(state, state.seen_ns, t_ns))
+    watch_frozen(state, limits, u_hat)
+    watch_error(state, limits)
+    watch_oscillation(state, limits)
+    watch_residual(state, limits)
+    watch_speed(state, limits, control.v)
+    watch_flow(control, measurement, u_hat)
+    watch_numbers(control, command)
+    watch_pressure(state, limits, measurement)
+    if state.mode == REST and state.u[0] == 0.0 and state.u[1] == 0.0:
+        move(state, VENTED, state.cause if KEPT_BITS >> state.cause & 1 else RESTED)
+    state.entered = state.mode != before
+    state.last_ns = t_ns
+
+
+@kernel
+def move(state, mode, cause):
+    """Change the mode and say why."""
+    state.mode = mode
+    state.cause = cause
+
+
+@kernel
+def react(state, watch):
+    """Do what the table says when the watchdog `watch` finds its bound passed in this mode."""
+    if WATCHED_IN[watch] >> state.mode & 1:
+        move(state, REACTION[watch], CAUSE[watch])
+
+
+@kernel
+def is_live(mode):
+    """HOLD, FOLLOW or TRACK: the reference rules u."""
+    return LIVE_BITS >> mode & 1 != 0
+
+
+@kernel
+def is_moving(mode):
+    """FOLLOW or TRACK: the reference itself may move."""
+    return MOVING_BITS >> mode & 1 != 0
+
+
+@kernel
+def silence(state, seen_ns, t_ns):
+    """Seconds since `seen_ns`, or since the start, without those of the loop's last stall."""
+    since_ns = max(seen_ns, state.start_ns)
+    stalled_ns = max(0, state.resume_ns - max(since_ns, state.stall_ns))
+    return (t_ns - since_ns - stalled_ns) * 1e-9
+
+
+@kernel
+def present(state, limits, t_ns):
+    """Whether an operator has shown presence within the timeout."""
+    return state.presence_ns > 0 and (t_ns - state.presence_ns) * 1e-9 <= limits.operator_timeout
+
+
+@kernel
+def consider(control, t_ns, command):
+    """Accept or refuse the request of `command`, once; after a CLEAR the observer starts anew.
+
+    A rig that is stopped already keeps the cause for which it was.
+    """
+    state, request = control.state[0], command.request
+    wanted = TRANSITIONS[state.mode, request] if 0 <= request < TRANSITIONS.shape[1] else REFUSED
+    state.request_n = command.request_n
+    state.request_cause = NO_CAUSE
+    if request != ASK_E_STOP and command.boot != state.boot:
+        state.request_cause = WRONG_BOOT
+    elif wanted == REFUSED:
+        state.request_cause = WRONG_MODE
+    elif wanted == TRACK and state.mode != TRACK and control.plan[0].rows == 0:
+        state.request_cause = NO_REFERENCE
+    elif request != 0 and is_moving(wanted) and not present(state, control.limits[0], t_ns):
+        state.request_cause = NO_OPERATOR
+    elif (request != 0 and state.mode != E_STOP) or request == ASK_CLEAR:
+        state.unattended = command.unattended
+        move(state, wanted, OPERATOR)
+        state.forget = request == ASK_CLEAR
+
+
+@kernel
+def watch_loop(state, limits, t_ns):
+    """The loop itself stood still: HOLD on resume."""
+    if (t_ns - state.last_ns) * 1e-9 > limits.loop_gap:
+        state.stall_ns, state.resume_ns = state.last_ns, t_ns
+        react(state, LOOP)
+
+
+@kernel
+def watch_operator(state, limits, t_ns):
+    """No operator in a moving mode, unless a TRACK run was started as unattended."""
+    alone = state.mode == TRACK and state.unattended != 0
+    if not alone and not present(state, limits, t_ns):
+        react(state, OPERATOR_SIGN)
+
+
+@kernel
+def watch_server(state, limits, silent):
+    """Server silent for so many seconds: HOLD, after a longer time ramp to rest."""
+    if silent > limits.server_hold:
+        react(state, SERVER_SILENT)
+    if silent > limits.server_rest:
+        react(state, SERVER_GONE)
+
+
+@kernel
+def watch_pump(state, limits, silent):
+    """The rig's Python side silent for so many seconds: HOLD, after a longer time ramp to rest."""
+    if silent > limits.pump_hold:
+        react(state, PUMP_SILENT)
+    if silent > limits.pump_rest:
+        react(state, PUMP_GONE)
+
+
+@kernel
+def watch_markers(state, limits, unseen):
+    """No usable marker for so many seconds: FAULT. (For less long, `sense` already took the feedback off.)"""
+    if unseen > limits.measurement_lost:
+        react(state, MARKERS_JUMPED if state.jumped != 0 else MARKERS_LOST)
+
+
+@kernel
+def watch_frozen(state, limits, u_hat):
+    """Samples that come but show no motion at all, not even noise, while the torque changed: FAULT."""
+    change = max(abs(u_hat[0] - state.u_moved[0]), abs(u_hat[1] - state.u_moved[1]))
+    still = (state.seen_ns - state.moved_ns) * 1e-9
+    if state.used != 0 and still > limits.frozen_time and change > limits.frozen_torque:
+        react(state, MARKERS_FROZEN)
+
+
+@kernel
+def watch_error(state, limits):
+    """Tracking error above its limit for its time, in closed loop with the target in reach: FAULT."""
+    if state.off_time > limits.error_time:
+        react(state, ERROR)
+
+
+@kernel
+def watch_oscillation(state, limits):
+    """The error swings widely, or fast and by more than the reference's own motion explains: REST.
+
+    HOLD would be no remedy: it keeps on the feedback that makes the arm whip. Chambers that do not follow make it
+    swing, too: that is left to their own watchdog.
+    """
+    if not chambers_follow(state):
+        return
+    mean_x, mean_y = state.error_mean
+    if state.error_square - mean_x * mean_x - mean_y * mean_y > limits.error_rms_max**2 + state.error_first:
+        react(state, ERROR_RMS)
+    if state.swing_off > limits.swing_time:
+        react(state, OSCILLATION)
+
+
+@kernel
+def watch_residual(state, limits):
+    """The observer is off the markers by more than its limit for its time: FAULT."""
+    if state.residual_off > limits.residual_time:
+        react(state, RESIDUAL)
+
+
+@kernel
+def watch_speed(state, limits, v):
+    """The model moves faster than any actuator: E_STOP, before its numbers are lost."""
+    if speed_of(v) > limits.speed_max:
+        react(state, SPEED)
+
+
+@kernel
+def speed_of(v):
+    """Speed of the last rod [m/s]."""
+    last = v.shape[1] - 1
+    return math.hypot(v[0, last], v[1, last])
+
+
+@kernel
+def watch_flow(control, measurement, u_hat):
+    """The chambers' pressures are not those that the torques ask for, lag and dead time allowed: E_STOP.
+
+    No command would bring such a chamber to rest: sensor, valve or supply is broken.
+    """
+    state = control.state[0]
+    note_chambers(control, measurement, u_hat, DRIVEN_BITS >> state.mode & 1 != 0)
+    if chambers_broken(state, control.limits[0]):
+        react(state, FLOW)
+
+
+@kernel
+def watch_numbers(control, command):
+    """A number in the command or in the estimated state is not finite: E_STOP."""
+    state, q, v = control.state[0], control.q, control.v
+    total = command_sum(command)
+    for row in range(3):
+        for i in range(q.shape[1]):
+            total += q[row, i] + v[row, i]
+    if not state.forget and not math.isfinite(total):
+        react(state, NUMBERS)
+
+
+@kernel
+def command_sum(command):
+    """Sum of every real number in the command: not finite if one of them is not."""
+    s = command.settings
+    total = s.feedforward_period + s.speed_max + s.acceleration_max
+    for j in range(2):
+        total += command.target[j] + s.K_P[j] + s.K_I[j] + s.K_FF[j] + s.K_o[j] + s.B_o[j] + s.u_open[j]
+    return total
+
+
+@kernel
+def watch_pressure(state, limits, measurement):
+    """A chamber pressure is out of range or not a number: E_STOP."""
+    for j in range(measurement.pressures.shape[0]):
+        if not limits.pressure_min <= measurement.pressures[j] <= limits.pressure_max:
+            react(state, PRESSURE)

@@ -1,0 +1,1 @@
+"""The kernels beside other engines, and the live loop."""

@@ -1,0 +1,127 @@
+"""The fit as a data file: what controller/schema/fit.py reads, and beside it how it was found, what it leaves open."""
+
+import json
+import math
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from controller.errors import ParameterError, TendrilError
+from controller.research.calibration.margins import Margin
+from controller.research.calibration.problem import Evaluation, Problem
+from controller.research.calibration.space import Space
+from controller.research.calibration.spread import RowSpread
+from controller.research.experiments.paper_rows import PaperRow
+from controller.schema.fit import GAIN_NAMES, TWIN
+
+HEADER = "# What `tendril calibrate` found: the twin's unknowns and the gains that the paper does not publish."
+
+
+@dataclass(frozen=True)
+class Origin:
+    """How a fit was found."""
+
+    date: str
+    command: str
+    version: str
+    seconds: float
+    starts: int
+    evaluations: int
+    ended: str
+    """"finished", "out of time", "interrupted" or "a worker died"."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """A fit, and what the paper's rows leave open around it."""
+
+    problem: Problem
+    best: Evaluation
+    fits: tuple[Evaluation, ...]
+    """Near-equal ones, the best among them."""
+    spread: tuple[RowSpread, ...]
+    origin: Origin
+
+
+def require_toml(out: Path) -> None:
+    """Raise ParameterError unless `out` is named as what it becomes."""
+    if out.suffix != ".toml":
+        raise ParameterError(f"out = {str(out)!r} does not end in .toml")
+
+
+def fit_text(result: Result) -> str:
+    """The file, read back once. The twin's numbers are all that the default file has, so that one can take its place.
+
+    Raises TendrilError for a text that nobody could read.
+    """
+    setup = result.problem.space.decode(result.best.z)
+    names = dict.fromkeys([*TWIN, *twin_fields(result.problem.space)])
+    lines = [
+        HEADER,
+        *table("[fit]", vars(result.origin) | {"cost": shortened(result.best.cost), "fits": len(result.fits)}),
+        *table("[twin]", {name: getattr(setup.twin, name) for name in names}),
+        *table("[gains]", {name: getattr(setup.gains, name)[0] for name in GAIN_NAMES}),
+    ]
+    for margin in result.best.margins:
+        lines += table("[[margins]]", margin_entry(margin))
+    for row, (ours, _) in zip(result.problem.rows, result.best.predicted, strict=True):
+        lines += table("[[rows]]", row_entry(row) | {"ours": shortened(ours), "ratio": shortened(ratio(row, ours))})
+    for one in result.spread:
+        lines += table("[[spread]]", spread_entry(one))
+    text = "\n".join(lines) + "\n"
+    try:
+        tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise TendrilError(f"the fit is no TOML: {error}") from error
+    return text
+
+
+def twin_fields(space: Space) -> Iterable[str]:
+    """Fields of TwinParameters in which there is an unknown."""
+    return (one.name.partition(".")[0] for one in space.unknowns if one.name not in GAIN_NAMES)
+
+
+def row_entry(row: PaperRow) -> dict[str, Any]:
+    """What a row is about, and the paper's number."""
+    named = zip(("experiment", "actuator", "law", "metric"), row.key, strict=True)
+    return dict(named) | {"paper": row.paper}
+
+
+def ratio(row: PaperRow, ours: float) -> float:
+    """Ours over the paper's; nan where there is none."""
+    return ours / row.paper if row.paper else math.nan
+
+
+def spread_entry(one: RowSpread) -> dict[str, Any]:
+    """A held-out row under the near-equal fits."""
+    numbers = {name: shortened(getattr(one, name)) for name in ("best", "low", "median", "high")}
+    return row_entry(one.row) | numbers | {"fits": one.fits}
+
+
+def margin_entry(margin: Margin) -> dict[str, Any]:
+    """A trial of stability: the swing in mm."""
+    return vars(margin.trial) | {"swing_mm": shortened(1e3 * margin.swing), "growth": shortened(margin.growth)}
+
+
+def shortened(number: float) -> float:
+    """Four digits of a number that is reported, and never read back into a run."""
+    return float(f"{number:.4g}")
+
+
+def table(name: str, entries: Mapping[str, Any]) -> list[str]:
+    """Lines of one TOML table."""
+    return ["", name, *(f"{key} = {toml(value)}" for key, value in entries.items())]
+
+
+def toml(value: Any) -> str:
+    """A number, bool, text or tuple as TOML; floats with every digit, so that they are read back bit by bit."""
+    if isinstance(value, tuple):
+        return "[" + ", ".join(toml(one) for one in value) + "]"
+    if isinstance(value, float):
+        return repr(float(value)) if math.isfinite(value) else str(value)
+    if isinstance(value, int):
+        return json.dumps(value)
+    text = str(value).encode(errors="replace").decode()  # an argument that is no UTF-8 has a lone surrogate
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")  # escaped as in JSON, but for DEL

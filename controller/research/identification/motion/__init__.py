@@ -1,0 +1,1 @@
+"""What decays say: damping, modes and their shapes."""

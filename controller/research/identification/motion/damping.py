@@ -1,0 +1,211 @@
+"""Damping ratio and frequency by logarithmic decrement of free decays (paper, "Parameter Estimation")."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy import stats
+
+from controller.errors import DataError
+from controller.kernels.model.rod import Array
+
+RESOLUTION = 1e-4
+"""Noise is taken to be at least this share of the highest displacement."""
+
+CLEAR = 4.0
+"""A peak stands out of the noise when it is this many of the noise's standard deviations high."""
+
+WINDOW = 1.0 / 6.0
+"""Samples within this share of a half period about a peak carry its parabola; every peak of a decay is the same shape
+scaled, so what the parabola misses is the same factor for all of them and leaves the decrement alone."""
+
+END = 10
+"""The end of a recording is its last tenth; the rest is no farther off than it still swings there."""
+
+HALVINGS = 25
+"""Of the interval for the scatter beyond the noise."""
+
+REST_NEEDS = 5
+"""Peaks from which on a decay's own rest is corrected, too."""
+
+
+ROUNDS = 6
+"""Times that the rests are corrected: a recording that stops early ends a tenth of the first peak off its rest."""
+
+
+class Peaks(NamedTuple):
+    """Extremes of one decay, in turn on either side of the rest."""
+
+    turn: Array
+    """Half periods since the first one, from 0 (n,)."""
+    t: Array
+    """(n,) [s]."""
+    s: Array
+    """Displacement from rest with its sign (n,), in the unit of the data."""
+    noise: float
+    """Standard deviation of a sample of this decay, same unit."""
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A value with its 95 % confidence interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Decrement:
+    """What free decays say about the mode that dominates them."""
+
+    zeta: Interval
+    """Damping ratio [1]."""
+    omega_d: Interval
+    """Damped angular frequency [rad/s]."""
+    peaks: tuple[Peaks, ...]
+    """Of each decay, corrected by its rest."""
+    log_misfit: float
+    """Standard deviation of ln(peak) about the straight line beyond the noise [1]: what a linear model cannot say."""
+
+    @property
+    def omega(self) -> float:
+        """Undamped angular frequency [rad/s]."""
+        return self.omega_d.value / math.sqrt(1.0 - self.zeta.value**2)
+
+
+def log_decrement(decays: Sequence[tuple[Array, Array]]) -> Decrement:
+    """Damping ratio and damped frequency common to `decays`, each t (n,) [s] and displacement from rest s (n,).
+
+    ln |s_j| = c - j delta / 2 over the half periods j: one line per decay with a common slope. The variance of ln |s_j|
+    is (noise / s_j)^2 plus a common one, as large as the scatter asks for: real damping changes with amplitude. A
+    decay's own rest is corrected with it and the peaks found anew.
+    DataError when too few peaks stand out of the noise: 3 in one decay, or 2 in each of two.
+    """
+    signals = list(decays)
+    for _ in range(ROUNDS):
+        found = [(t, s, find_peaks(t, s)) for t, s in signals]
+        found = [one for one in found if one[2].s.size > 1]
+        peaks = [one for _, _, one in found]
+        count = sum(one.s.size for one in peaks)
+        if count < len(peaks) + 2:
+            raise DataError(f"{count} peaks stand out of the noise: 3 in a decay, or 2 in each of two, are needed")
+        half_delta, rests, misfit = _common_slope(peaks)
+        signals = [(t, _moved(s, rest)) for (t, s, _), rest in zip(found, rests, strict=True)]
+    ratio = [slope / math.hypot(math.pi, slope) for slope in (half_delta.value, half_delta.low, half_delta.high)]
+    return Decrement(Interval(*ratio), _frequency(peaks), tuple(peaks), misfit)
+
+
+def find_peaks(t: Array, s: Array) -> Peaks:
+    """Extremes of a decay t (n,) [s], s (n,) between its crossings of zero, placed between samples by a parabola."""
+    noise = max(noise_of(s), RESOLUTION * float(np.abs(s).max(initial=0.0)))
+    tops = np.array([int(run[np.argmax(np.abs(s[run]))]) for run in _half_waves(s, CLEAR * noise)], np.int64)
+    if tops.size < 2:
+        return Peaks(np.zeros(0), np.zeros(0), np.zeros(0), noise)
+    reach = max(1, round(WINDOW * float(np.median(np.diff(tops)))))
+    keep = (tops >= reach) & (tops + reach < s.size)
+    refined = [_vertex(t[i - reach : i + reach + 1], s[i - reach : i + reach + 1]) for i in tops[keep]]
+    at, value = np.array(refined, np.float64).reshape(-1, 2).T
+    return Peaks((np.flatnonzero(keep) - np.argmax(keep)).astype(np.float64), at, value, noise)
+
+
+def local_ratios(peaks: Peaks) -> tuple[Array, Array]:
+    """Geometric mean of each two neighbouring peaks (n-1,), and the damping ratio that the two alone say (n-1,)."""
+    height = np.abs(peaks.s)
+    fall = np.log(height[:-1] / height[1:]) / np.diff(peaks.turn)
+    return np.sqrt(height[:-1] * height[1:]), fall / np.hypot(math.pi, fall)
+
+
+def noise_of(s: Array) -> float:
+    """Standard deviation of white noise on a smooth signal s (n,), from its third differences."""
+    if s.size < 4:
+        return 0.0
+    return float(np.median(np.abs(np.diff(s, 3)))) / (0.6745 * math.sqrt(20.0))
+
+
+def _half_waves(s: Array, band: float) -> list[Array]:
+    """Indices of each stretch on one side of zero; a crossing counts when it has left the band on the other side."""
+    outside = np.flatnonzero(np.abs(s) > band)
+    if outside.size == 0:
+        return []
+    side = np.sign(s[outside])
+    return np.split(outside, np.flatnonzero(np.diff(side)) + 1)
+
+
+def _vertex(t: Array, s: Array) -> tuple[float, float]:
+    """Time and value of the extreme of the parabola through t, s (n,) by least squares."""
+    middle = t[t.size // 2]
+    c, b, a = np.polynomial.polynomial.polyfit(t - middle, s, 2)
+    shift = float(np.clip(-b / (2.0 * a), t[0] - middle, t[-1] - middle)) if a else 0.0
+    return middle + shift, c + shift * (b + shift * a)
+
+
+def _moved(s: Array, rest: float) -> Array:
+    """Displacement s (n,) from a corrected rest, which lies within what the end of the recording still does."""
+    end = s[-(s.size // END) :]
+    return s - float(np.clip(rest, end.min(initial=0.0), end.max(initial=0.0)))
+
+
+def _common_slope(peaks: Sequence[Peaks]) -> tuple[Interval, Array, float]:
+    """Half the decrement, each decay's correction of its rest, and the scatter beyond the noise.
+
+    With s_j = A_j + r, ln |s_j| = ln |A_j| + r / s_j to first order: an error r of the rest is one more linear unknown.
+    """
+    own_rest = [one.s.size >= REST_NEEDS for one in peaks]
+    rows = [_one_hot(i, len(peaks), one) for i, one in enumerate(peaks)]
+    slope = np.concatenate([-one.turn for one in peaks])[:, None]
+    rest = np.concatenate([hot / one.s[:, None] for hot, one in zip(rows, peaks, strict=True)])[:, own_rest]
+    right = np.concatenate([np.log(np.abs(one.s)) for one in peaks])
+    unknowns, interval, scatter = _with_scatter(
+        np.hstack([slope, np.concatenate(rows), rest]), right, _noise_share(peaks)
+    )
+    rests = np.zeros(len(peaks))
+    rests[own_rest] = unknowns[1 + len(peaks) :]
+    return interval, rests, scatter
+
+
+def _frequency(peaks: Sequence[Peaks]) -> Interval:
+    """Angular frequency: pi over the common time between a peak and the next [rad/s]."""
+    rows = np.concatenate([_one_hot(i, len(peaks), one) for i, one in enumerate(peaks)])
+    turn = np.concatenate([one.turn for one in peaks])[:, None]
+    t = np.concatenate([one.t for one in peaks])
+    half_period = float(np.median(np.concatenate([np.diff(one.t) for one in peaks])))
+    _, half, _ = _with_scatter(np.hstack([turn, rows]), t, half_period * _noise_share(peaks))
+    return Interval(math.pi / half.value, math.pi / half.high, math.pi / max(half.low, 1e-12))
+
+
+def _noise_share(peaks: Sequence[Peaks]) -> Array:
+    """Noise over peak, of all peaks in turn: the standard deviation of ln(peak)."""
+    return np.concatenate([one.noise / np.abs(one.s) for one in peaks])
+
+
+def _one_hot(i: int, count: int, one: Peaks) -> Array:
+    return np.tile(np.eye(count)[i], (one.s.size, 1))
+
+
+def _with_scatter(left: Array, right: Array, sigma: Array) -> tuple[Array, Interval, float]:
+    """Least squares with variances sigma^2 (n,) plus a common one: unknowns, the first's interval, the common sigma.
+
+    The common variance is the smallest that lets the weighted squares fall to their expectation (Paule and Mandel).
+    """
+    freedom = right.size - int(np.linalg.matrix_rank(left))
+    low, high = 0.0, float(np.ptp(right)) + 1e-12
+    if _weighted(left, right, sigma)[1] > freedom:
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2
+            excess = _weighted(left, right, np.hypot(sigma, middle))[1] > freedom
+            low, high = (middle, high) if excess else (low, middle)
+    total = np.hypot(sigma, low)
+    unknowns, squares = _weighted(left, right, total)
+    A = left / total[:, None]
+    half = float(stats.t.ppf(0.975, freedom)) * math.sqrt(squares / freedom * np.linalg.pinv(A.T @ A)[0, 0])
+    return unknowns, Interval(float(unknowns[0]), float(unknowns[0]) - half, float(unknowns[0]) + half), low
+
+
+def _weighted(left: Array, right: Array, sigma: Array) -> tuple[Array, float]:
+    """Unknowns and sum of weighted squares."""
+    A, y = left / sigma[:, None], right / sigma
+    unknowns = np.asarray(np.linalg.lstsq(A, y)[0], np.float64)
+    return unknowns, float(np.square(y - A @ unknowns).sum())

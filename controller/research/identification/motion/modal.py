@@ -1,0 +1,205 @@
+"""The first mode of small motion, and the model of a body that has it: what a modal fit varies, and what it keeps."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import eigh
+from scipy.optimize import minimize_scalar
+
+from controller.build.rod import build_rod
+from controller.errors import DataError
+from controller.kernels.model.rod import Array, RodModel
+from controller.kernels.model.statics import places
+from controller.research.identification.motion.damping import log_decrement
+from controller.research.identification.motion.hold import slopes
+from controller.research.identification.motion.small import rest_matrices
+from controller.research.identification.plane import Motion
+from controller.research.identification.poses import fine
+from controller.schema.actuator import Actuator, Tracking
+
+LATE = 0.3
+"""Release and higher modes are over by then [s]."""
+SURE, UNSURE = 1e-4, 1e-2
+"""Standard error of a ratio, at least; and that of one decay alone, which shows no spread."""
+STEEPEST = 5.0
+"""Tapers are looked for up to k tip / k base = exp(5) or exp(-5)."""
+SMALL = 0.03
+"""A motion of the last body below this share of its arc length is small."""
+
+TRACKING_RATE = 240.0
+"""Rate at which the offline observer's springs draw the last body to its samples, critically damped [rad/s]: slower
+than 100 Hz sampling, faster than the modes that a trunk shows. Chosen on the real trunk, its
+scored decays in view (docs/identification.md)."""
+
+
+class Mode(NamedTuple):
+    """First mode, in each decay that shows it (n,): frequency and damping of small motion."""
+
+    omegas: Array
+    """Undamped [rad/s]."""
+    zetas: Array
+    ratios: Array
+    """Lateral motions of the inner bodies over the last one's (n,bodies-1)."""
+
+    @property
+    def omega(self) -> float:
+        """Median [rad/s]."""
+        return float(np.median(self.omegas))
+
+    @property
+    def zeta(self) -> float:
+        """Median [1]."""
+        return float(np.median(self.zetas))
+
+
+class Shape(NamedTuple):
+    """What the first mode leaves open; logarithms of what must stay positive."""
+
+    taper: float
+    """ln(k tip / k base)."""
+    load: float
+    """ln(tip load / mass); only where the base actuator has no tip load."""
+    stiff: float
+    """ln(share / (1 - share)) of the first mode's damping that is proportional to stiffness, the rest is to mass."""
+    delay: float
+    """After which the torques that held the pose begin to fade [s]."""
+    fade: float
+    """ln of how long they do [s]."""
+    hold: float
+    """ln of these torques' scatter over (mass + tip load) 9.81 m/s^2 length."""
+    slope: float
+    """ln of the ratio of the scatter at the outermost and the innermost body, halved."""
+
+
+def small_mode(motions: Sequence[Motion], length: float) -> Mode:
+    """From the last body; DataError when no decay swings to and fro while it is small.
+
+    A real body is slower and more damped in large motions; the linear model is that of small ones.
+    """
+    found = [mode for one in motions if (mode := _mode_of(one, SMALL * length)) is not None]
+    if not found:
+        raise DataError(
+            f"none of {len(motions)} decays swings to and fro with less than {1e3 * SMALL * length:.1f} mm "
+            f"({100 * SMALL:.0f} % of the last body's arc length): no mode can be read"
+        )
+    omegas, zetas = np.array(found).T
+    return Mode(omegas, zetas, mode_ratios(motions))
+
+
+def _mode_of(motion: Motion, small: float) -> tuple[float, float] | None:
+    s = motion.lateral[:, -1]
+    large = np.flatnonzero(np.abs(s) >= small)
+    begin = int(large[-1]) + 1 if large.size else 0
+    try:
+        found = log_decrement([(motion.t[begin:], s[begin:])])
+    except DataError:
+        return None
+    return found.omega, found.zeta.value
+
+
+def mode_ratios(motions: Sequence[Motion]) -> Array:
+    """Lateral motions of the inner bodies over the last one's in each decay (n,bodies-1), from LATE on."""
+    late = [one.lateral[one.t >= LATE] for one in motions]
+    moving = [y for y in late if np.any(y[:, -1])]
+    return np.array([y[:, :-1].T @ y[:, -1] / (y[:, -1] @ y[:, -1]) for y in moving])
+
+
+class Body:
+    """A base actuator with what frame and first mode say of it; `shaped` adds the rest.
+
+    Decays in which only gravity and inertia act fix ratios of masses and stiffness, not their scale: the base
+    actuator's mass does. Its tip load is taken as known, too, if it has one.
+    """
+
+    def __init__(self, base: Actuator, frame: Tracking, mode: Mode) -> None:
+        """`base` says masses and gravity, `frame` where the bodies sit."""
+        known = {"length": frame.arcs[-1], "rest_curvature": (0.0,), "tracking": None, "alpha": 0.0}
+        self._base = base.model_copy(update=known)
+        self._frame, self._mode = frame, mode
+
+    def shaped(self, shape: Shape) -> Actuator:
+        """The actuator of this shape. DataError when its mode is slower than a pendulum of this load."""
+        mode, body = self._mode, self._elastic(shape.taper, shape.load)
+        share = float(1.0 / (1.0 + np.exp(-shape.stiff)))
+        damping = 2.0 * mode.zeta * mode.omega
+        beta, alpha = share * damping / elastic_share(body), (1.0 - share) * damping
+        b = tuple(beta * k for k in body.k)
+        return body.model_copy(update={"b": b, "alpha": alpha, "tracking": _tracking(self._frame, shape, body)})
+
+    def ratios_off(self, shape: Shape) -> Array:
+        """Ratios of the shape's first mode minus the measured ones, in standard errors (bodies-1,)."""
+        measured = self._mode.ratios
+        error = np.maximum(measured.std(axis=0) / np.sqrt(len(measured)), SURE if len(measured) > 1 else UNSURE)
+        off = first_mode(self._elastic(shape.taper, shape.load), self._frame.arcs) - measured.mean(axis=0)
+        return np.asarray(off / error)
+
+    def start(self, shape: Shape) -> Shape:
+        """`shape` with the taper that suits the measured ratios best."""
+
+        def misfit(taper: float) -> float:
+            return float(np.square(self.ratios_off(shape._replace(taper=taper))).sum())
+
+        best = minimize_scalar(misfit, bounds=(-STEEPEST, STEEPEST), method="bounded")
+        return shape._replace(taper=float(best.x))
+
+    def _elastic(self, taper: float, load: float) -> Actuator:
+        base = self._base
+        if not base.tip_load:
+            base = base.model_copy(update={"tip_load": base.mass * float(np.exp(load))})
+        return tapered(base, self._mode.omega, taper)
+
+
+def tapered(base: Actuator, omega: float, taper: float) -> Actuator:
+    """`base` with stiffness linear from base to tip, ln(k tip / k base) = taper, and a first mode of omega [rad/s]."""
+    k = np.exp([-taper / 2, taper / 2])
+    loose = base.model_copy(update={"k": tuple(k.tolist())})
+    k *= stiffness_scale(build_rod(loose, fine(base)), omega)
+    return base.model_copy(update={"k": tuple(k.tolist())})
+
+
+def first_mode(actuator: Actuator, arcs: Sequence[float]) -> Array:
+    """Lateral motions of the inner bodies over the last one's (bodies-1,) in the first mode."""
+    model = build_rod(actuator, fine(actuator))
+    M, K, G = rest_matrices(model)
+    _, modes = eigh(K + G, M, subset_by_index=[0, 0])
+    y = slopes(model, model.rest, places(model, np.array(arcs)))[1::2] @ modes[:, 0]
+    return np.asarray(y[:-1] / y[-1])
+
+
+def elastic_share(actuator: Actuator) -> float:
+    """Part of the first mode's omega^2 that is the hinges' [1/s^2]; gravity's part has no damper beside it."""
+    M, K, G = rest_matrices(build_rod(actuator, fine(actuator)))
+    _, modes = eigh(K + G, M, subset_by_index=[0, 0])
+    return float(modes[:, 0] @ K @ modes[:, 0])
+
+
+def stiffness_scale(model: RodModel, omega: float) -> float:
+    """Factor on all joints with which the first mode about the rest has omega [rad/s].
+
+    det(s K + G - omega^2 M) = 0 with gravity's stiffness G: an eigenvalue problem in s, whose largest root belongs to
+    the first mode.
+    """
+    M, K, G = rest_matrices(model)
+    scale = float(eigh(omega**2 * M - G, K, eigvals_only=True)[-1])
+    if scale <= 0.0:
+        raise DataError(
+            f"the first mode has {omega / (2 * np.pi):.3g} Hz: "
+            f"gravity alone makes a body of {model.L.sum():.3g} m faster"
+        )
+    return scale
+
+
+def _tracking(frame: Tracking, shape: Shape, body: Actuator) -> Tracking:
+    """`frame` with gains that suit the moved mass (that of a cantilever's first mode), release and scatter."""
+    mass, load = body.mass, body.tip_load
+    moved = load + mass / 4
+    hold = np.exp(shape.hold + shape.slope * np.linspace(-1.0, 1.0, len(frame.arcs)))
+    return frame.model_copy(
+        update={
+            "K_o": (0.0, moved * TRACKING_RATE**2),
+            "B_o": (0.0, 2.0 * moved * TRACKING_RATE),
+            "hold": tuple((hold * (mass + load) * 9.81 * frame.arcs[-1]).tolist()),
+            "release": (shape.delay, float(np.exp(shape.fade))),
+        }
+    )

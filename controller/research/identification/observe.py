@@ -1,0 +1,114 @@
+"""The offline observer over the decays of a file: what is asked for, checked, and what comes out."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypedDict
+
+import numpy as np
+
+from controller.errors import DataError, ParameterError
+from controller.kernels.model.rod import Array
+from controller.research.identification.motion.decays import Decay, long_ones, read_decays
+from controller.research.identification.offline import estimate, offline_observer
+from controller.research.identification.plane import Motion, project
+from controller.research.identification.score import Score, Task, score
+from controller.schema.actuator import Actuator, Tracking
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a user asks for; bodies count from 1, as in the file's header."""
+
+    data: Path
+    actuator: Actuator
+    sense: tuple[int, ...]
+    score: tuple[int, ...]
+    ids: str | None = None
+    from_s: float = 0.3
+    rods: int | None = None
+    """Of the model; `table_rods` without it."""
+
+
+class Scores(TypedDict):
+    """Figures of one run, as JSON has them."""
+
+    bodies: list[Score]
+    samples: int
+    sensed: list[int]
+
+
+@dataclass(frozen=True)
+class Observed:
+    """Measured and estimated displacements from rest, decay by decay."""
+
+    motions: tuple[Motion, ...]
+    estimates: tuple[Array, ...]
+    """(n,bodies,2) [m] each."""
+    scores: Scores
+
+
+def observe(request: Request) -> Observed:
+    """Run the observer over every chosen decay of more than 150 samples, and score it.
+
+    Raises DataError or ParameterError that names field, value and bound.
+    """
+    tracking = _tracking(request.actuator)
+    offline = offline_observer(request.actuator, _bodies("sense", request.sense, tracking), request.rods)
+    scored = _bodies("score", request.score, tracking)
+    if both := sorted(set(request.sense) & set(request.score)):
+        raise ParameterError(f"score = {both[0]} is sensed, too: only bodies that the observer does not see are scored")
+    decays = long_ones(read_decays(request.data, request.ids), "observe", request.data)
+    for one in decays:
+        _check(one, tracking, request.data)
+    axis = np.array(tracking.axis) / np.linalg.norm(tracking.axis)
+    motions = [project(one, axis, max(offline.sensed)) for one in decays]
+    estimates = [estimate(offline, one) for one in motions]
+    _refuse_runaway(motions, estimates)
+    task = Task(offline.sensed, scored, _starts(request.from_s))
+    return Observed(
+        tuple(motions),
+        tuple(estimates),
+        Scores(
+            bodies=score(motions, [one[..., 1] for one in estimates], tracking, task),
+            samples=sum(len(one.t) for one in motions),
+            sensed=[body + 1 for body in offline.sensed],
+        ),
+    )
+
+
+def _tracking(actuator: Actuator) -> Tracking:
+    if actuator.tracking is None:
+        raise ParameterError(f"actuator {actuator.name} has no table tracking, which says where the tracked bodies sit")
+    return actuator.tracking
+
+
+def _bodies(field: str, chosen: tuple[int, ...], tracking: Tracking) -> tuple[int, ...]:
+    """Bodies from 0, in order."""
+    bodies = len(tracking.arcs)
+    if not chosen:
+        raise ParameterError(f"{field} names no body: 1 to {bodies} are there")
+    if wrong := [body for body in chosen if not 1 <= body <= bodies]:
+        raise ParameterError(f"{field} = {wrong[0]} is outside 1 to {bodies}, the bodies of tracking.arcs")
+    return tuple(sorted({body - 1 for body in chosen}))
+
+
+def _starts(from_s: float) -> tuple[float, ...]:
+    if not 0.0 <= from_s < float("inf"):
+        raise ParameterError(f"from = {from_s} s is negative or not finite")
+    return (0.0, from_s) if from_s else (0.0,)
+
+
+def _refuse_runaway(motions: Sequence[Motion], estimates: Sequence[Array]) -> None:
+    """A kernel cannot raise: it returns nan."""
+    for motion, found in zip(motions, estimates, strict=True):
+        if not np.isfinite(found).all():
+            raise ParameterError(f"the observer diverged on ID {motion.id}: tracking.K_o or B_o is too large")
+
+
+def _check(decay: Decay, tracking: Tracking, path: Path) -> None:
+    _, bodies, dims = decay.points.shape
+    if bodies != len(tracking.arcs):
+        raise DataError(f"{path}: {bodies} bodies, tracking.arcs of the actuator has {len(tracking.arcs)}")
+    if dims != len(tracking.axis):
+        raise DataError(f"{path}: {dims} coordinates a body, tracking.axis of the actuator has {len(tracking.axis)}")

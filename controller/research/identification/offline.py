@@ -1,0 +1,126 @@
+"""The observer over recorded motions: the live observer's law and rods, with the model of an actuator file."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from controller.build.rod import build_rod
+from controller.errors import ParameterError
+from controller.kernels.model.implicit import make_implicit_work
+from controller.kernels.model.rod import Array, RodModel, RodState, make_load
+from controller.kernels.model.statics import Places, at_rest, places, pose
+from controller.kernels.observer.replay import Replay, Samples, Springs, replay
+from controller.research.identification.motion.hold import held_pose, positions, torques_to
+from controller.research.identification.motion.small import mobility
+from controller.research.identification.plane import Motion
+from controller.schema.actuator import Actuator, Tracking
+
+TICK = 1e-3
+"""Samples are held on this grid, as in the live observer [s]."""
+FIRMEST = 1.0
+"""A held force changes the velocity of its point in one step by at most this share of the error that it answers; from
+2 on it would overshoot for ever."""
+MOST = 50
+"""Steps in a tick, at most."""
+
+
+class Offline(NamedTuple):
+    """What stays the same for all motions."""
+
+    model: RodModel
+    sensors: Places
+    """The tracked bodies (m)."""
+    rest: Array
+    """Their places at the model's rest (m,2) [m]."""
+    T: Array
+    """Torques from the clamp to each body, on the rods (N,m) [1]."""
+    tracking: Tracking
+    springs: Springs
+    sensed: tuple[int, ...]
+    """Sensed bodies, from 0."""
+    substeps: int
+    """Steps in a tick: more where strong springs pull at light rods."""
+
+
+def offline_observer(actuator: Actuator, sensed: Sequence[int], rods: int | None = None) -> Offline:
+    """Observer with the model of `actuator`, whose `tracking` says where the bodies sit; `sensed` counts from 0.
+
+    Raises ParameterError when tracking or gains are missing.
+    """
+    tracking = actuator.tracking
+    if tracking is None:
+        raise ParameterError(f"actuator {actuator.name} has no table tracking, which says where the tracked bodies sit")
+    if not any(tracking.K_o):
+        raise ParameterError(f"tracking.K_o = {tracking.K_o} N/m of actuator {actuator.name} pulls at nothing")
+    model = build_rod(actuator, rods or actuator.table_rods)
+    arcs = np.array(tracking.arcs)
+    sensors = places(model, np.minimum(arcs, actuator.length))
+    springs = Springs(np.array(tracking.K_o), np.array(tracking.B_o))
+    rest = positions(model, model.rest, sensors)
+    steps = substeps(model, seen_of(sensors, sensed), springs)
+    return Offline(model, sensors, rest, torques_to(model, arcs), tracking, springs, tuple(sensed), steps)
+
+
+def seen_of(sensors: Places, sensed: Sequence[int]) -> Places:
+    """Those of the bodies that are sensed."""
+    return Places(sensors.rod[list(sensed)], sensors.offset[list(sensed)])
+
+
+def substeps(model: RodModel, seen: Places, springs: Springs) -> int:
+    """Steps into which a tick must be cut so that no held force overshoots the error that it answers."""
+    for steps in range(1, MOST + 1):
+        h = TICK / steps
+        impulse = h * (float(springs.B_o.max()) + h * float(springs.K_o.max()))
+        if impulse * float(mobility(model, seen, h).sum()) <= FIRMEST:
+            return steps
+    raise ParameterError(
+        f"tracking.K_o = {springs.K_o.max():.4g} N/m and B_o = {springs.B_o.max():.4g} N s/m are too strong "
+        f"for a body of {model.m.sum():.3g} kg"
+    )
+
+
+def estimate(offline: Offline, motion: Motion) -> Array:
+    """Displacements of all bodies from the model's rest (n,m,2) [m], from those of the sensed bodies alone.
+
+    The model starts in the static pose that the first sample of the sensed bodies suggests, and is let go as the
+    actuator file says. Only differences from rest are compared, so a crooked rest does not count as motion.
+    """
+    pulled = list(offline.sensed)
+    p = np.full((len(motion.t), offline.sensors.rod.size, 2), np.nan)
+    p[:, pulled] = motion.moved[:, pulled] + offline.rest[pulled]
+    state, held = _start(offline, motion.moved[0, pulled])
+    rods = offline.model.L.size
+    run = Replay(
+        model=offline.model,
+        state=state,
+        load=make_load(rods),
+        work=make_implicit_work(rods),
+        sensors=offline.sensors,
+        points=np.zeros_like(offline.rest),
+        held=held,
+        release=np.array(offline.tracking.release),
+        dt=TICK / offline.substeps,
+    )
+    out = np.empty_like(p)
+    replay(run, _samples(motion.t, p, offline.substeps), offline.springs, sum(1 << body for body in pulled), out)
+    return np.asarray(out - offline.rest)
+
+
+def _start(offline: Offline, moved: Array) -> tuple[RodState, Array]:
+    """State before the first sample, at rest in the held pose, and the torques on the rods that hold it."""
+    state, scatter = at_rest(offline.model), np.array(offline.tracking.hold)
+    if scatter.size == 0:
+        return state, np.zeros(offline.model.L.size)
+    seen = seen_of(offline.sensors, offline.sensed)
+    theta, held = held_pose(offline.model, offline.T, seen, moved, scatter)
+    pose(offline.model, theta, state.q)
+    return state, held
+
+
+def _samples(t: Array, p: Array, steps: int) -> Samples:
+    """Samples at t (n,) [s], each held until the next one comes; the last one as long as the one before it."""
+    v = np.zeros_like(p)
+    v[1:] = np.diff(p, axis=0) / np.diff(t)[:, None, None]
+    grid = np.round(np.append(t, 2 * t[-1] - t[-2]) / TICK).astype(np.int64)
+    return Samples(p, v, steps * np.diff(grid), np.zeros(1))

@@ -1,0 +1,129 @@
+"""Static tests: pressures and where the markers came to rest, from a table, and what a model says to the same."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from controller.build.equilibrium import Body, settle
+from controller.build.rod import build_rod
+from controller.errors import DataError, ParameterError
+from controller.kernels.model.rod import Array, RodModel
+from controller.research.identification.tables import Table, points_in
+from controller.schema.actuator import Actuator
+
+FINE = 40
+"""Rods of the model that is fitted, at least: a real body is continuous, and 10 rods read 2 % too much into P2."""
+
+STAGES = 20
+"""Torques are brought up in this many steps where gravity keeps Newton's iteration from converging at once."""
+
+STRETCH = 1.2
+"""A marker farther from the base than this many lengths is a mistake of units or of the frame, not a pose."""
+
+
+@dataclass(frozen=True)
+class Poses:
+    """n poses of m markers in the actuator's frame (base at the origin, +x along the backbone at the clamp)."""
+
+    path: Path
+    lines: Array
+    """Line of the file (n,)."""
+    pressure: Array
+    """Differential pressure of both chamber pairs (n,2) [Pa]; positive bends towards +y."""
+    points: Array
+    """(n,m,2) [m]."""
+    arcs: Array
+    """Arc length of each marker (m,) [m]."""
+
+
+def is_static(table: Table) -> bool:
+    """True for a table of pressures and markers."""
+    return "p1" in table.columns
+
+
+def read_poses(table: Table, actuator: Actuator) -> Poses:
+    """The poses in `table`; DataError names the column or the line that cannot be used."""
+    points = points_in(table, "xy")
+    known = {f"{axis}{i + 1}" for axis in "xy" for i in range(points.shape[1])} | {"p1", "p2", "p3", "p4"}
+    if strange := [name for name in table.columns if name not in known]:
+        raise DataError(f"{table.path}: column {strange[0]} is unknown in a static test (p1, p2[, p3, p4], x1, y1, ..)")
+    pressure = np.stack([table.need("p1"), table.need("p2")], axis=-1)
+    if "p3" in table.columns or "p4" in table.columns:
+        pressure = np.stack([table.need("p1") - table.need("p2"), table.need("p3") - table.need("p4")], axis=-1)
+    arcs = marker_arcs(actuator, points.shape[1])
+    poses = Poses(table.path, table.lines, pressure, _in_frame(points, actuator), arcs)
+    _check(poses, actuator)
+    return poses
+
+
+def marker_arcs(actuator: Actuator, markers: int) -> Array:
+    """Arc lengths (m,) [m] from the actuator's `tracking`; without it m markers sit at L/m, 2L/m, .. and the tip."""
+    if actuator.tracking is None:
+        return actuator.length * np.arange(1, markers + 1) / markers
+    arcs = actuator.tracking.arcs
+    if len(arcs) != markers:
+        raise DataError(f"the data have {markers} markers, tracking.arcs of actuator {actuator.name} has {len(arcs)}")
+    return np.array(arcs)
+
+
+def fine(actuator: Actuator) -> int:
+    """Rods of the model that is fitted."""
+    return max(FINE, actuator.table_rods)
+
+
+def predict(actuator: Actuator, poses: Poses) -> Array:
+    """Markers (n,m,2) [m] where the static model of `fine(actuator)` rods puts them under the same pressures."""
+    model = build_rod(actuator, fine(actuator))
+    backbone = backbones(model, poses.pressure / np.array(actuator.pressure_map))
+    ends = np.concatenate([[0.0], np.cumsum(model.L)])
+    return np.array([[[np.interp(s, ends, axis) for axis in pose] for s in poses.arcs] for pose in backbone])
+
+
+def backbones(model: RodModel, u: Array) -> Array:
+    """Joints and tip (n,2,N+1) [m] of the static poses under u (n,2) [N m]."""
+    joint_torque = np.cumsum(model.T_theta[::-1], axis=0)[::-1] @ u.T
+    bends = model.bend[:, None] + joint_torque / model.k[:, None]
+    body = Body(model.L, model.arm, model.m, model.k, model.bend, model.g)
+    theta = np.cumsum(bends, axis=0)
+    if model.g.any():
+        theta = np.stack([_loaded(body, model.rest, bend) for bend in bends.T], axis=1)
+    steps = model.L[:, None] * np.stack([np.cos(theta), np.sin(theta)])
+    joints = np.concatenate([np.zeros((2, 1, len(u))), np.cumsum(steps, axis=1)], axis=1)
+    return np.moveaxis(joints, -1, 0)
+
+
+def _loaded(body: Body, rest: Array, bend: Array) -> Array:
+    """Angles (N,) with the rest bend moved to `bend` (N,), which is what torques do, at once or step by step."""
+    for stages in (1, STAGES):
+        theta = rest
+        try:
+            for share in np.linspace(0.0, 1.0, stages + 1)[1:]:
+                theta = settle(body._replace(bend=body.bend + share * (bend - body.bend)), theta)
+            return theta
+        except np.linalg.LinAlgError:
+            continue
+    raise ParameterError(f"gravity = {tuple(body.g.tolist())} m/s^2: the body has no stable pose under these pressures")
+
+
+def _in_frame(points: Array, actuator: Actuator) -> Array:
+    """Points of the file in the actuator's frame, if `tracking` gives the base and axis of a plane."""
+    tracking = actuator.tracking
+    if tracking is None or len(tracking.base) != 2:
+        return points
+    axis = np.array(tracking.axis) / np.linalg.norm(tracking.axis)
+    turn = np.array([[axis[0], axis[1]], [-axis[1], axis[0]]])
+    return np.asarray((points - np.array(tracking.base)) @ turn.T)
+
+
+def _check(poses: Poses, actuator: Actuator) -> None:
+    if not poses.pressure.any():
+        raise DataError(f"{poses.path}: every pressure is 0, so nothing bends and no stiffness follows")
+    far = np.linalg.norm(poses.points, axis=-1) > STRETCH * actuator.length
+    if far.any():
+        row, marker = np.argwhere(far)[0]
+        x, y = poses.points[row, marker]
+        raise DataError(
+            f"{poses.path}, line {poses.lines[row]:.0f}: marker {marker + 1} at ({x:.4g}, {y:.4g}) m is farther from "
+            f"the base than {STRETCH} x length = {STRETCH * actuator.length:.4g} m"
+        )

@@ -1,0 +1,78 @@
+"""A figure of the report: a caption over some panels, or the sentence why there are none."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from html import escape
+
+from matplotlib.figure import Figure
+
+from controller.research.experiments.results import Finished, Results
+from controller.research.page.drawing import svg
+from controller.research.report.figures.look import LAW_NAMES
+
+HALF, TALL, FIFTH = (3.5, 2.6), (3.5, 3.3), (1.45, 1.5)
+"""Sizes of panels [inch]: two or five of them side by side on A4, so that text is equally large in all."""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One drawing."""
+
+    name: str
+    """What it shows, for those who cannot see it."""
+    picture: str
+    """An <svg> element."""
+
+
+@dataclass(frozen=True)
+class Plate:
+    """One figure as in the paper."""
+
+    caption: str
+    panels: tuple[Panel, ...] = ()
+    columns: int = 2
+    """Panels side by side: 2, 4 or 5."""
+    missing: str = ""
+    """Why there are no panels."""
+
+
+def panel(name: str, draw: Callable[[Figure], None], size: tuple[float, float] = HALF) -> Panel:
+    """What `draw` puts into a figure of `size` [inch]."""
+    return Panel(name, svg(draw, size))
+
+
+def plate_html(plate: Plate) -> str:
+    """`plate` as a <figure>."""
+    pictures = "".join(f'<div role="img" aria-label="{escape(one.name)}">{one.picture}</div>' for one in plate.panels)
+    below = f'<p class="failed">{escape(plate.missing)}</p>' if plate.missing else ""
+    panels = f'<div class="panels of{plate.columns}">{pictures}</div>' if pictures else ""
+    return f"<figure><figcaption>{escape(plate.caption)}</figcaption>{panels}{below}</figure>"
+
+
+def first(results: Results, reference: str, actuator: str = "P1", law: str = "ff+pi") -> Finished | None:
+    """The run that figures show: the first of a case that came to its end."""
+    return next(iter(results.of(reference, actuator, law)), None)
+
+
+def why_missing(results: Results, reference: str, actuator: str = "P1", law: str = "ff+pi") -> str:
+    """Why `first` found nothing."""
+    wanted = reference, actuator, law
+    for one in results.failures:
+        if (one.case.reference, one.case.actuator, one.case.law) == wanted:
+            return f"Failed: {one.sentence}"
+    return f"Not run: {reference}, {actuator}, {LAW_NAMES.get(law, law)}."
+
+
+def plate_of(
+    results: Results,
+    reference: str,
+    actuator: str,
+    caption: str,
+    draw: Callable[[Finished], tuple[Panel, ...]],
+    columns: int = 2,
+) -> Plate:
+    """The figure of one run under FF+PI, or why there is none."""
+    run = first(results, reference, actuator)
+    if run is None:
+        return Plate(caption, missing=why_missing(results, reference, actuator))
+    return Plate(caption, draw(run), columns)

@@ -1,0 +1,44 @@
+"""What the report says from the fit's own file: who fitted what, and how far near-equal fits lie apart."""
+
+from collections.abc import Mapping
+from html import escape
+from typing import Any
+
+from controller.research.page.document import table
+from controller.research.report.wording import number
+
+Key = tuple[str, str, str, str]
+
+
+def spread_of(fit: Mapping[str, Any]) -> dict[Key, str]:
+    """Lowest and highest held-out predictions over the near-equal fits, by row; empty before there are any."""
+    return {_key(one): f"{number(one['low'])} .. {number(one['high'])}" for one in fit.get("spread", ())}
+
+
+def fits(fit: Mapping[str, Any]) -> int:
+    """Number of near-equal fits behind the spread."""
+    return max((int(one["fits"]) for one in fit.get("spread", ())), default=0)
+
+
+def provenance(fit: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What the file says of the fit (date, command, cost and so on), and what was fitted."""
+    about = [(f"fit: {name}", _text(value)) for name, value in fit["fit"].items()]
+    return [*about, ("fitted numbers of the twin", ", ".join(fit["twin"])), ("fitted gains", ", ".join(fit["gains"]))]
+
+
+def margins_table(fit: Mapping[str, Any]) -> str:
+    """What each trial of the loop's stability left; HTML, nothing before there are any."""
+    margins = fit.get("margins", ())
+    if not margins:
+        return ""
+    head = [escape(name.replace("_mm", " [mm]")) for name in margins[0]]
+    rows = [[escape(_text(value)) for value in one.values()] for one in margins]
+    return f"<p>Trials of the loop's stability with these numbers:</p>{table(head, rows, ())}"
+
+
+def _text(value: Any) -> str:
+    return number(value) if isinstance(value, float) else str(value)
+
+
+def _key(one: Mapping[str, Any]) -> Key:
+    return one["experiment"], one["actuator"], one["law"], one["metric"]

@@ -1,0 +1,61 @@
+"""What the reader wants to know first: the bars and whether they are met, then where the numbers come from."""
+
+import os
+import platform
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from controller.research.experiments.results import Results
+from controller.research.page.document import table
+from controller.research.report.bars import bars
+from controller.research.report.fitted import provenance
+
+
+def headline(results: Results, fit: Mapping[str, Any]) -> str:
+    """Bars as a list, facts as a table; HTML."""
+    items = "".join(f"<li>{escape(one)}</li>" for one in (*bars(results), failures(results)))
+    facts = [*provenance(fit), *circumstances(results)]
+    return f"<ul>{items}</ul>" + table(("", ""), [(escape(name), escape(value)) for name, value in facts], ())
+
+
+def failures(results: Results) -> str:
+    """How many runs did not come to their end."""
+    count = len(results.failures)
+    return f"{count} of {results.runs} runs failed; see below." if count else "No run failed."
+
+
+def failed_runs(results: Results) -> str:
+    """All runs that did not come to their end, with their sentences; HTML."""
+    rows = [
+        (escape(f"{case.reference}, {case.actuator}, {case.law}"), str(case.seed), escape(one.sentence))
+        for one in results.failures
+        for case in (one.case,)
+    ]
+    return table(("run", "seed", "why"), rows)
+
+
+def circumstances(results: Results) -> list[tuple[str, str]]:
+    """When, where and with which seeds."""
+    cores = os.cpu_count() or 1
+    return [
+        ("run", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC") + (", quick: each once" if results.quick else "")),
+        ("machine", f"{processor()}, {cores} cores; Python {platform.python_version()}, {platform.system()}"),
+        (
+            "time",
+            f"{results.seconds:.0f} s with {results.workers} process{'es' * (results.workers > 1)}, this page excluded",
+        ),
+        ("seeds", ", ".join(map(str, results.seeds))),
+    ]
+
+
+def processor() -> str:
+    """Name of the processor, as far as the system tells."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    named = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return next(iter(named), platform.processor() or platform.machine())

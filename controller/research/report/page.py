@@ -1,0 +1,124 @@
+"""The page of `tendril reproduce`: sections in the order of the paper."""
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from controller.errors import TendrilError
+from controller.research.experiments.results import Results
+from controller.research.page.document import document
+from controller.research.report.figures.drawing_figures import digit_plates, vu_plate
+from controller.research.report.figures.live_figures import live_plate
+from controller.research.report.figures.periodic_figures import circle_plate, tracking_plate
+from controller.research.report.figures.plate import Plate, plate_html
+from controller.research.report.figures.sensing_figures import sensing_plates
+from controller.research.report.figures.snapshot_figures import snapshot_plate
+from controller.research.report.figures.step_figures import step_plates
+from controller.research.report.figures.supplement_figures import pressure_plate, sweep_plate
+from controller.research.report.full_table import full_table, setup_table
+from controller.research.report.headline import failed_runs, headline
+from controller.research.report.main_table import main_table
+from controller.research.report.task_tables import (
+    bounds_table,
+    observer_table,
+    pressure_table,
+    sensing_table,
+    step_table,
+    sweep_table,
+)
+from controller.schema.fit import FIT
+
+HEADING = "The paper's experiments on the twin"
+ABOUT = (
+    "Every experiment of Task-space model-based control of pneumatic soft actuators (Kumar, Gaston, Rucker, Barth, "
+    "2026), run without a clock on a simulated actuator through the same tick as the live loop. Errors are those of "
+    "the twin's true tip. Bold: the window of the paper's number, the whole run for periodic tasks, after the approach "
+    "otherwise."
+)
+OBSERVER = (
+    "Whole run, P1, FF+PI. The paper has K_o = 100 N/m and B_o = 0 and holds a marker from sample to sample; ours is "
+    "carried on to the present with its last velocity."
+)
+BOUNDS = "The paper gives bounds: one range of RMSE for all digits, and largest errors. Small: over the whole run."
+FULL = "Bold: the paper's window. Upper number: whole run, approach included; lower number: after the approach."
+STYLE = """
+sup { line-height: 0 } small { color: #555 }
+figure { margin: 3mm 0 5mm; break-inside: avoid } figcaption { color: #333; margin-bottom: 1mm; break-after: avoid }
+.panels { display: grid; gap: 2mm } .panels svg { width: 100%; height: auto } .panels > div { break-inside: avoid }
+.of2 { grid-template-columns: 1fr 1fr } .of4 { grid-template-columns: repeat(4, 1fr) }
+.of5 { grid-template-columns: repeat(5, 1fr) }
+.dense td { white-space: nowrap }
+.dense table { font-size: 8pt; line-height: 1.25 } .dense th, .dense td { padding-right: 2.5mm }
+.dense table { break-inside: auto } tr { break-inside: avoid }
+.met { color: #00634a } .over, .failed { color: #a83e00 }
+.met, .over { white-space: nowrap }
+@media (max-width: 600px) { .of2 { grid-template-columns: 1fr } .of4, .of5 { grid-template-columns: 1fr 1fr } }
+"""
+
+
+def write_report(results: Results, folder: Path) -> Path:
+    """Write `folder`/index.html, one page with nothing outside it, and return its path.
+
+    Raises TendrilError if the folder or the file cannot be written.
+    """
+    path = folder / "index.html"
+    page = report_page(results, FIT)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        path.write_text(page, encoding="utf-8")
+    except OSError as error:
+        raise TendrilError(f"cannot write the report {path}: {error.strerror}") from error
+    return path
+
+
+def report_page(results: Results, fit: Mapping[str, Any]) -> str:
+    """The whole page; `fit` is the file of the fitted numbers."""
+    body = "".join(
+        (
+            f'<p class="about">{escape(ABOUT)}</p>',
+            headline(results, fit),
+            section("Beside the paper", main_table(results, fit)),
+            section("Step response", step_table(results), step_plates(results)),
+            section(
+                "Task 1: slow and precise",
+                f"<p>{BOUNDS}</p>{bounds_table(results)}",
+                [*digit_plates(results), vu_plate(results, "P1")],
+            ),
+            section("Task 2: fast", "", fast(results)),
+            section("The observer's tip against the true one", f"<p>{OBSERVER}</p>{observer_table(results)}"),
+            section("Task 3: other actuators", "", others(results)),
+            section("Task 4: fewer sensors", sensing_table(results), sensing_plates(results)),
+            section("Task 5: live reference", "", [live_plate(results)]),
+            section("Frequency sweep", sweep_table(results), [sweep_plate(results)]),
+            section("Pressure steps", pressure_table(results), [pressure_plate(results)]),
+            section("Failed runs", failed_runs(results)) if results.failures else "",
+            section("All numbers", f"<p>{FULL}</p>{full_table(results)}"),
+            section("The twin and the gains", setup_table(results, fit)),
+        )
+    )
+    return document(HEADING, body, STYLE)
+
+
+def section(title: str, tables: str, plates: Sequence[Plate] = ()) -> str:
+    """A heading over tables (HTML) and figures."""
+    return f"<h2>{escape(title)}</h2>{tables}{''.join(map(plate_html, plates))}"
+
+
+def fast(results: Results) -> list[Plate]:
+    """Figures of Task 2."""
+    return [
+        circle_plate(results),
+        snapshot_plate(results),
+        tracking_plate(results, "vertical_1hz", "P1", "Vertical line of 60 mm at 1 Hz"),
+        tracking_plate(results, "horizontal_1hz", "P1", "Horizontal line of 60 mm at 1 Hz (not drawn in the paper)"),
+    ]
+
+
+def others(results: Results) -> list[Plate]:
+    """Figures of Task 3."""
+    plates = []
+    for actuator in ("P2", "P3"):
+        circle = tracking_plate(results, "circle_1hz", actuator, "Circle of 60 mm at 1 Hz")
+        plates += [vu_plate(results, actuator), circle]
+    return [*plates, tracking_plate(results, "circle_2hz", "P3", "Circle of 60 mm at 2 Hz")]

@@ -1,0 +1,59 @@
+"""How near a row is to the paper, against the bar for its role."""
+
+from dataclasses import dataclass
+
+from controller.research.experiments.paper_rows import FIT, JUDGED
+from controller.research.experiments.results import ResultRow
+
+FIT_BAR, NEAR, FACTOR = 0.2, 0.3, 1.5
+"""Fitted RMSE within this share of the paper; held-out rows within this share, or within this factor."""
+NEAR_WANTED = 7
+"""How many of the held-out rows are to be within NEAR."""
+JUDGED_KEYS = frozenset(one.key for one in JUDGED)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A word, and whether the bar is met; None where there is no bar."""
+
+    word: str
+    met: bool | None
+
+
+def verdict(row: ResultRow) -> Verdict:
+    """`row` against its bar. A steady-state error that was fitted has none: it is as near as it gets."""
+    if row.ours is None:
+        return Verdict("failed", False)
+    if row.ratio is None:
+        return _between(row)
+    if row.about.role == FIT:
+        if row.about.metric != "rmse":
+            return Verdict("no bar", None)
+        return Verdict(*(("within 20 %", True) if within(row, FIT_BAR) else ("over 20 %", False)))
+    if within(row, NEAR):
+        return Verdict("within 30 %", True)
+    return Verdict("within 1.5", True) if within_factor(row) else Verdict("over 1.5", False)
+
+
+def within(row: ResultRow, share: float) -> bool:
+    """Whether ours is within `share` of the paper's number."""
+    return row.ratio is not None and abs(row.ratio - 1.0) <= share
+
+
+def within_factor(row: ResultRow) -> bool:
+    """Whether ours is within FACTOR of the paper's number, either way."""
+    return row.ratio is not None and 1.0 / FACTOR <= row.ratio <= FACTOR
+
+
+def judged(rows: tuple[ResultRow, ...]) -> list[ResultRow]:
+    """The held-out rows by which the reproduction is judged, failed ones included."""
+    return [row for row in rows if row.about.key in JUDGED_KEYS]
+
+
+def _between(row: ResultRow) -> Verdict:
+    """Against the paper's bounds, where it gives no one number."""
+    low, high = row.about.paper_low, row.about.paper_high
+    if row.ours is None or (low is None and high is None):
+        return Verdict("", None)
+    inside = (low is None or low <= row.ours) and (high is None or row.ours <= high)
+    return Verdict("inside" if inside else "outside", inside)

@@ -1,0 +1,63 @@
+"""Names and numbers of rows as a reader wants them."""
+
+import math
+import re
+from html import escape
+
+from controller.research.experiments.paper_rows import PaperRow
+from controller.research.report.figures.look import LAW_NAMES
+
+MISSING = "-"
+SMALLEST = 1e-3
+"""A standard deviation below this is printed as this."""
+METRICS = {
+    "rmse": "RMSE",
+    "sse": "SSE",
+    "ise": "ISE",
+    "max_x": "largest |e_x|",
+    "max_y": "largest |e_y|",
+    "lag_deg_x": "phase lag x",
+    "lag_deg_y": "phase lag y",
+    "observer_rmse": "observer RMSE",
+    "feedback_share": "feedback share",
+}
+
+
+def number(value: float | None) -> str:
+    """`value` to about three digits; a dash where there is none."""
+    if value is None or not math.isfinite(value):
+        return MISSING
+    size = abs(value)
+    return f"{value:.{0 if size >= 100 else 1 if size >= 10 else 2}f}"
+
+
+def with_spread(value: float | None, std: float | None) -> str:
+    """`value`, and its standard deviation over the seeds where there are several."""
+    if value is None or std is None:
+        return number(value)
+    return f"{number(value)}&nbsp;&plusmn;&nbsp;{max(std, SMALLEST):.1g}"
+
+
+def unit(name: str) -> str:
+    """`name` of a unit as HTML; nothing for a pure number."""
+    return "" if name == "1" else re.sub(r"\^(\d)", r"<sup>\1</sup>", escape(name))
+
+
+def run_name(row: PaperRow) -> str:
+    """Experiment, actuator and law."""
+    return escape(f"{row.experiment}, {row.actuator}, {LAW_NAMES.get(row.law, row.law)}")
+
+
+def metric_name(row: PaperRow) -> str:
+    """Metric and its unit."""
+    named = unit(row.unit)
+    return escape(METRICS[row.metric]) + (f" [{named}]" if named else "")
+
+
+def paper_text(row: PaperRow) -> str:
+    """The paper's number and bounds."""
+    low, high = row.paper_low, row.paper_high
+    limits = f"{low:g} .. {high:g}" if low is not None and high is not None else f"&lt; {high:g}" if high else ""
+    if row.paper is None:
+        return limits or MISSING
+    return f"{row.paper:g}" + (f" ({limits})" if limits else "")

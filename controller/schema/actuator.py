@@ -1,0 +1,217 @@
+"""An actuator as data: the paper's three, and the TOML file in which a user describes another (docs/actuators.md)."""
+
+import json
+import math
+import re
+import tomllib
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Any, Self, TypeVar
+
+from pydantic import BeforeValidator, ValidationError, model_validator
+from pydantic import Field as Bounds
+
+from controller.errors import ParameterError, sentence
+from controller.schema.layout import Model, quantity
+from controller.schema.layout import Quantity as Q
+
+SHORTEST = 1e-6
+"""A tracking axis shorter than this has no direction."""
+
+BEYOND = 1.1
+"""A tracked body farther out than this many lengths is a mistake, not a marker on a bracket."""
+
+FOLDER = Path(__file__).parent / "actuators"
+"""The paper's actuators, in the format of any other."""
+PARTS_MAX = 10
+"""Parts of a TOML key: tomllib takes hours for one of 100 000."""
+_DEEP = re.compile(r"""(?:\.[ \t]*(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*){10}""", re.ASCII)
+
+T = TypeVar("T")
+
+
+def _as_profile(value: Any) -> Any:
+    """A bare number is a uniform profile."""
+    return [value] if isinstance(value, int | float) else value
+
+
+Profile = Annotated[tuple[T, ...], Bounds(min_length=1, max_length=1000), BeforeValidator(_as_profile)]
+"""Values from base to tip: one (uniform), two (linear in between), or one for each of `table_rods`."""
+
+LIGHTEST = 1e-3
+"""Least mass of a body [kg]: a gram."""
+RATIO_MAX = 1e4
+"""Largest over smallest value of a profile, and tip load over mass: beyond it the chain's equations lose digits."""
+
+Stiffness = Annotated[float, Bounds(ge=1e-4, le=1000.0)]
+Damping = Annotated[float, Bounds(ge=0.0, le=1e3)]
+Density = Annotated[float, Bounds(ge=1e-3, le=1e3)]
+Curvature = Annotated[float, Bounds(ge=-100.0, le=100.0)]
+Acceleration = Annotated[float, Bounds(ge=-20.0, le=20.0)]
+PressureSlope = Annotated[float, Bounds(ge=1e4, le=1e9)]
+Rod = Annotated[int, Bounds(ge=0, le=1000)]
+ReplayGain = Annotated[float, Bounds(ge=0.0, le=1e5)]
+ReplayDamping = Annotated[float, Bounds(ge=0.0, le=1e3)]
+Coordinate = Annotated[float, Bounds(ge=-1e3, le=1e3)]
+Product = Annotated[float, Bounds(allow_inf_nan=False)]
+
+
+class Tracking(Model):
+    """Where the tracked bodies of a recorded data file sit, and how its coordinates lie to the actuator."""
+
+    base: Annotated[tuple[Coordinate, ...], Bounds(min_length=2, max_length=3), Q("m")]
+    """The clamp in the file's coordinates."""
+    axis: Annotated[tuple[Coordinate, ...], Bounds(min_length=2, max_length=3), Q("1")]
+    """Direction of the backbone at the clamp, in the file's coordinates; any length but zero."""
+    arcs: Annotated[tuple[Annotated[float, Bounds(gt=0.0, le=2.0)], ...], Bounds(min_length=1), Q("m", "s")]
+    """Arc length of each tracked body."""
+    K_o: Annotated[tuple[ReplayGain, ReplayGain], Q("N/m", "K_o", (2,))] = (0.0, 0.0)
+    """Gain of the offline observer along the body at rest and across it."""
+    B_o: Annotated[tuple[ReplayDamping, ReplayDamping], Q("N s/m", "B_o", (2,))] = (0.0, 0.0)
+    hold: tuple[Annotated[float, Bounds(gt=0.0, le=100.0)], ...] = ()
+    """Scatter of the torques, each from the clamp to one body, that held the poses before release [N m]; none: released
+    from rest."""
+    release: tuple[Annotated[float, Bounds(ge=0.0, le=100.0)], Annotated[float, Bounds(gt=0.0, le=100.0)]] = (0.0, 1e-3)
+    """When these torques begin to fade, and for how long they do [s]."""
+    starts: tuple[Annotated[float, Bounds(ge=0.0, le=1e4)], ...] = ()
+    """Times after release from which `products` are taken [s]."""
+    products: tuple[tuple[Product, ...], ...] = ()
+    """For each of `starts` the mean products of the bodies' lateral motions (bodies x bodies, row by row) [m^2] in the
+    decays that were identified: from them follow the best fixed ratios between any bodies."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        bodies = len(self.arcs)
+        if len(self.base) != len(self.axis):
+            raise ValueError(f"base has {len(self.base)} coordinates, axis has {len(self.axis)}")
+        if math.hypot(*self.axis) < SHORTEST:
+            raise ValueError(f"axis = {self.axis} has no direction: its length must be at least {SHORTEST}")
+        if any(inner >= outer for inner, outer in pairwise(self.arcs)):
+            raise ValueError(f"arcs = {self.arcs} do not rise from the clamp to the tip")
+        if len(self.hold) not in (0, bodies):
+            raise ValueError(f"hold has {len(self.hold)} values, arcs has {bodies}")
+        if len(self.starts) != len(self.products) or any(len(row) != bodies**2 for row in self.products):
+            raise ValueError(f"products need {bodies**2} values (arcs squared) for each of {len(self.starts)} starts")
+        return self
+
+
+class Actuator(Model):
+    """A planar pneumatic actuator (paper, table "Model Parameters"), as a chain of `table_rods` rods.
+
+    The model may have another number of rods: it keeps the static map of this table (`controller/build/rod.py`).
+    """
+
+    name: Annotated[str, Bounds(min_length=1, max_length=40, pattern=r"^[\w .+-]+$")]
+    mass: Annotated[float, Bounds(gt=0.0, le=10.0), Q("kg", "m")]
+    """The whole body, without the tip load."""
+    length: Annotated[float, Bounds(ge=0.01, le=2.0), Q("m", "L")]
+    height: Annotated[float, Bounds(ge=1e-4, le=0.5), Q("m")] = 0.0275
+    """Out of the plane; drawn, and no more."""
+    width: Annotated[float, Bounds(ge=1e-4, le=0.5), Q("m")] = 0.030
+    """In the plane; drawn, and no more (the default is ours; the paper gives only the height)."""
+    table_rods: Annotated[int, Bounds(ge=2, le=1000), Q("1", "N")] = 10
+    """Number of rods that k, b and chambers are given for; joint i lies at the base-side end of rod i."""
+    k: Annotated[Profile[Stiffness], Q("N m/rad", "k")]
+    """Joint stiffness."""
+    b: Annotated[Profile[Damping], Q("N m s/rad", "b")]
+    """Joint damping."""
+    alpha: Annotated[float, Bounds(ge=0.0, le=50.0), Q("1/s", "alpha")] = 5.0
+    """Mass-proportional Rayleigh damping (ours): sets the first mode's damping ratio, 0.7 for P1. With 0.5 the
+    observer's mode with a pinned tip rings, S with it, and at strong bends of P2 the loop through S is unstable."""
+    mass_profile: Annotated[Profile[Density], Q("1")] = (1.0,)
+    """Mass per length from base to tip, in any unit: only the ratios count."""
+    tip_load: Annotated[float, Bounds(ge=0.0, le=10.0), Q("kg")] = 0.0
+    """Point mass at the tip."""
+    rest_curvature: Annotated[Profile[Curvature], Q("1/m")] = (0.0,)
+    """Curvature of the backbone without torque and gravity; positive bends towards +y."""
+    gravity: Annotated[tuple[Acceleration, Acceleration], Q("m/s^2", "g", (2,))] = (0.0, 0.0)
+    """In the plane's frame: (9.81, 0) for an actuator that hangs from its base."""
+    chambers: Annotated[tuple[tuple[Rod, Rod], tuple[Rod, Rod]], Q("1", "T_theta")] = ((0, 5), (5, 10))
+    """For u1 and for u2 the rods between which its chamber pair acts: net torque -u on the first, +u on the second.
+    0 is the clamp. ((1, 5), (5, 10)) is the other reading of the paper's "proximal, distal, and mid-chamber rod"."""
+    u_max: Annotated[float, Bounds(ge=1e-4, le=0.2), Q("N m", "u_max")] = 0.060
+    bend_max: Annotated[float, Bounds(ge=0.01, le=12.0), Q("rad")] = 5.6
+    """Coupled limit on the static tip angle, counted from rest: beyond it the body would touch itself (ours)."""
+    pressure_map: Annotated[tuple[PressureSlope, PressureSlope], Q("Pa/(N m)", "", (2,))] = (4.0216e6, 4.0216e6)
+    """Differential pressure of a chamber pair per torque, for u1 and u2: with the default, u_max needs 35 psi."""
+    pressure_max: Annotated[float, Bounds(ge=1e3, le=1e6), Q("Pa", "p_max")] = 241.3e3
+    """Highest chamber pressure that is ever commanded (35 psi; the paper gives no range)."""
+    tracking: Tracking | None = None
+    """Only to identify and observe recorded marker data."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for name in ("k", "b", "mass_profile", "rest_curvature"):
+            values = len(getattr(self, name))
+            if values not in (1, 2, self.table_rods):
+                raise ValueError(f"{name} has {values} values: 1, 2 or table_rods = {self.table_rods} are allowed")
+        if self.mass < LIGHTEST:
+            raise ValueError(f"mass = {self.mass} kg is less than {LIGHTEST} kg")
+        for name in ("k", "mass_profile"):
+            low, high = min(getattr(self, name)), max(getattr(self, name))
+            if high > RATIO_MAX * low:
+                raise ValueError(f"{name} goes from {low:g} to {high:g}: {RATIO_MAX:g} to 1 is the most")
+        if self.tip_load > RATIO_MAX * self.mass:
+            raise ValueError(f"tip_load = {self.tip_load} kg is more than {RATIO_MAX:g} times mass = {self.mass} kg")
+        for first, second in self.chambers:
+            if not first < second <= self.table_rods:
+                raise ValueError(f"chambers ({first}, {second}): first < second <= table_rods = {self.table_rods}")
+        if self.tracking is not None and self.tracking.arcs[-1] > BEYOND * self.length:
+            raise ValueError(
+                f"length = {self.length} m: tracking.arcs ends at {self.tracking.arcs[-1]} m, beyond the tip"
+            )
+        needed = self.u_max * max(self.pressure_map)
+        if needed > self.pressure_max:
+            raise ValueError(
+                f"u_max = {self.u_max} N m needs {needed:.0f} Pa, above pressure_max = {self.pressure_max}"
+            )
+        return self
+
+
+def read_actuator(source: str | Path) -> Actuator:
+    """The preset of this name, or the actuator in this TOML file; ParameterError names what is wrong in it."""
+    if str(source) in PRESETS:
+        return PRESETS[str(source)]
+    path = Path(source)
+    if path.suffix != ".toml":
+        raise ParameterError(f"actuator = {str(source)!r} is not one of {', '.join(PRESETS)} or a .toml file")
+    return _read(path)
+
+
+def parse_actuator(text: str, source: str) -> Actuator:
+    """The actuator in the TOML `text`; ParameterError names `source` and what is wrong in it."""
+    if (found := _DEEP.search(text)) is not None:
+        raise ParameterError(f"{source}: a key has more than {PARTS_MAX} parts: {found[0][:40]}...")
+    try:
+        return Actuator.model_validate(tomllib.loads(text))
+    except ValidationError as error:
+        raise ParameterError(f"{source}: {sentence(error)}") from error
+    except RecursionError as error:
+        raise ParameterError(f"{source} is not TOML of an actuator: it is nested too deeply") from error
+    except ValueError as error:  # tomllib lets pass what int() refuses
+        raise ParameterError(f"{source} is not TOML: {error}") from error
+
+
+def _read(path: Path) -> Actuator:
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ParameterError(f"{path} cannot be read: {error}") from error
+    return parse_actuator(text, str(path))
+
+
+def write_actuator(actuator: Actuator, path: Path, remark: str = "") -> None:
+    """Write `actuator` as TOML with the units beside the numbers, so that `read_actuator` gives it back."""
+    lines = [f"# {line}".rstrip() for line in remark.splitlines()]
+    tables = []
+    for name, value in actuator.model_dump(mode="json", exclude_none=True).items():
+        if isinstance(value, dict):
+            tables += ["", f"[{name}]", *(f"{key} = {json.dumps(item)}" for key, item in value.items())]
+        else:
+            unit = quantity(Actuator, name).unit
+            lines.append(f"{name} = {json.dumps(value)}" + (f"  # {unit}" if unit != "1" else ""))
+    path.write_text("\n".join([*lines, *tables, ""]))
+
+
+PRESETS = {path.stem: _read(path) for path in sorted(FOLDER.glob("*.toml"))}
+"""The paper's three actuators (table "Model Parameters")."""

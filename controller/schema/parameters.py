@@ -1,0 +1,191 @@
+"""Every parameter, once: unit, bounds and symbol beside the number. SI units, plane frame of the paper.
+
+Live settings (`Settings`) travel in every command; the rest is fixed while a rig process runs.
+"""
+
+from typing import Annotated
+
+from pydantic import Field as Bounds
+
+from controller.schema.actuator import PRESETS, Actuator
+from controller.schema.fit import GAINS, TWIN
+from controller.schema.layout import Model
+from controller.schema.layout import Quantity as Q
+from controller.schema.modes import Integrator, Law
+
+SENSORS = 10
+"""Sensor positions along the backbone. Sensor i sits at arc length i L / 10, so "rod 6" of the paper is the distal end
+of rod 6 of 10 and "rod 10" the tip, whatever the number of rods in the model."""
+
+BACKBONE_POINTS = 21
+"""Backbone samples in telemetry, at arc lengths j L / 20: every second one is a sensor position."""
+
+
+Gain = Annotated[float, Bounds(ge=0.0, le=5.0)]
+IntegralGain = Annotated[float, Bounds(ge=0.0, le=20.0)]
+VelocityGain = Annotated[float, Bounds(ge=0.0, le=1.0)]
+OBSERVER_GAIN_MAX = 500.0
+"""The observer is stable with every gain up to this [N/m]."""
+ObserverGain = Annotated[float, Bounds(ge=0.0, le=OBSERVER_GAIN_MAX)]
+ObserverDamping = Annotated[float, Bounds(ge=0.0, le=5.0)]
+Mismatch = Annotated[float, Bounds(ge=0.5, le=2.0)]
+Set = Annotated[float, Bounds(ge=-10.0, le=10.0)]
+Share = Annotated[float, Bounds(ge=0.0, le=10.0)]
+Relaxation = Annotated[float, Bounds(ge=1e-3, le=1e4)]
+Torque = Annotated[float, Bounds(ge=-0.2, le=0.2)]
+
+
+class Settings(Model):
+    """What an operator changes live. Gains are the diagonals of the paper's 2x2 matrices."""
+
+    law: Law = Law.FF_PI
+    sensed: Annotated[int, Bounds(ge=0, lt=2**SENSORS), Q("1", "sensors")] = 1 << (SENSORS - 1)
+    """Bit i-1 set: the observer uses the marker of rod i. Only the tip by default."""
+    K_P: Annotated[tuple[Gain, Gain], Q("1", "K_P", (2,))] = (GAINS["K_P"],) * 2
+    K_I: Annotated[tuple[IntegralGain, IntegralGain], Q("1/s", "K_I", (2,))] = (GAINS["K_I"],) * 2
+    K_FF: Annotated[tuple[VelocityGain, VelocityGain], Q("s", "K_FF", (2,))] = (0.0, 0.0)
+    """Velocity feedforward: off by default, as in the paper's Task 5 (live reference)."""
+    K_o: Annotated[tuple[ObserverGain, ObserverGain], Q("N/m", "K_o", (2,))] = (100.0, 100.0)
+    B_o: Annotated[tuple[ObserverDamping, ObserverDamping], Q("N s/m", "B_o", (2,))] = (0.0, 0.0)
+    feedforward_period: Annotated[float, Bounds(ge=0.001, le=0.1), Q("s", "T_ff")] = 0.001
+    """How often the quasi-static inverse is solved; the paper's Task 5 uses 0.01 s."""
+    speed_max: Annotated[float, Bounds(ge=0.001, le=1.0), Q("m/s", "v_max")] = 0.2
+    """Speed limit of a live target in FOLLOW."""
+    acceleration_max: Annotated[float, Bounds(ge=0.01, le=10.0), Q("m/s^2", "a_max")] = 1.5
+    u_open: Annotated[tuple[Torque, Torque], Q("N m", "u", (2,))] = (0.0, 0.0)
+    """Command in the OPEN_LOOP law; approached at `torque_rate_max`, saturated like any other."""
+
+
+class ControllerParameters(Model):
+    """Fixed numbers of the loop. The paper's where it gives them, ours (marked) where it does not."""
+
+    dt: Annotated[float, Bounds(ge=1e-4, le=1e-2), Q("s", "dt")] = 1e-3
+    rods: Annotated[int, Bounds(ge=2, le=1000), Q("1", "N")] = 10
+    integrator: Integrator = Integrator.RK4
+    """RK4 is refused where it is not stable with `dt`; more than some 10 rods need IMPLICIT at 1 ms."""
+    omega_B: Annotated[float, Bounds(ge=0.0, le=1000.0), Q("rad/s", "omega_B")] = 100.0
+    """Baumgarte frequency (ours; the paper gives none)."""
+    zeta_B: Annotated[float, Bounds(ge=0.0, le=10.0), Q("1", "zeta_B")] = 1.0
+    epsilon: Annotated[float, Bounds(gt=0.0, le=1e-2), Q("1", "epsilon")] = 1e-8
+    rcond_min: Annotated[float, Bounds(gt=0.0, le=1e-2), Q("1", "rcond")] = 1e-10
+    weak_ratio: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1")] = 0.2
+    """Feedback fades in a direction in which S moves the tip less than this share of its strongest (ours; paper: 0).
+    At the straight pose nothing can move the tip along x, and the paper's law alone saturates there on noise."""
+    weak_ratio_live: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1")] = 0.35
+    """The same but for the shapes of the library, which the arm is known to follow: where the tip may be led anywhere,
+    by hand, on a drawn path or on the way to another pose, it meets the edge of the reach, a fold of S, and feedback
+    that fades later swings over the whole stroke (ours)."""
+    carry_on: bool = True
+    """The observer carries a marker on with its last velocity for as long as the sample is old (ours): held, it would
+    lag by some 9 ms, 2 mm on the 1 Hz circle. The feedback's error is that of the held marker, as in the paper."""
+    dead_time: Annotated[float, Bounds(ge=0.0, le=0.2), Q("s", "t_d")] = 0.05
+    pneumatic_lag: Annotated[float, Bounds(gt=0.0, le=1.0), Q("s", "tau")] = 0.05
+    torque_rate_max: Annotated[float, Bounds(gt=0.0, le=10.0), Q("N m/s", "u_dot_max")] = 0.5
+    """Bound on the rate of u_ff at a change of branch, and of u in OPEN_LOOP (ours)."""
+    rest_rate: Annotated[float, Bounds(gt=0.0, le=1.0), Q("N m/s", "u_dot_rest")] = 0.03
+    """Rate at which u is brought to zero in REST and FAULT (ours)."""
+    torque_slew_max: Annotated[float, Bounds(gt=0.0, le=100.0), Q("N m/s")] = 5.0
+    """Bound on the rate of u in HOLD and FOLLOW, feedback and all (ours), and of what holds a planned reference."""
+    reference_speed_max: Annotated[float, Bounds(gt=0.0, le=100.0), Q("m/s")] = 1.0
+    """No planned reference that does not declare steps is faster, whoever plans it (ours: what settings may allow)."""
+    reference_acceleration_max: Annotated[float, Bounds(gt=0.0, le=1000.0), Q("m/s^2")] = 25.0
+    """The same for its acceleration over 20 ms (ours: the paper's 2 Hz circle sets in at once, with 19 m/s^2)."""
+
+
+class SafetyLimits(Model):
+    """Watchdog times and limits of DESIGN section 5; every age is measured on the loop's own clock."""
+
+    operator_timeout: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.5
+    server_hold: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.5
+    server_rest: Annotated[float, Bounds(gt=0.0, le=600.0), Q("s")] = 30.0
+    pump_hold: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.5
+    pump_rest: Annotated[float, Bounds(gt=0.0, le=60.0), Q("s")] = 2.0
+    measurement_old: Annotated[float, Bounds(gt=0.0, le=1.0), Q("s")] = 0.05
+    measurement_lost: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.5
+    loop_gap: Annotated[float, Bounds(gt=0.0, le=1.0), Q("s")] = 0.05
+    error_max: Annotated[float, Bounds(gt=0.0, le=1.0), Q("m")] = 0.08
+    error_time: Annotated[float, Bounds(gt=0.0, le=60.0), Q("s")] = 2.0
+    error_rms_max: Annotated[float, Bounds(gt=0.0, le=1.0), Q("m")] = 0.12
+    """About its mean: a constant error is that of `error_max`."""
+    error_rms_time: Annotated[float, Bounds(ge=0.1, le=60.0), Q("s")] = 1.0
+    """Window of the mean and of the mean square."""
+    swing_max: Annotated[float, Bounds(gt=0.0, le=1.0), Q("m")] = 0.025
+    """Of the error, while the reference stands still: an amplitude of 35 mm."""
+    swing_time: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.3
+    """A tick counts as many times as the mean square is beyond its bound: a wide swing is stopped sooner."""
+    swing_ratio: Annotated[float, Bounds(ge=0.0, le=100.0), Q("1")] = 2.0
+    """As much more is allowed for each metre by which the reference itself swings (root of the sum of squares)."""
+    residual_max: Annotated[float, Bounds(gt=0.0, le=1.0), Q("m")] = 0.04
+    residual_time: Annotated[float, Bounds(gt=0.0, le=60.0), Q("s")] = 1.0
+    jump_max: Annotated[float, Bounds(gt=0.0, le=1.0), Q("m")] = 0.03
+    """A marker that leaves its own course, and the model's, by more than this between two samples is not used."""
+    jump_speed: Annotated[float, Bounds(ge=0.0, le=10.0), Q("m/s")] = 0.5
+    """Added to jump_max for the time between the two samples."""
+    frozen_time: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.2
+    frozen_torque: Annotated[float, Bounds(gt=0.0, le=0.2), Q("N m")] = 0.003
+    speed_max: Annotated[float, Bounds(gt=0.0, le=100.0), Q("m/s")] = 20.0
+    """Five times as fast as a step of the paper: beyond, gains make the observer diverge."""
+    pressure_off_max: Annotated[float, Bounds(gt=0.0, le=1e6), Q("Pa")] = 30e3
+    pressure_off_time: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.3
+    pressure_max: Annotated[float, Bounds(gt=0.0, le=1e6), Q("Pa")] = 340e3
+    """A measured chamber pressure above this is an E-STOP."""
+    pressure_min: Annotated[float, Bounds(ge=-1e5, lt=0.0), Q("Pa")] = -20e3
+    """So is one below this: gauge pressure, so a sensor or its wire is broken."""
+
+
+class TwinParameters(Model):
+    """The simulated actuator: the same static map as the model, another time scale, and honest flaws (PHYSICS.md)."""
+
+    rods: Annotated[int, Bounds(ge=2, le=100), Q("1", "N")] = 14
+    substeps: Annotated[int, Bounds(ge=1, le=20), Q("1")] = 4
+    kappa: Annotated[float, Bounds(ge=1.0, le=50.0), Q("1", "kappa")] = TWIN["kappa"]
+    """Stiffness and torque gain are scaled together: the static map stays, the first mode rises to about 2.3 Hz."""
+    zeta: Annotated[float, Bounds(ge=0.0, le=2.0), Q("1", "zeta")] = TWIN["zeta"]
+    stiffness_scale: Annotated[float, Bounds(ge=0.5, le=2.0), Q("1")] = 1.0
+    torque_gain: Annotated[tuple[Mismatch, Mismatch], Q("1", shape=(2,))] = TWIN["torque_gain"]
+    """Deliberate mismatch: each pair bends the plant this much more than the model believes."""
+    set_curvature: Annotated[tuple[Set, Set], Q("1/m", shape=(2,))] = TWIN["set_curvature"]
+    """What the base half and the tip half are bent at rest, unknown to the model: TPU keeps some of past bends."""
+    creep: Annotated[tuple[Share, Share], Q("1", "g", (2,))] = TWIN["creep"]
+    """Share of the stiffness in each of two Maxwell branches (TPU creep)."""
+    creep_time: Annotated[tuple[Relaxation, Relaxation], Q("s", "tau_m", (2,))] = TWIN["creep_time"]
+    friction: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1", "mu")] = TWIN["friction"]
+    """Coulomb friction on the PTFE sheet; it sticks."""
+    slip: Annotated[float, Bounds(ge=1e-5, le=1e-2), Q("m")] = 5e-4
+    """Way over which friction on the sheet builds up and turns round (ours)."""
+    hysteresis: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1")] = TWIN["hysteresis"]
+    """Stiffness that the hysteresis of TPU adds to small motions, as a share of the stiffness."""
+    hysteresis_bend: Annotated[float, Bounds(ge=0.01, le=6.0), Q("rad")] = TWIN["hysteresis_bend"]
+    """Change of the whole backbone's bend over which the hysteresis builds up and turns round."""
+    inflate_time: Annotated[float, Bounds(ge=0.005, le=1.0), Q("s")] = TWIN["inflate_time"]
+    """What the gain of the pressure loops is chosen for while they fill: the lag of a small step."""
+    exhaust_time: Annotated[float, Bounds(ge=0.005, le=1.0), Q("s")] = TWIN["exhaust_time"]
+    """The same while they exhaust, at 60 kPa; below and for large steps air leaves more slowly."""
+    supply_pressure: Annotated[float, Bounds(ge=1e5, le=1e6), Q("Pa")] = 600e3
+    """Gauge (ours; the paper gives none). No chamber is filled beyond."""
+    conductance: Annotated[float, Bounds(ge=1e-10, le=1e-7), Q("m^3/(s Pa)", "C")] = 3.9e-9
+    """Sonic conductance (ISO 6358) of a valve (ours): about 100 l/min from 6 to 5 bar, unchecked with a data sheet."""
+    critical_ratio: Annotated[float, Bounds(ge=0.0, le=0.6), Q("1", "b")] = 0.3
+    """Pressure ratio below which the flow is choked (ours: usual for spool valves; an ideal nozzle has 0.528)."""
+    chamber_volume: Annotated[float, Bounds(ge=1e-6, le=1e-3), Q("m^3", "V")] = 5e-5
+    """Of a chamber, 126 x 20 x 10 mm inside, and 2 m of line of 4 mm (ours: the paper gives neither)."""
+    valve_lag: Annotated[float, Bounds(ge=0.0, le=0.1), Q("s")] = 1.3e-3
+    """Of the spool (ours): first order at about 125 Hz."""
+    valve_offset: Annotated[float, Bounds(ge=-0.01, le=0.01), Q("1")] = 0.004
+    """The spool's rest position off its middle, as a share of the stroke (ours): what the loops' integral is for."""
+    valve_integral_time: Annotated[float, Bounds(ge=0.1, le=10.0), Q("s")] = 0.2
+    """Reset time of the pressure loops (ours)."""
+    dead_time: Annotated[float, Bounds(ge=0.0, le=0.2), Q("s")] = 0.05
+    marker_noise: Annotated[float, Bounds(ge=0.0, le=0.01), Q("m")] = 1e-4
+    marker_period: Annotated[float, Bounds(ge=1e-3, le=1.0), Q("s")] = 0.01
+    marker_latency: Annotated[float, Bounds(ge=0.0, le=0.1), Q("s")] = 0.004
+    seed: Annotated[int, Bounds(ge=0, le=2**31 - 1), Q("1")] = 0
+
+
+class RigParameters(Model):
+    """Everything a rig process is started with."""
+
+    actuator: Actuator = PRESETS["P1"]
+    controller: ControllerParameters = ControllerParameters()
+    limits: SafetyLimits = SafetyLimits()
+    twin: TwinParameters = TwinParameters()

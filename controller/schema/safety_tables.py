@@ -1,0 +1,61 @@
+"""The tables of docs/safety.md, made from those by which the loop acts: `python -m controller.schema.safety_tables`."""
+
+import re
+from pathlib import Path
+
+from controller.schema.layout import quantity
+from controller.schema.modes import Mode, Request
+from controller.schema.parameters import SafetyLimits
+from controller.schema.states import WATCHDOGS, Watchdog, next_mode
+
+PAGE = Path("docs/safety.md")
+REACTIONS = {Mode.HOLD: "HOLD", Mode.REST: "REST", Mode.FAULT: "FAULT, ramp to rest", Mode.E_STOP: "E_STOP, vent"}
+
+
+def filled(page: str) -> str:
+    """`page` with today's tables between its marks `<!-- name -->` and `<!-- /name -->`."""
+    for name, table in (("transitions", transitions()), ("watchdogs", watchdogs())):
+        between = re.compile(f"(<!-- {name} -->\n).*(<!-- /{name} -->)", re.DOTALL)
+        page = between.sub(lambda marks, table=table: f"{marks[1]}{table}{marks[2]}", page)  # type: ignore[misc]
+    return page
+
+
+def transitions() -> str:
+    """Mode after each request; empty where it is refused."""
+    rows = [[mode.name, *(_name(next_mode(mode, request)) for request in Request if request)] for mode in Mode]
+    return _table(["in", *(request.name for request in Request if request)], rows)
+
+
+def watchdogs() -> str:
+    """What is watched, its bound and what happens."""
+    rows = [
+        [dog.watched, _bounds(dog), _modes(dog), REACTIONS[dog.reaction], dog.cause.name] for dog in WATCHDOGS.values()
+    ]
+    return _table(["watched", "bound", "in", "reaction", "cause"], rows)
+
+
+def _name(mode: Mode | None) -> str:
+    return "" if mode is None else mode.name
+
+
+def _bounds(dog: Watchdog) -> str:
+    return ", ".join(f"`{name}` {_value(name)}" for name in dog.limits)
+
+
+def _value(name: str) -> str:
+    unit = quantity(SafetyLimits, name).unit
+    return f"{SafetyLimits.model_fields[name].default:g}" + (f" {unit}" if unit != "1" else "")
+
+
+def _modes(dog: Watchdog) -> str:
+    missing = [mode.name for mode in Mode if mode not in dog.modes]
+    return f"all but {missing[0]}" if len(missing) == 1 else ", ".join(mode.name for mode in dog.modes)
+
+
+def _table(head: list[str], rows: list[list[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(filled(PAGE.read_text()))

@@ -1,0 +1,84 @@
+"""One run of an experiment as data, and what comes of it."""
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+from controller.errors import DataError
+from controller.reference.library import reference
+from controller.reference.reference import Reference
+from controller.schema.actuator import PRESETS
+from controller.schema.fit import GAINS
+from controller.schema.modes import Law
+from controller.schema.parameters import ControllerParameters, RigParameters, Settings, TwinParameters
+from controller.simulation.metrics import Window, measure
+from controller.simulation.run import run
+from controller.simulation.simulate import Rows
+
+LAWS = {"ff": Law.FF, "ff+p": Law.FF_P, "ff+i": Law.FF_I, "ff+pi": Law.FF_PI}
+SENSED = {"rod6": 1 << 5, "rod10": 1 << 9, "rod6+10": 1 << 5 | 1 << 9}
+"""Task 4's choices of sensors, as bits of `Settings.sensed`; all under FF+PI."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A reference of the library on an actuator, under a law or (Task 4) a choice of sensors, with a seed."""
+
+    reference: str
+    actuator: str = "P1"
+    law: str = "ff+pi"
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What all runs of a reproduction share: the plant, the controller's numbers, one set of gains."""
+
+    twin: TwinParameters = field(default_factory=TwinParameters)
+    controller: ControllerParameters = field(default_factory=ControllerParameters)
+    gains: Settings = field(default_factory=lambda: Settings(K_FF=(GAINS["K_FF"],) * 2))
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A run that came to its end."""
+
+    case: Case
+    reference: Reference
+    rows: Rows
+    """Telemetry (n,), one row a tick of the reference."""
+    metrics: dict[Window, dict[str, float]]
+
+
+def run_case(case: Case, setup: Setup) -> Outcome:
+    """Run `case` on `setup`. The same case on the same setup gives the same bits.
+
+    Raises DataError for an unknown law and TendrilError if the rig does not follow to the end.
+    """
+    path = planned(case.reference, case.actuator, setup.controller)
+    rows = run(parameters_of(case, setup), path, settings_of(case, setup.gains), case.seed)
+    return outcome(case, path, rows)
+
+
+@lru_cache(maxsize=64)
+def planned(name: str, actuator: str, controller: ControllerParameters) -> Reference:
+    """`reference`, planned once a process: neither plant, gains nor seed change it."""
+    return reference(name, PRESETS[actuator], controller)
+
+
+def outcome(case: Case, planned: Reference, rows: Rows) -> Outcome:
+    """The run `rows` (n,) of `planned`, with its metrics in both windows."""
+    return Outcome(case, planned, rows, {window: measure(rows, planned, window) for window in Window})
+
+
+def parameters_of(case: Case, setup: Setup) -> RigParameters:
+    """What the rig of `case` is started with; the seed of the twin is the run's."""
+    twin = setup.twin.model_copy(update={"seed": case.seed})
+    return RigParameters(actuator=PRESETS[case.actuator], controller=setup.controller, twin=twin)
+
+
+def settings_of(case: Case, gains: Settings) -> Settings:
+    """`gains` under the law and sensors of `case`."""
+    if case.law not in LAWS | SENSED:
+        raise DataError(f"law = {case.law!r} is none of {', '.join(LAWS | SENSED)}")
+    law = LAWS.get(case.law, Law.FF_PI)
+    return gains.model_copy(update={"law": law, "sensed": SENSED.get(case.law, gains.sensed)})

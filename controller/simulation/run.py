@@ -1,0 +1,90 @@
+"""One run of a planned reference on the twin: arm, TRACK to the end, without a clock."""
+
+import numpy as np
+
+from controller.build.rig import build_rig
+from controller.build.twin import build_twin
+from controller.errors import DataError, TendrilError
+from controller.kernels.control.memory import Control
+from controller.reference.reference import Reference
+from controller.schema.messages import Command
+from controller.schema.modes import Cause, Mode, Request
+from controller.schema.parameters import RigParameters, Settings
+from controller.simulation.metrics import DT
+from controller.simulation.simulate import Rows, Simulation
+
+BOOT = 1
+SETTLE, ARMED = 50, 50
+"""Ticks until the markers have come in; ticks of HOLD before the run."""
+
+
+def run(parameters: RigParameters, reference: Reference, settings: Settings, seed: int) -> Rows:
+    """Telemetry (n,) of the reference's n ticks, approach included, under the law and sensors of `settings`.
+
+    As `attempt`; raises TendrilError as well if the rig does not follow to the end.
+    """
+    rows = attempt(parameters, reference, settings, seed)
+    require_mode(rows, reference.name, Mode.TRACK)
+    return rows
+
+
+def attempt(parameters: RigParameters, reference: Reference, settings: Settings, seed: int) -> Rows:
+    """Telemetry (n,) of as many ticks as the reference has, whether or not the rig follows it to the end.
+
+    K_FF counts only where the reference has it on, so one set of gains serves all experiments. `seed` is the twin's:
+    the same seed gives the same bits. Raises DataError for a reference that the rig cannot be given.
+    """
+    simulation = armed(parameters, for_reference(settings, reference), seed)
+    plan(simulation.rig.control, reference)
+    request(simulation, Request.TRACK)
+    return simulation.run(len(reference.p))
+
+
+def armed(parameters: RigParameters, settings: Settings, seed: int) -> Simulation:
+    """A rig and its twin in HOLD at rest, ready for a run, with the twin's noise from `seed`."""
+    rig, twin = build_rig(parameters, BOOT), build_twin(seeded(parameters, seed))
+    simulation = Simulation(rig, twin, Command(boot=BOOT, settings=settings))
+    simulation.run(SETTLE)
+    request(simulation, Request.ARM)
+    simulation.run(ARMED)
+    return simulation
+
+
+def for_reference(settings: Settings, reference: Reference) -> Settings:
+    """`settings` with K_FF off where the reference has no velocity feedforward."""
+    return settings if reference.velocity_feedforward else settings.model_copy(update={"K_FF": (0.0, 0.0)})
+
+
+def seeded(parameters: RigParameters, seed: int) -> RigParameters:
+    """`parameters` with another seed of the twin's noise."""
+    return parameters.model_copy(update={"twin": parameters.twin.model_copy(update={"seed": seed})})
+
+
+def plan(control: Control, reference: Reference) -> None:
+    """Put the reference in place for TRACK. Raises DataError if it does not fit the rig's memory or period."""
+    rows, room = len(reference.p), len(control.reference)
+    if not 0 < rows <= room:
+        raise DataError(f"{reference.name}: {rows} rows of reference, outside [1, {room}]")
+    if abs(control.dt - DT) > 1e-9:
+        raise DataError(f"{reference.name}: sampled every {DT} s, but the tick is {control.dt} s")
+    if not np.isfinite(reference.p).all():
+        raise DataError(f"{reference.name}: a point is not finite")
+    control.reference[:rows] = reference.p
+    control.guide[:rows] = np.nan if reference.u is None else reference.u
+    control.kinds[:rows] = reference.kinds
+    control.plan[0] = rows, 0, rows
+
+
+def request(simulation: Simulation, wanted: Request) -> None:
+    """Ask for `wanted` from the next tick on."""
+    simulation.command["request_n"] += 1
+    simulation.command["request"] = wanted
+
+
+def require_mode(rows: Rows, name: str, wanted: Mode) -> None:
+    """Raise TendrilError unless every row is in the mode `wanted`: a run that was broken off has no metrics."""
+    broken = np.flatnonzero(rows["mode"] != wanted)
+    if broken.size:
+        row = rows[broken[0]]
+        mode, cause = Mode(row["mode"]).name, Cause(row["cause"] or row["request_cause"]).name
+        raise TendrilError(f"{name}: {mode} ({cause}) after {broken[0] * DT:.3f} s, instead of to the end")

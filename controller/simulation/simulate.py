@@ -1,0 +1,73 @@
+"""The real tick and the real twin without a clock: every experiment, bench and preview runs through here."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from controller.kernels.control.memory import Rig
+from controller.kernels.control.tick import tick
+from controller.kernels.plant.twin import Twin, twin_step
+from controller.schema.layout import record_dtype, to_record
+from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry
+
+START_NS = 1_000_000_000
+"""Clock of the first tick; 0 would mean that nothing has been measured yet."""
+
+Rows = np.ndarray[Any, np.dtype[np.void]]
+
+
+class Simulation:
+    """One life of a rig and a twin on a perfect loop, advanced piece by piece.
+
+    The operator is present as long as `present` is True, and every number of `command` may be changed between pieces.
+    """
+
+    def __init__(self, rig: Rig, twin: Twin, command: Command) -> None:
+        self.rig, self.twin, self.present = rig, twin, True
+        self.command = to_record(command)
+        self.measurement = to_record(Measurement())
+        self._status = to_record(LoopStatus())
+        self._ticks = 0
+
+    def write(self, command: Command) -> None:
+        """Put `command` in force; its presence counter is the simulation's own."""
+        presence = self.command["presence"].copy()
+        self.command[:] = to_record(command)
+        self.command["presence"] = presence
+
+    def run(self, ticks: int) -> Rows:
+        """Telemetry (ticks,) of the next `ticks` periods."""
+        rows = np.zeros(ticks, record_dtype(Telemetry))
+        period_ns = round(self.rig.control.dt * 1e9)
+        first = np.array([self._ticks, period_ns, self.present], np.int64)
+        _run(self.rig, self.twin, first, (self.command, self.measurement, self._status), rows)
+        self._ticks += ticks
+        return rows
+
+
+def simulate(rig: Rig, twin: Twin, commands: Sequence[tuple[int, Command]], ticks: int) -> Rows:
+    """Telemetry (ticks,) of a run in which each of `commands` comes into force at its tick; the operator is present."""
+    simulation = Simulation(rig, twin, Command(boot=int(rig.control.state["boot"][0])))
+    times = sorted(commands, key=lambda item: item[0])
+    ends = [start for start, _ in times[1:]] + [ticks]
+    rows = [simulation.run(times[0][0] if times else ticks)]
+    for (start, command), end in zip(times, ends, strict=False):
+        simulation.write(command)
+        rows.append(simulation.run(min(end, ticks) - start))
+    return np.concatenate(rows)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _run(rig, twin, first, records, rows):  # type: ignore[no-untyped-def]
+    """Tick and plant in turn, like the real loop: the measurement of a step is seen by the next tick."""
+    command, measurement, status = records[0][0], records[1][0], records[2][0]
+    for n in range(rows.size):
+        slot = first[0] + n
+        t_ns = START_NS + slot * first[1]
+        status.server_ns = status.pump_ns = t_ns
+        command.presence += first[2]
+        rows[n].slot = slot
+        tick(rig, t_ns, command, measurement, status, rows[n])
+        twin_step(twin, t_ns, rows[n], measurement)

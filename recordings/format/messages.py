@@ -1,0 +1,115 @@
+"""What is said about recordings: the recorder's state and one row of the list."""
+
+from typing import Literal
+
+from pydantic import AwareDatetime
+
+from controller.schema.layout import Model
+from controller.schema.parameters import Settings
+
+PATIENCE = 10.0
+"""A disk that takes nothing for so long ends the recording [s]. Memory holds a minute of rows, and a disk that has to
+spin up takes 5 to 8 s."""
+SPLIT_BYTES = 1_000_000_000
+"""Size at which a recording goes on in another file."""
+
+Profile = Literal["full", "standard"]
+"""How much of every tick is kept; `recordings.format.profiles` says what each one holds."""
+
+
+class RecordingState(Model):
+    """What the recorder does now."""
+
+    recording: bool
+    id: str
+    seconds: float
+    rows: int
+    gaps: int
+    """Ticks that are missing between the rows given: 0 when nothing was lost."""
+    problem: str = ""
+    """Why the last recording ended by itself (a full disk, ...), "" when it did not."""
+
+
+class Hole(Model):
+    """Ticks that are not in the file."""
+
+    after: int
+    """The last tick before it."""
+    ticks: int
+    """How many are missing."""
+
+
+class Restart(Model):
+    """The rig ended, killed perhaps, and began again: its ticks begin anew, and none are counted as missing."""
+
+    after: int
+    """The last tick of its life before."""
+    seconds: float
+    """From that tick to the first of the new life."""
+
+
+class Metrics(Model):
+    """What a run's rows come to (`recordings.read.metrics`); null where there is nothing to measure. SI units."""
+
+    approach: float | None = None
+    """So long runs were led into [s], which does not count; null where the recording does not say, and it counts."""
+    rmse: float | None = None
+    max_error: float | None = None
+    sse: float | None = None
+    """Steady-state error: mean length of the error over the last tenth [m] (paper, "SSE")."""
+    ise: float | None = None
+    """Integral of the squared error over time [m^2 s]."""
+    lag_deg_x: float | None = None
+    lag_deg_y: float | None = None
+    saturated_share: float | None = None
+    residual_rms: float | None = None
+    """RMS of the observer's residual [m]."""
+    unsensed_rms: float | None = None
+    """RMS distance between the observer's rods and the twin's at rods that are not sensed [m]; null on hardware."""
+    feedback_share: float | None = None
+    """Mean |u_fb| / mean (|u_ff| + |u_fb|)."""
+    lost: int | None = None
+    """Slots of the time grid without their tick."""
+    on_time_share: float | None = None
+
+
+class Recording(Model):
+    """One row of the Review tab."""
+
+    id: str
+    name: str
+    started: AwareDatetime
+    seconds: float
+    rows: int
+    gaps: int
+    bytes: int
+    actuator: str
+    twin: bool
+    complete: bool
+    """False: the writer was killed; the file is readable up to its last batch."""
+    recovered: bool = False
+    """The file of a killed writer was mended: it holds what was written, with a proper end."""
+    rig: str = ""
+    operator: str = ""
+    """Who operated when it began, "" for nobody."""
+    reference: str = ""
+    """Name of the library's reference or of the drawing that was run, "" without a run."""
+    profile: Profile = "full"
+    settings: Settings | None = None
+    """Gains, law, limits and sensed rods at the start."""
+    holes: tuple[Hole, ...] = ()
+    """Where ticks are missing, the first 100."""
+    restarts: tuple[Restart, ...] = ()
+    """Where the rig restarted while it was recorded, the first 100."""
+    part_of: str = ""
+    """Id of the first part, of a recording that was split by size; "" for that one and for all others."""
+    imported: bool = False
+    """It was made elsewhere: time, x and y alone."""
+    metrics: Metrics | None = None
+    """Null until they were taken, after the end."""
+    tags: tuple[str, ...] = ()
+    notes: str = ""
+    starred: bool = False
+    """The quota never removes it."""
+    problem: str = ""
+    """Why it cannot be relied on: its data or its description is missing or damaged; "" for nearly all."""

@@ -1,0 +1,94 @@
+"""The plan view of a recording. rerun's 2-D views point y downwards, so y is negated here and nowhere else."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import rerun as rr
+
+from controller.schema.actuator import Actuator
+from recordings.format.signals import MEASURED, OBSERVER, PLAN_PERIOD, REFERENCE, TWIN, YELLOW, rgba
+
+Rows = np.ndarray[Any, np.dtype[np.void]]
+Points = np.ndarray[Any, np.dtype[np.float32]]
+TimesOf = Callable[[Rows], list[rr.TimeColumn]]
+
+OBSERVER_BACKBONE, TWIN_BACKBONE = "/plan/observer", "/plan/twin"
+LINES = {OBSERVER_BACKBONE: "backbone", TWIN_BACKBONE: "twin_backbone"}
+POINTS = {"/plan/target": "target", "/plan/reference": "p_ref", "/plan/tip": "p_meas"}
+GRID = 0.05
+"""Distance of the grid lines [m]."""
+
+
+def on_grid(tick: np.ndarray[Any, np.dtype[np.int64]]) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    """Which ticks belong to the plan view's 100 Hz."""
+    return np.asarray(tick % PLAN_PERIOD == 0)
+
+
+def flip(points: np.ndarray[Any, Any]) -> Points:
+    """Plane frame (y up) to rerun's 2-D frame (y down), and back: (..., 2)."""
+    return np.asarray(points * (1.0, -1.0), np.float32)
+
+
+def write_static(stream: rr.RecordingStream, actuator: Actuator) -> None:
+    """Colours, sizes, order of drawing, and what does not move: grid and clamp."""
+    _style(stream, rr.LineStrips2D, TWIN_BACKBONE, (TWIN, 3.0, 10.0))
+    _style(stream, rr.LineStrips2D, OBSERVER_BACKBONE, (OBSERVER, 2.0, 20.0))
+    _style(stream, rr.Points2D, "/plan/markers", (MEASURED, 3.5, 50.0))
+    _style(stream, rr.Points2D, "/plan/target", (YELLOW, 6.0, 30.0))
+    _style(stream, rr.Points2D, "/plan/reference", (REFERENCE, 2.5, 40.0))
+    _style(stream, rr.Points2D, "/plan/tip", (MEASURED, 2.0, 41.0))
+    _write_grid(stream, actuator.length)
+    clamp = [[(0.0, -actuator.width), (0.0, actuator.width)]]
+    stream.log("/plan/clamp", _thin(clamp, 0xDDDDDD, 2.5), static=True)
+
+
+def write(stream: rr.RecordingStream, times: TimesOf, rows: Rows) -> None:
+    """Backbones and points of `rows`; what is not known (nan) is left out."""
+    for path, field in LINES.items():
+        known = rows[np.isfinite(rows[field]).all(axis=(1, 2))]
+        if len(known):
+            strips = [[line] for line in flip(known[field])]
+            stream.send_columns(path, times(known), rr.LineStrips2D.columns(strips=strips))
+    for path, field in POINTS.items():
+        _send_points(stream, path, times(rows), flip(rows[field])[:, None, :])
+
+
+def write_markers(stream: rr.RecordingStream, times: list[rr.TimeColumn], rows: Rows) -> None:
+    """Markers that are seen, as points."""
+    _send_points(stream, "/plan/markers", times, flip(rows["markers"]))
+
+
+def _send_points(stream: rr.RecordingStream, path: str, times: list[rr.TimeColumn], points: Points) -> None:
+    """`points` (rows, k, 2); those that are nan are left out."""
+    seen = np.isfinite(points).all(axis=2)
+    columns = rr.Points2D.columns(positions=points[seen])
+    stream.send_columns(path, times, [*columns.partition(seen.sum(axis=1))])
+
+
+def _style(stream: rr.RecordingStream, kind: Any, path: str, look: tuple[int, float, float]) -> None:
+    """Colour, radius [pixels] and drawing order of all that comes at `path`."""
+    color, radius, order = look
+    style = kind.from_fields(colors=rgba([color]), radii=rr.Radius.ui_points(radius), draw_order=order)
+    stream.log(path, style, static=True)
+
+
+def _write_grid(stream: rr.RecordingStream, length: float) -> None:
+    """Faint lines every 50 mm over the reach, with their numbers in mm along the axes."""
+    steps = np.arange(-np.ceil(length / GRID), np.ceil(length / GRID) + 1) * GRID
+    end = steps[-1]
+    lines = [[(x, -end), (x, end)] for x in steps] + [[(-end, y), (end, y)] for y in steps]
+    stream.log("/plan/grid", _thin(lines, 0x2C3138, 0.5), static=True)
+    stream.log("/plan/axes", _thin([[(0, -end), (0, end)], [(-end, 0), (end, 0)]], 0x59616B, 0.75), static=True)
+    marks = [step for step in steps if abs(step) <= length and round(step / GRID) % 2 == 0]
+    across = [x for x in marks if x >= -0.5 * length]
+    at = flip(np.array([(x, -0.95 * length) for x in across] + [(-0.5 * length, y) for y in marks]))
+    labels = [f"{value * 1e3:.0f}" for value in across + marks]
+    points = rr.Points2D(
+        at, labels=labels, show_labels=True, colors=rgba([0x59616B] * len(at)), radii=rr.Radius.ui_points(1.5)
+    )
+    stream.log("/plan/axes/mm", points, static=True)
+
+
+def _thin(lines: Any, color: int, radius: float) -> rr.LineStrips2D:
+    return rr.LineStrips2D(lines, colors=rgba([color] * len(lines)), radii=rr.Radius.ui_points(radius), draw_order=-10)

@@ -1,0 +1,211 @@
+"""Reads a recording back into numpy, whether it was closed or its writer was killed."""
+
+import contextlib
+from collections import defaultdict
+from collections.abc import Callable, Collection, Iterable, Sequence
+from functools import reduce
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+
+from controller.errors import RecordingError
+from controller.schema.layout import record_dtype
+from controller.schema.messages import RigInfo, Telemetry
+from controller.schema.modes import Mode
+from controller.schema.parameters import Settings
+from recordings.format.about import word
+from recordings.format.chunks import Array, Batch, Chunks, common, numbers, opened
+from recordings.format.messages import Profile
+from recordings.format.plan import LINES, flip
+from recordings.format.profiles import SLOW_FIELDS, TICKS
+from recordings.format.signals import APPROACH, GROUPS, MARKERS, Group
+
+T = TypeVar("T")
+
+TENDRIL, CLOCK = "/__properties/tendril", "/__properties/clock"
+SCALARS, STRIPS, LOG, MODE = "Scalars:scalars", "LineStrips2D:strips", "/log", "/mode"
+DENSE = {group.path: SCALARS for group in GROUPS}
+SLOW = {MARKERS: ("markers", SCALARS)} | {path: (field, STRIPS) for path, field in LINES.items()}
+
+
+class Origin(NamedTuple):
+    """What a recording says of itself: who recorded, the settings at the start, how much is kept."""
+
+    info: RigInfo
+    settings: Settings
+    profile: Profile
+
+
+def read_rows(path: Path, fields: Collection[str] = ()) -> dict[str, Array]:
+    """Recorded telemetry fields (n, ...) in the order of time, in Telemetry's own types and units; all without names.
+
+    `markers`, `backbone` and `twin_backbone` are slower, and so are `profiles.SLOW_FIELDS` in the profile `standard`:
+    each comes with `<name>_tick` (k,), the ticks of its values. `approach` (n,) of bool says which rows lead into a run
+    and are no part of it; it is left out where the recording says nothing of that. What is at every tick comes with its
+    whole group. A batch that a killed writer left half written is dropped.
+    """
+    wanted = tuple(group for group in GROUPS if not fields or _holds(group, fields))
+    slow = [entity for entity, (field, _) in SLOW.items() if not fields or field in fields]
+    last = GROUPS[-1]  # what has its row there has it in all groups
+    groups = wanted if last in wanted else (*wanted, last)
+    found = _collect(path, [*(group.path for group in groups), TICKS.path, *slow, CLOCK, APPROACH])
+    thinned, groups = (wanted, (TICKS,)) if TICKS.path in found else ((), groups)
+    origin = int(found[CLOCK][0].column("t_ns_origin").flatten()[0].as_py()) if CLOCK in found else 0
+    tables = {group.path: _Table(found.get(group.path, []), SCALARS) for group in groups}
+    whole = reduce(common, [table.t for table in tables.values()])
+    clock = tables[groups[0].path].only(whole)
+    out: dict[str, Array] = {"tick": clock.tick, "t_ns": clock.t + origin}
+    for group in groups:
+        _spread(tables[group.path].only(whole), group, out)
+    if APPROACH in found:
+        spans = _Table(found[APPROACH], SCALARS).values(2)
+        out["approach"] = np.any([(first <= clock.tick) & (clock.tick < end) for first, end in spans], axis=0)
+    return out | _thinned(found, thinned) | _slow(found, slow)
+
+
+def _holds(group: Group, fields: Collection[str]) -> bool:
+    return any(series.field in fields for series in group.series)
+
+
+def read_times(path: Path) -> tuple[Array, Array]:
+    """Ticks and times since the start [ns] of the rows in the file: (n,), (n,); much cheaper than all rows."""
+    found = _collect(path, [GROUPS[-1].path, TICKS.path])
+    last = _Table(found.get(TICKS.path if TICKS.path in found else GROUPS[-1].path, []), SCALARS)
+    return last.tick, last.t
+
+
+def read_groups(path: Path, groups: Sequence[Group]) -> dict[str, tuple[Array, Array]]:
+    """Times since the start [ns] (n,) and series (n, series) of the `groups` that are in the file, by path."""
+    found = _collect(path, [group.path for group in groups])
+    out = {}
+    for group in groups:
+        table = _Table(found.get(group.path, []), SCALARS)
+        if len(table.t):
+            out[group.path] = table.t, table.values(len(group.series))
+    return out
+
+
+def read_modes(path: Path) -> tuple[Array, Array]:
+    """Times since the start [ns] (k,) at which the mode changed, the first row's included, and `Mode` then (k,)."""
+    component, modes = "StateChange:state", {word(mode): int(mode) for mode in Mode}
+    batches = [batch for batch in _collect(path, [MODE]).get(MODE, []) if component in batch.schema.names]
+    t = _joined([batch.column("t").cast("int64").to_numpy() for batch in batches], np.int64)
+    words = [word for batch in batches for word in batch.column(component).flatten().to_pylist()]
+    order = np.argsort(t, kind="stable")
+    return t[order], np.array([modes[word] for word in words], np.int64)[order]
+
+
+def read_about(path: Path) -> tuple[RigInfo, Settings]:
+    """Who recorded, with every parameter, and the settings at the start."""
+    about = _reading(path, lambda chunks: about_of(chunks, path))
+    return about.info, about.settings
+
+
+def about_of(chunks: Chunks, path: Path) -> Origin:
+    """What the file `path` says of itself; RecordingError when it is none of ours."""
+    said = chunks.properties(TENDRIL, ("info", "settings", "profile"))
+    if not {"info", "settings"} <= set(said):
+        raise RecordingError(f"{path} is not a recording of Tendril")
+    info, settings = RigInfo.model_validate_json(said["info"]), Settings.model_validate_json(said["settings"])
+    return Origin(info, settings, said.get("profile", "full"))
+
+
+def origin_of(chunks: Chunks) -> int:
+    """The rig's clock at t = 0 [ns]."""
+    return int(chunks.properties(CLOCK, ("t_ns_origin",)).get("t_ns_origin", 0))
+
+
+def read_log(path: Path) -> list[tuple[int, str, str]]:
+    """The log's lines as (tick, level, text with its time) in the order of time."""
+    lines: list[tuple[int, int, str, str]] = []
+    for batch in _collect(path, [LOG]).get(LOG, []):
+        t, tick = (batch.column(name).cast("int64").to_pylist() for name in ("t", "tick"))
+        level, text = (batch.column(f"TextLog:{name}").flatten().to_pylist() for name in ("level", "text"))
+        lines += zip(t, tick, level, text, strict=True)
+    return [line[1:] for line in sorted(lines, key=lambda line: line[0])]
+
+
+class _Table:
+    """The batches of one entity as one, in the order of time."""
+
+    def __init__(self, batches: Iterable[Batch], component: str) -> None:
+        moving = [batch for batch in batches if "t" in batch.schema.names]
+        self.t = _joined([batch.column("t").cast("int64").to_numpy() for batch in moving], np.int64)
+        self.tick = _joined([batch.column("tick").to_numpy() for batch in moving], np.int64)
+        self._flat = _joined([numbers(batch.column(component)) for batch in moving], np.float64)
+        self._order = np.argsort(self.t, kind="stable")
+        self.t, self.tick = self.t[self._order], self.tick[self._order]
+
+    def values(self, width: int) -> Array:
+        """The component's numbers, (rows, width)."""
+        return np.asarray(self._flat.reshape(-1, width)[self._order])
+
+    def only(self, t: Array) -> "_Table":
+        """The rows at the times `t`."""
+        keep = np.isin(self.t, t, assume_unique=True)
+        self.t, self.tick, self._order = self.t[keep], self.tick[keep], self._order[keep]
+        return self
+
+
+def _collect(path: Path, entities: list[str]) -> dict[str, list[Batch]]:
+    """One pass through the file: the batches of `entities`."""
+
+    def work(chunks: Chunks) -> dict[str, list[Batch]]:
+        found: dict[str, list[Batch]] = defaultdict(list)
+        for chunk in chunks.of(entities):
+            found[str(chunk.entity_path)].append(chunk.to_record_batch())
+        return found
+
+    return _reading(path, work)
+
+
+def _reading(path: Path, work: Callable[[Chunks], T]) -> T:
+    """`work` on the file, on its whole frames where that is written or torn; RecordingError when rerun cannot."""
+    with contextlib.suppress(RuntimeError):
+        return work(Chunks(path))
+    with opened(path) as chunks:
+        return work(chunks)
+
+
+def _slow(found: dict[str, list[Batch]], wanted: Iterable[str]) -> dict[str, Array]:
+    out: dict[str, Array] = {}
+    for entity in wanted:
+        field, component = SLOW[entity]
+        kind = _kind(field)
+        table = _Table([batch for batch in found.get(entity, []) if component in batch.schema.names], component)
+        width = int(np.prod(kind.shape))
+        values = table.values(width).reshape(-1, *kind.shape).astype(kind.base)
+        out[field] = flip(values) if component == STRIPS else values
+        out[f"{field}_tick"] = table.tick
+    return out
+
+
+def _thinned(found: dict[str, list[Batch]], groups: Iterable[Group]) -> dict[str, Array]:
+    """SLOW_FIELDS with their ticks, from the groups that are written at 100 Hz."""
+    out: dict[str, Array] = {}
+    for group in groups:
+        if slow := SLOW_FIELDS & {series.field for series in group.series}:
+            table = _Table(found.get(group.path, []), SCALARS)
+            _spread(table, group, out)
+            out |= {f"{name}_tick": table.tick for name in slow}
+    return {name: values for name, values in out.items() if name.removesuffix("_tick") in SLOW_FIELDS}
+
+
+def _spread(table: _Table, group: Group, out: dict[str, Array]) -> None:
+    """Put the group's columns into the telemetry fields (rows, ...) of `out` that they belong to."""
+    for column, series in zip(table.values(len(group.series)).T, group.series, strict=True):
+        kind = _kind(series.field)
+        if series.index is None:
+            out[series.field] = column.astype(kind.base)
+        else:
+            out.setdefault(series.field, np.empty((len(column), *kind.shape), kind.base))[:, series.index] = column
+
+
+def _kind(field: str) -> np.dtype[Any]:
+    """Type and shape of a telemetry field."""
+    return record_dtype(Telemetry)[field]
+
+
+def _joined(parts: list[Array], kind: type) -> Array:
+    return np.concatenate(parts) if parts else np.empty(0, kind)

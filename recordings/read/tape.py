@@ -1,0 +1,119 @@
+"""What the plan view shows of a recording, 50 times a second: little enough to keep an hour of it in memory."""
+
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rerun.chunk import RrdReader
+
+from controller.errors import RecordingError
+from controller.schema.actuator import Actuator
+from recordings.format.plan import LINES, flip
+from recordings.format.signals import GROUPS, MARKERS
+from recordings.read.reader import read_about
+
+Array = np.ndarray[Any, Any]
+PERIOD = 20
+"""One tick of so many is kept."""
+PLAN = {group.path: group for group in GROUPS if group.path in ("/tip/x", "/tip/y", "/state")}
+WIDTHS = {**{path: len(group.series) for path, group in PLAN.items()}, **dict.fromkeys(LINES, 42), MARKERS: 20}
+FIELDS = ("target", "p_ref", "p_meas", "mode", "sensed", "markers", "backbone", "twin_backbone")
+
+
+class Tape:
+    """Rows of FIELDS at times `t` (n,) [s] from the start, n >= 1, of a recording of `actuator`."""
+
+    def __init__(self, t: Array, fields: dict[str, Array], actuator: Actuator) -> None:
+        self.t, self.actuator = t, actuator
+        self._fields = fields
+
+    @property
+    def duration(self) -> float:
+        """Time of the last row [s]."""
+        return float(self.t[-1])
+
+    def row(self, at: float) -> dict[str, Array]:
+        """The row in force at the time `at` [s]."""
+        i = max(0, int(np.searchsorted(self.t, at, side="right")) - 1)
+        return {name: values[i] for name, values in self._fields.items()}
+
+    def trail(self, at: float, seconds: float) -> Array:
+        """The measured tip over the last `seconds` before `at`: (k,2) [m]."""
+        first, end = np.searchsorted(self.t, [at - seconds, at], side="right")
+        points = self._fields["p_meas"][first:end]
+        return np.asarray(points[np.isfinite(points).all(axis=1)])
+
+
+def read_tape(path: Path) -> Tape:
+    """The tape of the recording in `path`; RecordingError if it holds no rows or cannot be read."""
+    try:
+        found = _collect(path)
+        info, _ = read_about(path)
+    except RuntimeError as error:
+        raise RecordingError(f"{path.name} cannot be played: {error}") from error
+    t, tick = found["/tip/x"][:2]
+    if not len(t):
+        raise RecordingError(f"{path.name} holds no rows")
+    fields = _scalars({path: _at(found[path], tick) for path in PLAN})
+    fields["markers"] = _at(found[MARKERS], tick).reshape(-1, 10, 2)
+    for entity, name in LINES.items():
+        fields[name] = flip(_at(found[entity], tick).reshape(-1, 21, 2))
+    return Tape((t - t[0]) * 1e-9, fields, info.parameters.actuator)
+
+
+def _collect(path: Path) -> dict[str, tuple[Array, Array, Array]]:
+    """For each entity times [ns], ticks and float32 values (k, width) in the order of time, thinned chunk by chunk."""
+    parts: dict[str, list[tuple[Array, Array, Array]]] = defaultdict(list)
+    for chunk in RrdReader(path).stream().filter(content=[*WIDTHS]):
+        batch, entity = chunk.to_record_batch(), str(chunk.entity_path)
+        if "t" in batch.schema.names and (part := _thinned(batch, entity)) is not None:
+            parts[entity].append(part)
+    return {entity: _joined(parts[entity], width) for entity, width in WIDTHS.items()}
+
+
+def _thinned(batch: Any, entity: str) -> tuple[Array, Array, Array] | None:
+    component = "LineStrips2D:strips" if entity in LINES else "Scalars:scalars"
+    if component not in batch.schema.names:
+        return None
+    flat = batch.column(component)
+    while hasattr(flat.type, "value_type"):
+        flat = flat.flatten()
+    values = np.asarray(flat.to_numpy(zero_copy_only=False), np.float32).reshape(-1, WIDTHS[entity])
+    t, tick = batch.column("t").cast("int64").to_numpy(), batch.column("tick").to_numpy()
+    # Markers come when they are measured, not on the grid of ticks.
+    keep = np.ones(len(tick), bool) if entity == MARKERS else tick % PERIOD == 0
+    return t[keep], tick[keep], values[keep]
+
+
+def _joined(parts: list[tuple[Array, Array, Array]], width: int) -> tuple[Array, Array, Array]:
+    if not parts:
+        return np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, width), np.float32)
+    t, tick, values = (np.concatenate(column) for column in zip(*parts, strict=True))
+    order = np.argsort(tick, kind="stable")
+    return t[order], tick[order], values[order]
+
+
+def _at(column: tuple[Array, Array, Array], tick: Array) -> Array:
+    """The values in force at `tick` (n,): the last written at or before it, nan before the first."""
+    _, written, values = column
+    at = np.searchsorted(written, tick, side="right") - 1
+    if not len(values):
+        return np.full((len(tick), values.shape[1]), np.nan, np.float32)
+    return np.where(at[:, None] >= 0, values[np.maximum(at, 0)], np.nan)
+
+
+def _scalars(tables: dict[str, Array]) -> dict[str, Array]:
+    """The FIELDS among the series of PLAN; vectors (n,2), numbers (n,)."""
+    out: dict[str, Array] = {}
+    for path, values in tables.items():
+        for column, series in enumerate(PLAN[path].series):
+            if series.field not in FIELDS:
+                continue
+            if series.index is None:
+                out[series.field] = values[:, column]
+            else:
+                out.setdefault(series.field, np.empty((len(values), 2), np.float32))[:, series.index] = values[
+                    :, column
+                ]
+    return out

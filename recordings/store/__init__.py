@@ -1,0 +1,1 @@
+"""The folder of recordings: list, change, mend, measure, delete."""

@@ -1,0 +1,63 @@
+"""Several recordings side by side: the figures of each, and how far its tip is from the first one's."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from recordings.format.messages import Metrics, Recording
+from recordings.read.metrics import FIELDS, metrics_of
+from recordings.read.reader import read_rows
+from recordings.store.store import Store
+
+Array = np.ndarray[Any, Any]
+Figures = dict[str, float | None]
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A recording and its figures: those of Metrics, `apart_rms` and `apart_max` [m]."""
+
+    recording: Recording
+    figures: Figures
+
+
+def compared(store: Store, ids: Sequence[str]) -> list[Compared]:
+    """In the order of `ids`, the first of which is what the others are held against. RecordingError as `Store`."""
+    found: list[Compared] = []
+    first: tuple[Array, Array] | None = None
+    for id in ids:
+        recording = store.find(id)
+        rows = read_rows(store.path(id), ("p_meas",) if recording.metrics else FIELDS)
+        tip = seen_tip(rows)
+        first = first or tip
+        metrics = recording.metrics or _metrics(rows, recording)
+        found.append(Compared(recording, metrics.model_dump() | apart(first, tip)))
+    return found
+
+
+def seen_tip(rows: dict[str, Array]) -> tuple[Array, Array]:
+    """Times (k,) [s] since the first row and points (k, 2) [m] at which the tip was seen."""
+    seen = np.isfinite(rows["p_meas"]).all(axis=1)
+    return (rows["t_ns"] - rows["t_ns"][:1])[seen] * 1e-9, rows["p_meas"][seen]
+
+
+def apart(first: tuple[Array, Array], other: tuple[Array, Array]) -> Figures:
+    """RMS and largest distance [m] of the other path from the first at the other's times that both have.
+
+    The first is taken along straight lines between its points; null where they share no time.
+    """
+    t, p = first
+    common = (other[0] >= t[0]) & (other[0] <= t[-1]) if len(t) else np.zeros(len(other[0]), bool)
+    if not common.any():
+        return {"apart_rms": None, "apart_max": None}
+    at = other[0][common]
+    there = np.column_stack([np.interp(at, t, p[:, axis]) for axis in (0, 1)])
+    distance = np.linalg.norm(other[1][common] - there, axis=1)
+    return {"apart_rms": float(np.sqrt((distance**2).mean())), "apart_max": float(distance.max())}
+
+
+def _metrics(rows: dict[str, Array], recording: Recording) -> Metrics:
+    """Those of a recording whose figures were not taken yet; of an imported one there are none."""
+    return Metrics() if recording.imported else metrics_of(rows)

@@ -1,0 +1,1 @@
+"""The recorder: rows in, a file on the disk."""

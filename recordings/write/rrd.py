@@ -1,0 +1,198 @@
+"""One .rrd file while it is written: telemetry rows in, rerun columns out. Not thread-safe: one thread owns it."""
+
+import threading
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import rerun as rr
+from rerun_bindings import flush_and_cleanup_orphaned_recordings
+
+from controller.errors import RecordingError
+from controller.schema.modes import Cause, Mode
+from controller.system.whole_file import sync_file
+from recordings.format import plan
+from recordings.format.about import About, description, mode_style, series_style, word
+from recordings.format.blueprint import APPLICATION, layout
+from recordings.format.profiles import TICKS, rounded
+from recordings.format.signals import APPROACH, GROUPS, MARKERS, Group
+from recordings.write.heap import give_back
+
+Rows = np.ndarray[Any, np.dtype[np.void]]
+Level = Literal["info", "warning", "error"]
+
+ABANDON_TIMEOUT = 2.0
+"""Longest wait for the end of a file that failed [s]."""
+FLUSH_TIMEOUT = 5.0
+BATCH = 1000
+"""Rows in one batch of columns, where all are known already."""
+MODE_LEVELS: dict[int, Level] = {Mode.FAULT: "warning", Mode.E_STOP: "error"}
+
+
+class RrdFile:
+    """Writes rows to one file; every call returns as soon as rerun has taken the data."""
+
+    def __init__(self, path: Path, about: About) -> None:
+        """Create `path`; raises `RecordingError` when that fails."""
+        self._about = about
+        self._origin: int | None = None
+        self._last: Rows | None = None
+        rr.set_strict_mode(True)
+        self._stream = rr.RecordingStream(
+            APPLICATION, recording_id=about.id, batcher_config=rr.ChunkBatcherConfig(flush_tick=0.03)
+        )
+        try:
+            self._stream.save(path)
+        except (OSError, RuntimeError) as error:
+            raise RecordingError(f"{path} cannot be written: {error}") from error
+        length = about.info.parameters.actuator.length
+        self._stream.log_file_from_contents(Path("layout.rbl"), layout(length))
+        self._write_static()
+
+    def write(self, rows: Rows) -> None:
+        """Append `rows` (n,) of Telemetry, in the order of their ticks, n >= 1."""
+        if self._origin is None:
+            self._begin(int(rows["t_ns"][0]))
+        rows = rounded(rows) if self._about.profile == "standard" else rows
+        on_grid = rows[plan.on_grid(rows["tick"])]
+        self._write_groups(rows, on_grid)
+        self._write_markers(rows)
+        if len(on_grid):
+            plan.write(self._stream, self._times, on_grid)
+        self._write_modes(rows)
+        self._last = rows[-1:].copy()
+
+    def log(self, text: str, level: Level = "info") -> None:
+        """Add a line to the log at the time of the newest row; before the first row it stands at the start."""
+        at = self._last if self._last is not None else np.zeros(1, [(n, "<i8") for n in ("tick", "t_ns")])
+        self._log(at, text, level)
+
+    def approach(self, first: int, end: int) -> None:
+        """Note that the ticks [first, end) lead into a run and are no part of it; after the first row."""
+        if self._last is not None:
+            self._stream.send_columns(APPROACH, self._times(self._last), rr.Scalars.columns(scalars=[[first, end]]))
+
+    def flush(self) -> None:
+        """Hand everything to the operating system; raises `RecordingError` when the file takes no more."""
+        try:
+            self._stream.flush(timeout_sec=FLUSH_TIMEOUT)
+        except RuntimeError as error:
+            raise RecordingError(f"the recording cannot be written any further (disk full?): {error}") from error
+
+    def close(self) -> None:
+        """Write the footer and close the file; no other call may follow. rerun keeps 1 MB of it until it is told so."""
+        self._stream.disconnect()
+        del self._stream
+        flush_and_cleanup_orphaned_recordings()
+        give_back()
+
+    def abandon(self) -> None:
+        """Close a file that takes no more. rerun may wait for its dead writer then, for ever: it does so apart."""
+        closing = threading.Thread(target=self._stream.disconnect, name="abandoned-rrd", daemon=True)
+        closing.start()
+        closing.join(ABANDON_TIMEOUT)
+
+    def _begin(self, t_ns: int) -> None:
+        self._origin = t_ns
+        wall = t_ns + self._about.info.wall_offset_ns
+        self._stream.send_recording_start_time_nanos(wall)
+        self._stream.send_property("clock", rr.AnyValues(t_ns_origin=np.array([t_ns], np.int64)))
+
+    def _write_static(self) -> None:
+        about, stream = self._about, self._stream
+        stream.send_recording_name(about.name)
+        stream.send_property(
+            "tendril",
+            rr.AnyValues(
+                rig=about.info.rig,
+                version=about.info.version,
+                actuator=about.info.parameters.actuator.name,
+                profile=about.profile,
+                info=about.info.model_dump_json(),
+                settings=about.settings.model_dump_json(),
+            ),
+        )
+        stream.log("/about", rr.TextDocument(description(about), media_type="text/markdown"), static=True)
+        for group in (*GROUPS, *((TICKS,) if about.profile == "standard" else ())):
+            stream.log(group.path, series_style(group), static=True)
+        stream.log("/mode", mode_style(), static=True)
+        plan.write_static(stream, about.info.parameters.actuator)
+
+    def _times(self, rows: Rows) -> list[rr.TimeColumn]:
+        """Timelines, exact integers: `t` since the first row, `tick`, and but in `standard` `time` in UTC.
+
+        `time` is `t` and a constant (the recording's start is in its properties), for 60 MB an hour.
+        """
+        t_ns = rows["t_ns"].astype(np.int64)
+        columns = [
+            rr.TimeColumn("t", duration=(t_ns - (self._origin or 0)).astype("timedelta64[ns]")),
+            rr.TimeColumn("tick", sequence=rows["tick"].astype(np.int64)),
+        ]
+        if self._about.profile == "full":
+            wall = t_ns + self._about.info.wall_offset_ns
+            columns.append(rr.TimeColumn("time", timestamp=wall.astype("datetime64[ns]")))
+        return columns
+
+    def _write_groups(self, rows: Rows, on_grid: Rows) -> None:
+        if self._about.profile == "full":
+            return self._send(GROUPS, rows)
+        self._send((TICKS,), rows)
+        if len(on_grid):
+            self._send(GROUPS, on_grid)
+
+    def _send(self, groups: tuple[Group, ...], rows: Rows) -> None:
+        times = self._times(rows)
+        for group in groups:
+            self._stream.send_columns(group.path, times, rr.Scalars.columns(scalars=_matrix(rows, group)))
+
+    def _write_markers(self, rows: Rows) -> None:
+        fresh = rows[_changed(rows, self._last, "markers")]
+        if len(fresh):
+            times = self._times(fresh)
+            values = fresh["markers"].reshape(len(fresh), -1)
+            self._stream.send_columns(MARKERS, times, rr.Scalars.columns(scalars=values))
+            plan.write_markers(self._stream, times, fresh)
+
+    def _write_modes(self, rows: Rows) -> None:
+        """The band of modes, and a line in the log for each change of mode."""
+        for row in rows[_changed(rows, self._last, "mode")]:
+            mode, cause = Mode(row["mode"]), Cause(row["cause"])
+            at = row.reshape(1)
+            self._stream.send_columns("/mode", self._times(at), rr.StateChange.columns(state=[word(mode)]))
+            self._log(at, f"{word(mode)} ({word(cause).lower()})", MODE_LEVELS.get(mode, "info"))
+
+    def _log(self, at: Rows, text: str, level: Level) -> None:
+        """A line at the row `at` (1,), with its time in the text too: rerun's own column of times is too narrow."""
+        seconds = (int(at["t_ns"][0]) - (self._origin or 0)) * 1e-9
+        word = {"warning": "WARN"}.get(level, level.upper())
+        line = rr.TextLog.columns(text=[f"{seconds:.2f} s  {text}"], level=[word])
+        self._stream.send_columns("/log", self._times(at), line)
+
+
+def write_whole(path: Path, about: About, rows: Rows) -> None:
+    """All of a recording that is known already, `rows` (n,), into `path` and on the disk; errors as of `RrdFile`."""
+    file = RrdFile(path, about)
+    for begin in range(0, len(rows), BATCH):
+        file.write(rows[begin : begin + BATCH])
+    file.flush()
+    file.close()
+    sync_file(path)
+
+
+def _matrix(rows: Rows, group: Group) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """The group's series side by side: (rows, series)."""
+    out = np.empty((len(rows), len(group.series)))
+    for column, series in enumerate(group.series):
+        values = rows[series.field]
+        out[:, column] = values if series.index is None else values[:, series.index]
+    return out
+
+
+def _changed(rows: Rows, last: Rows | None, field: str) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    """Which rows differ from the row before in `field`, bit by bit (nan equals nan): (rows,) of bool."""
+    now = np.ascontiguousarray(rows[field]).view(np.int64).reshape(len(rows), -1)
+    change = np.ones(len(rows), np.bool_)
+    change[1:] = (now[1:] != now[:-1]).any(axis=1)
+    if last is not None:
+        change[0] = bool((np.ascontiguousarray(last[field]).view(np.int64).reshape(-1) != now[0]).any())
+    return change

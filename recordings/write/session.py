@@ -1,0 +1,200 @@
+"""One recording from its first to its last row: the file, its sidecar, its counters and its lock."""
+
+import shutil
+import tempfile
+import time
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+
+from controller.errors import RecordingError
+from controller.schema.layout import record_dtype
+from controller.schema.messages import RigInfo, Telemetry
+from controller.schema.parameters import RigParameters, Settings
+from recordings.format import sidecar
+from recordings.format.about import About
+from recordings.format.messages import Hole, Profile, Recording, RecordingState, Restart
+from recordings.write.rrd import ABANDON_TIMEOUT, Level, Rows, RrdFile
+from recordings.write.syncing import Syncer
+
+REPORT_SECONDS = 1.0
+DISK_FREE_MIN = 256 << 20
+"""Room [B] that a recording leaves on the disk: it ends before the disk is full."""
+HOLES_MAX = 100
+"""So many holes are listed, and so many restarts; all missing ticks are counted."""
+
+
+@dataclass(frozen=True)
+class Context:
+    """What a recording is told beside name, rig and settings."""
+
+    profile: Profile = "full"
+    operator: str = ""
+    reference: str = ""
+    part_of: str = ""
+    """Id of the recording that this one goes on."""
+    earlier: Rows | None = None
+    """Rows that come before those in memory; None takes the last 10 s."""
+    after: int | None = None
+    """The last tick of the part before it: what lies between is a hole."""
+
+
+class Session:
+    """A recording that is being written. Not thread-safe."""
+
+    def __init__(self, folder: Path, name: str, info: RigInfo, settings: Settings, context: Context) -> None:
+        """Create the files; raises `RecordingError` when that fails or the disk has no room."""
+        check_room(folder)
+        self._folder = folder
+        self._info, self._settings, self._context = info, settings, context
+        self._started = datetime.now(UTC)
+        self._name = name.strip() or f"{info.parameters.actuator.name} on {info.rig}"
+        self.id, self._lock = sidecar.claim(folder, name, self._started)
+        self._path = sidecar.rrd_path(folder, self.id)
+        self._first_ns = self._last_ns = 0
+        self._last_tick = context.after
+        self._rows = self._gaps = 0
+        self._holes: tuple[Hole, ...] = ()
+        self._restarts: tuple[Restart, ...] = ()
+        self._reported = time.monotonic()
+        self._file = RrdFile(self._path, About(self.id, self._name, info, settings, context.profile))
+        self._file.flush()
+        self._syncer = Syncer(folder, self._path)
+        sidecar.write(folder, self._described(complete=False))
+        self._syncer.start()
+
+    def write(self, rows: Rows) -> None:
+        """Append rows (n,) and count them; once a second see whether the disk still takes them."""
+        if not self._rows:
+            self._first_ns = int(rows["t_ns"][0])
+        self._file.write(rows)
+        self._count(rows)
+        if time.monotonic() - self._reported >= REPORT_SECONDS:
+            self._report()
+
+    def log(self, text: str, level: Level = "info") -> None:
+        """Add a line to the log, at the newest row."""
+        self._file.log(text, level)
+
+    def approach(self, first: int, end: int) -> None:
+        """Note that the ticks [first, end) lead into a run."""
+        self._file.approach(first, end)
+
+    def end(self) -> Recording:
+        """Close the file and mark it complete."""
+        self._file.flush()
+        return self._release(complete=True)
+
+    def next(self) -> "Session":
+        """The recording's next part, after this one has ended."""
+        part_of = self._context.part_of or self.id
+        context = replace(self._context, part_of=part_of, earlier=None, after=self._last_tick)
+        return Session(self._folder, self._name, self._info, self._settings, context)
+
+    def abandon(self, reason: str) -> Recording:
+        """Close what can be closed after `reason`: the file stays readable as far as it goes."""
+        self._file.log(reason, "error")
+        return self._release(complete=False)
+
+    def state(self) -> RecordingState:
+        """The recorder's state while this session runs."""
+        return RecordingState(recording=True, id=self.id, seconds=self._seconds, rows=self._rows, gaps=self._gaps)
+
+    @property
+    def waiting(self) -> float:
+        """For how long the disk has not put on it what was written [s]."""
+        return self._syncer.waiting
+
+    @property
+    def bytes(self) -> int:
+        """Size of the file so far."""
+        return self._path.stat().st_size
+
+    def _described(self, complete: bool) -> Recording:
+        """The row of the list, as things stand."""
+        context = self._context
+        return Recording(
+            id=self.id,
+            name=self._name,
+            started=self._started,
+            seconds=self._seconds,
+            rows=self._rows,
+            gaps=self._gaps,
+            bytes=self.bytes,
+            actuator=self._info.parameters.actuator.name,
+            twin=self._info.twin,
+            complete=complete,
+            rig=self._info.rig,
+            operator=context.operator,
+            reference=context.reference,
+            profile=context.profile,
+            settings=self._settings,
+            holes=self._holes,
+            restarts=self._restarts,
+            part_of=context.part_of,
+        )
+
+    @property
+    def _seconds(self) -> float:
+        return max(0, self._last_ns - self._first_ns) * 1e-9
+
+    def _count(self, rows: Rows) -> None:
+        """Count rows and missing ticks; both a gap and a restart of the rig are written into the log."""
+        ticks = rows["tick"] if self._last_tick is None else np.concatenate(([self._last_tick], rows["tick"]))
+        t_ns = np.concatenate(([self._last_ns or rows["t_ns"][0]], rows["t_ns"]))[-len(ticks) :]
+        steps = np.diff(ticks)
+        missing = int((steps[steps > 1] - 1).sum())
+        if missing:
+            holes = [Hole(after=int(ticks[i]), ticks=int(steps[i]) - 1) for i in np.flatnonzero(steps > 1)]
+            self._holes = (*self._holes, *holes)[:HOLES_MAX]
+            self.log(f"{missing} ticks before tick {ticks[-1]} were not delivered", "warning")
+        for i in np.flatnonzero(steps <= 0):
+            self._count_restart(int(ticks[i]), max(0, int(t_ns[i + 1] - t_ns[i])) * 1e-9)
+        self._gaps += missing
+        self._rows += len(rows)
+        self._last_tick, self._last_ns = int(rows["tick"][-1]), int(rows["t_ns"][-1])
+
+    def _count_restart(self, after: int, seconds: float) -> None:
+        self._restarts = (*self._restarts, Restart(after=after, seconds=seconds))[:HOLES_MAX]
+        self.log(f"the rig was restarted: its ticks begin again, {seconds:.3f} s after tick {after}", "warning")
+
+    def _report(self) -> None:
+        self._reported = time.monotonic()
+        self._file.flush()
+        check_room(self._folder)
+        self._syncer.describe(self._described(complete=False))
+
+    def _release(self, complete: bool) -> Recording:
+        """The order is what counts: the data are on the disk before anything says that they are complete."""
+        try:
+            (self._file.close if complete else self._file.abandon)()
+            if complete:
+                self._syncer.end()
+            else:
+                with suppress(RecordingError):  # the first error is the one that counts
+                    self._syncer.end(ABANDON_TIMEOUT)
+            return sidecar.write(self._folder, self._described(complete))
+        finally:
+            self._lock.close()
+
+
+def check_room(folder: Path) -> None:
+    """Raise `RecordingError` when the disk is nearly full."""
+    free = shutil.disk_usage(folder).free
+    if free < DISK_FREE_MIN:
+        least = f"a recording leaves at least {DISK_FREE_MIN >> 20} MiB"
+        raise RecordingError(f"the disk is nearly full: {free >> 20} MiB are free, {least}, in {folder}")
+
+
+def warm_up() -> None:
+    """Let rerun do its first call (145 ms of lazy imports) on a file that is thrown away."""
+    nobody = RigInfo(
+        rig="", boot=0, version="", layout="", wall_offset_ns=0, policy="", twin=True, parameters=RigParameters()
+    )
+    with tempfile.TemporaryDirectory(prefix="tendril-warm-up-") as folder:
+        file = RrdFile(Path(folder, "warm-up.rrd"), About("warm-up", "warm-up", nobody, Settings()))
+        file.write(np.zeros(2, record_dtype(Telemetry)))
+        file.close()

@@ -1,0 +1,271 @@
+"""The recorder: every tick that the link delivers goes into an .rrd file, from a thread of its own.
+
+It knows nothing of the server, so it can live in a process of its own too.
+"""
+
+import contextlib
+import queue
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from controller.errors import RecordingError
+from controller.schema.messages import RigInfo
+from controller.schema.parameters import Settings
+from controller.system.worker import Worker
+from recordings.format.messages import PATIENCE, SPLIT_BYTES, Recording, RecordingState
+from recordings.write.intake import Intake, Job, NoAnswer
+from recordings.write.rrd import Level, Rows
+from recordings.write.session import Context, Session, warm_up
+
+BATCH_ROWS = 250
+BATCH_SECONDS = 0.13
+"""A batch is written when it has so many rows or is so old: the most that a killed writer loses."""
+
+POLL_SECONDS = 0.05
+PAUSED = 1.0
+"""Looks that are further apart tell that this process stood still [s]."""
+ANSWER = 40.0
+"""Longest wait for a recording to begin or to end [s], which puts all of it on the disk (`syncing.LAST_TIMEOUT`)."""
+LAST = 10.0
+"""The same when the server ends [s]; whoever started it kills it after 20."""
+PLAIN = Context()
+FIRST_ROWS = 1000
+"""Rows from memory are written in batches of so many."""
+ENDED = "the recording ended by itself"
+NEVER = -1
+"""Before every tick."""
+
+
+class Recorder:
+    """Writes one recording at a time into `folder`. Its methods may be called from any thread."""
+
+    def __init__(
+        self,
+        folder: Path,
+        split: int = SPLIT_BYTES,
+        ended: Callable[[Recording], None] = lambda done: None,
+        patience: float = PATIENCE,
+    ) -> None:
+        """A file that reaches `split` bytes is `ended`, and the recording goes on in another one.
+
+        `patience` [s] is had with a disk that takes nothing; see `look`.
+        """
+        self._looked = self._awake = time.monotonic()
+        self._patience, self._given_up, self._ending = patience, "", False
+        self._split_bytes, self._ended = split, ended
+        self._intake = Intake()
+        self._folder = folder
+        self._first = ""
+        self._session: Session | None = None
+        self._state = RecordingState(recording=False, id="", seconds=0.0, rows=0, gaps=0)
+        self._pending: list[Rows] = []
+        self._pending_since = 0.0
+        self.worker = Worker("recorder", self._run, patience)
+        self.worker.start()
+
+    def start(self, name: str, info: RigInfo, settings: Settings, context: Context = PLAIN) -> RecordingState:
+        """Begin a recording with the rows before it that are in memory.
+
+        Raises `RecordingError` when one runs already or the disk cannot take it.
+        """
+        self._require_disk()
+        try:
+            return self._intake.ask(lambda: self._start(name, info, settings, context), ANSWER)
+        except NoAnswer:
+            self._intake.later(self._close_unwanted)
+            raise
+
+    def rows(self, rows: Rows) -> None:
+        """Take telemetry rows (n,) in the order of their ticks. Cheap: they are copied and handed over."""
+        if len(rows):
+            self._intake.rows(rows.copy())
+
+    def events(self, text: str, level: Level = "info") -> None:
+        """Add a line to the log of the running recording, if any; it never waits, and is left out behind 500 others."""
+        if self._intake.is_open:
+            self._intake.later(lambda: self._log(text, level))
+
+    def approach(self, first: int, end: int) -> None:
+        """Note in the running recording, if any, that the ticks [first, end) lead into a run and are no part of it."""
+        if self._intake.is_open:
+            self._intake.later(lambda: self._approach(first, end))
+
+    def stop(self) -> Recording:
+        """End the recording, whole and closed; raises `RecordingError` when none runs or it failed."""
+        self._require_disk()
+        self._intake.is_open, self._ending = False, True
+        return self._intake.ask(self._stop, ANSWER)
+
+    def look(self) -> None:
+        """To be called now and then, from any thread: a disk that hangs ends the recording, here and now.
+
+        The recorder's own thread hangs with the disk; it closes what can be closed when it comes back.
+        """
+        now, before = time.monotonic(), self._looked
+        self._looked = now
+        if now - before > PAUSED:  # it was us who stood still, not the disk
+            self._awake = now
+        session = self._session
+        if not self._state.recording or self._given_up or self._ending:
+            return
+        if self._intake.full:
+            self._give_up("the disk is too slow: a minute of rows waits for it")
+        elif min(now - self._awake, max(self.worker.stuck, session.waiting if session else 0.0)) > self._patience:
+            self._give_up(f"the disk has taken nothing for {self._patience:g} s")
+
+    def state(self) -> RecordingState:
+        """What the recorder does now; `problem` says why the last recording ended by itself."""
+        return self._state
+
+    def first(self) -> str:
+        """Id of the running recording's first part, "" when none runs."""
+        return self._first if self._state.recording else ""
+
+    def close(self) -> None:
+        """End a running recording and the recorder's thread."""
+        self._intake.is_open = False
+        self._intake.end()
+        self.worker.join(LAST)
+
+    def _give_up(self, why: str) -> None:
+        self._given_up = f"{ENDED}: {why}"
+        self._intake.drop()
+        self._state = self._session_over(self._given_up)
+        self._intake.later(self._close_given_up)
+
+    def _close_unwanted(self) -> None:
+        """A recording began after all, when nobody waited for it any more."""
+        if self._session:
+            self._fail(RecordingError("the disk was too slow for it to begin"))
+
+    def _close_given_up(self) -> None:
+        if self._session and self._given_up:
+            self._fail(RecordingError(self._given_up.removeprefix(f"{ENDED}: ")))
+        self._given_up = ""
+
+    def _require_disk(self) -> None:
+        if self._given_up or self.worker.stuck > self._patience:
+            raise RecordingError("the disk does not answer")
+
+    def _run(self) -> None:
+        self.worker.rest()  # rerun's first call takes long on a busy machine: that is no disk that hangs
+        with contextlib.suppress(Exception):  # a full disk, say: the first recording will tell
+            warm_up()
+        while (item := self._next()) is not None:
+            self.worker.turn()
+            self._guarded(item)
+        if self._session:
+            self._guarded(self._stop)
+
+    def _next(self) -> Job | Rows | None:
+        """The next thing handed over; writing what is due when nothing is."""
+        self.worker.rest()
+        try:
+            return self._intake.next(POLL_SECONDS if self._pending else None)
+        except queue.Empty:
+            return self._write_due
+
+    def _guarded(self, item: Job | Rows) -> None:
+        """Whatever goes wrong ends the recording, never the thread: the link must not wait for a dead reader."""
+        try:
+            if isinstance(item, np.ndarray):
+                self._pend(item)
+            else:
+                item()
+        except Exception as error:
+            self._fail(error)
+
+    def _start(self, name: str, info: RigInfo, settings: Settings, context: Context) -> RecordingState:
+        if self._session:
+            raise RecordingError(f"recording {self._session.id} is running already")
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            self._session = Session(self._folder, name, info, settings, context)
+        except OSError as error:
+            raise RecordingError(f"nothing can be written into {self._folder}: {error}") from error
+        try:
+            self._accept(self._session, context)
+        except Exception as error:
+            self._fail(error)
+            raise RecordingError(self._state.problem) from error
+        self._state, self._first = self._session.state(), self._session.id
+        return self._state
+
+    def _accept(self, session: Session, context: Context) -> None:
+        """Write what was before, and take all that comes from now on."""
+        earlier = [] if context.earlier is None or not len(context.earlier) else [context.earlier]
+        before = self._intake.open(int(earlier[0]["tick"][-1]) if earlier else NEVER)
+        if batches := [*earlier, *before]:
+            rows = np.concatenate(batches)
+            for begin in range(0, len(rows), FIRST_ROWS):
+                session.write(rows[begin : begin + FIRST_ROWS])
+
+    def _stop(self) -> Recording:
+        if not self._session:
+            self._ending = False
+            raise RecordingError(self._state.problem or "no recording is running")
+        try:
+            self._write_pending()
+            done = self._session.end()
+        except Exception as error:
+            self._fail(error)
+            raise RecordingError(self._state.problem) from error
+        finally:
+            self._ending = False
+        self._session = None
+        self._state = self._session_over()
+        return done
+
+    def _log(self, text: str, level: Level) -> None:
+        if self._session:
+            self._write_pending()
+            self._session.log(text, level)
+
+    def _approach(self, first: int, end: int) -> None:
+        if self._session:
+            self._write_pending()
+            self._session.approach(first, end)
+
+    def _pend(self, rows: Rows) -> None:
+        if not self._session or self._given_up:
+            return
+        if not self._pending:
+            self._pending_since = time.monotonic()
+        self._pending.append(rows)
+        self._write_due()
+
+    def _write_due(self) -> None:
+        old = time.monotonic() - self._pending_since >= BATCH_SECONDS
+        if old or sum(map(len, self._pending)) >= BATCH_ROWS:
+            self._write_pending()
+
+    def _write_pending(self) -> None:
+        rows, self._pending = self._pending, []
+        if rows and self._session:
+            self._session.write(np.concatenate(rows))
+            if self._session.bytes >= self._split_bytes:
+                self._split(self._session)
+            if not self._given_up:
+                self._state = self._session.state()
+
+    def _split(self, full: Session) -> None:
+        """Close the file and go on in another."""
+        self._session = None
+        self._ended(full.end())
+        self._session = full.next()
+
+    def _fail(self, error: Exception) -> None:
+        """End the recording because of `error` and keep the reason for `state`."""
+        self._intake.is_open, self._pending = False, []
+        session, self._session = self._session, None
+        over = self._session_over(f"{ENDED}: {error}")
+        if session:
+            with contextlib.suppress(Exception):  # the first error is the one that counts
+                session.abandon(over.problem)
+        self._state = over  # last: who reads it finds file and sidecar closed
+
+    def _session_over(self, problem: str = "") -> RecordingState:
+        return self._state.model_copy(update={"recording": False, "problem": problem})
