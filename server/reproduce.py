@@ -13,8 +13,8 @@ from controller.errors import TendrilError
 from controller.research.experiments.campaign import Progress as Told
 from controller.research.experiments.catalogue import LIVE_PATH
 from controller.research.experiments.reproduce import Order, reproduce
-from controller.research.experiments.result_json import result_json
 from controller.research.experiments.results import Results
+from controller.research.report.result_json import result_json
 from controller.simulation.case import Case, Outcome, Setup, parameters_of, settings_of
 from controller.simulation.live_path import live_settings
 from controller.simulation.run import for_reference

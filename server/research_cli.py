@@ -116,7 +116,7 @@ def track(
     """Follow any path on the twin and measure it like the paper's experiments (docs/tracking.md)."""
     from controller.reference.drawn import Wish
     from controller.research.experiments.plant_scale import scaled
-    from controller.research.experiments.track import Task, require_controller
+    from controller.research.track import Task, require_controller
     from controller.schema.actuator import read_actuator
     from controller.schema.parameters import TwinParameters
     from controller.simulation.case import Setup
@@ -141,7 +141,7 @@ def reproduce(
     from controller.research.experiments.catalogue import catalogue
     from controller.research.experiments.pool import cores
     from controller.research.experiments.reproduce import Order
-    from controller.research.experiments.track import require_controller
+    from controller.research.track import require_controller
     from server.reproduce import run_reproduce
 
     require_controller(controller)

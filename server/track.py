@@ -6,7 +6,7 @@ from pathlib import Path
 from rich.console import Console
 
 from controller.errors import TendrilError
-from controller.research.experiments.track import Facts, Task, Tracked, figures, track
+from controller.research.track import Facts, Task, Tracked, figures, track
 from controller.simulation.metrics import UNITS
 from server.files import require_file, write
 from server.tables import empty, number

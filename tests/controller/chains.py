@@ -58,3 +58,7 @@ def booked_steps(
 def advance(model: RodModel, state: RodState, load: Load, seconds: float, dt: float = 1e-3) -> RodState:
     steps(model, state, load, dt, make_work(model.L.size), round(seconds / dt))
     return state
+
+
+def assert_close(found: Array, expected: Array, relative: float) -> None:
+    assert np.abs(found - expected).max() <= relative * np.abs(expected).max()

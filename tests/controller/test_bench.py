@@ -20,7 +20,7 @@ from controller.research.bench.scaling import LET_GO, bent, run_steps, stable_st
 from controller.research.bench.tick_bench import closed_loop
 from controller.schema.actuator import PRESETS
 from controller.schema.parameters import RigParameters
-from tests.controller.chains import advance, preset, thrown
+from tests.controller.chains import advance, assert_close, preset, thrown
 
 
 def test_the_tips_of_both_engines_agree_to_a_micrometre() -> None:
@@ -48,7 +48,7 @@ def test_the_dense_step_of_the_benchmark_is_the_same_step() -> None:
     advance(model, ours, load, 0.1)
     for _ in range(100):
         dense_step(model, dense, load, 1e-3, work)
-    assert np.abs(ours.q - dense.q).max() <= 1e-10 * np.abs(dense.q).max()
+    assert_close(ours.q, dense.q, 1e-10)
 
 
 def test_the_dense_solver_is_given_the_system_of_the_implicit_stage() -> None:

@@ -13,6 +13,7 @@ from controller.realtime.desk import Desk, inject
 from controller.schema.messages import TwinFaults
 from controller.schema.modes import Cause, Freeze, Mode, Request
 from controller.schema.parameters import RigParameters, TwinParameters
+from controller.simulation.simulate import Rows
 from tests.controller.test_twin import run
 from tests.controller.trial import Trial, line
 
@@ -177,17 +178,22 @@ def test_the_rig_notices_what_breaks_while_it_follows_and_works_again(
     assert np.hypot(*row["error"]) < 1e-2
 
 
+def track(trial: Trial, path: np.ndarray, ticks: int) -> Rows:
+    """Arm, go to where the closed `path` (n,2) [m] begins, hold, and follow it, a point a tick, for so many ticks."""
+    trial.arm()
+    trial.follow(*path[0], 2.0)
+    trial.ask(Request.HOLD, ticks=300)
+    trial.rig.control.reference[: len(path)] = path
+    trial.rig.control.plan[0] = len(path), 0, 100_000
+    return trial.ask(Request.TRACK, ticks=ticks)
+
+
 @pytest.mark.parametrize("phase", [0.0, 0.3, 0.5, 0.8])
 @pytest.mark.parametrize("name", ["P1", "P2", "P3"])
 def test_one_stuck_sensor_is_named_before_the_swing_that_comes_of_it(name: str, phase: float) -> None:
     """The feedback swings the arm at once, while the mismatch comes and goes; what tells is a reading that is still."""
     trial, angle = Trial(name), np.linspace(0.0, 2 * np.pi, 1000, endpoint=False)
-    trial.arm()
-    trial.follow(0.12, 0.08, 2.0)
-    trial.ask(Request.HOLD, ticks=300)
-    trial.rig.control.reference[:1000] = np.column_stack([0.12 + 0.05 * np.sin(angle), 0.08 * np.cos(angle)])
-    trial.rig.control.plan[0] = 1000, 0, 100_000
-    trial.ask(Request.TRACK, ticks=1000 + round(1000 * phase))
+    track(trial, np.column_stack([0.12 + 0.05 * np.sin(angle), 0.08 * np.cos(angle)]), 1000 + round(1000 * phase))
     inject(TwinFaults(sensors_stuck=1 << 1), trial.twin.faults)
     row = trial.run(3000)[-1]
     assert (row["mode"], row["cause"]) == (Mode.E_STOP, Cause.PRESSURE_MISMATCH)
@@ -210,12 +216,7 @@ def test_a_short_dropout_and_a_spike_are_ridden_out() -> None:
 def test_a_jump_is_noticed_in_fast_motion_too(phase: float) -> None:
     """On a circle of 1 Hz, whose tip makes 0.5 m/s and whose model drifts without markers."""
     trial, angle = Trial(), np.linspace(0.0, 2 * np.pi, 1000, endpoint=False)
-    trial.arm()
-    trial.follow(0.19, 0.0, 2.0)
-    trial.ask(Request.HOLD, ticks=300)
-    trial.rig.control.reference[:1000] = np.column_stack([0.14 + 0.05 * np.cos(angle), 0.08 * np.sin(angle)])
-    trial.rig.control.plan[0] = 1000, 0, 100_000
-    rows = trial.ask(Request.TRACK, ticks=2000 + round(500 * phase))
+    rows = track(trial, np.column_stack([0.14 + 0.05 * np.cos(angle), 0.08 * np.sin(angle)]), 2000 + round(500 * phase))
     assert (rows["mode"] == Mode.TRACK).all()
     assert rows["sensed"][500:].all(), "none is taken for a jump"
     inject(TwinFaults(jump=(0.05 * np.cos(phase * np.pi), 0.05 * np.sin(phase * np.pi))), trial.twin.faults)

@@ -11,7 +11,6 @@ import pytest
 from controller.errors import TendrilError
 from controller.research.experiments.paper_rows import paper_row
 from controller.research.experiments.reproduce import Order, reproduce
-from controller.research.experiments.result_json import row_json
 from controller.research.experiments.results import Failure, ResultRow, Results
 from controller.research.report.figures.periodic_figures import circle_plate
 from controller.research.report.figures.plate import plate_html
@@ -19,6 +18,7 @@ from controller.research.report.figures.snapshot_figures import outline
 from controller.research.report.main_table import remarks
 from controller.research.report.page import report_page, write_report
 from controller.research.report.remarks import known_remarks, needs_remark, outdated
+from controller.research.report.result_json import row_json
 from controller.research.report.spans import once
 from controller.research.report.verdict import verdict
 from controller.schema.fit import FIT

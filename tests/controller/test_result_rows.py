@@ -11,9 +11,9 @@ from controller.reference.reference import Reference
 from controller.research.experiments.catalogue import CASES, catalogue
 from controller.research.experiments.frequency_sweep import frequency_sweep
 from controller.research.experiments.paper_rows import DIGITS, EXPERIMENTS, PAPER_ROWS
-from controller.research.experiments.result_json import result_json
 from controller.research.experiments.result_rows import ALWAYS, result_rows
 from controller.research.experiments.results import Failure, Finished, ResultRow, Results, Trace
+from controller.research.report.result_json import result_json
 from controller.simulation.case import Case, Setup
 from controller.simulation.metrics import Window
 

@@ -14,7 +14,7 @@ from controller.kernels.model.rod import Array, RodModel, RodState, accelerate, 
 from controller.kernels.model.statics import at_rest, tip_of
 from controller.research.bench.mujoco_chain import MujocoChain
 from controller.schema.actuator import PRESETS
-from tests.controller.chains import NO_TORQUE, advance, posed, preset, thrown
+from tests.controller.chains import NO_TORQUE, advance, assert_close, posed, preset, thrown
 from tests.oracles import Chain
 
 
@@ -53,10 +53,6 @@ def test_accelerations_and_hinge_forces_solve_the_papers_dense_system(rods: int,
 
 
 ALLOCATION = "NRT_MemInfo_alloc"
-
-
-def assert_close(found: Array, expected: Array, relative: float) -> None:
-    assert np.abs(found - expected).max() <= relative * np.abs(expected).max()
 
 
 def test_sine_and_cosine_are_those_of_the_c_library_to_rounding() -> None:

@@ -11,7 +11,7 @@ from controller.kernels.model.rod import Array
 from controller.reference.drawn import Wish
 from controller.reference.library import reference
 from controller.research.experiments.plant_scale import scaled
-from controller.research.experiments.track import Task, figures, require_controller, track
+from controller.research.track import Task, figures, require_controller, track
 from controller.schema.actuator import PRESETS
 from controller.schema.parameters import TwinParameters
 from controller.simulation.case import Case, Setup, run_case

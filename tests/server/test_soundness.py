@@ -224,9 +224,9 @@ def test_rerun_s_slow_first_call_is_not_taken_for_a_disk_that_hangs(
 
 
 def test_a_server_that_stood_still_does_not_take_that_for_a_disk_that_hangs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, hung: threading.Event
 ) -> None:
-    recorder, hung = Recorder(tmp_path, patience=0.3), threading.Event()
+    recorder = Recorder(tmp_path, patience=0.3)
     recorder.start("stopped", INFO, Settings())
     monkeypatch.setattr(Session, "write", lambda session, batch: hung.wait())
     recorder.rows(rows(0))

@@ -43,7 +43,6 @@ STATE = np.dtype(
         ("error_first", "<f8"),  # square of the error when the loop was closed, as far as it still counts in it [m^2]
         ("residual_off", "<f8"),  # time with the residual above its limit, less that below it [s]
         ("pressure_off", "<f8"),  # the same for the pressures' distance from the model [s]
-        ("pressure_still", "<f8"),  # the most of `chamber_still` [s]
         ("chamber_shown", "<f8", (4,)),  # pressure at which each reading stands still [Pa]
         ("chamber_asked", "<f8", (4,)),  # what the torques asked of it when it moved last [Pa]
         ("chamber_still", "<f8", (4,)),  # time with its reading still, and off what is asked since [s]

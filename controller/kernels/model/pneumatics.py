@@ -12,9 +12,15 @@ def chamber_pressures(u, pascal_per_torque, p_set):
 
     Linear: u_j > 0 pressurises one chamber of the pair, u_j < 0 the other (paper, "Controller Architecture").
     """
-    for j in range(2):
-        p_set[2 * j] = max(u[j], 0.0) * pascal_per_torque[j] + 0.0
-        p_set[2 * j + 1] = max(-u[j], 0.0) * pascal_per_torque[j] + 0.0
+    for chamber in range(p_set.shape[0]):
+        p_set[chamber] = chamber_pressure(u, pascal_per_torque, chamber)
+
+
+@kernel
+def chamber_pressure(u, pascal_per_torque, chamber):
+    """Pressure [Pa] of one of them for u (2,) [N m]."""
+    j = chamber // 2
+    return max(u[j] if chamber == 2 * j else -u[j], 0.0) * pascal_per_torque[j] + 0.0
 
 
 @kernel

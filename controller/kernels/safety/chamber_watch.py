@@ -1,6 +1,7 @@
 """What the watchdog of the chambers looks at: how long the pressures have not been those that the torques ask for."""
 
 from controller.kernels.compiled import kernel
+from controller.kernels.model.pneumatics import chamber_pressure
 
 FADES = 0.5
 """Time in which they follow counts back half as fast: under feedback a broken one swings the arm, off by turns."""
@@ -18,17 +19,13 @@ more than 57 ms while it was off by half of the limit.
 def note_chambers(control, measurement, u_hat, driven):
     """Count the time [s] for which the pressures are off those of u_hat (2,) [N m]; 0 unless chambers are driven."""
     state, limits = control.state[0], control.limits[0]
-    off = still = 0.0
+    p, off = measurement.pressures, 0.0
     for j in range(2):
-        p_model = u_hat[j] * control.pascal_per_torque[j]
-        off = max(off, abs(measurement.pressures[2 * j] - measurement.pressures[2 * j + 1] - p_model))
-        for chamber in (2 * j, 2 * j + 1):
-            asked = max(p_model if chamber == 2 * j else -p_model, 0.0)
-            note_reading(control, chamber, measurement.pressures[chamber], asked, driven)
-            still = max(still, state.chamber_still[chamber])
+        off = max(off, abs(p[2 * j] - p[2 * j + 1] - u_hat[j] * control.pascal_per_torque[j]))
+    for chamber in range(p.shape[0]):
+        note_reading(control, chamber, p[chamber], chamber_pressure(u_hat, control.pascal_per_torque, chamber), driven)
     change = control.dt if off > limits.pressure_off_max else -FADES * control.dt
     state.pressure_off = max(0.0, state.pressure_off + change) if driven else 0.0
-    state.pressure_still = still
 
 
 @kernel
@@ -45,10 +42,19 @@ def note_reading(control, chamber, shown, asked, driven):
 @kernel
 def chambers_broken(state, limits):
     """Whether one has been off, or has stood still, for too long."""
-    return state.pressure_off > limits.pressure_off_time or state.pressure_still > STILL * limits.pressure_off_time
+    return state.pressure_off > limits.pressure_off_time or longest_still(state) > STILL * limits.pressure_off_time
 
 
 @kernel
 def chambers_follow(state):
     """Whether nothing speaks against any of them."""
-    return state.pressure_off == 0.0 and state.pressure_still == 0.0
+    return state.pressure_off == 0.0 and longest_still(state) == 0.0
+
+
+@kernel
+def longest_still(state):
+    """The most of the times for which a reading has stood still [s]."""
+    longest = 0.0
+    for chamber in range(state.chamber_still.shape[0]):
+        longest = max(longest, state.chamber_still[chamber])
+    return longest

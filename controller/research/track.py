@@ -13,9 +13,9 @@ from controller.reference.feasible.within_reach import Carried
 from controller.reference.path_file import read_samples
 from controller.reference.reference import Reference
 from controller.research.experiments.paper_rows import NONE, PaperRow
-from controller.research.experiments.result_json import row_json
 from controller.research.experiments.result_rows import ALWAYS
 from controller.research.experiments.results import ResultRow
+from controller.research.report.result_json import row_json
 from controller.schema.actuator import Actuator
 from controller.schema.fit import GAIN_NAMES
 from controller.schema.parameters import RigParameters
