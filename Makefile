@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 NODE := PATH="$(CURDIR)/$(BIN):$$PATH"
 PAGE_SOURCES := $(shell find frontend -type f -not -path '*/node_modules/*' 2>/dev/null)
-KERNEL_SOURCES := $(shell find controller server/drawings -name '*.py')
+KERNEL_SOURCES := $(shell find controller server/drawing server/runs -name '*.py')
 # Where the environment forbids bytecode, every process would compile all of its libraries anew: 1 to 2 s each.
 export PYTHONDONTWRITEBYTECODE =
 
@@ -88,7 +88,7 @@ test-long: setup chromium
 schema: .venv/installed frontend/node_modules/installed
 	$(BIN)/tendril schema > .venv/openapi.json
 	cd frontend && $(NODE) npm run --silent types -- ../.venv/openapi.json
-	$(BIN)/python -m server.faults.table
+	$(BIN)/python -m server.campaign.table
 	$(BIN)/python -m controller.schema.safety_tables
 	$(BIN)/python -m server.runs.phases
 

@@ -57,7 +57,7 @@ class ServerSettings(BaseSettings):
     log_format: LogFormat = "text"
     """Of what this process writes to its standard error."""
     rate_factor: Annotated[float, Bounds(gt=0.0, allow_inf_nan=False)] = 1.0
-    """Multiplies how often one client may ask (`server/rates.py`); more where many people share one address."""
+    """Multiplies how often one client may ask (`server/http/rates.py`); more where many people share one address."""
     light_scene: bool = False
     """Leave out what software rendering is slow at (ground grid): for browser tests."""
 

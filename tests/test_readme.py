@@ -4,6 +4,8 @@ import ast
 import re
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()
 TABLE = set(re.findall(r"^\| (Eq\. \w+) \|.*\| `([\w/]+\.py):(\w+)` \|$", README, re.MULTILINE))
@@ -30,7 +32,14 @@ def test_each_equation_is_computed_at_the_one_place_that_the_table_names() -> No
     assert homes() == TABLE
 
 
-def test_every_picture_and_document_that_the_readme_links_is_there() -> None:
-    links = re.findall(r"\]\((?!https?://)([^)#]+)\)", README)
-    assert links
-    assert [link for link in links if not (ROOT / link).exists()] == []
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_picture_and_document_that_is_linked_is_there(page: Path) -> None:
+    links = re.findall(r"\]\((?!https?://)([^)#]+)\)", page.read_text())
+    assert [link for link in links if not (page.parent / link).exists()] == []
+
+
+def test_the_front_page_is_one_page() -> None:
+    assert len(README.splitlines()) <= 120

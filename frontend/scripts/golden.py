@@ -12,8 +12,8 @@ import numpy as np
 
 from controller.schema.layout import fields, record_dtype
 from controller.schema.messages import Telemetry
-from server.history import Bins
 from server.plots.feed import encode_frame, encode_plot
+from server.rig.history import Bins
 
 TARGET = Path(__file__).parents[1] / "src" / "api" / "__fixtures__" / "golden.json"
 

@@ -1,12 +1,13 @@
 """The binary half of the live socket: the newest row, and the bins that one viewer still lacks."""
 
 from collections import OrderedDict, deque
+from typing import Annotated
 
 import numpy as np
 
-from server.channels import Rows
-from server.history import Bins, History
-from server.messages import Kind
+from server.http.given import given
+from server.plots.messages import Kind
+from server.rig.history import Bins, History
 
 CHUNK = 2048
 """Bins in one message at most, 33 s: the past comes in pieces, and what is urgent passes between them."""
@@ -33,6 +34,9 @@ class Plots:
             if len(self._made) > KEPT:
                 self._made.popitem(last=False)
         return self._made[lacks]
+
+
+GivenPlots = Annotated[Plots, given(Plots)]
 
 
 class Feed:
@@ -81,13 +85,8 @@ class Feed:
         return bool(self._columns) and self._cursor < self._history.bin_stop
 
 
-def encode_frame(newest: Rows) -> bytes:
-    """FRAME message: the newest telemetry row."""
-    return np.array([Kind.FRAME, 1], "<u4").tobytes() + newest.tobytes()
-
-
 def encode_plot(bins: Bins) -> bytes:
-    """PLOT message, see `server.messages`."""
+    """PLOT message, see `server.live.messages`."""
     head = np.array([Kind.PLOT, len(bins.t), len(bins.columns), bins.first], "<u4")
     parts = (head, bins.t, np.array(bins.columns, "<u4"), bins.low, bins.high)
     return b"".join(part.tobytes() for part in parts)

@@ -7,9 +7,10 @@ from pydantic import Field as Bounds
 
 from controller.errors import CommandRefused
 from controller.schema.layout import Model
-from server.auth import Identity
+from server.access.user_files import UserFiles
+from server.http.given import given
+from server.http.who import Identity
 from server.plots.messages import LayoutName, PlotLayout
-from server.user_files import UserFiles
 
 LAYOUTS_MAX = 20
 """Layouts of one user."""
@@ -57,3 +58,6 @@ class Layouts:
 
     def _write(self, who: Identity, layouts: dict[str, PlotLayout]) -> None:
         self._files.write(who, _Kept(layouts=layouts).model_dump_json())
+
+
+GivenLayouts = Annotated[Layouts, given(Layouts)]

@@ -1,30 +1,17 @@
 """What pages say and hear about plots."""
 
+from enum import IntEnum
 from typing import Annotated, Literal
 
 from pydantic import Field as Bounds
 
 from controller.schema.layout import Model
+from server.rig.messages import ChannelKey
 
 CHANNELS_MAX = 48
 """Most channels that one page can follow: with ten minutes of them it holds 15 MB."""
 
-ChannelKey = Annotated[str, Bounds(pattern=r"^[\w.]{1,40}$")]
 LayoutName = Annotated[str, Bounds(pattern=r"^[\w .+()-]{1,40}$")]
-
-
-class PlotChannel(Model):
-    """One signal that can be plotted: an element of a telemetry field, or the field's norm (index null)."""
-
-    key: ChannelKey
-    group: str
-    """The field in words."""
-    name: str
-    """The element within the group, "" where the field is one number."""
-    unit: str
-    """SI; `1` where there is none."""
-    field: str
-    index: int | None
 
 
 class PlotChoice(Model):
@@ -49,3 +36,10 @@ class PlotLayout(Model):
 
     seconds: Annotated[float, Bounds(ge=5, le=600)]
     plots: Annotated[list[Plot], Bounds(max_length=8)]
+
+
+class Kind(IntEnum):
+    """First word of a binary message."""
+
+    FRAME = 1
+    PLOT = 2

@@ -7,9 +7,9 @@ from datetime import UTC, datetime
 import numpy as np
 import numpy.typing as npt
 
-from controller.errors import TendrilError
-from server.channels import CHANNELS, columns_of
-from server.history import BIN_TICKS, History
+from server.http.errors import NotFound
+from server.rig.channels import CHANNELS, columns_of
+from server.rig.history import BIN_TICKS, History
 
 LINES = 1000
 """Lines that are made at once."""
@@ -17,7 +17,7 @@ _ROWS = "every tick"
 _BINS = f"lowest and highest value of {BIN_TICKS} ticks in each line, t in their middle: older ticks are not kept"
 
 
-class NothingKept(TendrilError):
+class NothingKept(NotFound):
     """The history has nothing of the window."""
 
 

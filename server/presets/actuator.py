@@ -6,6 +6,7 @@ it does not, the rig goes back to what ticked last. Either way `up` writes an ou
 
 import time
 from pathlib import Path
+from typing import Annotated
 
 from pydantic import ValidationError
 
@@ -14,8 +15,9 @@ from controller.schema.actuator import PRESETS, Actuator, parse_actuator
 from controller.schema.parameters import RigParameters, Settings
 from controller.simulation.acceptance import require_built, require_running
 from controller.system.whole_file import read_whole, set_aside, write_whole
-from server.events import EventLog
-from server.permit import Permit
+from server.access.permit import Permit
+from server.http.given import given
+from server.log.events import EventLog
 from server.presets.messages import ActuatorBody, ActuatorOutcome
 from server.settings import ServerSettings
 
@@ -114,26 +116,29 @@ def _outcome_file(orders: Path) -> Path:
 
 
 class OutcomeWatch:
-    """Called at every beat: tells what became of an order for another actuator."""
+    """Tells what became of an order for another actuator."""
 
-    def __init__(self, orders: Path | None, events: EventLog) -> None:
-        self._path = None if orders is None else _outcome_file(orders)
-        self._events, self._due = events, 0.0
+    watched = "another actuator"
+
+    def __init__(self, settings: ServerSettings, events: EventLog) -> None:
+        self._settings, self._events = settings, events
+        self._due, self._blind = 0.0, False
         self.failure = ""
         """Why the last actuator that was asked for is not in force, "" if it is."""
 
-    def __call__(self) -> None:
+    def look(self) -> None:
         """Look, now and then."""
-        if self._path is None or time.monotonic() < self._due:
+        if self._settings.orders is None or self._blind or time.monotonic() < self._due:
             return
         self._due = time.monotonic() + LOOK
         try:
-            outcome = ActuatorOutcome.model_validate_json(self._path.read_bytes())
-            self._path.unlink()
+            path = _outcome_file(self._settings.orders)
+            outcome = ActuatorOutcome.model_validate_json(path.read_bytes())
+            path.unlink()
         except FileNotFoundError:
             return
         except (OSError, ValidationError) as error:
-            self._path = None
+            self._blind = True
             self._events.add(f"what becomes of another actuator will not be told here: {error}", "warning")
             return
         self._tell(outcome)
@@ -149,3 +154,6 @@ class OutcomeWatch:
 def told(outcome: ActuatorOutcome) -> str:
     """A failed order in one sentence."""
     return f"actuator {outcome.actuator} did not start: {outcome.reason}; {outcome.in_force} is in force again"
+
+
+GivenOutcomes = Annotated[OutcomeWatch, given(OutcomeWatch)]

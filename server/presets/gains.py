@@ -7,8 +7,8 @@ from pydantic import TypeAdapter
 from controller.errors import CommandRefused, TendrilError
 from controller.schema.fit import GAINS
 from controller.schema.parameters import Settings
+from controller.system.state_file import StateFile
 from server.presets.messages import GainPreset
-from server.state_file import StateFile
 
 MOST = 100
 """Presets that are kept; a new one beyond is refused."""

@@ -16,7 +16,7 @@ from controller.reference.feasible.travel import Pose, held_by, travel
 from controller.reference.feasible.within_reach import projected
 from controller.reference.reference import Reference, row_kinds
 from controller.schema.parameters import RigParameters, Settings
-from server.drawings.planned import operator_limits, rig_limits
+from server.drawing.planned import operator_limits, rig_limits
 
 APPROACH = 2.0
 """Least time from where the rig's reference is to the shape, and of the way back from its end to its start [s]."""

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import Field as Bounds
 
 from controller.schema.layout import Model
-from server.drawings.messages import Wanted
+from server.drawing.messages import Wanted
 
 Laps = Annotated[int, Bounds(ge=1, le=1000)]
 Phase = Literal["approach", "running", "paused", "done", "stopped", "broken off"]
@@ -20,6 +20,38 @@ class RunBody(Wanted):
     """Null: until stopped."""
     record: bool = True
     """The run gets a recording of its own, from before its approach to its end, unless one is going on."""
+
+
+class PreviewBody(Wanted):
+    """Body of POST /api/preview: what to foresee, and how often it is followed."""
+
+    laps: Annotated[int, Bounds(ge=1, le=100)] = 1
+
+
+class Preview(Model):
+    """What the twin of the connected rig makes of a reference from where that stands, with the settings in force."""
+
+    t: list[float]
+    """Times of the rows [s], approach included; at most 2000."""
+    points: list[tuple[float, float]]
+    """Predicted tip [m]."""
+    start: int
+    """Index of the first row after the approach."""
+    rmse: float | None
+    """After the approach [m]; null where the run is broken off."""
+    max_error: float | None
+    """[m]."""
+    saturated: list[bool]
+    """Whether the command saturates at or since the row before."""
+    saturated_share: float
+    """Share of the time, 0..1."""
+    lag_deg_x: float | None
+    """Phase lag of a periodic reference [deg]."""
+    lag_deg_y: float | None
+    broken_off: str
+    """Why and when the rig would not follow to the end, "" if it would; the rows then end there."""
+    seconds: float
+    """Of computing [s]."""
 
 
 class RunState(Model):

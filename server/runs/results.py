@@ -6,8 +6,8 @@ from pathlib import Path
 
 from pydantic import TypeAdapter
 
+from controller.system.state_file import StateFile
 from server.runs.messages import RunResult
-from server.state_file import StateFile
 
 KEPT = 100
 _LIST: TypeAdapter[list[RunResult]] = TypeAdapter(list[RunResult])

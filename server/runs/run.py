@@ -8,12 +8,12 @@ import numpy as np
 
 from controller.kernels.model.rod import Array
 from controller.schema.modes import Cause, Mode
-from server.channels import Rows
+from server.log.words import words
+from server.rig.channels import Rows
 from server.runs.laps import Lap, Leg, Place
 from server.runs.messages import RunResult, RunState
 from server.runs.phases import Event, Machine, Phase
 from server.runs.tally import Tally
-from server.watch import words
 
 READY = (Mode.HOLD, Mode.FOLLOW)
 """A run may begin or go on from these."""

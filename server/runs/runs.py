@@ -9,7 +9,7 @@ import contextlib
 import time
 from collections.abc import Callable, Coroutine, Iterator
 from datetime import UTC, datetime
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 from controller.errors import CommandRefused, NotAllowed, RigUnreachable, TendrilError
 from controller.kernels.control.inverse import StaticMap
@@ -17,10 +17,11 @@ from controller.reference.library import static_map
 from controller.schema.messages import RigInfo
 from controller.schema.modes import Request
 from controller.schema.parameters import RigParameters, Settings
-from server.automatic import Automatic
-from server.drawings.planned import wanted
-from server.events import EventLog, Level
-from server.permit import Permit, own
+from server.access.permit import Permit, own
+from server.drawing.planned import wanted
+from server.http.given import given
+from server.log.events import EventLog, Level
+from server.recorder.automatic import Automatic
 from server.runs.inbox import Inbox
 from server.runs.laps import Lap, Leg, allowed_by, first_leg, lap_of, next_leg
 from server.runs.messages import RunBody, RunResult, RunState
@@ -43,6 +44,8 @@ T = TypeVar("T")
 
 class Runs:
     """At most one run at a time. Only the event loop uses it, but for `inbox`, which the link fills."""
+
+    watched = "the run"
 
     def __init__(
         self,
@@ -363,3 +366,6 @@ def _plan(body: RunBody, rig: RigParameters, settings: Settings) -> Lap:
 
 def _map(rig: RigParameters) -> StaticMap:
     return static_map(rig.actuator, rig.controller)
+
+
+GivenRuns = Annotated[Runs, given(Runs)]

@@ -7,7 +7,7 @@ import numpy as np
 from controller.kernels.model.rod import Array
 from controller.simulation.metrics import phase_lags
 from recordings.read.metrics import ErrorSums
-from server.channels import Rows
+from server.rig.channels import Rows
 from server.runs.messages import Figures
 
 PHASE_ROWS = 100_000

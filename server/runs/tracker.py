@@ -13,10 +13,10 @@ from controller.realtime.desk import refused_text
 from controller.schema.messages import RigInfo
 from controller.schema.modes import Cause, Law, Mode, Request
 from controller.schema.parameters import Settings
-from server.channels import Rows
-from server.operator import Operator
-from server.permit import Permit, own
-from server.rig import Rig
+from server.access.permit import Permit, own
+from server.operate.operator import Operator
+from server.rig.channels import Rows
+from server.rig.client import Rig
 from server.runs.laps import Leg
 from server.runs.run import Before
 

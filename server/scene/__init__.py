@@ -1,5 +1,1 @@
 """The 3D view: one live scene for all, and a seat of its own for every frame that looks at it."""
-
-from server.scene.scene import Scene
-
-__all__ = ["Scene"]

@@ -8,9 +8,9 @@ import viser
 from controller.kernels.model.rod import Array
 from controller.schema.actuator import Actuator
 from controller.schema.modes import Mode
-from server.channels import Rows
-from server.colours import BASE, DANGER, OBSERVER, REFERENCE, TARGET, TWIN
+from server.rig.channels import Rows
 from server.scene.chain import Chain
+from server.scene.colours import BASE, DANGER, OBSERVER, REFERENCE, TARGET, TWIN
 from server.scene.lines import Trail
 from server.scene.markers import Markers
 

@@ -8,8 +8,8 @@ import numpy as np
 import viser
 
 from controller.schema.parameters import SENSORS
-from server.channels import Rows
-from server.colours import Colour
+from server.rig.channels import Rows
+from server.scene.colours import Colour
 
 
 class Chain:

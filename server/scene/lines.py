@@ -8,7 +8,7 @@ import numpy as np
 import viser
 
 from controller.kernels.model.rod import Array
-from server.colours import DANGER, GHOST, MEASURED, REFERENCE, Colour
+from server.scene.colours import DANGER, GHOST, MEASURED, REFERENCE, Colour
 from server.scene.messages import Role
 
 LONGEST = 2000

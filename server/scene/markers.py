@@ -6,8 +6,8 @@ import numpy as np
 import viser
 
 from controller.schema.parameters import BACKBONE_POINTS, SENSORS
-from server.channels import Rows
-from server.colours import MEASURED
+from server.rig.channels import Rows
+from server.scene.colours import MEASURED
 
 RESIDUAL_GAIN = 5.0
 """Residual arrows are drawn this many times as long as they are, as in the plan view."""

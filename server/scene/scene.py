@@ -11,7 +11,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import viser
@@ -19,8 +19,9 @@ import viser
 from controller.kernels.model.rod import Array
 from controller.schema.actuator import Actuator
 from controller.system.worker import Worker
-from server.auth import Identity
-from server.channels import Rows
+from server.http.given import given
+from server.http.who import Identity
+from server.rig.channels import Rows
 from server.scene.body import Body
 from server.scene.camera import Camera, camera_of
 from server.scene.gizmo import Gizmo, Point, gizmo_point
@@ -180,3 +181,6 @@ class Scene:
         """Port from which this client's connection comes: viser keeps it, but offers no way to ask."""
         connection = self._viser._websock_server._live_connections.get(client.client_id)
         return int(connection.remote_address[1]) if connection is not None else 0
+
+
+GivenScene = Annotated[Scene, given(Scene)]

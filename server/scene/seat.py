@@ -9,7 +9,7 @@ import numpy as np
 from controller.errors import NotAllowed
 from controller.kernels.model.rod import Array
 from controller.schema.actuator import Actuator
-from server.auth import Identity
+from server.http.who import Identity
 from server.scene.body import above
 from server.scene.camera import camera_of
 from server.scene.lines import Paths

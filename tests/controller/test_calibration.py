@@ -21,7 +21,7 @@ from controller.research.experiments.paper_rows import FITTED, JUDGED
 from controller.schema.fit import FIT, GAIN_NAMES
 from controller.schema.parameters import Settings, TwinParameters
 from controller.simulation.case import Setup
-from server.cli import app
+from server.cli.main import app
 
 SPACE = Space()
 RMSE, SSE = FITTED[0], FITTED[4]

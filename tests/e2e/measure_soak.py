@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from playwright.sync_api import Page, expect
 
-from server.browser import launch_chromium
+from server.supervise.browser import launch_chromium
 from tests.e2e.product import Product, open_page, wait_until
 from tests.e2e.test_drawing import draw
 from tests.e2e.test_operate import PATH_MM, drag

@@ -17,7 +17,7 @@ from playwright.sync_api import BrowserContext, Page
 
 from controller.realtime.ring import find_ring, remove_rings
 from controller.schema.modes import Mode
-from server.ready import UpReady
+from server.supervise.ready import UpReady
 
 SCREENSHOTS = Path(os.environ.get("TENDRIL_SCREENSHOTS", "/tmp/tendril-screenshots"))
 

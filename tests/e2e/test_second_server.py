@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import Browser, expect
 
 from server.settings import ServerSettings
-from server.up import ServerChild
+from server.supervise.up import ServerChild
 from tests.e2e.product import Product
 
 

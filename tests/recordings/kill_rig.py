@@ -50,7 +50,7 @@ def kill_rig_once(folder: Path, wait: float) -> Outcome:
         wait_for(lambda: server.services.recorder.state().rows > recorded + 500, "rows of the new life")
         page.operate()
         recording = Recording.model_validate(page.delete("/api/recordings/current").json())
-        path = server.services.store.path(id)
+        path = server.services.folder.store.path(id)
         lives = _lives(path)
         return Outcome(recording, [text for _, _, text in read_log(path)], *lives, int(newest["tick"]))
     finally:

@@ -14,7 +14,7 @@ from recordings.format import sidecar
 from recordings.format.messages import Metrics, Recording
 from recordings.read.query import matching, ordered
 from recordings.store.store import Store
-from server.routes.recordings import LIST
+from server.recorder.routes import LIST
 
 COUNT = 5000
 TIMES = 11

@@ -10,7 +10,7 @@ from controller.schema.modes import Mode
 from recordings.format.messages import Metrics
 from recordings.read.metrics import cycles_of, followed, lost_ticks, metrics_of, rms, unsensed_rms
 from recordings.read.period import find_period
-from server.channels import Rows as TelemetryRows
+from server.rig.channels import Rows as TelemetryRows
 from server.runs.tally import Tally
 from tests.recordings.synthetic import telemetry_rows
 

@@ -3,7 +3,7 @@ from collections.abc import Iterator
 import pytest
 
 from recordings.store import apart
-from server import lease
+from server.access import lease
 from tests.server.live_server import RigProcess, TestServer, free_environment
 
 

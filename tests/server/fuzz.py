@@ -6,7 +6,7 @@ from typing import Any
 
 import msgpack
 
-from server.drag import CAMERA, END, START, UPDATE
+from server.scene.drag import CAMERA, END, START, UPDATE
 from server.scene.gizmo import GIZMO
 
 NUMBERS = (0, -1, 1e308, -1e308, float("nan"), float("inf"), 2**31, 2**63, -(2**64), 10**400, 1e-320, 0.1, 3)

@@ -3,9 +3,9 @@
 from types import SimpleNamespace
 from typing import cast
 
-from server.auth import Sessions
-from server.lease import OperatorLease
-from server.permit import Permit, Permits
+from server.access.lease import OperatorLease
+from server.access.permit import Permit, Permits
+from server.access.sessions import Sessions
 
 ANYTHING = Permit(None, lambda request: "", sign=lambda: True)
 """Stands for ever."""

@@ -23,9 +23,9 @@ from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.schema.modes import Mode
 from controller.system.keys import KEY_BYTES
-from server.app import create_app
-from server.run import address, listen, uvicorn_server
-from server.services import Services, open_services
+from server.app.app import create_app
+from server.app.run import address, listen, uvicorn_server
+from server.app.services import Services, open_services
 from server.settings import ServerSettings
 
 TOKEN = "correct horse"

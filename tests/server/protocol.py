@@ -29,11 +29,11 @@ from controller.schema.modes import Mode, Request
 from controller.schema.parameters import RigParameters, SafetyLimits, Settings
 from controller.system.keys import KEY_BYTES
 from controller.system.worker import Worker
-from server import operator as operator_module
-from server import stopper as stopper_module
-from server.operator import Job, Operator
-from server.permit import Permit, own
-from server.stopper import Stopper
+from server.access.permit import Permit, own
+from server.operate import operator as operator_module
+from server.operate import stopper as stopper_module
+from server.operate.operator import Job, Operator
+from server.operate.stopper import Stopper
 from tests.controller.desk import MS
 from tests.controller.desk import Desk as Ticked
 

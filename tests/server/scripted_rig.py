@@ -21,8 +21,8 @@ from controller.schema.messages import CommandReply, Telemetry
 from controller.schema.modes import Cause, Mode, Request
 from controller.schema.parameters import RigParameters, Settings
 from controller.schema.states import MOVING, next_mode
-from server.channels import Rows
-from server.permit import Permit
+from server.access.permit import Permit
+from server.rig.channels import Rows
 
 PERIOD, BATCH = 0.02, 20
 SERVER_HOLD = 0.5

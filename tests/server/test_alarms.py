@@ -1,13 +1,14 @@
 """Alarm limits: one user's own, bounded; the log says once when a figure passes red."""
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from server.alarms.messages import AlarmLimits
-from server.alarms.watch import AlarmWatch
-from server.events import EventLog
+from server.health.alarm_watch import AlarmWatch
+from server.health.messages import AlarmLimits
+from server.log.events import EventLog
 from tests.server.live_server import TestServer
 
 DEFAULTS = AlarmLimits().model_dump()
@@ -40,28 +41,34 @@ def test_a_limit_out_of_bounds_or_order_is_refused(wrong: dict[str, Any], compla
     assert page.get("/api/alarms").json() == DEFAULTS
 
 
+def alarm_watch(
+    row: dict[str, Any], lateness: Callable[[], float], events: EventLog, now: Callable[[], float]
+) -> AlarmWatch:
+    return AlarmWatch(lambda: row, lateness, lambda: math.nan, AlarmLimits, events, now)
+
+
 def test_each_crossing_of_red_is_one_line_and_what_swings_about_it_is_none_more() -> None:
     events, now, late = EventLog(), [0.0], [0.0]
-    watch = AlarmWatch(lambda: late[0], AlarmLimits, events, lambda: now[0])
     row = {"server_age": 0.05, "residual": math.nan, "slot": 0, "lost": 0}
+    watch = alarm_watch(row, lambda: late[0], events, lambda: now[0])
     for late[0] in [0.1e-3] + [2e-3, 0.9e-3] * 6 + [0.1e-3] * 3 + [2e-3] * 3:
         now[0] += 1.0
         row["slot"] += 1000
-        watch(row)
+        watch.look()
     assert [event.text for event in events.recent] == ["lateness p99 2 ms is above the limit of 1 ms"] * 2
 
 
 def test_lost_ticks_of_the_last_minute_turn_red_by_number_and_by_share() -> None:
     events, now = EventLog(), [0.0]
-    watch = AlarmWatch(lambda: math.nan, AlarmLimits, events, lambda: now[0])
     row = {"server_age": 0.05, "residual": 1e-3, "slot": 0, "lost": 0}
+    watch = alarm_watch(row, lambda: math.nan, events, lambda: now[0])
     for _ in range(30):
         now[0] += 1.0
         row["slot"] += 1000
-        watch(row)
+        watch.look()
     row |= {"lost": 700, "slot": row["slot"] + 1000}
     now[0] += 1.0
-    watch(row)
+    watch.look()
     assert [event.text for event in events.recent] == [
         "lost ticks 700 is above the limit of 600",
         "on-time share 97.67 % is below the limit of 99 %",

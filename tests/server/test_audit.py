@@ -5,10 +5,10 @@ import stat
 from pathlib import Path
 from typing import Any
 
-from server.audit import Asker, Audit, Deed
-from server.auth import Identity
-from server.event_file import EventFile
-from server.rates import DEED
+from server.http.rates import DEED
+from server.http.who import Identity
+from server.log.audit import Asker, Audit, AuditEntry
+from server.log.event_file import EventFile
 from tests.server.live_server import TOKEN, VIEWER_TOKEN, TestServer, wait_for
 
 
@@ -58,7 +58,7 @@ def test_every_action_and_refusal_stands_in_the_audit_log_and_no_token(server: T
 
 def test_a_stranger_cannot_push_others_out_of_the_log(tmp_path: Path) -> None:
     path, clock = tmp_path / "audit.jsonl", [0.0]
-    audit = Audit(EventFile(path, Deed), print, lambda: clock[0])
+    audit = Audit(EventFile(path, AuditEntry), print, lambda: clock[0])
     stranger, other = Asker(None, "1.2.3.4", "GET /x"), Asker(None, "1.2.3.5", "GET /x")
     for _ in range(1000):
         audit.note(stranger, 401)
@@ -77,7 +77,7 @@ def test_a_stranger_cannot_push_others_out_of_the_log(tmp_path: Path) -> None:
 
 def test_a_session_cannot_either_but_for_what_a_page_does_everything_is_there(tmp_path: Path) -> None:
     path, clock = tmp_path / "audit.jsonl", [0.0]
-    audit = Audit(EventFile(path, Deed), print, lambda: clock[0])
+    audit = Audit(EventFile(path, AuditEntry), print, lambda: clock[0])
     ann, bob = (Asker(Identity(name, name, "viewer"), "1.2.3.4", "POST /api/command") for name in ("ann", "bob"))
     for _ in range(10_000):
         audit.note(ann, 200)
@@ -92,7 +92,7 @@ def test_a_session_cannot_either_but_for_what_a_page_does_everything_is_there(tm
 
 def test_an_audit_log_that_cannot_be_written_says_so_once(tmp_path: Path) -> None:
     said: list[str] = []
-    audit = Audit(EventFile(tmp_path / "nowhere" / "audit.jsonl", Deed), said.append)
+    audit = Audit(EventFile(tmp_path / "nowhere" / "audit.jsonl", AuditEntry), said.append)
     for _ in range(2):
         audit.note(Asker(Identity("a", "ann"), "", "POST /y"), 200)
         assert audit.writer.flush(60.0)

@@ -20,7 +20,7 @@ def test_a_run_is_recorded_from_before_its_approach_to_its_end(server: TestServe
     assert (found.name, found.reference, found.profile, found.gaps) == ("ring", "ring", "standard", 0)
     assert found.operator and found.settings == server.services.operator.settings
     assert run["recording"] == found.id
-    mode = read_rows(server.services.store.path(found.id))["mode"]
+    mode = read_rows(server.services.folder.store.path(found.id))["mode"]
     assert mode[0] != Mode.TRACK and (mode == Mode.TRACK).sum() >= 3000 and mode[-1] == Mode.HOLD
 
 
@@ -41,7 +41,7 @@ def test_a_stop_under_pressure_is_recorded_with_what_came_before_it(server: Test
         live.wait_mode(Mode.E_STOP)
         found = closed(page)
     assert found.name.startswith("fault: ")
-    rows = read_rows(server.services.store.path(found.id))
+    rows = read_rows(server.services.folder.store.path(found.id))
     stop = int(np.flatnonzero(rows["mode"] == Mode.HOLD)[-1]) + 1
     assert rows["mode"][stop] == Mode.E_STOP
     assert rows["t_ns"][-1] - rows["t_ns"][stop] > 9.5e9
@@ -55,7 +55,7 @@ def test_a_recording_of_a_killed_server_goes_on_without_a_missing_tick(
     state = page.post("/api/recordings", json={"name": "two lives"}).json()
     wait_for(lambda: page.get("/api/recordings").json()[0]["rows"] > 500, "rows")
     folder = server.settings.state.parent / "after"
-    shutil.copytree(server.services.store.folder, folder / "recordings")  # as a kill -9 would leave it
+    shutil.copytree(server.services.folder.store.folder, folder / "recordings")  # as a kill -9 would leave it
     wait_for(lambda: server.services.recorder.state().rows > 3000, "ticks that the copy does not have")
     page.delete("/api/recordings/current")
     server.close()  # the rig obeys one server at a time
@@ -63,8 +63,10 @@ def test_a_recording_of_a_killed_server_goes_on_without_a_missing_tick(
     try:
         wait_for(lambda: later.services.recorder.state().recording, "the recording to go on")
         done = Recording.model_validate(later.operator().delete("/api/recordings/current").json())
-        first = wait_for(lambda: (found := later.services.store.find(state["id"])).recovered and found, "the repair")
-        parts = [read_rows(later.services.store.path(id))["tick"] for id in (state["id"], done.id)]
+        first = wait_for(
+            lambda: (found := later.services.folder.store.find(state["id"])).recovered and found, "the repair"
+        )
+        parts = [read_rows(later.services.folder.store.path(id))["tick"] for id in (state["id"], done.id)]
     finally:
         later.close()
     assert (done.name, done.part_of, done.gaps, done.holes) == ("two lives", state["id"], 0, ())

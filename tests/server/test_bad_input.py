@@ -6,7 +6,7 @@ from typing import Any
 import httpx
 import pytest
 
-from server.gate import BODY_MAX, COMMAND_MAX
+from server.access.gate import BODY_MAX, COMMAND_MAX
 from tests.server.live_server import Page, RigProcess, TestServer, free_environment
 
 UNREADABLE = {

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from server.faults.table import chosen
+from server.campaign.table import chosen
 
 TENDRIL = Path(sys.executable).parent / "tendril"
 KEYS = {"name", "expected", "observed", "reaction_ms", "limit_ms", "pass"}

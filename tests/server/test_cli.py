@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from controller.errors import TendrilError
-from server.run import listen
+from server.app.run import listen
 
 TENDRIL = Path(sys.executable).parent / "tendril"
 

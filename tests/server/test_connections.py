@@ -9,8 +9,8 @@ from contextlib import contextmanager
 
 import pytest
 
-from server.connections import CALLERS, HEAD_MAX, Connection
-from server.portions import PORTION
+from server.http.connections import CALLERS, HEAD_MAX, Connection
+from server.http.portions import PORTION
 from tests.server.live_server import TestServer, wait_for
 
 

@@ -10,8 +10,8 @@ from fastapi.routing import APIRoute
 from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from websockets.exceptions import InvalidStatus
 
-from server.app import openapi_schema
-from server.auth import FAILURES
+from server.access.sessions import FAILURES
+from server.app.app import openapi_schema
 from tests.server.live_server import TOKEN, TestServer
 
 OPEN = {("GET", "/"), ("HEAD", "/"), ("POST", "/api/session"), ("GET", "/healthz")}

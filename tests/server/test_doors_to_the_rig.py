@@ -15,35 +15,34 @@ from controller.schema.layout import record_dtype
 from controller.schema.messages import Command, CommandReply, Telemetry, TwinFaults
 from controller.schema.modes import Cause, Mode, Request
 from controller.schema.parameters import Settings
-from server.auth import Identity
-from server.events import EventLog
-from server.lease import OperatorLease
-from server.operator import Operator
-from server.people import Company
-from server.permit import Permit
-from server.rig import Rig
-from server.stopper import Stopper
+from server.access.lease import OperatorLease
+from server.access.permit import Permit
+from server.http.who import Identity
+from server.log.events import EventLog
+from server.operate.operator import Operator
+from server.operate.people import PeopleHere
+from server.operate.stopper import Stopper
+from server.rig.client import Rig
 from tests.server.leave import permits_of
 
 SERVER = Path(__file__).parents[2] / "server"
 DOORS = {
-    "app.py": ["stop"],
-    "drag.py": ["move", "present", "request", "request", "request"],
-    "farewell.py": ["request"],
-    "people.py": ["request"],
-    "rig.py": ["command", "faults", "faults", "plan", "stop"],
-    "routes/command.py": ["present", "request", "stop"],
-    "routes/faults.py": ["inject"],
-    "routes/live.py": ["move", "present", "request", "request", "request", "stop"],
-    "routes/presence.py": ["present"],
-    "routes/presets.py": ["order"],
-    "routes/runs.py": ["present", "present"],
-    "routes/settings.py": ["change"],
+    "app/app.py": ["stop"],
+    "app/services.py": ["send", "stop"],
+    "app/shutdown.py": ["request"],
+    "live/conversation.py": ["stop"],
+    "operate/command_routes.py": ["request", "stop"],
+    "operate/hand.py": ["move", "present", "request", "request"],
+    "operate/people.py": ["request"],
+    "operate/settings_routes.py": ["change"],
+    "operate/watch.py": ["request"],
+    "presets/routes.py": ["order"],
+    "rig/client.py": ["command", "faults", "faults", "plan", "stop"],
+    "rig/twin_routes.py": ["inject"],
+    "runs/routes.py": ["present", "present"],
     "runs/tracker.py": ["plan", "request", "request"],
-    "services.py": ["send", "stop"],
-    "watch.py": ["request"],
 }
-"""What reaches the operator's side, the link or the supervisor's order, by file; `server/faults` asks from outside."""
+"""What reaches the operator's side, the link or the supervisor's order, by file; the campaign asks from outside."""
 PARTS = {
     "operator": {"request", "move", "change", "present", "stop"},
     "rig": {"plan", "inject", "stop", "send"},
@@ -64,7 +63,7 @@ def calls(path: Path) -> Iterator[str]:
 
 
 def test_every_door_to_the_rig_is_known() -> None:
-    files = [path for path in SERVER.rglob("*.py") if "faults" not in path.relative_to(SERVER).parts[:1]]
+    files = [path for path in SERVER.rglob("*.py") if "campaign" not in path.relative_to(SERVER).parts[:1]]
     found = {str(path.relative_to(SERVER)): sorted(calls(path)) for path in files}
     assert {name: ways for name, ways in found.items() if ways} == DOORS
 
@@ -106,7 +105,7 @@ class Desk:
         self.operator = Operator(self.wire.command, lambda: 7, self.wire.newest, Settings(), stopper)
         self.rig = cast(Rig, object.__new__(Rig))
         self.rig._link = cast(Any, self.wire)
-        self.people = Company(lambda: [ANN, BOB], self.lease, self.operator, self.permits, EventLog())
+        self.people = PeopleHere(lambda: [ANN, BOB], self.lease, self.operator, self.permits, EventLog())
         self.lease.acquire(ANN)
 
     def passed(self, call: Callable[[], object]) -> None:

@@ -6,14 +6,16 @@ import msgpack
 import pytest
 
 from controller.schema.modes import Request
-from server.auth import Identity
-from server.drag import CAMERA, END, START, UPDATE, Drag
-from server.events import EventLog
-from server.lease import OperatorLease
-from server.operator import Operator
-from server.permit import Permit
-from server.scene import Scene
+from server.access.lease import OperatorLease
+from server.access.permit import Permit
+from server.http.who import Identity
+from server.log.events import EventLog
+from server.operate.hand import Hands
+from server.operate.operator import Operator
+from server.rig.history import History
+from server.scene.drag import CAMERA, END, START, UPDATE, Drag
 from server.scene.gizmo import GIZMO
+from server.scene.scene import Scene
 from tests.server.leave import permits_of
 
 ANN, BOB = Identity("a", "ann"), Identity("b", "bob")
@@ -39,9 +41,13 @@ def lease() -> OperatorLease:
     return found
 
 
+def hands(seen: "Recorded", lease: OperatorLease, events: EventLog) -> Hands:
+    return Hands(lease, permits_of(lease), cast(Operator, seen), History(), events)
+
+
 def drag_of(who: Identity, lease: OperatorLease) -> tuple[Drag, Recorded]:
     seen = Recorded()
-    return Drag(who, lease, cast(Operator, seen), permits_of(lease), cast(Scene, seen), EventLog()), seen
+    return Drag(who, hands(seen, lease, EventLog()), cast(Scene, seen)), seen
 
 
 def gizmo(kind: str, **more: Any) -> bytes:
@@ -59,7 +65,7 @@ def test_a_viewer_gets_only_the_camera_through(lease: OperatorLease) -> None:
 
 def test_the_log_names_a_viewer_who_drags_once_for_each_attempt(lease: OperatorLease) -> None:
     seen, events, now = Recorded(), EventLog(), [0.0]
-    drag = Drag(BOB, lease, cast(Operator, seen), permits_of(lease), cast(Scene, seen), events, lambda: now[0])
+    drag = Drag(BOB, hands(seen, lease, events), cast(Scene, seen), lambda: now[0])
     for now[0] in (0.0, 2.0, 6.0, 10.5, 30.0):
         drag.judge(gizmo(START))
         drag.judge(gizmo(UPDATE, position=[0.1, 0.1, 0.0]))

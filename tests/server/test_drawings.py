@@ -20,11 +20,12 @@ from controller.schema.modes import Mode
 from controller.schema.parameters import RigParameters, Settings
 from controller.simulation.metrics import rmse
 from controller.simulation.run import run
-from server.drawings.messages import DrawingBody, PreviewBody
-from server.drawings.plan import csv_of, drawing_plan
-from server.drawings.planned import planned
-from server.drawings.preview import predicted, standing
-from server.drawings.store import Drawings, UnknownDrawing
+from server.drawing.messages import DrawingBody
+from server.drawing.plan import csv_of, drawing_plan
+from server.drawing.planned import planned
+from server.drawing.store import Drawings, UnknownDrawing
+from server.runs.messages import PreviewBody
+from server.runs.preview import predicted, standing
 from tests.server.live_server import TestServer, wait_for
 
 RIG, LIVE, REST = RigParameters(), Settings(), np.zeros(2)

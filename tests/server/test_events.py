@@ -3,9 +3,9 @@
 import stat
 from pathlib import Path
 
-from server.event_file import EventFile
-from server.events import EventLog
-from server.messages import Event
+from server.log.event_file import EventFile
+from server.log.events import EventLog
+from server.log.messages import Event
 from tests.server.live_server import RigProcess, TestServer, free_environment
 
 

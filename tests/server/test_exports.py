@@ -14,8 +14,8 @@ from rerun.error_utils import RerunWarning
 from controller.schema.parameters import Settings
 from recordings.format.messages import Recording
 from recordings.write.writer import Recorder
-from server.drawings.messages import DrawingBody
-from server.recorded_path import drawing_name
+from server.drawing.messages import DrawingBody
+from server.runs.recorded_path import drawing_name
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows
 from tests.server.live_server import Page, TestServer, free_environment, wait_for
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from controller.errors import ParameterError
-from server.faults.campaign import ACTS
-from server.faults.table import FAULTS, chosen, filled
+from server.campaign.campaign import ACTS
+from server.campaign.table import FAULTS, chosen, filled
 
 PAGE = Path(__file__).parents[2] / "docs" / "faults.md"
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from controller.errors import TendrilError
-from server.files import made, require_file, write
+from server.cli.files import made, require_file, write
 
 
 def test_what_cannot_be_written_is_said_before_and_after(tmp_path: Path) -> None:

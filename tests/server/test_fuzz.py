@@ -52,7 +52,7 @@ def test_whatever_comes_on_a_socket_the_loop_and_the_others_go_on(
         wait_for(lambda: watcher.frames[-1]["tick"] > last["tick"] > first, "more ticks")
         assert server.services.rig.boot() == boot
         assert not [record.getMessage() for record in caplog.records if record.name != "websockets.client"]
-    wait_for(lambda: not server.services.hub.viewers, "the end of every viewer")
+    wait_for(lambda: not server.services.pages.open, "the end of every viewer")
     assert operator.command("e_stop").status_code == 200
 
 

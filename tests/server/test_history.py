@@ -4,9 +4,9 @@ import numpy as np
 
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
-from server.channels import CHANNELS, columns_of
-from server.history import BIN_TICKS, History
 from server.plots.feed import CHUNK, Feed, Plots
+from server.rig.channels import CHANNELS, columns_of
+from server.rig.history import BIN_TICKS, History
 
 ALL = list(range(len(CHANNELS)))
 ERROR, X_MEAS, ENERGY = columns_of(["error.norm", "p_meas.0", "energy"])

@@ -12,7 +12,7 @@ from controller.build.stability import natural_modes
 from controller.errors import TendrilError
 from controller.kernels.model.rod import Array
 from controller.schema.actuator import PRESETS, read_actuator
-from server.cli import app
+from server.cli.main import app
 from tests.oracles import Chain
 
 TENDRIL = Path(sys.executable).parent / "tendril"

@@ -10,14 +10,15 @@ from pydantic import SecretStr
 from controller.errors import ParameterError
 from controller.schema.parameters import Settings
 from controller.system.whole_file import write_whole
-from server import lease as leases
-from server.auth import FAILURES, MAX_AGE, Identity, Sessions, TooManyAttempts, WrongToken, same_origin
-from server.events import EventLog
-from server.lease import OperatorLease
-from server.services import kept_settings
+from server.access import lease as leases
+from server.access.lease import OperatorLease
+from server.access.sessions import FAILURES, MAX_AGE, Sessions, TooManyAttempts, WrongToken, same_origin
+from server.access.token_watch import CLOSED_AFTER, TokenWatch
+from server.access.tokens import Secrets, TokenFile, load_secrets
+from server.http.who import Identity
+from server.log.events import EventLog
+from server.operate.kept_settings import KeptSettings
 from server.settings import ServerSettings, exposed
-from server.token_watch import CLOSED_AFTER, TokenWatch
-from server.tokens import Secrets, TokenFile, load_secrets
 
 
 class Clock:
@@ -98,25 +99,26 @@ def test_a_changed_token_ends_only_the_sessions_that_it_opened(tmp_path: Path) -
     cookies = [{ours.cookie: ours.seal(who)} for who in (operator, viewer)]
     assert [ours.read(cookie) for cookie in cookies] == [operator, viewer]
     clock = Clock()
-    watch, lease, log = TokenWatch(file, ours, kept, clock), OperatorLease(), EventLog()
+    lease, log = OperatorLease(), EventLog()
+    watch = TokenWatch(file, ours, kept, lease, log, clock)
     assert lease.acquire(operator)
     away = (tmp_path / "secrets.json").rename(tmp_path / "away")
     clock.now = 1.0
     watch.poll()
-    watch.look(lease, log)
+    watch.look()
     assert [ours.read(cookie) for cookie in cookies] == [operator, viewer], "a folder that went away signs nobody out"
     away.rename(tmp_path / "secrets.json")
     token = file.renew("viewer")
     clock.now = 2.0
     watch.poll()
-    watch.look(lease, log)
+    watch.look()
     assert [ours.read(cookie) for cookie in cookies] == [operator, None]
     assert (ours.stands(operator), ours.stands(viewer), lease.holds(operator)) == (True, False, True)
     assert ours.open(token, "here").role == "viewer"
     file.renew("operator")
     clock.now = 4.0
     watch.poll()
-    watch.look(lease, log)
+    watch.look()
     assert (ours.read(cookies[0]), lease.holder) == (None, None)
     assert len(log.recent) == 2
     assert stat.S_IMODE((tmp_path / "secrets.json").stat().st_mode) == 0o600
@@ -133,7 +135,8 @@ def test_damaged_files_of_the_state_folder_are_named_and_put_aside(
     assert load_secrets(settings) == found, "the new tokens are kept"
     [aside] = tmp_path.glob("secrets.json.damaged-*")
     assert (aside.read_bytes(), str(aside) in caplog.text) == (content, True)
-    assert kept_settings(settings) == kept_settings(settings) == Settings()
+    kept = KeptSettings(tmp_path / "settings-test.json", EventLog())
+    assert kept.read() == kept.read() == Settings()
     assert len(caplog.records) == 2, "one line for each file, however often it is read"
 
 
@@ -141,11 +144,12 @@ def test_a_running_server_keeps_its_tokens_while_their_file_is_damaged(tmp_path:
     file = TokenFile(ServerSettings(state=tmp_path))
     kept = file.made()
     (tmp_path / "secrets.json").write_text("{")
-    watch, log = TokenWatch(file, Sessions(kept, "rig"), kept, clock := Clock()), EventLog()
+    log, clock = EventLog(), Clock()
+    watch = TokenWatch(file, Sessions(kept, "rig"), kept, OperatorLease(), log, clock)
     (tmp_path / "secrets.json").write_text('{"tok')
     clock.now = 1.0
     watch.poll()
-    watch.look(OperatorLease(), log)
+    watch.look()
     assert [(event.level, "stay as they were" in event.text) for event in log.recent] == [("warning", True)]
     assert [*tmp_path.iterdir()] == [tmp_path / "secrets.json"], "nothing is put aside under a running server"
 
@@ -154,17 +158,17 @@ def test_a_token_whose_file_could_not_be_read_once_is_revoked_all_the_same(tmp_p
     file, path = TokenFile(ServerSettings(state=tmp_path)), tmp_path / "secrets.json"
     kept = file.made()
     ours, lease, log, clock = Sessions(kept, "rig"), OperatorLease(), EventLog(), Clock()
-    watch, operator = TokenWatch(file, ours, kept, clock), ours.open(kept.token, "here")
+    watch, operator = TokenWatch(file, ours, kept, lease, log, clock), ours.open(kept.token, "here")
     cookie = {ours.cookie: ours.seal(operator)}
     assert lease.acquire(operator)
     file.renew("operator")
     path.chmod(0o644)  # the file is refused, and its time of change stays as it is
     watch.poll()
-    watch.look(lease, log)
+    watch.look()
     assert ours.stands(operator) and lease.holds(operator)
     path.chmod(0o600)
     watch.poll()
-    watch.look(lease, log)
+    watch.look()
     assert ours.read(cookie) is None and lease.holder is None
 
 
@@ -172,23 +176,23 @@ def test_while_the_tokens_cannot_be_read_nobody_operates_and_everybody_may_look(
     file, path = TokenFile(ServerSettings(state=tmp_path)), tmp_path / "secrets.json"
     kept = file.made()
     ours, lease, log, clock = Sessions(kept, "rig"), OperatorLease(), EventLog(), Clock()
-    watch, operator = TokenWatch(file, ours, kept, clock), ours.open(kept.token, "here")
+    watch, operator = TokenWatch(file, ours, kept, lease, log, clock), ours.open(kept.token, "here")
     cookie, whole = {ours.cookie: ours.seal(operator)}, path.read_text()
     assert lease.acquire(operator)
     path.write_text('{"tok')
     for clock.now in (0.0, CLOSED_AFTER - 0.1):
         watch.poll()
-        watch.look(lease, log)
+        watch.look()
         assert lease.holds(operator)
     clock.now = CLOSED_AFTER
-    watch.look(lease, log)
+    watch.look()
     shown = ours.read(cookie)
     assert shown is not None and (shown.id, shown.role, lease.holder) == (operator.id, "viewer", None)
     assert ours.stands(shown) and not ours.stands(operator)
     assert ours.open(kept.token, "here").role == "viewer"
     path.write_text(whole)
     watch.poll()
-    watch.look(lease, log)
+    watch.look()
     assert ours.read(cookie) == operator and ours.stands(operator)
     assert [event.level for event in log.recent] == ["warning", "error", "warning"]
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from server.channels import CHANNELS
-from server.live import CROWD
+from server.live.hub import CROWD
 from server.plots.messages import CHANNELS_MAX
+from server.rig.channels import CHANNELS
 from tests.server.live_server import ROW, TestServer, wait_for
 from tests.server.test_history import plot
 
@@ -128,12 +128,12 @@ def test_a_slow_viewer_skips_frames_and_then_sees_the_newest(server: TestServer)
         assert np.diff(ticks).max() > 1500, "what was stale is skipped"
         slow.socket.shutdown(socket.SHUT_RDWR)
         slow.close()
-        wait_for(lambda: len(server.services.hub.viewers) == 1, "the slow viewer to be forgotten")
+        wait_for(lambda: len(server.services.pages.open) == 1, "the slow viewer to be forgotten")
 
 
 def _stuck(server: TestServer) -> object:
     """The viewer that has not been sent anything for half a second."""
-    before = {viewer: viewer.cursor for viewer in list(server.services.hub.viewers)}
+    before = {viewer: viewer.cursor for viewer in list(server.services.pages.open)}
     time.sleep(0.5)
     return next((viewer for viewer, cursor in before.items() if viewer.cursor == cursor), None)
 
@@ -189,8 +189,8 @@ def test_the_clutch_is_the_holders_to_switch(server: TestServer) -> None:
 def test_a_closed_page_is_forgotten(server: TestServer) -> None:
     page = server.page().sign_in()
     with page.live():
-        wait_for(lambda: len(server.services.hub.viewers) == 1, "the viewer")
-    wait_for(lambda: not server.services.hub.viewers, "the viewer to be dropped")
+        wait_for(lambda: len(server.services.pages.open) == 1, "the viewer")
+    wait_for(lambda: not server.services.pages.open, "the viewer to be dropped")
 
 
 def test_in_a_crowd_viewers_take_turns_and_the_operator_gets_every_beat(server: TestServer) -> None:

@@ -10,12 +10,13 @@ import pytest
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection
 
-from server.history import History
-from server.live import WAITING, Viewer
-from server.messages import Status
+from server.app.services import Services
+from server.live.hub import WAITING, Viewer
+from server.live.messages import Status
+from server.live.status import StatusView
 from server.plots import feed
 from server.plots.feed import Feed, Plots
-from server.services import Services
+from server.rig.history import History
 from tests.server.live_server import Page, TestServer, wait_for
 from tests.server.test_history import ENERGY, ERROR, rows
 
@@ -46,8 +47,8 @@ def test_a_status_is_made_for_operator_and_viewers_not_for_each(
     server: TestServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made: list[str] = []
-    status = server.services.hub._status
-    monkeypatch.setattr(server.services.hub, "_status", lambda who: (made.append(who.id), status(who))[1])
+    status = StatusView.status
+    monkeypatch.setattr(StatusView, "status", lambda view, who: (made.append(who.id), status(view, who))[1])
     operator, viewer = server.operator(), server.page().sign_in()
     with contextlib.ExitStack() as pages:
         operating = pages.enter_context(operator.live())
@@ -67,7 +68,7 @@ def statuses(texts: list[dict[str, object]]) -> int:
 
 
 def test_one_page_more_than_allowed_is_refused_but_not_the_operators(server: TestServer) -> None:
-    server.services.hub.seats = 2
+    server.services.pages.seats = 2
     operator, viewer = server.operator(), server.page().sign_in()
     with viewer.live() as first, viewer.live():
         first.wait("hello")
@@ -89,13 +90,13 @@ def test_one_page_more_than_allowed_is_refused_but_not_the_operators(server: Tes
 def test_a_viewer_that_reads_nothing_holds_no_more_than_its_share(server: TestServer) -> None:
     page = server.operator()
     with unread(page) as stuck:
-        wait_for(lambda: server.services.hub.viewers, "the viewer")
+        wait_for(lambda: server.services.pages.open, "the viewer")
         hold_up(server, stuck)
-    wait_for(lambda: not server.services.hub.viewers, "the viewer to be forgotten")
+    wait_for(lambda: not server.services.pages.open, "the viewer to be forgotten")
 
 
 def hold_up(server: TestServer, stuck: ClientConnection) -> None:
-    [viewer] = server.services.hub.viewers
+    [viewer] = server.services.pages.open
     stuck.send(json.dumps({"type": "plots", "channels": ["energy"], "since": None}))
     wait_for(lambda: still(viewer, server.services), "the viewer to be stuck")
     loop = viewer.wake._loop  # type: ignore[attr-defined]

@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from server.ready import UpReady
+from server.supervise.ready import UpReady
 from tests.server.live_server import Page, free_environment, wait_for
 
 TENDRIL = Path(sys.executable).parent / "tendril"

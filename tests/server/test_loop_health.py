@@ -5,7 +5,7 @@ import pytest
 
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
-from server.loop_health import EDGES, LAG_TICKS, LoopWatch, fitted_lag
+from server.health.loop_health import EDGES, LAG_TICKS, LoopWatch, fitted_lag
 
 
 def rows(count: int) -> np.ndarray:

@@ -7,10 +7,10 @@ import pytest
 from prometheus_client import Metric
 from prometheus_client.parser import text_string_to_metric_families
 
-from server.auth import FAILURES
-from server.gate import Gate
-from server.hosts import Hosts
-from server.monitoring import healthz
+from server.access.gate import Gate
+from server.access.hosts import Hosts
+from server.access.sessions import FAILURES
+from server.health import healthz
 from tests.server.live_server import TOKEN, TestServer, wait_for
 
 

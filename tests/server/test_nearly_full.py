@@ -8,8 +8,8 @@ from controller.schema.parameters import Settings
 from recordings.store.quota import enforce, too_large
 from recordings.store.store import Store
 from recordings.write.writer import Recorder
-from server.events import EventLog
-from server.quota_watch import QuotaWatch
+from server.log.events import EventLog
+from server.recorder.quota_watch import QuotaWatch
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows
 from tests.server.live_server import TestServer, wait_for
 
@@ -21,7 +21,7 @@ def logged(server: TestServer, text: str) -> str:
 
 
 def test_a_recording_is_refused_with_folder_room_and_bound(server: TestServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    page, folder = server.operator(), server.services.store.folder
+    page, folder = server.operator(), server.services.folder.store.folder
     monkeypatch.setattr("recordings.write.session.DISK_FREE_MIN", PLENTY)
     answer = page.post("/api/recordings", json={"name": "no room"})
     told = answer.json()["detail"]
@@ -40,7 +40,7 @@ def test_one_that_the_disk_ends_says_so_in_log_and_state(server: TestServer, mon
     with page.live() as live:
         said = live.wait("status", lambda message: message["recording"]["problem"])["recording"]
     assert not said["recording"] and said["id"] == id
-    for part in ("ended by itself", "nearly full", str(server.services.store.folder), f"{PLENTY >> 20} MiB"):
+    for part in ("ended by itself", "nearly full", str(server.services.folder.store.folder), f"{PLENTY >> 20} MiB"):
         assert part in said["problem"]
     line = wait_for(lambda: logged(server, "ended by itself"), "a line in the log")
     assert line == said["problem"]
@@ -59,8 +59,8 @@ async def test_a_quota_smaller_than_one_recording_keeps_the_newest_and_says_so(t
     recorder.close()
     events = EventLog()
     watch = QuotaWatch(store, 1000, events)
-    await watch.look()
-    await watch.look()
+    await watch.keep()
+    await watch.keep()
     assert [one.id for one in store.list()] == [ids[1]] and enforce(store, 1000) == []
     assert too_large(store, 1000) == store.find(ids[1])
     told = [event.text for event in events.recent]

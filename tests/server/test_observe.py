@@ -12,7 +12,7 @@ from controller.research.identification.motion.decays import Decay, read_decays
 from controller.research.identification.observe import Request, observe
 from controller.schema.actuator import read_actuator
 from recordings.observed import write_observed
-from server.cli import app
+from server.cli.main import app
 from tests.controller.decaying import decays_of, hanging_body
 
 TRUNK = Path(__file__).parents[1] / "data" / "trunk-stack" / "decay_200g_even_ids.csv"

@@ -16,7 +16,7 @@ from hypothesis.strategies import SearchStrategy
 from schemathesis import GenerationMode
 from schemathesis.checks import CHECKS
 
-from server.app import openapi_schema
+from server.app.app import openapi_schema
 from tests.server.live_server import Page, RigProcess, TestServer, free_environment, wait_for
 
 SKIPPED = {"POST /api/session"}

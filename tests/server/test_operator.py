@@ -13,8 +13,8 @@ from controller.schema.layout import record_dtype
 from controller.schema.messages import Command, CommandReply, Telemetry
 from controller.schema.modes import Cause, Mode, Request
 from controller.schema.parameters import Settings
-from server.operator import Operator
-from server.stopper import Stopper
+from server.operate.operator import Operator
+from server.operate.stopper import Stopper
 from tests.server.leave import ANYTHING
 
 

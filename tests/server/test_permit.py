@@ -14,14 +14,14 @@ from controller.schema.layout import record_dtype
 from controller.schema.messages import Command, CommandReply, Telemetry
 from controller.schema.modes import Cause, Mode, Request
 from controller.schema.parameters import Settings
-from server import lease
-from server.auth import Identity
-from server.events import EventLog
-from server.lease import OperatorLease
-from server.operator import Operator
-from server.people import Company
-from server.permit import Permit, own
-from server.stopper import Stopper
+from server.access import lease
+from server.access.lease import OperatorLease
+from server.access.permit import Permit, own
+from server.http.who import Identity
+from server.log.events import EventLog
+from server.operate.operator import Operator
+from server.operate.people import PeopleHere
+from server.operate.stopper import Stopper
 from tests.server.leave import permits_of
 
 ANN, BOB, EVE = (Identity(name, name, "operator") for name in ("ann", "bob", "eve"))
@@ -159,7 +159,7 @@ class Slow:
 
 async def test_a_take_over_confirmed_against_one_takes_from_no_other() -> None:
     held, slow = OperatorLease(), Slow()
-    people: Any = Company(lambda: [ANN, BOB, EVE], held, slow, permits_of(held), EventLog())  # type: ignore[arg-type]
+    people: Any = PeopleHere(lambda: [ANN, BOB, EVE], held, slow, permits_of(held), EventLog())  # type: ignore[arg-type]
     held.acquire(ANN)
     taking = asyncio.create_task(people.take_over(ANN.tag, BOB))
     await asyncio.sleep(0)
@@ -172,7 +172,7 @@ async def test_a_take_over_confirmed_against_one_takes_from_no_other() -> None:
 
 async def test_control_is_not_handed_on_by_who_lost_it_meanwhile_nor_to_a_page_that_was_closed() -> None:
     held, slow, here = OperatorLease(), Slow(), [ANN, BOB, EVE]
-    people: Any = Company(lambda: here, held, slow, permits_of(held), EventLog())  # type: ignore[arg-type]
+    people: Any = PeopleHere(lambda: here, held, slow, permits_of(held), EventLog())  # type: ignore[arg-type]
     held.acquire(ANN)
     giving = asyncio.create_task(people.hand_over(BOB.tag, ANN))
     await asyncio.sleep(0)

@@ -6,12 +6,12 @@ import io
 import numpy as np
 import pytest
 
-from server.auth import Identity
-from server.history import BIN_TICKS, History
+from server.access.user_files import UserFiles
+from server.http.who import Identity
 from server.plots.layouts import LAYOUTS_MAX, Layouts
 from server.plots.messages import CHANNELS_MAX, PlotLayout
 from server.plots.table import NothingKept, Table, Window, lines, table
-from server.user_files import UserFiles
+from server.rig.history import BIN_TICKS, History
 from tests.server.live_server import TestServer, wait_for
 from tests.server.test_history import filled, rows
 

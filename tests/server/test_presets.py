@@ -13,10 +13,10 @@ from controller.schema.actuator import PRESETS, write_actuator
 from controller.schema.fit import GAINS
 from controller.schema.modes import Mode
 from controller.schema.parameters import RigParameters
-from server.presets.actuator import OutcomeWatch, keep, kept_file, take_choice, take_order, tell_outcome
+from server.presets.actuator import keep, kept_file, take_choice, take_order, tell_outcome
 from server.presets.messages import ActuatorBody, ActuatorOutcome
 from server.settings import ServerSettings
-from server.up import with_last_actuator
+from server.supervise.up import with_last_actuator
 from tests.controller.anything import actuators
 from tests.controller.live_rig import wait_for
 from tests.server.live_server import TestServer
@@ -166,7 +166,7 @@ def test_the_page_is_told_when_the_rig_could_not_be_started_with_what_was_chosen
     server: TestServer, tmp_path: Path
 ) -> None:
     orders = tmp_path / "actuator.json"
-    server.services.outcomes = OutcomeWatch(orders, server.services.events)
+    server.services.settings.orders = orders
     tell_outcome(orders, ActuatorOutcome(actuator="toppled", reason="no stable rest", in_force="P1"))
     viewer = server.page().sign_in()
     sentence = "actuator toppled did not start: no stable rest; P1 is in force again"

@@ -7,7 +7,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 
 from controller.schema.modes import Mode
-from server.rates import (
+from server.http.rates import (
     CLIENTS_MAX,
     FLOOD,
     HEAVY,

@@ -16,7 +16,7 @@ from recordings.format.messages import Metrics, Recording
 from recordings.store.comparing import apart
 from recordings.store.store import Store
 from recordings.write.writer import Recorder
-from server.cli import app
+from server.cli.main import app
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows
 
 ROWS = telemetry_rows(2000)

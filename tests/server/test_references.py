@@ -7,8 +7,8 @@ from controller.kernels.model.rod import Array
 from controller.reference import library
 from controller.schema.actuator import PRESETS
 from controller.schema.parameters import RigParameters
-from server.messages import ReferenceInfo
-from server.references import POINTS, UnknownReference, listed, path
+from server.drawing.messages import ReferenceInfo
+from server.drawing.references import POINTS, UnknownReference, listed, path
 from tests.server.live_server import TestServer, wait_for
 
 

@@ -12,8 +12,8 @@ from recordings.format import sidecar
 from recordings.format.messages import Recording
 from recordings.read import prepared, quick
 from recordings.store.store import Store
-from server import review
-from server.review import Review
+from server.recorder import review
+from server.recorder.review import Review
 from tests.e2e.recorded import record_circle
 from tests.server.live_server import wait_for
 

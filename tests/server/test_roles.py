@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from websockets.exceptions import InvalidStatus
 
-from server.roles import READING
+from server.access.roles import READING
 from tests.server.live_server import VIEWER_TOKEN, TestServer
 from tests.server.test_doors import walk
 

@@ -12,12 +12,12 @@ from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.schema.modes import Cause, Mode
 from controller.schema.parameters import RigParameters, Settings
-from server.auth import Identity
-from server.automatic import Automatic
-from server.channels import Rows
-from server.events import EventLog
-from server.lease import OperatorLease
-from server.permit import Permit
+from server.access.lease import OperatorLease
+from server.access.permit import Permit
+from server.http.who import Identity
+from server.log.events import EventLog
+from server.recorder.automatic import Automatic
+from server.rig.channels import Rows
 from server.runs.laps import Leg
 from server.runs.messages import RunBody
 from server.runs.results import KEPT, Results

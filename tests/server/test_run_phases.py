@@ -22,12 +22,12 @@ from controller.reference.feasible.within_reach import projected
 from controller.reference.library import static_map
 from controller.schema.modes import Cause, Mode, Request
 from controller.schema.parameters import RigParameters, Settings
-from server.auth import Identity
-from server.automatic import Automatic
-from server.events import EventLog
-from server.lease import OperatorLease
-from server.operator import Operator
-from server.rig import Rig
+from server.access.lease import OperatorLease
+from server.http.who import Identity
+from server.log.events import EventLog
+from server.operate.operator import Operator
+from server.recorder.automatic import Automatic
+from server.rig.client import Rig
 from server.runs import runs as module
 from server.runs.inbox import ROWS
 from server.runs.laps import Lap, allowed_by

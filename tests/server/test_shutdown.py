@@ -15,7 +15,7 @@ from controller.realtime.ring import find_ring
 from controller.schema.modes import Cause, Mode
 from recordings.read.reader import read_log, read_rows
 from recordings.store.store import Store
-from server.ready import ServerReady
+from server.supervise.ready import ServerReady
 from tests.server.live_server import Page, RigProcess, free_environment, key_file, wait_for
 
 

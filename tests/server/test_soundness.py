@@ -18,18 +18,18 @@ from controller.errors import RecordingError
 from controller.schema.messages import RigInfo
 from controller.schema.parameters import RigParameters, Settings
 from controller.system.logs import Background
+from controller.system.looks import MEMORY, Looks
+from controller.system.tasks import Tasks, forever
 from controller.system.worker import Worker
 from recordings.write.intake import Intake, NoAnswer
 from recordings.write.session import Session
 from recordings.write.writer import Recorder
-from server.event_file import EventFile
-from server.events import EventLog
-from server.line_writer import LineWriter
-from server.looks import MEMORY, Looks
-from server.loop_watchdog import LoopWatchdog
-from server.messages import Event
-from server.soundness import Soundness
-from server.tasks import Tasks, forever
+from server.health.loop_watchdog import LoopWatchdog
+from server.health.soundness import Soundness
+from server.log.event_file import EventFile
+from server.log.events import EventLog
+from server.log.line_writer import LineWriter
+from server.log.messages import Event
 from tests.server.live_server import ROW, TestServer, wait_for
 
 INFO = RigInfo(
@@ -145,8 +145,8 @@ async def test_what_goes_on_for_ever_begins_anew_when_it_ends(caplog: pytest.Log
 async def test_a_loop_that_stands_still_is_said_with_the_place_and_ended_if_it_stays(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("server.loop_watchdog.SLOW", 0.2)
-    monkeypatch.setattr("server.loop_watchdog.DEADLY", 0.6)
+    monkeypatch.setattr("server.health.loop_watchdog.SLOW", 0.2)
+    monkeypatch.setattr("server.health.loop_watchdog.DEADLY", 0.6)
     ended = threading.Event()
     watchdog = LoopWatchdog(ended.set)
     watchdog.start()

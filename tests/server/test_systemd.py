@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from server.farewell import PATIENCE
-from server.systemd import unit_text
+from server.app.shutdown import PATIENCE
+from server.supervise.systemd import unit_text
 
 TENDRIL = Path(sys.executable).parent / "tendril"
 ANALYZE = shutil.which("systemd-analyze")

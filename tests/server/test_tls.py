@@ -12,8 +12,8 @@ from websockets.asyncio.client import connect
 from websockets.typing import Origin
 
 from controller.errors import ParameterError
+from server.http.tls import require_certificate
 from server.settings import ServerSettings
-from server.tls import require_certificate
 from tests.server.certificate import make_pair
 from tests.server.live_server import TOKEN, RigProcess, TestServer, free_environment
 

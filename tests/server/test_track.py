@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from controller.errors import TendrilError
-from server.cli import app
-from server.track import number
+from server.cli.main import app
+from server.cli.track import number
 
 
 def run(*arguments: object) -> None:

@@ -10,7 +10,7 @@ from controller.errors import KeyRefused
 from controller.link import version
 from controller.schema.modes import Mode
 from controller.system.keys import made_key
-from server.services import open_services
+from server.app.services import open_services
 from tests.server.live_server import RigProcess, TestServer, free_environment, key_file, wait_for
 
 TENDRIL = Path(sys.executable).parent / "tendril"

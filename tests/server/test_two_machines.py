@@ -12,7 +12,7 @@ from pathlib import Path
 
 from controller.realtime.ring import remove_rings
 from controller.realtime.settings import free_port
-from server.ready import ServerReady
+from server.supervise.ready import ServerReady
 from tests.server.live_server import Page, wait_for
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "two-machines.md"

@@ -15,9 +15,9 @@ import pytest
 from controller.errors import KeyRefused
 from controller.realtime.ring import remove_rings
 from controller.system.keys import made_key, mended_key, read_key
-from server.ready import UpReady
 from server.settings import ServerSettings
-from server.up import usable_key
+from server.supervise.ready import UpReady
+from server.supervise.up import usable_key
 from tests.server.live_server import Page, free_environment, wait_for
 
 TENDRIL = Path(sys.executable).parent / "tendril"

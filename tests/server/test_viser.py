@@ -10,7 +10,7 @@ import zstandard
 from websockets.sync.client import ClientConnection
 
 from controller.schema.modes import Mode
-from server.drag import CAMERA, END, START, UPDATE
+from server.scene.drag import CAMERA, END, START, UPDATE
 from server.scene.gizmo import GIZMO
 from tests.server.live_server import Page, TestServer, wait_for
 

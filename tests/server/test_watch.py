@@ -8,14 +8,14 @@ import pytest
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.schema.modes import Mode, Request
-from server.auth import Identity
-from server.events import EventLog
-from server.history import History
-from server.lease import OperatorLease
-from server.operator import Operator
-from server.permit import Permit
-from server.rig import Rig
-from server.watch import Watch
+from server.access.lease import OperatorLease
+from server.access.permit import Permit
+from server.http.who import Identity
+from server.log.events import EventLog
+from server.operate.operator import Operator
+from server.operate.watch import Watch
+from server.rig.client import Rig
+from server.rig.history import History
 
 ANN, BOB = Identity("a", "ann"), Identity("b", "bob")
 
@@ -46,22 +46,22 @@ def test_a_new_operator_inherits_no_motion(mode: Mode, handed_on: bool) -> None:
     row["mode"] = mode
     history.add(row)
     assert lease.acquire(ANN)
-    watch()
+    watch.look()
     assert asked.requests == []
     lease.release(ANN)
     if handed_on:
         assert lease.acquire(BOB)
-    watch()
-    watch()
+    watch.look()
+    watch.look()
     assert asked.requests == [Request.HOLD] * (mode in (Mode.HOLD, Mode.FOLLOW, Mode.TRACK))
 
 
 def test_a_rig_that_takes_no_command_is_told_once_and_when_it_takes_them_again() -> None:
     asked, events = Asked(), EventLog()
     watch = Watch(cast(Rig, asked), History(), OperatorLease(), cast(Operator, asked), events)
-    watch()
+    watch.look()
     for asked.trouble in ("another server", "another server", "", ""):
-        watch()
+        watch.look()
     told = [(event.level, event.text) for event in events.recent if "from this server" in event.text]
     assert told[0] == ("error", "the rig takes no command from this server: another server")
     assert [level for level, _ in told] == ["error", "info"]

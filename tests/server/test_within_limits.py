@@ -19,11 +19,12 @@ from controller.reference.feasible.reach import static_tips
 from controller.reference.library import PLANS, static_map
 from controller.schema.actuator import PRESETS
 from controller.schema.parameters import RigParameters, Settings
-from server.drawings.messages import DrawingBody, PreviewBody, Wanted
-from server.drawings.plan import drawing_plan
-from server.drawings.planned import wanted
-from server.drawings.preview import predicted
+from server.drawing.messages import DrawingBody, Wanted
+from server.drawing.plan import drawing_plan
+from server.drawing.planned import wanted
 from server.runs.laps import Leg, Place, allowed_by, first_leg, lap_of, next_leg
+from server.runs.messages import PreviewBody
+from server.runs.preview import predicted
 
 LIVE, DT, T = Settings(), 1e-3, 20
 TORQUE_RATE = 5.0

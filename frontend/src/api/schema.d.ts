@@ -40,6 +40,26 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/health": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Health
+     * @description Whether the rig is heard, and how fast it answers.
+     */
+    get: operations["read_health"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/session": {
     parameters: {
       query?: never;
@@ -220,7 +240,7 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
-  "/api/health": {
+  "/api/workspace": {
     parameters: {
       query?: never;
       header?: never;
@@ -228,30 +248,10 @@ export interface paths {
       cookie?: never;
     };
     /**
-     * Read Health
-     * @description Whether the rig is heard, and how fast it answers.
+     * Read Workspace
+     * @description Reach of the connected rig's actuator; 503 before the first contact.
      */
-    get: operations["read_health"];
-    put?: never;
-    post?: never;
-    delete?: never;
-    options?: never;
-    head?: never;
-    patch?: never;
-    trace?: never;
-  };
-  "/api/health/loop": {
-    parameters: {
-      query?: never;
-      header?: never;
-      path?: never;
-      cookie?: never;
-    };
-    /**
-     * Read Loop Health
-     * @description How punctual the loop was in the last 10 s, how fast the pressure loops were in the last 30 s.
-     */
-    get: operations["read_loop_health"];
+    get: operations["read_workspace"];
     put?: never;
     post?: never;
     delete?: never;
@@ -288,7 +288,7 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
-  "/api/workspace": {
+  "/api/health/loop": {
     parameters: {
       query?: never;
       header?: never;
@@ -296,10 +296,10 @@ export interface paths {
       cookie?: never;
     };
     /**
-     * Read Workspace
-     * @description Reach of the connected rig's actuator; 503 before the first contact.
+     * Read Loop Health
+     * @description How punctual the loop was in the last 10 s, how fast the pressure loops were in the last 30 s.
      */
-    get: operations["read_workspace"];
+    get: operations["read_loop_health"];
     put?: never;
     post?: never;
     delete?: never;
@@ -388,26 +388,6 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
-  "/api/preview": {
-    parameters: {
-      query?: never;
-      header?: never;
-      path?: never;
-      cookie?: never;
-    };
-    get?: never;
-    put?: never;
-    /**
-     * Preview
-     * @description The run that would follow now, on the twin of the connected rig, far faster than real time.
-     */
-    post: operations["preview"];
-    delete?: never;
-    options?: never;
-    head?: never;
-    patch?: never;
-    trace?: never;
-  };
   "/api/drawings": {
     parameters: {
       query?: never;
@@ -471,6 +451,26 @@ export interface paths {
      * @description Delete it; operator only, 404 when there is none of this name.
      */
     delete: operations["delete_drawing"];
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/preview": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Preview
+     * @description The run that would follow now, on the twin of the connected rig, far faster than real time.
+     */
+    post: operations["preview"];
+    delete?: never;
     options?: never;
     head?: never;
     patch?: never;
@@ -576,26 +576,6 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
-  "/api/recordings/profiles": {
-    parameters: {
-      query?: never;
-      header?: never;
-      path?: never;
-      cookie?: never;
-    };
-    /**
-     * Recording Profiles
-     * @description The profiles, the default first, with their size per hour.
-     */
-    get: operations["recording_profiles"];
-    put?: never;
-    post?: never;
-    delete?: never;
-    options?: never;
-    head?: never;
-    patch?: never;
-    trace?: never;
-  };
   "/api/recordings/{id}/quick": {
     parameters: {
       query?: never;
@@ -657,6 +637,26 @@ export interface paths {
      * @description End the recording; 409 when none runs.
      */
     delete: operations["stop_recording"];
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/recordings/profiles": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Recording Profiles
+     * @description The profiles, the default first, with their size per hour.
+     */
+    get: operations["recording_profiles"];
+    put?: never;
+    post?: never;
+    delete?: never;
     options?: never;
     head?: never;
     patch?: never;
@@ -770,26 +770,6 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
-  "/api/recordings/{id}/path": {
-    parameters: {
-      query?: never;
-      header?: never;
-      path?: never;
-      cookie?: never;
-    };
-    /**
-     * Recording Path
-     * @description The path of the tip, its reference or a marker as a drawing with times; 404, or 422 says what is wrong.
-     */
-    get: operations["recording_path"];
-    put?: never;
-    post?: never;
-    delete?: never;
-    options?: never;
-    head?: never;
-    patch?: never;
-    trace?: never;
-  };
   "/api/recordings/import": {
     parameters: {
       query?: never;
@@ -804,6 +784,26 @@ export interface paths {
      * @description A CSV file with columns time, x, y as a recording; the units hold where its header has none; 409 without room.
      */
     post: operations["import_recording"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/recordings/{id}/path": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Recording Path
+     * @description The path of the tip, its reference or a marker as a drawing with times; 404, or 422 says what is wrong.
+     */
+    get: operations["recording_path"];
+    put?: never;
+    post?: never;
     delete?: never;
     options?: never;
     head?: never;
@@ -825,6 +825,54 @@ export interface paths {
     put?: never;
     post?: never;
     delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/layouts": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Layouts
+     * @description Names of my layouts.
+     */
+    get: operations["read_layouts"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/layouts/{name}": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Layout
+     * @description One of my layouts; 404 when I have none of this name.
+     */
+    get: operations["read_layout"];
+    /**
+     * Keep Layout
+     * @description Keep a layout for me; 409 when I have too many.
+     */
+    put: operations["keep_layout"];
+    post?: never;
+    /**
+     * Delete Layout
+     * @description Forget one of my layouts.
+     */
+    delete: operations["delete_layout"];
     options?: never;
     head?: never;
     patch?: never;
@@ -896,54 +944,6 @@ export interface paths {
     put: operations["change_actuator"];
     post?: never;
     delete?: never;
-    options?: never;
-    head?: never;
-    patch?: never;
-    trace?: never;
-  };
-  "/api/layouts": {
-    parameters: {
-      query?: never;
-      header?: never;
-      path?: never;
-      cookie?: never;
-    };
-    /**
-     * Read Layouts
-     * @description Names of my layouts.
-     */
-    get: operations["read_layouts"];
-    put?: never;
-    post?: never;
-    delete?: never;
-    options?: never;
-    head?: never;
-    patch?: never;
-    trace?: never;
-  };
-  "/api/layouts/{name}": {
-    parameters: {
-      query?: never;
-      header?: never;
-      path?: never;
-      cookie?: never;
-    };
-    /**
-     * Read Layout
-     * @description One of my layouts; 404 when I have none of this name.
-     */
-    get: operations["read_layout"];
-    /**
-     * Keep Layout
-     * @description Keep a layout for me; 409 when I have too many.
-     */
-    put: operations["keep_layout"];
-    post?: never;
-    /**
-     * Delete Layout
-     * @description Forget one of my layouts.
-     */
-    delete: operations["delete_layout"];
     options?: never;
     head?: never;
     patch?: never;
@@ -4191,6 +4191,39 @@ export interface operations {
       503: components["responses"]["Refused503"];
     };
   };
+  read_health: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Health"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
   read_session: {
     parameters: {
       query?: never;
@@ -4644,7 +4677,7 @@ export interface operations {
       503: components["responses"]["Refused503"];
     };
   };
-  read_health: {
+  read_workspace: {
     parameters: {
       query?: never;
       header?: never;
@@ -4659,40 +4692,7 @@ export interface operations {
           [name: string]: unknown;
         };
         content: {
-          "application/json": components["schemas"]["Health"];
-        };
-      };
-      400: components["responses"]["Refused400"];
-      401: components["responses"]["Refused401"];
-      403: components["responses"]["Refused403"];
-      404: components["responses"]["Refused404"];
-      409: components["responses"]["Refused409"];
-      411: components["responses"]["Refused411"];
-      413: components["responses"]["Refused413"];
-      421: components["responses"]["Refused421"];
-      422: components["responses"]["Refused422"];
-      429: components["responses"]["Refused429"];
-      431: components["responses"]["Refused431"];
-      500: components["responses"]["Refused500"];
-      503: components["responses"]["Refused503"];
-    };
-  };
-  read_loop_health: {
-    parameters: {
-      query?: never;
-      header?: never;
-      path?: never;
-      cookie?: never;
-    };
-    requestBody?: never;
-    responses: {
-      /** @description Successful Response */
-      200: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["LoopHealth"];
+          "application/json": components["schemas"]["Workspace"];
         };
       };
       400: components["responses"]["Refused400"];
@@ -4813,7 +4813,7 @@ export interface operations {
       503: components["responses"]["Refused503"];
     };
   };
-  read_workspace: {
+  read_loop_health: {
     parameters: {
       query?: never;
       header?: never;
@@ -4828,7 +4828,7 @@ export interface operations {
           [name: string]: unknown;
         };
         content: {
-          "application/json": components["schemas"]["Workspace"];
+          "application/json": components["schemas"]["LoopHealth"];
         };
       };
       400: components["responses"]["Refused400"];
@@ -4971,43 +4971,6 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["TextPath"];
-        };
-      };
-      400: components["responses"]["Refused400"];
-      401: components["responses"]["Refused401"];
-      403: components["responses"]["Refused403"];
-      404: components["responses"]["Refused404"];
-      409: components["responses"]["Refused409"];
-      411: components["responses"]["Refused411"];
-      413: components["responses"]["Refused413"];
-      421: components["responses"]["Refused421"];
-      422: components["responses"]["Refused422"];
-      429: components["responses"]["Refused429"];
-      431: components["responses"]["Refused431"];
-      500: components["responses"]["Refused500"];
-      503: components["responses"]["Refused503"];
-    };
-  };
-  preview: {
-    parameters: {
-      query?: never;
-      header?: never;
-      path?: never;
-      cookie?: never;
-    };
-    requestBody: {
-      content: {
-        "application/json": components["schemas"]["PreviewBody"];
-      };
-    };
-    responses: {
-      /** @description Successful Response */
-      200: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["Preview"];
         };
       };
       400: components["responses"]["Refused400"];
@@ -5200,6 +5163,43 @@ export interface operations {
       503: components["responses"]["Refused503"];
     };
   };
+  preview: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["PreviewBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Preview"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
   start_run: {
     parameters: {
       query?: never;
@@ -5369,39 +5369,6 @@ export interface operations {
       503: components["responses"]["Refused503"];
     };
   };
-  recording_profiles: {
-    parameters: {
-      query?: never;
-      header?: never;
-      path?: never;
-      cookie?: never;
-    };
-    requestBody?: never;
-    responses: {
-      /** @description Successful Response */
-      200: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["ProfileInfo"][];
-        };
-      };
-      400: components["responses"]["Refused400"];
-      401: components["responses"]["Refused401"];
-      403: components["responses"]["Refused403"];
-      404: components["responses"]["Refused404"];
-      409: components["responses"]["Refused409"];
-      411: components["responses"]["Refused411"];
-      413: components["responses"]["Refused413"];
-      421: components["responses"]["Refused421"];
-      422: components["responses"]["Refused422"];
-      429: components["responses"]["Refused429"];
-      431: components["responses"]["Refused431"];
-      500: components["responses"]["Refused500"];
-      503: components["responses"]["Refused503"];
-    };
-  };
   recording_quick: {
     parameters: {
       query?: {
@@ -5530,6 +5497,39 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["Recording"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  recording_profiles: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ProfileInfo"][];
         };
       };
       400: components["responses"]["Refused400"];
@@ -5857,46 +5857,6 @@ export interface operations {
       503: components["responses"]["Refused503"];
     };
   };
-  recording_path: {
-    parameters: {
-      query?: {
-        what?: "p_meas" | "p_ref" | "marker";
-        rod?: number;
-        from?: number | null;
-        to?: number | null;
-      };
-      header?: never;
-      path: {
-        id: string;
-      };
-      cookie?: never;
-    };
-    requestBody?: never;
-    responses: {
-      /** @description Successful Response */
-      200: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["DrawingBody"];
-        };
-      };
-      400: components["responses"]["Refused400"];
-      401: components["responses"]["Refused401"];
-      403: components["responses"]["Refused403"];
-      404: components["responses"]["Refused404"];
-      409: components["responses"]["Refused409"];
-      411: components["responses"]["Refused411"];
-      413: components["responses"]["Refused413"];
-      421: components["responses"]["Refused421"];
-      422: components["responses"]["Refused422"];
-      429: components["responses"]["Refused429"];
-      431: components["responses"]["Refused431"];
-      500: components["responses"]["Refused500"];
-      503: components["responses"]["Refused503"];
-    };
-  };
   import_recording: {
     parameters: {
       query: {
@@ -5938,6 +5898,46 @@ export interface operations {
       503: components["responses"]["Refused503"];
     };
   };
+  recording_path: {
+    parameters: {
+      query?: {
+        what?: "p_meas" | "p_ref" | "marker";
+        rod?: number;
+        from?: number | null;
+        to?: number | null;
+      };
+      header?: never;
+      path: {
+        id: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["DrawingBody"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
   history_csv: {
     parameters: {
       query: {
@@ -5959,6 +5959,146 @@ export interface operations {
         content: {
           "text/csv": string;
         };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  read_layouts: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": string[];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  read_layout: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["PlotLayout"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  keep_layout: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["PlotLayout"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["PlotLayout"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  delete_layout: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      204: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
       };
       400: components["responses"]["Refused400"];
       401: components["responses"]["Refused401"];
@@ -6132,146 +6272,6 @@ export interface operations {
         content: {
           "application/json": unknown;
         };
-      };
-      400: components["responses"]["Refused400"];
-      401: components["responses"]["Refused401"];
-      403: components["responses"]["Refused403"];
-      404: components["responses"]["Refused404"];
-      409: components["responses"]["Refused409"];
-      411: components["responses"]["Refused411"];
-      413: components["responses"]["Refused413"];
-      421: components["responses"]["Refused421"];
-      422: components["responses"]["Refused422"];
-      429: components["responses"]["Refused429"];
-      431: components["responses"]["Refused431"];
-      500: components["responses"]["Refused500"];
-      503: components["responses"]["Refused503"];
-    };
-  };
-  read_layouts: {
-    parameters: {
-      query?: never;
-      header?: never;
-      path?: never;
-      cookie?: never;
-    };
-    requestBody?: never;
-    responses: {
-      /** @description Successful Response */
-      200: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": string[];
-        };
-      };
-      400: components["responses"]["Refused400"];
-      401: components["responses"]["Refused401"];
-      403: components["responses"]["Refused403"];
-      404: components["responses"]["Refused404"];
-      409: components["responses"]["Refused409"];
-      411: components["responses"]["Refused411"];
-      413: components["responses"]["Refused413"];
-      421: components["responses"]["Refused421"];
-      422: components["responses"]["Refused422"];
-      429: components["responses"]["Refused429"];
-      431: components["responses"]["Refused431"];
-      500: components["responses"]["Refused500"];
-      503: components["responses"]["Refused503"];
-    };
-  };
-  read_layout: {
-    parameters: {
-      query?: never;
-      header?: never;
-      path: {
-        name: string;
-      };
-      cookie?: never;
-    };
-    requestBody?: never;
-    responses: {
-      /** @description Successful Response */
-      200: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["PlotLayout"];
-        };
-      };
-      400: components["responses"]["Refused400"];
-      401: components["responses"]["Refused401"];
-      403: components["responses"]["Refused403"];
-      404: components["responses"]["Refused404"];
-      409: components["responses"]["Refused409"];
-      411: components["responses"]["Refused411"];
-      413: components["responses"]["Refused413"];
-      421: components["responses"]["Refused421"];
-      422: components["responses"]["Refused422"];
-      429: components["responses"]["Refused429"];
-      431: components["responses"]["Refused431"];
-      500: components["responses"]["Refused500"];
-      503: components["responses"]["Refused503"];
-    };
-  };
-  keep_layout: {
-    parameters: {
-      query?: never;
-      header?: never;
-      path: {
-        name: string;
-      };
-      cookie?: never;
-    };
-    requestBody: {
-      content: {
-        "application/json": components["schemas"]["PlotLayout"];
-      };
-    };
-    responses: {
-      /** @description Successful Response */
-      200: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["PlotLayout"];
-        };
-      };
-      400: components["responses"]["Refused400"];
-      401: components["responses"]["Refused401"];
-      403: components["responses"]["Refused403"];
-      404: components["responses"]["Refused404"];
-      409: components["responses"]["Refused409"];
-      411: components["responses"]["Refused411"];
-      413: components["responses"]["Refused413"];
-      421: components["responses"]["Refused421"];
-      422: components["responses"]["Refused422"];
-      429: components["responses"]["Refused429"];
-      431: components["responses"]["Refused431"];
-      500: components["responses"]["Refused500"];
-      503: components["responses"]["Refused503"];
-    };
-  };
-  delete_layout: {
-    parameters: {
-      query?: never;
-      header?: never;
-      path: {
-        name: string;
-      };
-      cookie?: never;
-    };
-    requestBody?: never;
-    responses: {
-      /** @description Successful Response */
-      204: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content?: never;
       };
       400: components["responses"]["Refused400"];
       401: components["responses"]["Refused401"];

@@ -1,0 +1,1 @@
+"""Who may enter, and who may have the rig do something: tokens, sessions, roles, lease, permits."""

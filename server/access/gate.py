@@ -1,0 +1,165 @@
+"""The door of every request and socket: our host, not too often, same origin, signed in; what was asked is audited."""
+
+import re
+from http.cookies import CookieError
+
+from starlette.datastructures import Headers
+from starlette.requests import HTTPConnection
+from starlette.responses import JSONResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from server.access.hosts import Hosts
+from server.access.roles import READING
+from server.access.sessions import Sessions, TooManyAttempts, WrongToken, same_origin
+from server.http.answers import refusal
+from server.http.headers import with_headers
+from server.http.problems import answer
+from server.http.rates import Rates
+from server.http.refused import RefusedCounts
+from server.http.who import Identity
+from server.log.audit import Asker, Audit
+from server.log.audited import STARTS, Audited
+from server.settings import is_loopback
+
+BODY_MAX = 1 << 20
+"""Longest request body that is read [bytes]."""
+COMMAND = "/api/command"
+"""Passes however often it is asked for: E-STOP must. The route itself refuses the other commands."""
+COMMAND_MAX = 4096
+"""Longest body there [bytes]: what is not counted must be cheap."""
+_LENGTH = re.compile(r"[0-9]{1,9}")
+_OPEN = re.compile(r"/|/assets/.*|/favicon\.(ico|svg)")
+"""What is served to anyone: the page shell (with its sign-in form) and its assets."""
+ONCE = (b"host", b"origin", b"cookie", b"authorization", b"content-length", b"transfer-encoding", b"content-type")
+"""Headers of which two would mean that somebody else judges by the other one."""
+FIGURES, BEARER = "/metrics", "Bearer "
+
+
+class Gate:
+    """ASGI middleware. Whatever is not open needs a session, so a new route is closed unless it is opened here."""
+
+    def __init__(
+        self, app: ASGIApp, sessions: Sessions, hosts: Hosts, rates: Rates, audit: Audit, refused: RefusedCounts
+    ) -> None:
+        self._app, self._sessions, self._hosts = app, sessions, hosts
+        self._rates, self._audit, self._refused = rates, audit, refused
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Let the request through with `state["who"]` set, or answer 400, 401, 403, 411, 413, 421 or 429."""
+        if scope["type"] not in ("http", "websocket"):
+            return await self._app(scope, receive, send)
+        who = self._who(scope)
+        scope.setdefault("state", {})["who"] = who
+        app: ASGIApp = self._refusal(scope, who) or self._app
+        sending = with_headers(scope, self._counted(send))
+        if not _acts(scope):
+            return await app(scope, receive, sending)
+        asker = Asker(who, _address(scope), f"{_method(scope)} {scope['path']}")
+        await Audited(app, self._audit, asker)(scope, receive, sending)
+
+    def _who(self, scope: Scope) -> Identity | None:
+        try:
+            cookies = HTTPConnection(scope).cookies
+        except CookieError:
+            return None
+        who = self._sessions.read(cookies)
+        self._refused.signatures += who is None and self._sessions.cookie in cookies
+        return who
+
+    def _refusal(self, scope: Scope, who: Identity | None) -> JSONResponse | None:
+        if twice := _twice(scope):
+            return refusal(400, f"{twice} is given more than once: it cannot be known which one counts")
+        headers, method = Headers(scope=scope), _method(scope)
+        ours = method in READING or same_origin(headers)
+        if late := self._late(scope, who if ours else None):  # a foreign page spends nothing of the session's
+            return late
+        if not self._hosts.allows(headers, (scope.get("server") or ("", 0))[1]):
+            return refusal(421, "this server has another name; --allow-host lets it answer to more")
+        if not ours:
+            return refusal(403, "the request comes from another origin")
+        if who is None and not _is_open(scope, method) and (unknown := self._unless_bearer(scope, headers)):
+            return unknown
+        return _too_long(headers, COMMAND_MAX if scope["path"] == COMMAND else BODY_MAX)
+
+    def _late(self, scope: Scope, who: Identity | None) -> JSONResponse | None:
+        """The answer to a request that comes too early. Of a command the route is told so."""
+        late = self._rates.refusal(scope["path"], who.id if who else None, _address(scope), _signs_in(scope))
+        if who is not None and scope["path"] == COMMAND:
+            scope["state"]["late"], late = late, None
+        return answer(late) if late else None
+
+    def _unless_bearer(self, scope: Scope, headers: Headers) -> JSONResponse | None:
+        """A program that cannot sign in may read figures with an access token; nothing else is had by one."""
+        given = headers.get("authorization", "")
+        if scope["path"] != FIGURES or not given.startswith(BEARER):
+            return refusal(401, "sign in first")
+        try:
+            self._sessions.require(given.removeprefix(BEARER), _address(scope))
+        except (WrongToken, TooManyAttempts) as error:
+            return answer(error)
+        return None
+
+    def _counted(self, send: Send) -> Send:
+        async def counted(message: Message) -> None:
+            if message["type"] in STARTS:
+                self._refused.answer(message["status"])
+            await send(message)
+
+        return counted
+
+
+def admits(scope: Scope, sessions: Sessions, hosts: Hosts) -> bool:
+    """Whether the gate lets a signed-in command pass; nothing is counted."""
+    headers = Headers(scope=scope)
+    if _twice(scope) or not same_origin(headers) or _too_long(headers, COMMAND_MAX) is not None:
+        return False
+    try:
+        who = sessions.read(HTTPConnection(scope).cookies)
+    except CookieError:
+        return False
+    return who is not None and hosts.allows(headers, (scope.get("server") or ("", 0))[1])
+
+
+def _too_long(headers: Headers, most: int) -> JSONResponse | None:
+    if "transfer-encoding" in headers:  # a body without end would be read to its end
+        return refusal(411, "say the body's length: content-length is missing")
+    length = headers.get("content-length", "0")
+    if not _LENGTH.fullmatch(length) or int(length) > most:
+        return refusal(413, f"content-length = {length[:20]}: a body has at most {most} bytes")
+    return None
+
+
+def _twice(scope: Scope) -> str:
+    """The first header that decides who asks, or for what, and comes more than once; "" if none does."""
+    names = [name.lower() for name, _ in scope["headers"]]
+    return next((name.decode() for name in ONCE if names.count(name) > 1), "")
+
+
+def _method(scope: Scope) -> str:
+    return str(scope.get("method", "WEBSOCKET"))
+
+
+def _signs_in(scope: Scope) -> bool:
+    """Whether an access token is exchanged for a session, by the form or by the address."""
+    if scope["path"] == "/":
+        return b"token=" in scope["query_string"]
+    return bool(scope["path"] == "/api/session") and _method(scope) == "POST"
+
+
+def _acts(scope: Scope) -> bool:
+    """Whether this is more than reading: it changes something, opens a socket, or signs in."""
+    return _method(scope) not in READING or _signs_in(scope)
+
+
+def _is_open(scope: Scope, method: str) -> bool:
+    path = scope["path"]
+    if method == "POST":
+        return bool(path == "/api/session")
+    if path == "/healthz":
+        return is_loopback(_address(scope))
+    return method in ("GET", "HEAD") and _OPEN.fullmatch(path) is not None
+
+
+def _address(scope: Scope) -> str:
+    client = scope.get("client")
+    return str(client[0]) if client else ""

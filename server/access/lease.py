@@ -1,0 +1,130 @@
+"""The operator's lease: at most one session operates; it lapses when nothing is heard of its page.
+
+A lease belongs to a session, so all tabs of one browser operate. Others ask for it, and are handed it by the holder.
+"""
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Annotated
+
+from controller.errors import CommandRefused, NotAllowed
+from server.access.messages import Lease, Session
+from server.http.given import given
+from server.http.who import Identity
+
+LAPSE = 5.0
+"""Seconds without a sign of the holder after which the lease is free again."""
+ASKING = 60.0
+"""Seconds for which a request for the lease stands."""
+ASKERS = 8
+"""Requests that stand at once."""
+
+
+class OperatorLease:
+    """One holder or none. Thread safe in what says who holds it: permits are looked at in the threads that send."""
+
+    def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
+        self._now = now
+        self._holder: Identity | None = None
+        self._heard = 0.0
+        self._term = 0
+        self._lock = threading.RLock()
+        self._asked: dict[str, tuple[Identity, float]] = {}
+        self.clutch = False
+        """Held clutch: letting go of a target holds the rig. It stays as it is from one holder to the next."""
+
+    @property
+    def holder(self) -> Identity | None:
+        """Who operates now; a lapsed lease is free."""
+        with self._lock:
+            if self._holder is not None and self._now() - self._heard > LAPSE:
+                self._pass_to(None)
+            return self._holder
+
+    @property
+    def term(self) -> int:
+        """Rises with every change of the holder, so that a permit of an earlier term is known."""
+        with self._lock:
+            _ = self.holder  # it may have lapsed just now
+            return self._term
+
+    @property
+    def asking(self) -> list[Identity]:
+        """Who wants the lease, the longest waiting first."""
+        self._asked = {tag: (who, t) for tag, (who, t) in self._asked.items() if self._now() - t <= ASKING}
+        return [who for who, _ in self._asked.values()]
+
+    def holds(self, who: Identity) -> bool:
+        """Whether `who` operates now."""
+        holder = self.holder
+        return holder is not None and holder.id == who.id
+
+    def require(self, who: Identity) -> int:
+        """The term in which `who` operates; raises `NotAllowed` unless they do."""
+        with self._lock:
+            holder = self.holder
+            if holder is not None and holder.id == who.id:
+                return self._term
+        by = f"{holder.name} operates now" if holder else "nobody operates now: take the lease first"
+        raise NotAllowed(f"only the operator may do this; {by}")
+
+    def acquire(self, who: Identity) -> bool:
+        """Take the lease if it is free (or mine already); False when another holds it."""
+        with self._lock:
+            if self.holder is not None and not self.holds(who):
+                return False
+            self.give(who)
+            return True
+
+    def give(self, who: Identity) -> None:
+        """Make `who` the holder, whoever was it before."""
+        with self._lock:
+            self._pass_to(who)
+            self._heard = self._now()
+        self._asked.pop(who.tag, None)
+
+    def release(self, who: Identity) -> bool:
+        """Give the lease back; False when `who` did not hold it."""
+        with self._lock:
+            if not self.holds(who):
+                return False
+            self._pass_to(None)
+            return True
+
+    def ask(self, who: Identity) -> None:
+        """Ask the holder for the lease; CommandRefused where there is nobody to ask, or too many do."""
+        if self.holder is None or self.holds(who):
+            raise CommandRefused("you operate already" if self.holder else "nobody operates now, so nobody can answer")
+        waiting = len([other for other in self.asking if other.id != who.id])
+        if waiting >= ASKERS:
+            raise CommandRefused(f"{waiting} others have asked already, the most is {ASKERS}")
+        self._asked[who.tag] = (who, self._now())
+
+    def drop_request(self, tag: str) -> Identity | None:
+        """Withdraw or refuse the request of the session `tag`; it, or None without one."""
+        return self._asked.pop(tag, (None,))[0]
+
+    def touch(self, who: Identity) -> None:
+        """A sign of `who`'s page: it keeps the lease alive if it is theirs."""
+        with self._lock:
+            if self.holds(who):
+                self._heard = self._now()
+
+    def _pass_to(self, who: Identity | None) -> None:
+        before = self._holder
+        self._term += (before and before.id) != (who and who.id)
+        self._holder = who
+
+    def view(self, who: Identity) -> Lease:
+        """The lease as `who` sees it."""
+        holder = self.holder
+        name = holder.name if holder else ""
+        return Lease(held=holder is not None, mine=self.holds(who), holder=name, clutch=self.clutch)
+
+    def session(self, who: Identity, unprotected: bool) -> Session:
+        """What a page should know about its own session; `unprotected`: whether others can read what it says."""
+        return Session(name=who.name, role=who.role, unprotected=unprotected, lease=self.view(who))
+
+
+GivenLease = Annotated[OperatorLease, given(OperatorLease)]

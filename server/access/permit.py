@@ -1,0 +1,123 @@
+"""Who may have the rig do something, looked at where the request leaves for the rig: the one check of every door.
+
+A route or socket makes a permit when it is asked, and gives it along. Between that moment and the act lie planning,
+locks, queues and waits, in which control may pass to another: so the permit decides nothing when it is made, and
+`require` is called last, in the thread that sends (server/operate/operator.py,
+server/rig/client.py, server/presets/actuator.py).
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated
+
+from controller.errors import NotAllowed, TendrilError
+from controller.schema.modes import Request
+from server.access.lease import OperatorLease
+from server.access.sessions import Sessions
+from server.http.given import given
+from server.http.who import Identity
+
+STILLING = frozenset({Request.HOLD, Request.REST})
+"""What only ends motion: the server may ask for it by itself, and who takes control does."""
+_MOVING = (Request.FOLLOW, Request.TRACK)
+
+
+@dataclass(frozen=True)
+class Permit:
+    """May `who` (None: this server itself) do it now? `objection` answers that anew each time, in any thread."""
+
+    who: Identity | None
+    objection: Callable[[Request | None], str]
+    only: frozenset[Request] | None = None
+    """The only requests that it covers; None: everything that its holder may do."""
+    sign: Callable[[], bool] = lambda: False
+    """The page of its holder gave a fresh sign of presence; whether that counts, as the operator's."""
+
+    @property
+    def name(self) -> str:
+        """Whose it is, for the log."""
+        return self.who.name if self.who else "the server"
+
+    def require(self, request: Request | None = None) -> None:
+        """Raise NotAllowed with the reason unless it may be done now; None: something else than a request."""
+        if self.only is not None and request not in self.only:
+            raise NotAllowed(f"this may ask for {' or '.join(sorted(one.name for one in self.only))} alone")
+        if why := self.objection(request):
+            raise NotAllowed(why)
+
+    def stands(self) -> bool:
+        """Whether its holder still has what it was given for."""
+        return not self.objection(None)
+
+
+def own() -> Permit:
+    """For what the server does by itself: it may end motion, and nothing else."""
+    return Permit(None, lambda request: "", STILLING)
+
+
+class Permits:
+    """Makes permits for sessions, and knows when the operator's page last gave a sign. Thread safe."""
+
+    def __init__(
+        self,
+        lease: OperatorLease,
+        sessions: Sessions,
+        timeout: Callable[[], float],
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """`timeout()` is the rig's own `operator_timeout` [s]."""
+        self._lease, self._sessions, self._timeout, self._now = lease, sessions, timeout, now
+        self._sign: tuple[int, float] = (-1, 0.0)
+        """Term of the lease in which the operator's page last gave a sign, and when."""
+
+    def operator(self, who: Identity) -> Permit:
+        """For who operates now, in this term: who lost control and has it again must ask again. NotAllowed if not."""
+        term = self._lease.require(who)
+        return Permit(
+            who,
+            lambda request: self._lost(who, term) or self._absent(request, term),
+            sign=lambda: self._signed(who, term),
+        )
+
+    def taking(self, who: Identity, holder: Identity) -> Permit:
+        """To end `holder`'s motion before `who` takes control from it, as `who` confirmed it; no longer once it has
+        passed to anybody.
+        """
+        term = self._lease.require(holder)
+        return Permit(who, lambda request: self._ended(who) or self._passed(holder, term), STILLING)
+
+    def _signed(self, who: Identity, term: int) -> bool:
+        if self._lost(who, term):
+            return False
+        self._sign = term, self._now()
+        return True
+
+    def _lost(self, who: Identity, term: int) -> str:
+        if ended := self._ended(who):
+            return ended
+        try:
+            found = self._lease.require(who)
+        except TendrilError as error:
+            return str(error)
+        return "" if found == term else "control was lost since this was asked for, and taken again: ask anew"
+
+    def _passed(self, holder: Identity, term: int) -> str:
+        return self._lost(holder, term) and "who operates has changed meanwhile: look again"
+
+    def _ended(self, who: Identity) -> str:
+        return "" if self._sessions.stands(who) else "this session has ended: sign in again"
+
+    def _absent(self, request: Request | None, term: int) -> str:
+        """Why nothing may begin to move though the lease is held: nobody is at the operator's page."""
+        if request not in _MOVING:
+            return ""
+        signed, at = self._sign
+        age, most = self._now() - at, self._timeout()
+        if signed == term and age <= most:
+            return ""
+        since = f"for {age:.1f} s, the most is {most:g} s" if signed == term else "since control was taken"
+        return f"no operator is present: the operator's page gave no sign {since}"
+
+
+GivenPermits = Annotated[Permits, given(Permits)]

@@ -1,0 +1,1 @@
+"""The application: every room joined, run, and ended in order."""

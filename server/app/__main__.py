@@ -1,0 +1,22 @@
+"""`python -m server.app READY_FILE`: run one server with settings from the environment; see `tendril serve`."""
+
+import logging
+import os
+import sys
+from pathlib import Path
+
+from controller.realtime.settings import REFUSED
+from controller.system.complaints import one_line_errors
+from controller.system.logs import log_json
+from controller.system.parent import end_with_parent
+from server.app.run import run_server
+from server.settings import ServerSettings
+from server.supervise.ready import announce_to
+
+end_with_parent()
+logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+logging.getLogger("httpx").setLevel(logging.WARNING)
+if os.environ.get("TENDRIL_LOG_FORMAT") == "json":  # before the settings are read, which may be refused
+    log_json("server")
+with one_line_errors(REFUSED):
+    run_server(ServerSettings(), announce_to(Path(sys.argv[1])))

@@ -1,0 +1,170 @@
+"""The application: routes, sockets, gate and error answers around the services it is given."""
+
+import asyncio
+import contextlib
+import gc
+import threading
+from collections.abc import AsyncIterator
+from concurrent.futures import ThreadPoolExecutor
+from enum import IntEnum
+from importlib.metadata import version
+from typing import Any
+
+from fastapi import Depends, FastAPI
+
+from controller.schema.modes import Cause, Freeze, Integrator, Law, Mode
+from controller.system.tasks import forever
+from server.access import page
+from server.access import routes as access
+from server.access.gate import Gate, admits
+from server.access.hosts import Hosts
+from server.access.roles import authorise
+from server.app.services import Services
+from server.drawing import reference_routes
+from server.drawing import routes as drawing
+from server.health import probe_routes
+from server.health import routes as health
+from server.http import given, problems
+from server.http.answers import REFUSALS, say_once
+from server.http.connections import WHOLE
+from server.live import presence, socket
+from server.live.messages import FromBrowser, FromServer, Heard
+from server.log import refusals
+from server.operate import command_routes, lease_routes, settings_routes
+from server.operate.messages import Presence
+from server.operate.stop_lane import StopLane
+from server.plots import routes as plots
+from server.presets import routes as presets
+from server.recorder import export_routes, quick_routes, rerun_routes
+from server.recorder import routes as recorder
+from server.rig import routes as rig
+from server.rig import twin_routes
+from server.runs import recorded_routes
+from server.runs import routes as runs
+from server.scene import proxy
+from server.scene import routes as scene
+
+ROUTES = (
+    command_routes,  # these two are found first: an E-STOP comes by them
+    socket,
+    access,
+    lease_routes,
+    settings_routes,
+    rig,
+    health,
+    reference_routes,
+    drawing,
+    runs,
+    quick_routes,
+    recorder,
+    export_routes,
+    recorded_routes,
+    plots,
+    presets,
+    presence,
+    probe_routes,
+    page,
+    rerun_routes,
+    twin_routes,
+    scene,
+    proxy,
+)
+"""Every room's routes: a new room adds a line."""
+_ENUMERATIONS: tuple[type[IntEnum], ...] = (Cause, Freeze, Integrator, Law, Mode)
+
+
+THREADS = 32
+"""For what requests ask of disks and processors. Where a disk hangs each that asks for it keeps one; commands to the
+rig, uploads of runs and the beat need none."""
+
+
+class Api(FastAPI):
+    """FastAPI whose OpenAPI names the members of our integer enumerations, and says each refusal once."""
+
+    def openapi(self) -> dict[str, Any]:
+        """The description from which the page's types are made."""
+        schema = super().openapi()
+        for kind in _ENUMERATIONS:
+            described = schema["components"]["schemas"].get(kind.__name__)
+            if described is not None:
+                described["x-enum-varnames"] = [member.name for member in kind]
+        say_once(schema)
+        return schema
+
+
+def create_app(services: Services) -> FastAPI:
+    """The ASGI application. It closes `services` when it shuts down."""
+    app = _api()
+    app.state.services = services
+    given.give(app, services.by_class())
+    app.add_middleware(
+        Gate,
+        sessions=services.sessions,
+        hosts=Hosts(services.settings),
+        rates=services.rates,
+        audit=services.audit,
+        refused=services.refused,
+    )
+    return app
+
+
+def openapi_schema() -> dict[str, Any]:
+    """The OpenAPI description, socket messages included; needs no rig and no settings."""
+    return _api().openapi()
+
+
+def _api() -> FastAPI:
+    app = Api(
+        title="Tendril",
+        version=version("tendril"),
+        openapi_url="/api/openapi.json",
+        docs_url=None,
+        redoc_url=None,
+        lifespan=_lifespan,
+        responses=REFUSALS,
+        generate_unique_id_function=lambda route: route.name,
+    )
+    problems.install(app, refusals.note)
+    for part in ROUTES:
+        app.include_router(part.router, dependencies=[Depends(authorise)])
+    page.mount_assets(app)
+    app.webhooks.post("live")(live_messages)
+    app.webhooks.post("presence")(presence_messages)
+    return app
+
+
+async def live_messages(body: FromBrowser) -> FromServer:  # type: ignore[empty-body]
+    """What the page says on /ws/live (request) and what it hears (response), as JSON text."""
+
+
+async def presence_messages(body: Presence) -> Heard:  # type: ignore[empty-body]
+    """What the page's worker says on /ws/presence (request) and what it hears (response), as JSON text."""
+
+
+@contextlib.asynccontextmanager
+async def _lifespan(app: FastAPI) -> AsyncIterator[dict[str, Any]]:
+    services: Services = app.state.services
+    threading.Thread(target=_settle, args=[app], name="settle", daemon=True).start()
+    beat = asyncio.create_task(forever("the beat", services.beat.run))
+    services.turning.start()
+    asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(THREADS, "request"))
+    hosts = Hosts(services.settings)
+    lane = StopLane(lambda scope: admits(scope, services.sessions, hosts), services.operator.stop)
+    try:
+        yield {WHOLE: lane}
+    finally:
+        beat.cancel()
+        services.turning.stop()
+        await asyncio.to_thread(services.close)
+
+
+def _settle(app: FastAPI) -> None:
+    """Build what FastAPI would build when a route is first looked for, and take all of it from the garbage collector.
+
+    Both would hold up the event loop, for 0.3 s and more, in the middle of whatever is asked then.
+    """
+    nowhere = {"type": "http", "method": "GET", "path": "/-", "root_path": "", "headers": []}
+    for route in list(app.routes):
+        route.matches(nowhere)
+    gc.collect()
+    gc.freeze()

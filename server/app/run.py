@@ -1,0 +1,116 @@
+"""Run the server: the listening socket, uvicorn, and everything it serves, until SIGTERM or SIGINT."""
+
+import logging
+import resource
+import socket
+import sys
+from collections.abc import Awaitable, Callable
+
+import uvicorn
+from fastapi import FastAPI
+
+from controller.errors import TendrilError
+from controller.system.logs import log_in_background
+from recordings.write.heap import few_arenas
+from server.app.app import create_app
+from server.app.services import open_services
+from server.app.shutdown import Server, come_to_rest
+from server.health.loop_watchdog import end_process
+from server.http.connections import Connection, Socket
+from server.http.tls import require_certificate
+from server.settings import ServerSettings
+from server.supervise.ready import Addresses
+
+log = logging.getLogger(__name__)
+
+SWITCH_INTERVAL = 5e-4
+"""Longest time [s] for which one Python thread keeps another waiting (Python's own choice is 5 ms)."""
+UNSENT_MAX = 16 * 1024
+"""Bytes that may wait in the kernel for a slow viewer: beyond it, frames are skipped instead of delayed."""
+FILES = 8192
+"""Files and sockets that may be open; a page with a 3D view takes seven, and 1024 is what most systems begin with."""
+MESSAGE_MAX = 1 << 20
+"""Longest message that a browser may send on a socket [bytes]."""
+
+
+def run_server(settings: ServerSettings, ready: Callable[[Addresses], None]) -> None:
+    """Serve until stopped; `ready` gets the addresses with the access tokens once connections are accepted."""
+    log_in_background()
+    sys.setswitchinterval(SWITCH_INTERVAL)
+    _allow_files()
+    few_arenas()
+    require_certificate(settings)
+    if settings.unprotected:
+        log.warning(
+            "NOT ENCRYPTED: listening on %s without TLS: everyone in that network can reach this server, and can read "
+            "and change what browsers say to it, tokens included. Give --tls-cert and --tls-key, or use an SSH tunnel",
+            settings.host,
+        )
+    listening = listen(settings.host, settings.port)
+    services = open_services(settings, end_process)
+    services.history.claim()
+    url = address(settings, listening)
+    log.info("serving on %s", url, extra={"url": url})
+    ready(
+        Addresses(
+            operator=f"{url}/?token={services.secrets.token}", viewer=f"{url}/?token={services.secrets.viewer_token}"
+        )
+    )
+    uvicorn_server(create_app(services), settings, lambda: come_to_rest(services)).run(sockets=[listening])
+
+
+def _allow_files() -> None:
+    """Raise the limit of open files, as far as this process may."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = FILES if hard == resource.RLIM_INFINITY else min(FILES, hard)
+    if soft != resource.RLIM_INFINITY and soft < wanted:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
+
+
+async def _at_once() -> None:
+    """Nothing is to be done before the end."""
+
+
+def uvicorn_server(
+    app: FastAPI, settings: ServerSettings, before_end: Callable[[], Awaitable[None]] = _at_once
+) -> uvicorn.Server:
+    """One worker; no compression on sockets, which would cost more than the bytes it saves."""
+    config = uvicorn.Config(
+        app,
+        http=Connection,
+        ws=Socket,
+        ws_max_size=MESSAGE_MAX,
+        ws_per_message_deflate=False,
+        log_config=None,
+        log_level="warning",
+        access_log=False,
+        server_header=False,
+        proxy_headers=False,
+        timeout_graceful_shutdown=2,
+        ssl_certfile=settings.tls_cert,
+        ssl_keyfile=settings.tls_key,
+    )
+    return Server(config, before_end)
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """A listening TCP socket; port 0 takes a free one."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    listening = socket.socket(family, socket.SOCK_STREAM)
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    if hasattr(socket, "TCP_NOTSENT_LOWAT"):
+        listening.setsockopt(socket.IPPROTO_TCP, socket.TCP_NOTSENT_LOWAT, UNSENT_MAX)
+    try:
+        listening.bind((host, port))
+    except OSError as error:
+        listening.close()
+        raise TendrilError(f"cannot serve on {host}, port = {port}: {error.strerror}; choose another --port") from error
+    listening.listen(128)
+    return listening
+
+
+def address(settings: ServerSettings, listening: socket.socket) -> str:
+    """Where a browser on this machine finds the server."""
+    host = settings.host
+    shown = {"0.0.0.0": "127.0.0.1", "::": "[::1]", "::1": "[::1]"}.get(host, host)
+    return f"{'https' if settings.tls_cert else 'http'}://{shown}:{listening.getsockname()[1]}"

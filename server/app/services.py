@@ -1,0 +1,230 @@
+"""What the server is made of, put together once. Every route and socket asks for the parts that it needs, by class."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+
+from controller.system.looks import Looks
+from controller.system.worker import Worker
+from recordings.store.store import Store, default_folder
+from recordings.write.writer import Recorder
+from server.access.lease import OperatorLease
+from server.access.permit import Permits
+from server.access.sessions import Sessions
+from server.access.token_watch import TokenWatch
+from server.access.tokens import Secrets, TokenFile
+from server.access.user_files import UserFiles
+from server.drawing.store import Drawings
+from server.health.alarm_watch import AlarmWatch
+from server.health.alarms import Alarms
+from server.health.beat import Beat
+from server.health.loop_health import LoopWatch
+from server.health.loop_watchdog import LoopWatchdog
+from server.health.soundness import Soundness
+from server.http.rates import Rates
+from server.http.refused import RefusedCounts
+from server.live.hub import Hub, Viewer
+from server.live.status import StatusView
+from server.log.audit import LARGEST, Audit, AuditEntry
+from server.log.event_file import EventFile
+from server.log.events import EventLog, to_log
+from server.log.messages import Event
+from server.operate.hand import Hands
+from server.operate.kept_settings import KeptSettings
+from server.operate.operator import Operator
+from server.operate.pages import Pages
+from server.operate.people import PeopleHere
+from server.operate.stopper import Stopper
+from server.operate.watch import Watch
+from server.plots.feed import Plots
+from server.plots.layouts import Layouts
+from server.presets.actuator import OutcomeWatch
+from server.recorder.automatic import Automatic
+from server.recorder.folder import RecordingsFolder
+from server.recorder.quota_watch import QuotaWatch
+from server.recorder.review import Review
+from server.recorder.watch import RecorderWatch
+from server.rig.channels import Rows
+from server.rig.client import Rig
+from server.rig.history import History
+from server.runs.preview import Previews
+from server.runs.results import Results
+from server.runs.runs import Runs
+from server.runs.tracker import Tracker
+from server.scene.scene import Scene
+from server.settings import ServerSettings
+
+
+@dataclass(frozen=True)
+class Services:
+    """The parts. `open_services` makes them, `close` ends them."""
+
+    settings: ServerSettings
+    secrets: Secrets
+    sessions: Sessions
+    tokens: TokenWatch
+    audit: Audit
+    events: EventLog
+    rates: Rates
+    refused: RefusedCounts
+    lease: OperatorLease
+    permits: Permits
+    history: History
+    loop: LoopWatch
+    rig: Rig
+    operator: Operator
+    kept: KeptSettings
+    hands: Hands
+    pages: Pages[Viewer]
+    people: PeopleHere
+    folder: RecordingsFolder
+    recorder: Recorder
+    review: Review
+    automatic: Automatic
+    drawings: Drawings
+    previews: Previews
+    results: Results
+    runs: Runs
+    plots: Plots
+    layouts: Layouts
+    alarms: Alarms
+    outcomes: OutcomeWatch
+    scene: Scene
+    turning: LoopWatchdog
+    soundness: Soundness
+    view: StatusView
+    hub: Hub
+    beat: Beat
+
+    def by_class(self) -> dict[type, object]:
+        """Every part by its class."""
+        parts = [getattr(self, field.name) for field in fields(self)]
+        return {type(part): part for part in parts}
+
+    def close(self) -> None:
+        """End commands and link, then run and recording (which have then seen every row), then the 3D view."""
+        self.tokens.stop()
+        self.operator.close()
+        self.rig.close()
+        self.runs.close()
+        self.results.close()
+        self.recorder.close()
+        self.scene.close()
+        for writer in (self.events.writer, self.audit.writer):
+            if writer is not None:
+                writer.close()
+        self.folder.close()
+
+
+def open_services(settings: ServerSettings, deadly: Callable[[], None] | None = None) -> Services:
+    """Connect to the rig and start everything that has a thread of its own. `deadly` is called where the event loop
+    does not turn any more.
+    """
+    file = TokenFile(settings)
+    secrets = file.made()
+    sessions, lease = Sessions(secrets, settings.rig), OperatorLease()
+    events = EventLog(EventFile(settings.state / f"events-{settings.rig}.jsonl", Event))
+    if settings.log_format == "json":
+        events.listen(to_log)
+    tokens = TokenWatch(file, sessions, secrets, lease, events)
+    audited = EventFile(settings.state / f"audit-{settings.rig}.jsonl", AuditEntry, LARGEST)
+    audit = Audit(audited, lambda problem: events.add(problem, "error"))
+
+    store = Store(settings.recordings or default_folder())
+    review, loop, history = Review(store), LoopWatch(), History()
+    recorder = Recorder(
+        store.folder, settings.recording_split, lambda done: review.stopped(done.id), settings.disk_patience
+    )
+    events.listen(lambda event: recorder.events(event.text, event.level))
+
+    def keep(rows: Rows) -> None:
+        loop.add(rows)
+        recorder.rows(rows)
+
+    rig = Rig(settings, history, keep)
+    permits = Permits(lease, sessions, rig.operator_timeout)
+    kept = KeptSettings(settings.state / f"settings-{settings.rig}.json", events)
+    stopper = Stopper(rig.stop, lambda: rig.met)
+    operator = Operator(rig.send, rig.boot, lambda: history.newest, kept.read(), stopper)
+    hands = Hands(lease, permits, operator, history, events)
+    pages: Pages[Viewer] = Pages(lease, settings.viewers_max)
+    events.listen(pages.tell)
+    people = PeopleHere(pages.present, lease, operator, permits, events)
+
+    automatic = Automatic(recorder, rig, review, events, lambda: operator.settings, settings.record_faults)
+    results = Results(settings.state / f"runs-{settings.rig}.json")
+    runs = Runs(Tracker(rig, operator), automatic, events, results)
+    rig.listen(runs.inbox.put)
+    scene = Scene(lambda: history.newest, rig.actuator, settings.light_scene)
+    alarms = Alarms(UserFiles(settings.state / "alarms", "the limits"))
+    alarm_watch = AlarmWatch(
+        lambda: history.newest[0] if history.newest is not None and rig.boot() is not None else None,
+        loop.lateness_p99,
+        lambda: pages.round_trip,
+        lambda: alarms.known(lease.holder),
+        events,
+    )
+    outcomes = OutcomeWatch(settings, events)
+
+    looks, turning = Looks(), LoopWatchdog(deadly)
+    parts = (rig, operator, stopper, recorder, review, scene, tokens)
+    workers: list[Worker] = [part.worker for part in parts]
+    workers += [writer.worker for writer in (events.writer, audit.writer) if writer is not None]
+    soundness = Soundness(workers, looks, turning, events)
+    view = StatusView(rig, lease, people, pages, operator, recorder, runs, lambda: soundness.trouble)
+    hub = Hub(history, pages, lease, view, looks)
+    beat = Beat(
+        looks,
+        (
+            tokens,
+            Watch(rig, history, lease, operator, events),
+            outcomes,
+            runs,
+            automatic,
+            RecorderWatch(recorder, events),
+            QuotaWatch(store, settings.recordings_quota, events),
+            alarm_watch,
+            events,
+            audit,
+            soundness,
+            hub,  # last: pages are told of this beat
+        ),
+    )
+    tokens.start()
+    return Services(
+        settings=settings,
+        secrets=secrets,
+        sessions=sessions,
+        tokens=tokens,
+        audit=audit,
+        events=events,
+        rates=Rates(settings.rate_factor),
+        refused=RefusedCounts(),
+        lease=lease,
+        permits=permits,
+        history=history,
+        loop=loop,
+        rig=rig,
+        operator=operator,
+        kept=kept,
+        hands=hands,
+        pages=pages,
+        people=people,
+        folder=RecordingsFolder(store),
+        recorder=recorder,
+        review=review,
+        automatic=automatic,
+        drawings=Drawings(settings.state / "drawings"),
+        previews=Previews(),
+        results=results,
+        runs=runs,
+        plots=Plots(history),
+        layouts=Layouts(UserFiles(settings.state / "layouts", "the layout")),
+        alarms=alarms,
+        outcomes=outcomes,
+        scene=scene,
+        turning=turning,
+        soundness=soundness,
+        view=view,
+        hub=hub,
+        beat=beat,
+    )

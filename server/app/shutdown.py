@@ -1,0 +1,73 @@
+"""The orderly end: while operators still hear and the recording still runs, the rig is brought to rest and vents."""
+
+import asyncio
+import contextlib
+import logging
+import signal
+import socket
+import threading
+import time
+from collections.abc import Awaitable, Callable, Iterator
+
+import uvicorn
+
+from controller.errors import TendrilError
+from controller.schema.modes import Mode, Request
+from server.access.permit import own
+from server.app.services import Services
+
+log = logging.getLogger(__name__)
+
+PATIENCE = 8.0
+"""Longest wait until the rig is vented [s]; it goes on to rest without this server too."""
+POLL = 0.02
+LAST_LOOK = 0.2
+"""So that pages and recording have the last rows, too [s]."""
+_DEPRESSURED = (Mode.VENTED, Mode.FAULT, Mode.E_STOP)
+"""Vented, or on the way there whatever is asked."""
+
+
+class Server(uvicorn.Server):
+    """uvicorn that first lets `before_end` run, every socket still open, and then ends with code 0."""
+
+    def __init__(self, config: uvicorn.Config, before_end: Callable[[], Awaitable[None]]) -> None:
+        super().__init__(config)
+        self._before_end = before_end
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """End in order."""
+        await self._before_end()
+        await super().shutdown(sockets)
+
+    @contextlib.contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """SIGTERM and SIGINT ask for the end. uvicorn would raise them again after it, and end with code -15."""
+        if threading.current_thread() is threading.main_thread():
+            for number in (signal.SIGTERM, signal.SIGINT):
+                signal.signal(number, self.handle_exit)
+        yield
+
+
+async def come_to_rest(services: Services) -> None:
+    """Tell operators, take no more motion, and let the rig rest; done when it is vented, or after `PATIENCE`."""
+    operator, rig = services.operator, services.rig
+    if rig.boot() is None or rig.trouble or (mode := _mode(services)) in _DEPRESSURED:
+        return services.events.add("the server shuts down", "warning")
+    services.events.add("the server shuts down: the rig comes to rest", "warning")
+    operator.leave()
+    try:
+        reply = await asyncio.wrap_future(operator.request(Request.REST, own()))
+    except TendrilError as error:
+        return log.warning("the rig was not asked to rest: %s", error)
+    if not reply.accepted:
+        return log.warning("the rig does not rest from %s: %s", mode.name, reply.detail)
+    end = time.monotonic() + PATIENCE
+    while _mode(services) not in _DEPRESSURED and rig.boot() is not None and time.monotonic() < end:
+        await asyncio.sleep(POLL)
+    await asyncio.sleep(LAST_LOOK)
+    log.info("the rig is %s", _mode(services).name)
+
+
+def _mode(services: Services) -> Mode:
+    newest = services.history.newest
+    return Mode.VENTED if newest is None else Mode(int(newest[0]["mode"]))

@@ -1,0 +1,1 @@
+"""`tendril faults`: real processes, real faults, and what must become of them."""

@@ -1,0 +1,217 @@
+"""`tendril faults`: one fault after the other, each from a fresh motion, and a verdict for each."""
+
+import signal
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TypedDict
+
+from rich.console import Console
+from rich.table import Table
+
+from controller.errors import TendrilError
+from controller.schema.modes import Cause
+from server.campaign import processes
+from server.campaign.rows import (
+    abuse,
+    choices,
+    files,
+    inner,
+    link,
+    load,
+    page,
+    people,
+    plant,
+    sensing,
+    stops,
+    strangers,
+)
+from server.campaign.scene import Scene
+from server.campaign.table import OVER_TLS, Fault
+from server.campaign.waiting import Seen, Skipped
+
+ACTS: dict[str, Callable[[Scene], Seen]] = {
+    "server-killed": processes.server_killed,
+    "server-stopped": processes.server_stopped,
+    "server-gone": processes.server_gone,
+    "rig-killed": processes.rig_killed,
+    "rig-paused": processes.rig_paused,
+    "rig-stopped": processes.rig_stopped,
+    "recorder-killed": files.recorder_killed,
+    "recorder-stopped": files.recorder_stopped,
+    "disk-full": files.disk_full,
+    "disk-hung": inner.disk_hung,
+    "beat-failing": inner.beat_failing,
+    "thread-dead": inner.thread_dead,
+    "loop-stuck": inner.loop_stuck,
+    "loop-dead": inner.loop_dead,
+    "supervisor-oserror": inner.supervisor_oserror,
+    "token-unreadable": inner.token_unreadable,
+    "clock-forward": files.clock_forward,
+    "clock-back": files.clock_back,
+    "page-closed": people.page_closed,
+    "browser-killed": page.killed,
+    "page-busy": page.busy,
+    "page-hung": page.hung,
+    "page-painter": page.painter,
+    "page-two-sign-ins": page.two_sign_ins,
+    "laptop-asleep": people.laptop_asleep,
+    "two-operators": people.two_operators,
+    "cpu-hog": load.cpu_hog,
+    "gil-hog": load.gil_hog,
+    "pump-dead": load.pump_dead,
+    "malformed": abuse.malformed,
+    "estop-flood": stops.under_flood,
+    "mocap-20ms": sensing.dropout_short,
+    "mocap-200ms": sensing.dropout_long,
+    "mocap-5s": sensing.lost,
+    "mocap-nan": sensing.nan,
+    "mocap-old": sensing.old,
+    "mocap-frozen": sensing.frozen,
+    "mocap-jump": sensing.jump,
+    "sensor-stuck": plant.sensor_stuck,
+    "valve-stuck": plant.valve_stuck,
+    "supply-lost": plant.supply_lost,
+    "gains-hard": choices.gains_hard,
+    "actuator-unbuildable": choices.actuator_unbuildable,
+    "link-cut": link.cut,
+    "link-silent": link.silent,
+    "link-delayed": link.delayed,
+    "link-lossy": link.lossy,
+}
+STRANGERS: dict[str, Callable[[Scene], Seen]] = {
+    "stranger-forged-row": strangers.forged_row,
+    "stranger-command-key": strangers.command_key,
+    "stranger-silent-queryable": strangers.silent_queryable,
+    "stranger-flood": strangers.flood,
+    "stranger-replayed": strangers.replayed,
+}
+ACTS |= STRANGERS | {f"{name}{OVER_TLS}": act for name, act in STRANGERS.items()}
+AT_OWN_RATES = ("estop-flood",)
+"""Faults of a server with its own limits of how often it may be asked."""
+TRIES = 3
+"""So often a fault is tried when the machine itself stood still meanwhile."""
+TOLD = 12
+"""Lines of the page's log that are shown where a fault was not survived."""
+
+Verdict = TypedDict(
+    "Verdict",
+    {
+        "name": str,
+        "expected": str,
+        "observed": str,
+        "reaction_ms": float | None,
+        "limit_ms": float,
+        "pass": bool,
+    },
+)
+
+
+class Campaign:
+    """Keeps a scene from one fault to the next while the faults pass, and makes a new one after one that did not."""
+
+    def __init__(self, out: Console, folder: Path) -> None:
+        self._out, self._folder = out, folder
+        self._scene: Scene | None = None
+        self._scenes = 0
+
+    def run(self, faults: Sequence[Fault]) -> list[Verdict]:
+        """A verdict for every fault that can be injected here."""
+        verdicts = []
+        try:
+            for fault in faults:
+                with self._out.status(f"{fault.name}: {fault.injected} ..."):
+                    verdict = self._judge(fault)
+                if verdict is None:
+                    continue
+                verdicts.append(verdict)
+                mark = "[green]pass[/]" if verdict["pass"] else "[red]FAIL[/]"
+                self._out.print(f"{mark} {fault.name}: {verdict['observed']}", highlight=False)
+        finally:
+            self._leave()
+        return verdicts
+
+    def _judge(self, fault: Fault) -> Verdict | None:
+        for attempt in range(1, TRIES + 1):
+            start = time.monotonic_ns()
+            try:
+                seen = ACTS[fault.name](self._at(fault))
+                return _verdict(fault, seen.observed, seen.reaction_ms)
+            except Skipped as error:
+                self._out.print(f"[yellow]skipped[/] {fault.name}: {error}")
+                return None
+            except Exception as error:  # the next fault is judged whatever became of this one
+                disturbed = self._machine_stood_still(start)
+                self._show_log()
+                self._leave()
+                if not disturbed or attempt == TRIES:
+                    return _verdict(fault, _words(error), None)
+        raise AssertionError
+
+    def _at(self, fault: Fault) -> Scene:
+        """A scene that fits: the faults of the link need a proxy in it, some of the strangers' a link over TLS."""
+        own_rates = 1.0 if fault.name in AT_OWN_RATES else 100.0  # an abuser who is told to wait would ask less
+        kind = fault.name.startswith("link-"), fault.name.endswith(OVER_TLS), own_rates
+        if self._scene is None or self._scene.kind != kind:
+            self._leave()
+            self._scenes += 1
+            self._scene = Scene(self._folder / str(self._scenes), *kind)
+        return self._scene
+
+    def _machine_stood_still(self, start: int) -> bool:
+        """Whether a loop stalled meanwhile that no fault had stopped: then nothing can be said."""
+        try:
+            return self._scene is None or bool((self._scene.since(start)["cause"] == Cause.LOOP_STALLED).any())
+        except TendrilError:
+            return False
+
+    def _show_log(self) -> None:
+        """What the page was told last: it often says why a fault was not survived."""
+        for line in self._scene.operator.log[-TOLD:] if self._scene else ():
+            self._out.print(f"  log: {line}", highlight=False, markup=False)
+
+    def _leave(self) -> None:
+        scene, self._scene = self._scene, None
+        if scene is not None:
+            scene.close()
+
+
+def run_campaign(faults: Sequence[Fault], repeat: int, out: Console) -> list[Verdict]:
+    """All faults, `repeat` times, each time with a table."""
+    for number in (signal.SIGINT, signal.SIGTERM):  # a shell may have started us in the background, SIGINT ignored
+        signal.signal(number, signal.default_int_handler)
+    verdicts: list[Verdict] = []
+    with tempfile.TemporaryDirectory(prefix="tendril-faults-") as folder:
+        for turn in range(1, repeat + 1):
+            place = Path(folder, str(turn))
+            place.mkdir()
+            found = Campaign(out, place).run(faults)
+            out.print(_table(found))
+            verdicts += found
+    return verdicts
+
+
+def _words(error: Exception) -> str:
+    return str(error) if isinstance(error, TendrilError) else f"{type(error).__name__}: {error}"
+
+
+def _verdict(fault: Fault, observed: str, reaction_ms: float | None) -> Verdict:
+    took = None if reaction_ms is None else round(float(reaction_ms), 1)
+    return {
+        "name": fault.name,
+        "expected": fault.expected,
+        "observed": observed,
+        "reaction_ms": took,
+        "limit_ms": fault.limit_ms,
+        "pass": took is not None and took <= fault.limit_ms,
+    }
+
+
+def _table(verdicts: list[Verdict]) -> Table:
+    table = Table("fault", "expected", "observed", "ms", "limit", "", title="tendril faults", title_justify="left")
+    for one in verdicts:
+        took = "-" if one["reaction_ms"] is None else f"{one['reaction_ms']:.0f}"
+        mark = "[green]pass[/]" if one["pass"] else "[red]FAIL[/]"
+        table.add_row(one["name"], one["expected"], one["observed"], took, f"{one['limit_ms']:.0f}", mark)
+    return table

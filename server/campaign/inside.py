@@ -1,0 +1,66 @@
+"""`python -m server.campaign.inside MODULE ARGUMENT`: run a program in which SIGUSR1 breaks something from inside.
+
+What is to be broken stands as JSON in the file that the environment names as ORDER.
+"""
+
+import ctypes
+import json
+import os
+import runpy
+import signal
+import sys
+import time
+from functools import reduce
+from pathlib import Path
+
+ORDER = "FAULT_ORDER"
+
+
+def act(*_: object) -> None:
+    """Do what the order says: `hold_gil` for so many seconds, `step_clock` by so many; `stand` still, which the event
+    loop's own thread does; let `calls` ("module:Class.method") for `seconds` do `how`: fail, hang, or end their thread.
+    """
+    order = json.loads(Path(os.environ[ORDER]).read_text())
+    if "hold_gil" in order:
+        ctypes.PyDLL(None).usleep(int(order["hold_gil"] * 1e6))  # PyDLL keeps the GIL, unlike CDLL
+    if "stand" in order:
+        time.sleep(order["stand"])
+    for name in order.get("calls", ()):
+        break_calls(name, order["how"], order["seconds"])
+    if "step_clock" in order:
+        step_clock(order["step_clock"])
+
+
+def break_calls(name: str, how: str, seconds: float) -> None:
+    """From now on calls of `name` do as `how` says, for so long; to `end` a thread is done once."""
+    module, path = name.split(":")
+    *owners, last = path.split(".")
+    owner = reduce(getattr, owners, sys.modules[module])
+    call, until, ended = getattr(owner, last), time.monotonic() + seconds, False
+
+    def broken(*given: object, **named: object) -> object:
+        nonlocal ended
+        left = until - time.monotonic()
+        if left > 0.0 and how == "hang":
+            time.sleep(left)
+        elif left > 0.0 and how == "fail":
+            raise OSError(f"{last} was broken on purpose")
+        elif left > 0.0 and not ended:
+            ended = True
+            raise SystemExit("ended on purpose")
+        return call(*given, **named)
+
+    setattr(owner, last, broken)
+
+
+def step_clock(seconds: float) -> None:
+    """Step Python's wall clock; the monotonic one stays as it is."""
+    now, now_ns = time.time, time.time_ns
+    time.time = lambda: now() + seconds
+    time.time_ns = lambda: now_ns() + int(seconds * 1e9)
+
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGUSR1, act)
+    del sys.argv[0]
+    runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)

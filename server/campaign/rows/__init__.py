@@ -1,0 +1,1 @@
+"""The rows of the campaign, by what they break."""

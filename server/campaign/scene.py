@@ -1,0 +1,236 @@
+"""Where a fault happens: rig and server as `tendril up` runs them, and an operator who tracks a circle."""
+
+import contextlib
+import json
+import os
+import shutil
+import signal
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from controller.errors import RigUnreachable
+from controller.realtime.ring import find_ring, remove_rings
+from controller.realtime.settings import RigSettings
+from controller.realtime.supervisor import Supervisor
+from controller.schema.modes import Cause, Mode
+from controller.schema.parameters import RigParameters, SafetyLimits
+from server.campaign import inside, trace
+from server.campaign.certificates import make_certificates
+from server.campaign.person import Person
+from server.campaign.proxy import Proxy
+from server.campaign.table import GAP
+from server.campaign.waiting import Failed, require, wait
+from server.presets.actuator import kept_file
+from server.presets.orders import Orders
+from server.settings import ServerSettings
+from server.supervise.up import ServerChild
+
+CIRCLE = "circle_1hz"
+SPEED, SLOW = 0.1, 0.01
+"""Of the reference on the circle, above that of most of its approach, and of one that moves at all [m/s]."""
+QUIET_SECONDS = 2.0
+"""How long nothing may move after a fault without a fresh action [s]."""
+NAP = 0.05
+PATIENCE = 2.0
+"""Of the campaign's servers with a disk that takes nothing [s]: others have 10 s."""
+
+
+class Scene:
+    """A product of its own: rig name, ports and folders."""
+
+    def __init__(self, folder: Path, proxied: bool, encrypted: bool = False, rate_factor: float = 100.0) -> None:
+        """`proxied`: the link goes through a `Proxy`; `encrypted`: over TLS; server limits times `rate_factor`."""
+        self.folder, self.kind = folder, (proxied, encrypted, rate_factor)
+        folder.mkdir()
+        self.tls = folder / "tls" if encrypted else None
+        if self.tls:
+            make_certificates(self.tls)
+        self.rig = f"faults-{os.getpid()}-{folder.name}"
+        self._log = (folder / "output.log").open("wb")
+        self._order = folder / "order.json"
+        os.environ[inside.ORDER] = str(self._order)
+        settings = ServerSettings(
+            rig=self.rig,
+            port=0,
+            state=folder / "state",
+            recordings=folder / "recordings",
+            light_scene=True,
+            rate_factor=rate_factor,
+            record_faults=False,
+            link_tls=self.tls,
+            disk_patience=PATIENCE,
+        )
+        self.key = settings.key
+        parameters = RigParameters(limits=SafetyLimits(loop_gap=GAP))
+        self._supervisor = Supervisor(
+            RigSettings(
+                rig=self.rig,
+                listen=f"{'tls' if encrypted else 'tcp'}/127.0.0.1:0",
+                key_file=settings.key,
+                link_tls=self.tls,
+                parameters=parameters,
+            ),
+            program=(inside.__name__, "controller.realtime"),
+            output=self._log,
+        )
+        self._supervisor.start()
+        self._supervisor.wait_ready()
+        self.proxy = Proxy(int(self.endpoint.rsplit(":", 1)[1])) if proxied else None
+        settings = settings.model_copy(update={"endpoint": self.proxy.endpoint if self.proxy else self.endpoint})
+        self.orders = folder / "orders" / "actuator.json"
+        self.orders.parent.mkdir()
+        settings = settings.model_copy(update={"orders": self.orders})
+        self._carried_out = Orders(self.orders, kept_file(settings), self._supervisor)
+        self._server = ServerChild(
+            settings, folder / "server.json", program=(inside.__name__, "server.app"), output=self._log
+        )
+        self.keep_server, self._over = True, threading.Event()
+        self.url = self._server.wait_ready().url
+        self._keeper = threading.Thread(target=self._keep, daemon=True)
+        self._keeper.start()
+        self.operator = Person(self.url)
+
+    @property
+    def endpoint(self) -> str:
+        """Where the rig itself listens."""
+        return self._supervisor.endpoint
+
+    @property
+    def rig_process(self) -> int:
+        """Process id of the rig."""
+        return self._supervisor.process
+
+    @property
+    def server_process(self) -> int:
+        """Process id of the server."""
+        return self._server.process.pid
+
+    @property
+    def boot(self) -> int:
+        """The rig's life that writes the newest ring; 0 between two lives."""
+        try:
+            return find_ring(self.rig).boot
+        except RigUnreachable:
+            return 0
+
+    @property
+    def mode(self) -> Mode:
+        """What the rig's ring says."""
+        return Mode(trace.newest(self.rig)["mode"])
+
+    def since(self, t_ns: int) -> trace.Rows:
+        """The rig's rows from `t_ns` on."""
+        return trace.since(self.rig, t_ns)
+
+    def until(self, t_ns: int, modes: tuple[Mode, ...], seconds: float) -> np.void:
+        """The first row after `t_ns` in one of `modes`; `Failed` if there is none within `seconds` from now."""
+        found: list[np.void] = []
+
+        def look() -> bool:
+            rows = self.since(t_ns)
+            found[:] = rows[np.isin(rows["mode"], modes)][:1]
+            return bool(found)
+
+        try:
+            wait(look, seconds, " or ".join(mode.name for mode in modes))
+        except Failed as error:
+            raise Failed(f"{error}; the rig is in {self.mode.name}") from error
+        return found[0]
+
+    def break_inside(self, process: int, **order: Any) -> None:
+        """Let `process` do something to itself; see `inside.act`."""
+        self._order.write_text(json.dumps(order))
+        os.kill(process, signal.SIGUSR1)
+
+    def block_supervisor(self) -> Path:
+        """Let the system refuse (OSError) to start another rig, until the folder that this gives is removed."""
+        place = self._supervisor.settings.ready
+        assert place is not None
+        place.unlink(missing_ok=True)
+        place.mkdir()
+        return place
+
+    def track(self) -> None:
+        """Bring the operator to tracking a circle, from wherever things are."""
+        self.operator.reconnect()
+        self.operator.request("POST", "/api/run/stop")
+        self._arm_anew()
+        self.operator.ask("POST", "/api/run", reference=CIRCLE, laps=None, record=False)
+        self._until_moving(Mode.TRACK, SPEED)
+
+    def drag(self) -> None:
+        """Bring the operator to dragging the target."""
+        self.operator.reconnect()
+        self.operator.request("POST", "/api/run/stop")
+        self._arm_anew()
+        self.operator.drag()
+        self._until_moving(Mode.FOLLOW, SLOW)
+
+    def stays_calm(self, seconds: float = QUIET_SECONDS) -> None:
+        """Require that nothing moves from now on, though the operator may be present."""
+        start = time.monotonic_ns()
+        time.sleep(seconds)
+        require(not (what := trace.calm(self.since(start))), f"moved without a fresh action: {what}")
+
+    def acts_again(self) -> None:
+        """Require that a fresh action works: E-STOP, clear, arm, drag."""
+        self.operator.dragging = False
+        self._arm_anew()
+        self.operator.drag()
+        start = time.monotonic_ns()
+        self.until(start, (Mode.FOLLOW,), 5.0)
+        self.operator.dragging = False
+        self.operator.command("e_stop")
+
+    def close(self) -> None:
+        """End everything; nothing is left in shared memory."""
+        self._over.set()
+        self._keeper.join()
+        self.operator.close()
+        for process in (self.server_process, self.rig_process):
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(process, signal.SIGCONT)
+        if self.proxy:
+            self.proxy.mend()
+        self._server.stop()
+        self._supervisor.stop()
+        if self.proxy:
+            self.proxy.close()
+        self._log.close()
+        remove_rings(self.rig)
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def output(self) -> str:
+        """What rig and server printed so far."""
+        return (self.folder / "output.log").read_text(errors="replace")
+
+    def _keep(self) -> None:
+        while not self._over.wait(NAP):
+            if self.keep_server:
+                self._server.keep_alive()
+            self._carried_out.look()
+
+    def _arm_anew(self) -> None:
+        for request in ("e_stop", "clear", "arm"):
+            self.operator.command(request)
+        start = time.monotonic_ns()
+        self.until(start, (Mode.HOLD,), 2.0)
+        wait(lambda: self.operator.shows(Mode.HOLD, start), 5.0, "HOLD on the page")
+
+    def _until_moving(self, mode: Mode, speed: float) -> None:
+        def moving() -> bool:
+            row = trace.newest(self.rig)
+            require(row["mode"] in (mode, Mode.HOLD), f"the rig went to {trace.told(row)} before the fault")
+            require(row["cause"] != Cause.LOOP_STALLED, "the machine stood still before the fault")
+            return bool(row["mode"] == mode and np.hypot(*row["p_ref_dot"]) > speed)
+
+        wait(moving, 15.0, f"motion in {mode.name}")
+        time.sleep(0.5)
+
+
+Act = Callable[[Scene], Any]

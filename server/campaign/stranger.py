@@ -1,0 +1,180 @@
+"""`python -m server.campaign.stranger FILE`: strangers at the rig's port, in a process of their own, until stdin ends.
+
+FILE holds an `Order`. Each stranger is a session of zenoh in a thread; at the end stdout says how many rounds of the
+attack they made.
+"""
+
+import contextlib
+import json
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import zenoh
+from pydantic import Base64Bytes
+
+from controller.link.guard import USER
+from controller.link.keys import Keys
+from controller.schema.layout import Model
+
+PAUSE = 0.02
+"""Between two rounds of an attack [s]."""
+TRIED_MS = 1000
+"""For how long a client tries to get in before it tries anew [ms]."""
+FLOOD = 20
+"""Messages of each round of a flood, of each kind."""
+
+
+class Way(Model):
+    """How a stranger comes."""
+
+    mode: str
+    password: str = ""
+    """Of the session, for one who got past it somehow; what is signed must hold alone then."""
+
+
+class Message(Model):
+    """Recorded."""
+
+    key: str
+    payload: Base64Bytes
+    seal: Base64Bytes
+
+
+class Order(Model):
+    """What the strangers do, and all that they may know."""
+
+    attack: str
+    ways: list[Way]
+    endpoint: str
+    tls: Path | None
+    """Certificates that the rig trusts, as a machine of the same laboratory may have them."""
+    rig: str
+    boot: int
+    rows: Base64Bytes
+    """Forged telemetry."""
+    recorded: tuple[Message, ...] = ()
+
+
+Attack = Callable[[Any, Order, int], None]
+
+
+def forge(session: Any, order: Order, turn: int) -> None:
+    """With the real boot id, and everything that a proof may be made of."""
+    key, boot = Keys(order.rig).telemetry, order.boot.to_bytes(8, "little")
+    number = (2**40 + turn).to_bytes(8, "little")
+    for attachment in (boot, None, boot + number + bytes(32), b"x" * 5000):
+        session.put(key, order.rows, attachment=attachment)
+    session.put(key, order.rows[:-1], attachment=boot)
+    session.delete(key)
+
+
+def answer(session: Any, order: Order, turn: int) -> None:
+    """On the rig's keys, that everything is refused."""
+
+    def refuse(query: Any) -> None:
+        with query:
+            query.reply_err("refused by a stranger")
+
+    if turn == 0:
+        _declare(session, order, refuse)
+
+
+def keep_silent(session: Any, order: Order, turn: int) -> None:
+    """Take every question to the rig and never answer."""
+    if turn == 0:
+        kept: list[Any] = []
+        _declare(session, order, kept.append)
+
+
+def flood(session: Any, order: Order, turn: int) -> None:
+    """Of puts, deletes and questions, on every key."""
+    keys = Keys(order.rig)
+    for _ in range(FLOOD):
+        for key in (keys.telemetry, keys.command, keys.alive("1")):
+            session.put(key, order.rows)
+        session.delete(keys.telemetry)
+        session.get(keys.command, lambda reply: None, payload=b"x", timeout=0.1)
+
+
+def repeat(session: Any, order: Order, turn: int) -> None:
+    """What was recorded, as it was."""
+    for one in order.recorded:
+        session.get(one.key, lambda reply: None, payload=one.payload, attachment=one.seal, timeout=0.5)
+
+
+ATTACKS: dict[str, Attack] = {attack.__name__: attack for attack in (forge, answer, keep_silent, flood, repeat)}
+
+
+def _declare(session: Any, order: Order, on_query: Callable[[Any], None]) -> None:
+    keys = Keys(order.rig)
+    for key in (keys.command, keys.session, keys.replay, keys.info, f"tendril/{order.rig}/**"):
+        session.declare_queryable(key, on_query, complete=True)
+    for boot in (order.boot, 1):
+        session.liveliness().declare_token(keys.alive(str(boot)))
+
+
+class Stranger:
+    """Comes again and again until it is told to leave."""
+
+    def __init__(self, way: Way, order: Order, over: threading.Event) -> None:
+        self.rounds = 0
+        self._order, self._over, self._settings = order, over, _settings(way, order)
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def join(self) -> int:
+        """How many rounds it made."""
+        self._thread.join()
+        return self.rounds
+
+    def _run(self) -> None:
+        while not self._over.is_set():
+            with contextlib.suppress(zenoh.ZError):  # a client that is not let in
+                self._visit()
+            self.rounds += 1
+
+    def _visit(self) -> None:
+        config = zenoh.Config()
+        for name, value in self._settings.items():
+            config.insert_json5(name, json.dumps(value))
+        with zenoh.open(config) as session:
+            turn = 0
+            while not self._over.wait(PAUSE):
+                ATTACKS[self._order.attack](session, self._order, turn)
+                turn += 1
+                self.rounds += 1
+
+
+def _settings(way: Way, order: Order) -> dict[str, Any]:
+    settings: dict[str, Any] = {
+        "mode": way.mode,
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": way.mode == "router",
+        "listen/endpoints": [],
+        "connect/endpoints": [order.endpoint],
+        "connect/timeout_ms": TRIED_MS if way.mode == "client" else -1,
+        "connect/exit_on_failure": way.mode == "client",
+        "connect/retry": {"period_init_ms": 100, "period_max_ms": 200, "period_increase_factor": 2},
+    }
+    if way.password:
+        settings["transport/auth/usrpwd"] = {"user": USER, "password": way.password}
+    if order.tls:
+        settings["transport/link/tls"] = {
+            "root_ca_certificate": str(order.tls / "ca.pem"),
+            "connect_certificate": str(order.tls / "cert.pem"),
+            "connect_private_key": str(order.tls / "key.pem"),
+            "enable_mtls": True,
+        }
+    return settings
+
+
+if __name__ == "__main__":
+    order, over = Order.model_validate_json(Path(sys.argv[1]).read_bytes()), threading.Event()
+    strangers = [Stranger(way, order, over) for way in order.ways]
+    print("begun", flush=True)
+    sys.stdin.read()
+    over.set()
+    print(min(one.join() for one in strangers), sum(one.rounds for one in strangers))

@@ -1,0 +1,278 @@
+"""The command `tendril`. Each command imports what it needs, so that a rig never loads the server's libraries."""
+
+import json
+import logging
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+from rich.console import Console
+from rich.logging import RichHandler
+
+from controller.system.complaints import one_line_errors
+from controller.system.logs import LogFormat, log_json
+from server.cli.recordings import app as recordings_app
+from server.cli.research import ActuatorName
+from server.cli.research import app as research_app
+from server.cli.tokens import app as token_app
+
+if TYPE_CHECKING:
+    from controller.schema.parameters import RigParameters
+    from server.supervise.ready import Addresses
+
+app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False, help=__doc__)
+app.add_typer(recordings_app, name="recordings")
+app.add_typer(token_app, name="token")
+app.add_typer(research_app)
+out = Console()
+
+RigName = Annotated[str, typer.Option(help="Rig id: part of every key on the link and of every recording.")]
+Host = Annotated[str, typer.Option(help="Address to serve on; anything but loopback is reachable by others.")]
+Port = Annotated[int, typer.Option(help="Port to serve on; 0 takes a free one.")]
+Folder = Annotated[Path | None, typer.Option(help="Folder of the recordings.")]
+KeyFile = Annotated[
+    Path | None,
+    typer.Option(envvar="TENDRIL_KEY_FILE", help="The rig's key; RIG.key in the state folder without it."),
+]
+LinkTls = Annotated[
+    Path | None,
+    typer.Option(envvar="TENDRIL_LINK_TLS", help="Folder of ca.pem, cert.pem and key.pem, for tls/ endpoints."),
+]
+Log = Annotated[
+    LogFormat,
+    typer.Option("--log-format", envvar="TENDRIL_LOG_FORMAT", help="json: one object a line, and no token in it."),
+]
+TlsCert = Annotated[
+    Path | None, typer.Option(envvar="TENDRIL_TLS_CERT", help="Certificate (PEM): serve https, with --tls-key.")
+]
+TlsKey = Annotated[Path | None, typer.Option(envvar="TENDRIL_TLS_KEY", help="Its private key (PEM, no password).")]
+AllowHost = Annotated[
+    str,
+    typer.Option(
+        envvar="TENDRIL_ALLOW_HOST", help="Other names by which browsers may ask for this server; commas between them."
+    ),
+]
+Ready = Annotated[Path | None, typer.Option(help="Write address and process ids to this file when ready.")]
+UnitName = Literal["rig", "server"]
+LastActuator = Annotated[
+    str | None,
+    typer.Option(help="P1, P2, P3 or a .toml file; without it the one chosen last in the page, P1 at first."),
+]
+Rods = Annotated[int, typer.Option(help="Rods of the observer's model, 2 to 1000.")]
+Stepping = Annotated[
+    Literal["rk4", "implicit"], typer.Option(help="The observer's step; above some 10 rods only implicit is stable.")
+]
+
+LoopGap = Annotated[
+    float,
+    typer.Option(help="The rig holds after its loop stood still for so long [s]; a virtual machine may need more."),
+]
+
+
+@app.callback()
+def configure(verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Log more.")] = False) -> None:
+    """Live dashboard and teleoperation for planar pneumatic soft actuators."""
+    logging.basicConfig(
+        level=logging.INFO if verbose else logging.WARNING, format="%(message)s", handlers=[RichHandler(console=out)]
+    )
+
+
+@app.command()
+def up(
+    rig: RigName = "twin",
+    actuator: LastActuator = None,
+    rods: Rods = 10,
+    integrator: Stepping = "rk4",
+    loop_gap: LoopGap = 0.05,
+    host: Host = "127.0.0.1",
+    port: Port = 8321,
+    recordings: Folder = None,
+    key_file: KeyFile = None,
+    tls_cert: TlsCert = None,
+    tls_key: TlsKey = None,
+    allow_host: AllowHost = "",
+    browser: Annotated[bool, typer.Option(help="Open the page if there is a display.")] = True,
+    ready: Ready = None,
+    log_format: Log = "text",
+) -> None:
+    """Start rig (twin) and server on this machine and keep both alive."""
+    from controller.realtime.settings import RigSettings
+    from server.settings import ServerSettings
+    from server.supervise.up import run_up, with_last_actuator
+
+    _start_log("up", log_format)
+    settings = ServerSettings(
+        rig=rig,
+        host=host,
+        port=port,
+        recordings=recordings,
+        key_file=key_file,
+        tls_cert=tls_cert,
+        tls_key=tls_key,
+        allow_host=allow_host,
+        log_format=log_format,
+    )
+
+    def parameters() -> "tuple[RigParameters, RigParameters | None]":
+        found = _parameters(actuator or "P1", rods, integrator, loop_gap)
+        return (found, None) if actuator else (with_last_actuator(found, settings), found)
+
+    run_up(RigSettings(rig=rig, log_format=log_format), parameters, settings, browser, ready)
+
+
+@app.command()
+def serve(
+    rig: RigName = "twin",
+    endpoint: Annotated[str, typer.Option(help="Where the rig listens.")] = "tcp/127.0.0.1:7447",
+    host: Host = "127.0.0.1",
+    port: Port = 8321,
+    recordings: Folder = None,
+    key_file: KeyFile = None,
+    link_tls: LinkTls = None,
+    tls_cert: TlsCert = None,
+    tls_key: TlsKey = None,
+    allow_host: AllowHost = "",
+    ready: Ready = None,
+    log_format: Log = "text",
+) -> None:
+    """Start the server only; the rig may run on another machine."""
+    from server.app.run import run_server
+    from server.settings import ServerSettings
+    from server.supervise.ready import announce_to
+
+    _start_log("server", log_format)
+    settings = ServerSettings(
+        rig=rig,
+        endpoint=endpoint,
+        log_format=log_format,
+        key_file=key_file,
+        link_tls=link_tls,
+        host=host,
+        port=port,
+        recordings=recordings,
+        tls_cert=tls_cert,
+        tls_key=tls_key,
+        allow_host=allow_host,
+    )
+    say = (lambda at: None) if log_format == "json" else _say_addresses  # a log goes where others read
+    run_server(settings, announce_to(ready) if ready else say)
+
+
+@app.command()
+def rig(
+    rig: RigName = "twin",
+    actuator: ActuatorName = "P1",
+    rods: Rods = 10,
+    integrator: Stepping = "rk4",
+    loop_gap: LoopGap = 0.05,
+    listen: Annotated[str, typer.Option(help="Where servers connect.")] = "tcp/127.0.0.1:7447",
+    key_file: KeyFile = None,
+    link_tls: LinkTls = None,
+    ready: Ready = None,
+    log_format: Log = "text",
+) -> None:
+    """Start the rig process only: the 1 kHz loop with the twin."""
+    from controller.realtime.rig import run_rig
+    from controller.realtime.settings import RigSettings
+
+    _start_log("rig", log_format)
+    parameters = _parameters(actuator, rods, integrator, loop_gap)
+    link = RigSettings(rig=rig, listen=listen, key_file=key_file, link_tls=link_tls, ready=ready)
+    run_rig(link.model_copy(update={"parameters": parameters}))
+
+
+@app.command()
+def bench(
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
+    quick: Annotated[bool, typer.Option(help="A live loop of 5 s instead of 60 s, and fewer rounds.")] = False,
+) -> None:
+    """Measure rod step, controller tick and the live loop on this machine."""
+    from server.cli.bench import run_bench
+    from server.cli.files import require_file, write
+
+    if json_file is not None:
+        require_file(json_file)
+    figures = run_bench(quick, out)
+    if json_file is not None:
+        write(json_file, json.dumps(figures, indent=2) + "\n")
+
+
+@app.command()
+def faults(
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the verdicts to this file.")] = None,
+    only: Annotated[str | None, typer.Option(help="Names of faults as in docs/faults.md, with commas between.")] = None,
+    quick: Annotated[bool, typer.Option(help="A handful of them, within a minute.")] = False,
+    repeat: Annotated[int, typer.Option(min=1, max=100, help="Run the campaign so often.")] = 1,
+) -> None:
+    """Break a rig (twin), its server and their surroundings in every known way, and judge what they do."""
+    from server.campaign.campaign import run_campaign
+    from server.campaign.table import chosen
+    from server.cli.files import require_file, write
+
+    if json_file is not None:
+        require_file(json_file)
+    verdicts = run_campaign(chosen(only, quick), repeat, out)
+    if json_file is not None:
+        write(json_file, json.dumps({"faults": verdicts}, indent=2) + "\n")
+    raise typer.Exit(0 if all(verdict["pass"] for verdict in verdicts) else 1)
+
+
+@app.command()
+def compile() -> None:
+    """Compile every kernel into the cache, so that the first start is quick."""
+    from controller.build.rig import build_rig
+    from controller.build.twin import build_twin
+    from controller.realtime.loop import compile_loop
+    from controller.schema.parameters import RigParameters
+    from server.runs.preview import warm_up
+
+    with out.status("Compiling kernels (once per version, about a minute) ..."):
+        compile_loop(build_rig(RigParameters(), boot=1), build_twin(RigParameters()))
+        warm_up(RigParameters())
+
+
+@app.command()
+def systemd(unit: Annotated[UnitName, typer.Argument(help="The process to run as a service.")]) -> None:
+    """Print a systemd unit for this installation (docs/operation.md)."""
+    from server.supervise.systemd import unit_text
+
+    sys.stdout.write(unit_text(unit))
+
+
+@app.command()
+def schema() -> None:
+    """Print the server's OpenAPI, socket messages included: the page's types are made from it."""
+    from server.app.app import openapi_schema
+
+    sys.stdout.write(json.dumps(openapi_schema(), indent=1) + "\n")
+
+
+def main() -> None:
+    """Entry point: our own errors are one clear line, not a traceback."""
+    with one_line_errors():
+        app()
+
+
+def _start_log(process: str, log_format: LogFormat) -> None:
+    if log_format == "json":
+        log_json(process)
+
+
+def _say_addresses(at: "Addresses") -> None:
+    out.print(f"to operate: {at.operator}\nto look:    {at.viewer}", markup=False, soft_wrap=True)
+
+
+def _parameters(actuator: str, rods: int, integrator: str, loop_gap: float) -> "RigParameters":
+    """Those of a rig, refused here rather than in the process that would run it."""
+    from controller.schema.actuator import PRESETS, read_actuator
+    from controller.schema.modes import Integrator
+    from controller.schema.parameters import ControllerParameters, RigParameters, SafetyLimits
+    from controller.simulation.acceptance import require_built, require_running
+
+    controller = ControllerParameters(rods=rods, integrator=Integrator[integrator.upper()])
+    limits = SafetyLimits(loop_gap=loop_gap)
+    parameters = RigParameters(actuator=read_actuator(actuator), controller=controller, limits=limits)
+    require = require_built if actuator in PRESETS else require_running
+    require(parameters)
+    return parameters

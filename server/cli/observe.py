@@ -1,0 +1,56 @@
+"""`tendril observe` at the command line: the offline observer's figures beside those that need no model."""
+
+import json
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from controller.errors import ParameterError
+from controller.research.identification.observe import Request, Scores, observe
+from server.cli.files import require_file, write
+
+
+def run_observe(request: Request, json_file: Path | None, rrd: Path | None, console: Console) -> None:
+    """Observe, show, and write what is asked for; TendrilError says what is wrong."""
+    for path in filter(None, (json_file, rrd)):
+        require_file(path)
+    observed = observe(request)
+    show(observed.scores, console)
+    if json_file is not None:
+        write(json_file, json.dumps(observed.scores, indent=2) + "\n")
+    if rrd is not None:
+        from recordings.observed import write_observed
+
+        write_observed(observed, rrd)
+    for path in filter(None, (json_file, rrd)):
+        console.print(f"Written: {path}", markup=False, soft_wrap=True, highlight=False)
+
+
+def numbers(field: str, text: str) -> tuple[int, ...]:
+    """Bodies from a list like 1,2; ParameterError names what is not a whole number."""
+    try:
+        return tuple(int(part) for part in text.split(","))
+    except ValueError:
+        raise ParameterError(f"{field} = {text!r} is not a list of whole numbers like 1,2") from None
+
+
+def show(scores: Scores, console: Console) -> None:
+    """Errors of every scored body, in mm and as a share of its motion."""
+    sensed = ", ".join(map(str, scores["sensed"]))
+    table = Table(title=f"Lateral errors with body {sensed} sensed", title_justify="left", box=None, pad_edge=False)
+    heads = ("body", "from [s]", "error [mm]", "motion [mm]", "observer", "constant curvature", "fixed ratio")
+    for head in heads:
+        table.add_column(head, justify="right")
+    for one in scores["bodies"]:
+        table.add_row(
+            str(one["body"]),
+            f"{one['from_s']:g}",
+            f"{one['rms_error_mm']:.2f}",
+            f"{one['rms_motion_mm']:.2f}",
+            f"{one['percent_of_motion']:.1f} %",
+            f"{one['constant_curvature_percent']:.1f} %",
+            f"{one['fixed_ratio_percent']:.1f} %",
+        )
+    console.print(table)
+    console.print(f"{scores['samples']} samples", highlight=False)

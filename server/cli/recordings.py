@@ -1,0 +1,180 @@
+"""The recordings in a folder, without a running server."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+from rich.console import Console
+
+from controller.errors import RecordingError
+
+if TYPE_CHECKING:
+    from recordings.store.store import Store
+
+app = typer.Typer(no_args_is_help=True, help=__doc__)
+out = Console()
+
+Folder = Annotated[Path | None, typer.Option(help="Folder of the recordings; the server's without it.")]
+Id = Annotated[str, typer.Argument(help="Id of a recording, as ls shows it.")]
+Ids = Annotated[list[str], typer.Argument(help="Ids of recordings, as ls shows them.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
+Start = Annotated[float | None, typer.Option("--from", help="Begin here [s after the first row].")]
+Stop = Annotated[float | None, typer.Option("--to", help="End here [s after the first row].")]
+COMPARED_MAX = 4
+
+
+@app.command()
+def ls(
+    words: Annotated[list[str] | None, typer.Argument(help="Only recordings that have all of these words.")] = None,
+    limit: Annotated[int, typer.Option(min=1, help="The newest so many.")] = 50,
+    folder: Folder = None,
+    as_json: Json = False,
+) -> None:
+    """List recordings, the newest first."""
+    from recordings.read.query import matching
+    from server.cli.recordings_tables import listing
+
+    found = matching(_store(folder).list(), " ".join(words or []))
+    if as_json:
+        _print_json([one.model_dump(mode="json") for one in found[:limit]])
+        return
+    out.print(listing(found[:limit]))
+    if len(found) > limit:
+        out.print(f"{len(found) - limit} older ones are not shown (--limit)", highlight=False)
+
+
+@app.command()
+def show(id: Id, folder: Folder = None, as_json: Json = False) -> None:
+    """Everything that is known about one recording."""
+    from server.cli.recordings_tables import details
+
+    found = _store(folder).find(id)
+    if as_json:
+        _print_json(found.model_dump(mode="json"))
+    else:
+        out.print(details(found))
+
+
+@app.command()
+def export(
+    id: Id,
+    kind: Annotated[
+        Literal["csv", "parquet", "mat", "mcap", "rrd", "path"],
+        typer.Option("--format", help="path: t, x, y for `tendril track`."),
+    ] = "csv",
+    target: Annotated[Path | None, typer.Option("--out", help="File to write; ID.FORMAT without it.")] = None,
+    signals: Annotated[str, typer.Option(help="Names of signals or fields, as in p_meas,u_1; all without it.")] = "",
+    start: Start = None,
+    stop: Stop = None,
+    what: Annotated[Literal["p_meas", "p_ref", "marker"], typer.Option(help="Of --format path.")] = "p_meas",
+    rod: Annotated[int, typer.Option(min=1, max=10, help="Of --what marker.")] = 10,
+    folder: Folder = None,
+) -> None:
+    """Write a recording's numbers into a file that other programs read (docs/recordings.md)."""
+    from recordings.exporting.export import export as write
+    from recordings.exporting.table import Choice
+    from recordings.exporting.tip_path import Wanted, write_path
+    from server.cli.files import require_file
+
+    source = _store(folder).path(id)
+    target = target or Path(f"{id}.path.csv" if kind == "path" else f"{id}.{kind}")
+    require_file(target)
+    if target.exists() and target.samefile(source):
+        raise RecordingError(f"{target} is the recording itself: give another file")
+    if kind == "path":
+        write_path(source, target, Wanted(what, rod, start, stop))
+    else:
+        names = tuple(filter(None, map(str.strip, signals.split(","))))
+        write(source, target, kind, Choice(names, start, stop))
+    _say(f"Written: {target}, {target.stat().st_size / 1e6:.1f} MB")
+
+
+@app.command("import")
+def import_file(
+    file: Annotated[Path, typer.Argument(help="CSV file with columns time, x, y (docs/tracking.md).")],
+    name: Annotated[str | None, typer.Option(help="Of the recording; that of the file without it.")] = None,
+    time_unit: Annotated[Literal["s", "ms", "us", "ns"], typer.Option(help="Where the header names none.")] = "s",
+    length_unit: Annotated[Literal["m", "cm", "mm"], typer.Option(help="Where the header names none.")] = "m",
+    folder: Folder = None,
+) -> None:
+    """Make a recording of a path that was measured elsewhere."""
+    from controller.reference.path_file import read_samples
+    from recordings.importing.tip import import_tip
+
+    samples = read_samples(file, {"t": time_unit, "x": length_unit, "y": length_unit})
+    found = import_tip(_folder(folder), name or file.stem, samples)
+    _say(f"Imported: {found.id}, {found.rows} rows, {found.seconds:.3f} s")
+
+
+@app.command()
+def compare(ids: Ids, folder: Folder = None, as_json: Json = False) -> None:
+    """Put the figures of up to four recordings side by side."""
+    from recordings.store.comparing import compared
+    from server.cli.recordings_tables import comparison_table
+
+    if not 2 <= len(ids) <= COMPARED_MAX:
+        raise RecordingError(f"{len(ids)} recordings cannot be compared: give 2 to {COMPARED_MAX}")
+    found = compared(_store(folder), ids)
+    if as_json:
+        _print_json({one.recording.id: one.figures for one in found})
+    else:
+        for place, one in enumerate(found, 1):
+            _say(f"{place}: {one.recording.id}, {one.recording.name}")
+        out.print(comparison_table(found))
+
+
+@app.command()
+def repair(ids: Annotated[list[str] | None, typer.Argument()] = None, folder: Folder = None) -> None:
+    """Mend what a killed writer left behind: all such recordings, or those given."""
+    store = _store(folder)
+    for id in ids or store.broken():
+        found = store.repair(id)
+        _say(f"{id}: {'mended' if found.recovered else 'whole'}, {found.rows} rows, {found.seconds:.3f} s")
+
+
+@app.command()
+def rm(
+    ids: Ids,
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask.")] = False,
+    folder: Folder = None,
+) -> None:
+    """Delete recordings for good; those with a star stay."""
+    store = _store(folder)
+    starred_first = sorted((store.find(id) for id in ids), key=lambda found: not found.starred)
+    for found in starred_first:  # one that is refused is met before any is deleted
+        if yes or typer.confirm(f"Delete {found.id} ({found.name}, {found.bytes / 1e6:.1f} MB)?"):
+            store.remove(found.id)
+            _say(f"Deleted: {found.id}")
+
+
+@app.command()
+def play(id: Id, folder: Folder = None) -> None:
+    """Open a recording in rerun's own viewer; needs a display."""
+    from recordings.read.playing import play as open_viewer
+
+    open_viewer(_store(folder).path(id))
+
+
+def _folder(folder: Path | None) -> Path:
+    from recordings.store.store import default_folder
+    from server.settings import ServerSettings
+
+    return folder or ServerSettings().recordings or default_folder()
+
+
+def _store(folder: Path | None) -> "Store":
+    """Those of a folder that is there; a wrong name makes no new one."""
+    from recordings.store.store import Store
+
+    if folder is not None and not folder.is_dir():
+        raise RecordingError(f"{folder} is not a folder")
+    return Store(_folder(folder))
+
+
+def _print_json(value: object) -> None:
+    typer.echo(json.dumps(value, indent=2))
+
+
+def _say(text: str) -> None:
+    out.print(text, markup=False, soft_wrap=True, highlight=False)

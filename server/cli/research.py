@@ -1,0 +1,149 @@
+"""The commands that work on data and simulations: identify, observe, calibrate, track, reproduce. None needs a rig."""
+
+import shlex
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+app = typer.Typer()
+out = Console()
+
+ActuatorName = Annotated[str, typer.Option(help="P1, P2, P3 or a .toml file (docs/actuators.md).")]
+
+
+@app.command()
+def identify(
+    data: Annotated[list[Path], typer.Argument(help="CSV files of one actuator: a static test, free decays, or both.")],
+    out_file: Annotated[Path, typer.Option("--out", help="Actuator file (.toml) to write.")],
+    ids: Annotated[str | None, typer.Option(help="Free decays to use, as in 0-16,20; all without it.")] = None,
+    actuator: Annotated[str, typer.Option(help="Says what the data do not: P1, P2, P3 or a .toml file.")] = "P1",
+    report: Annotated[Path | None, typer.Option(help="HTML page with plots and residuals to write.")] = None,
+    profile: Annotated[str, typer.Option(help="Stiffness: uniform, linear, scaled, or auto as in the base.")] = "auto",
+    robust: Annotated[bool, typer.Option(help="Weigh down static values that lie far out.")] = False,
+) -> None:
+    """Fit stiffness and damping to measured data (docs/identification.md)."""
+    from controller.research.identification.identify import Task
+    from controller.schema.actuator import read_actuator
+    from server.cli.identify import run_identify
+
+    run_identify(Task(tuple(data), read_actuator(actuator), ids, profile, robust), out_file, report, out)
+
+
+@app.command()
+def observe(
+    data: Annotated[Path, typer.Argument(help="CSV file of free decays.")],
+    actuator: Annotated[str, typer.Option(help="Actuator file that tendril identify wrote from free decays.")],
+    sense: Annotated[str, typer.Option(help="Bodies that the observer is given, as in 2,3.")],
+    score: Annotated[str, typer.Option(help="Bodies whose estimates are scored, as in 1,2.")],
+    ids: Annotated[str | None, typer.Option(help="Decays to observe, as in 18-34; all without it.")] = None,
+    from_s: Annotated[float, typer.Option("--from", help="Score from here on, too [s].")] = 0.3,
+    rods: Annotated[
+        int | None, typer.Option(min=2, max=1000, help="Of the model; as the file says without it.")
+    ] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
+    rrd: Annotated[Path | None, typer.Option(help="Write a recording for rerun to this file.")] = None,
+) -> None:
+    """Run the observer over recorded decays and score bodies that it does not see (docs/identification.md)."""
+    from controller.research.identification.observe import Request
+    from controller.schema.actuator import read_actuator
+    from server.cli.observe import numbers, run_observe
+
+    bodies = numbers("sense", sense), numbers("score", score)
+    run_observe(Request(data, read_actuator(actuator), *bodies, ids, from_s, rods), json_file, rrd, out)
+
+
+@app.command()
+def calibrate(
+    out_file: Annotated[Path | None, typer.Option("--out", help="TOML file to write; only shown without it.")] = None,
+    starts: Annotated[
+        int | None,
+        typer.Option(min=1, max=100, help="Points that are polished, the best first.", show_default="2; --quick: 1"),
+    ] = None,
+    screen: Annotated[
+        int | None,
+        typer.Option(min=1, max=100_000, help="Points that are tried first.", show_default="100; --quick: 8"),
+    ] = None,
+    minutes: Annotated[
+        float | None,
+        typer.Option(
+            min=0.1, max=10_000.0, help="For the search; the spread comes on top.", show_default="30; --quick: 1"
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="Of the points and of the twin's noise.")] = 0,
+    workers: Annotated[int | None, typer.Option(min=1, max=256, help="Processes; one a core without it.")] = None,
+    quick: Annotated[
+        bool, typer.Option(help="A look at whether it runs: few points, no margins, no good fit.")
+    ] = False,
+) -> None:
+    """Fit the twin's unknowns and the gains to the paper's fit rows (docs/calibration.md)."""
+    from controller.research.calibration.calibrate import Task
+    from controller.research.calibration.margins import TRIALS
+    from controller.research.calibration.problem import Problem
+    from controller.research.calibration.search import QUICK, Effort, effort_of
+    from server.cli.calibrate import run_calibrate
+
+    effort = effort_of(QUICK if quick else Effort(), screen, starts, minutes)
+    problem = Problem(trials=() if quick else TRIALS, seed=seed)
+    command = shlex.join(["tendril", *sys.argv[1:]])
+    run_calibrate(Task(problem, effort, seed, workers, command), out_file, out)
+
+
+@app.command()
+def track(
+    reference: Annotated[Path, typer.Option(help="CSV file with columns t, x, y [s, m] (docs/tracking.md).")],
+    actuator: ActuatorName = "P1",
+    law: Annotated[
+        str, typer.Option(help="ff, ff+p, ff+i, ff+pi; or sensors of ff+pi: rod6, rod10, rod6+10.")
+    ] = "ff+pi",
+    controller: Annotated[str, typer.Option(help="Only paper so far.")] = "paper",
+    plant_scale: Annotated[
+        str, typer.Option(help="Another plant: factors k, b, torque, friction, noise; added seconds delay, latency.")
+    ] = "",
+    velocity_feedforward: Annotated[
+        bool | None, typer.Option(help="K_FF; without it on if the path repeats and does not jump.")
+    ] = None,
+    frequency: Annotated[float | None, typer.Option(help="Of the path [Hz]; found without it if it repeats.")] = None,
+    start: Annotated[
+        float | None, typer.Option(help="When the shape begins [s after the first row]; found without it.")
+    ] = None,
+    project: Annotated[bool, typer.Option(help="Follow the nearest points where the path is out of reach.")] = False,
+    seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="Of the twin's noise.")] = 0,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
+) -> None:
+    """Follow any path on the twin and measure it like the paper's experiments (docs/tracking.md)."""
+    from controller.reference.drawn import Wish
+    from controller.research.experiments.plant_scale import scaled
+    from controller.research.track import Task, require_controller
+    from controller.schema.actuator import read_actuator
+    from controller.schema.parameters import TwinParameters
+    from controller.simulation.case import Setup
+    from server.cli.track import run_track
+
+    require_controller(controller)
+    wish = Wish(project, frequency, velocity_feedforward, start)
+    setup = Setup(twin=scaled(TwinParameters(), plant_scale))
+    run_track(Task(reference, read_actuator(actuator), law, seed, wish, setup), json_file, out)
+
+
+@app.command()
+def reproduce(
+    report: Annotated[Path | None, typer.Option(help="Folder for the report and a recording of each case.")] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write all rows to this file.")] = None,
+    quick: Annotated[bool, typer.Option(help="Run every case once instead of 3 times (Task 4: 5).")] = False,
+    controller: Annotated[str, typer.Option(help="Only paper so far.")] = "paper",
+    seed: Annotated[int, typer.Option(min=0, max=2**31 - 6, help="Of the first run; the next ones count on.")] = 0,
+    workers: Annotated[int | None, typer.Option(min=1, max=256, help="Processes; one a core without it.")] = None,
+) -> None:
+    """Run every experiment of the paper on the twin and compare (docs/reproduction.md)."""
+    from controller.research.experiments.catalogue import catalogue
+    from controller.research.experiments.pool import cores
+    from controller.research.experiments.reproduce import Order
+    from controller.research.track import require_controller
+    from server.cli.reproduce import run_reproduce
+
+    require_controller(controller)
+    order = Order(catalogue(seed, quick), workers=workers or cores(), quick=quick)
+    run_reproduce(order, report, json_file, out)

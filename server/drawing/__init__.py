@@ -1,0 +1,1 @@
+"""References: the library, and what is drawn or imported."""

@@ -1,0 +1,200 @@
+"""From a drawing, or a name of the library, to the reference that a run or a preview follows."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from controller.errors import ParameterError
+from controller.kernels.control.inverse import StaticMap
+from controller.kernels.model.rod import Array
+from controller.reference import library
+from controller.reference.drawn import resampled
+from controller.reference.feasible.bounds import Limits
+from controller.reference.feasible.course import Course, course
+from controller.reference.feasible.from_rest import leaving_rest
+from controller.reference.feasible.smoothing import smoothed
+from controller.reference.feasible.timing import fastest, steady
+from controller.reference.feasible.travel import Pose, rest, travel
+from controller.reference.feasible.within_limits import Followed, within_limits
+from controller.reference.feasible.within_reach import at_rest
+from controller.reference.path_file import read_samples
+from controller.reference.reference import Reference
+from controller.reference.shapes import lengths
+from controller.schema.parameters import RigParameters, Settings
+from controller.simulation.live_path import LIVE_PATH_FILE
+from server.drawing.messages import DURATION_MAX, DURATION_MIN, DrawingBody, Duration, Fastest, Given, Speed, Wanted
+from server.drawing.references import TITLES, UnknownReference
+
+LENGTH_MIN = 1e-3
+"""A drawing is at least so long [m]."""
+SPEED_MAX = 1.0
+"""No constant speed is above this [m/s]."""
+ROUND = 1e-4
+"""Corners are rounded by this at least where the speed depends on the curvature [m]; a marker's noise is as much."""
+
+ALMOST = 0.995
+"""Of the limits is asked for: a lap leaves its last row out, which is its first, and so ends a little abruptly."""
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A drawing on its way to the rig."""
+
+    path: Followed
+    """What is followed, without the approach."""
+    reference: Reference
+
+    def outside(self) -> str:
+        """Which part is out of reach, "" for none."""
+        out = self.path.distance > 0.0
+        if not out.any():
+            return ""
+        return f"{100 * out.mean():.3g} % of it is out of reach, by up to {1e3 * self.path.distance.max():.3g} mm"
+
+
+def planned(drawing: DrawingBody, rig: RigParameters, settings: Settings) -> Reference:
+    """The reference that follows `drawing`, with the approach from rest in front, for the actuator of `rig`.
+
+    Raises ParameterError for what cannot be timed, and for what leaves the reach if it may not be projected.
+    """
+    found = plan(drawing, rig, settings)
+    if drawing.outside == "refuse" and (outside := found.outside()):
+        raise ParameterError(f"outside = refuse: {drawing.name}: {outside}")
+    return found.reference
+
+
+def plan(drawing: DrawingBody, rig: RigParameters, settings: Settings) -> Planned:
+    """What `drawing` becomes within the limits of `settings`, whether or not it may leave the reach.
+
+    Raises ParameterError as `path_of` and `within_limits` do.
+    """
+    dt, limits = rig.controller.dt, operator_limits(rig, settings)
+    smap, wished = library.static_map(rig.actuator, rig.controller), path_of(drawing, settings, rig.controller.dt)
+    path, lead = led_within(smap, wished, limits, dt, drawing.timing.kind == "given")
+    _require_time((len(path.p) - 1) * dt, "within the limits of speed, acceleration and torque rate")
+    found = _course(drawing, path.p, dt) if not path.travel.any() else Course(0)
+    reference = Reference(
+        name=drawing.name,
+        p=np.vstack([lead[0], path.p]),
+        start=len(lead[0]),
+        frequency=found.frequency if not found.steps else None,
+        velocity_feedforward=True,  # K_FF is what the settings say
+        led=len(lead[0]),
+        u=np.vstack([lead[1], path.u]),
+        travel=np.concatenate([np.ones(len(lead[0]), bool), path.travel]),
+        axis_frequencies=found.axis_frequencies,
+    )
+    return Planned(path, reference)
+
+
+def rig_limits(rig: RigParameters) -> Limits:
+    """What the rig itself lets a planned reference do, which the paper's own references keep within."""
+    bounds = rig.controller
+    return Limits(bounds.reference_speed_max, bounds.reference_acceleration_max, bounds.torque_slew_max)
+
+
+def led_within(
+    smap: StaticMap, wished: Array, limits: Limits, dt: float, sampled: bool
+) -> tuple[Followed, tuple[Array, Array]]:
+    """The path `wished` (n, 2) [m] within reach and limits, and its approach from rest: none where it begins there."""
+    if at_rest(smap, wished[0]):
+        return within_limits(smap, leaving_rest(smap, wished), limits, dt, sampled), (np.empty((0, 2)),) * 2
+    path = within_limits(smap, wished, limits, dt, sampled)
+    return path, travel(smap, rest(smap), Pose(path.p[0], path.u[0]), limits, dt, library.APPROACH)
+
+
+def operator_limits(rig: RigParameters, settings: Settings) -> Limits:
+    """What an operator lets the tip do, and the rig its torques."""
+    return Limits(settings.speed_max, settings.acceleration_max, rig.controller.torque_slew_max)
+
+
+def wanted(body: Wanted, rig: RigParameters, settings: Settings) -> Reference:
+    """The reference that `body` asks for; raises what `planned` and `named` do."""
+    if body.drawing is not None:
+        return planned(body.drawing, rig, settings)
+    return named(str(body.reference), rig)
+
+
+def named(name: str, rig: RigParameters) -> Reference:
+    """The reference `name` of the page's menu. Raises UnknownReference, and ParameterError where it is out of reach."""
+    if name not in TITLES:
+        raise UnknownReference(f"reference = {name!r} is not one of {', '.join(TITLES)}")
+    if name in library.PLANS:
+        return library.reference(name, rig.actuator, rig.controller)
+    return _live_path(rig)
+
+
+def _live_path(rig: RigParameters) -> Reference:
+    """The recorded path, where this actuator reaches it, within the rig's own limits."""
+    dt, smap = rig.controller.dt, library.static_map(rig.actuator, rig.controller)
+    wished = resampled(read_samples(LIVE_PATH_FILE), dt)
+    path, lead = led_within(smap, wished, rig_limits(rig), dt, sampled=True)
+    return Reference(
+        name="live_path",
+        p=np.vstack([lead[0], path.p]),
+        start=len(lead[0]),
+        led=len(lead[0]),
+        u=np.vstack([lead[1], path.u]),
+        travel=np.concatenate([np.ones(len(lead[0]), bool), path.travel]),
+    )
+
+
+def path_of(drawing: DrawingBody, settings: Settings, dt: float) -> Array:
+    """Rows (n, 2) [m] of `drawing` every dt [s], smoothed and timed, neither projected nor led to.
+
+    Raises ParameterError for a drawing that is too short, or that takes too long or too little time.
+    """
+    points = np.array(drawing.points)
+    if isinstance(drawing.timing, Given):
+        return _as_given(drawing, points, dt)
+    if drawing.closed and (points[0] != points[-1]).any():
+        points = np.vstack([points, points[:1]])
+    length = float(lengths(points)[-1])
+    if length < LENGTH_MIN:
+        raise ParameterError(f"points: {1e3 * length:.3g} mm in all, less than {1e3 * LENGTH_MIN:g} mm")
+    if isinstance(drawing.timing, Fastest):
+        ride = fastest(
+            smoothed(points, max(drawing.smoothing, ROUND), drawing.closed),
+            Limits(settings.speed_max, settings.acceleration_max).scaled(ALMOST),
+        )
+        _require_time(float(ride.t[-1]), "timing.kind = fastest")
+        return ride.rows(dt)
+    path = smoothed(points, drawing.smoothing, drawing.closed)
+    return steady(path, _duration(drawing.timing, float(lengths(path)[-1])), dt)
+
+
+def _as_given(drawing: DrawingBody, points: Array, dt: float) -> Array:
+    """Rows at the times that came with the points; smoothing moves places, not times."""
+    t = np.array(drawing.times)
+    _require_time(float(t[-1] - t[0]), "times")
+    at = t[0] + dt * np.arange(int((t[-1] - t[0]) / dt + 1e-6) + 1)
+    arc = lengths(points)
+    if not drawing.smoothing or not arc[-1]:
+        return np.column_stack([np.interp(at, t, points[:, j]) for j in range(2)])
+    path = smoothed(points, drawing.smoothing)
+    share = np.interp(at, t, arc / arc[-1]) * (len(path) - 1)
+    return np.column_stack([np.interp(share, np.arange(len(path)), path[:, j]) for j in range(2)])
+
+
+def _duration(timing: Speed | Duration, length: float) -> float:
+    """How long a path of `length` [m] takes at constant speed [s]."""
+    if isinstance(timing, Speed):
+        _require_time(length / timing.speed, f"timing.speed = {timing.speed:g} m/s")
+        return length / timing.speed
+    speed = length / timing.duration
+    if speed > SPEED_MAX:
+        raise ParameterError(f"timing.duration = {timing.duration:g} s: {speed:.3g} m/s, more than {SPEED_MAX:g} m/s")
+    return timing.duration
+
+
+def _require_time(duration: float, what: str) -> None:
+    """Raise ParameterError if a path takes too little or too much time because of `what`."""
+    if not DURATION_MIN <= duration <= DURATION_MAX:
+        raise ParameterError(f"{what}: the path takes {duration:.4g} s, outside [{DURATION_MIN:g}, {DURATION_MAX:g}] s")
+
+
+def _course(drawing: DrawingBody, p: Array, dt: float) -> Course:
+    """Whether rows p (n, 2) [m] repeat or step: a closed drawing does repeat; given times are looked at."""
+    if drawing.closed:
+        return course(p, dt, from_rest=False, start=0, frequency=1.0 / ((len(p) - 1) * dt))
+    return course(p, dt, from_rest=False, start=0) if isinstance(drawing.timing, Given) else Course(0)

@@ -1,0 +1,74 @@
+"""Drawn references: planned, foreseen on the twin, kept by name."""
+
+import asyncio
+
+from fastapi import APIRouter, Response
+
+from controller.reference import lettering
+from server.access.asking import Holder
+from server.drawing.messages import (
+    DrawingBody,
+    DrawingInfo,
+    DrawingName,
+    DrawingPlan,
+    TextBody,
+    TextPath,
+)
+from server.drawing.plan import csv_of, drawing_plan
+from server.drawing.references import points
+from server.drawing.store import GivenDrawings
+from server.http import answers
+from server.log.events import GivenEvents
+from server.operate.operator import GivenOperator
+from server.rig.client import GivenRig
+
+router = APIRouter(tags=["drawings"])
+
+
+@router.post("/api/drawings/plan")
+async def plan_drawing(body: DrawingBody, rig: GivenRig, operator: GivenOperator) -> DrawingPlan:
+    """What would be followed; 422 with field, value and bound for what cannot be planned."""
+    return await asyncio.to_thread(drawing_plan, body, rig.require_info().parameters, operator.settings)
+
+
+@router.post("/api/drawings/text")
+async def text_path(body: TextBody) -> TextPath:
+    """Text in single-stroke letters; 422 for a character that has none."""
+    strokes = lettering.strokes(body.text, body.height)
+    return TextPath(strokes=[points(one) for one in strokes], points=points(lettering.joined(strokes)))
+
+
+@router.get("/api/drawings")
+async def read_drawings(drawings: GivenDrawings) -> list[DrawingInfo]:
+    """Every saved drawing, the last saved first."""
+    return await asyncio.to_thread(drawings.listed)
+
+
+@router.get("/api/drawings/{name}.csv", response_class=Response, responses=answers.body("text/csv", "The file"))
+async def drawing_file(name: DrawingName, drawings: GivenDrawings, rig: GivenRig, operator: GivenOperator) -> Response:
+    """What would be followed as CSV: t, x, y in s and m, every tick; 404 when there is none of this name."""
+    text = await asyncio.to_thread(csv_of, drawings.read(name), rig.require_info().parameters, operator.settings)
+    return Response(text, media_type="text/csv", headers={"content-disposition": f'attachment; filename="{name}.csv"'})
+
+
+@router.get("/api/drawings/{name}")
+async def read_drawing(name: DrawingName, drawings: GivenDrawings) -> DrawingBody:
+    """A saved drawing; 404 when there is none of this name."""
+    return await asyncio.to_thread(drawings.read, name)
+
+
+@router.put("/api/drawings/{name}")
+async def save_drawing(
+    name: DrawingName, body: DrawingBody, drawings: GivenDrawings, who: Holder, events: GivenEvents
+) -> DrawingInfo:
+    """Save it under this name, in place of one that is there; operator only."""
+    info = await asyncio.to_thread(drawings.save, body.model_copy(update={"name": name}))
+    events.add(f"{who.name}: drawing {name} saved")
+    return info
+
+
+@router.delete("/api/drawings/{name}", status_code=204)
+async def delete_drawing(name: DrawingName, drawings: GivenDrawings, who: Holder, events: GivenEvents) -> None:
+    """Delete it; operator only, 404 when there is none of this name."""
+    await asyncio.to_thread(drawings.delete, name)
+    events.add(f"{who.name}: drawing {name} deleted")

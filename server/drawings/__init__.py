@@ -1,1 +1,0 @@
-"""Drawn references: what the page sends, how it is planned, foreseen and kept."""

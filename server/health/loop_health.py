@@ -1,0 +1,176 @@
+"""How the loop and the pressure loops did in the last seconds, from every tick: GET /api/health/loop."""
+
+import threading
+from typing import Annotated, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from controller.schema.layout import Model, record_dtype
+from controller.schema.messages import Telemetry
+from controller.simulation.metrics import DT
+from server.http.given import given
+
+Array = npt.NDArray[Any]
+Rows = np.ndarray[Any, Any]
+
+LOOP_TICKS = 10_000
+"""Ticks that the timing is taken from: 10 s."""
+LAG_TICKS = 30_000
+"""Ticks that the pressure loops are judged by: 30 s."""
+EDGES = np.concatenate([[0.0], np.geomspace(1e-6, 1e-1, 26)])
+"""Edges of the lateness histogram [s]: five bins a decade, and one below a microsecond."""
+STRIDE = 5
+"""Ticks from one sample of the lag fit to the next."""
+WINDOW = 4
+"""Samples over which the fit averages: 20 ms."""
+LONGEST = 20
+"""Longest dead time that is tried [samples]: 100 ms."""
+QUIET = 5e3
+"""A pressure that changes less than this tells nothing about its lag (RMS) [Pa/s]."""
+FAITH = 0.5
+"""Least share of the pressures' motion that the fitted lag must explain."""
+
+
+_KEPT = ["tick", "slot", "lateness_ns", "step_ns", "pressure_cmd", "pressure_meas"]
+
+
+class Spread(Model):
+    """A duration over many ticks [s]."""
+
+    median: float
+    p99: float
+    largest: float
+
+
+class Lag(Model):
+    """The pressure loops as dead time and first-order lag [s]."""
+
+    dead_time: float
+    filling: float | None
+    """Time constant while the pressure is below the command; null where that was not seen."""
+    exhausting: float | None
+    """The same above it."""
+    explained: float
+    """Share of the pressures' motion that these numbers give."""
+
+
+class LoopHealth(Model):
+    """Timing of the last ticks, and the pressure loops' lag."""
+
+    ticks: int
+    lost: int
+    """Slots without a tick within the same time."""
+    edges: list[float]
+    """Edges of the lateness histogram [s], one more than counts; the last bin holds everything beyond, too."""
+    counts: list[int]
+    lateness: Spread | None
+    """Wake-up after the deadline; null before the first tick."""
+    step: Spread | None
+    """Duration of a tick, plant excluded."""
+    pressure: Lag | None
+    """Null where the pressures moved too little, or not as a lag would have it."""
+
+
+class LoopWatch:
+    """The timing and pressures of the newest ticks. The link's thread adds, any thread judges."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._batches = [np.empty(0, record_dtype(Telemetry))[_KEPT]]
+        self._count = 0
+
+    def add(self, rows: Rows) -> None:
+        """Take telemetry rows, oldest first; a rig that restarted begins anew."""
+        kept = rows[_KEPT].copy()
+        with self._lock:
+            if self._count and kept["tick"][0] <= self._batches[-1]["tick"][-1]:
+                self._batches, self._count = [], 0
+            self._batches.append(kept)
+            self._count += len(kept)
+            while self._count - len(self._batches[0]) >= LAG_TICKS:
+                self._count -= len(self._batches.pop(0))
+
+    def lateness_p99(self) -> float:
+        """Of the newest ticks [s]; nan before the first."""
+        return self.lateness((0.99,))[0]
+
+    def lateness(self, quantiles: tuple[float, ...]) -> list[float]:
+        """Of the newest ticks [s]; nan before the first."""
+        with self._lock:
+            late = np.concatenate([batch["lateness_ns"] for batch in self._batches])[-LOOP_TICKS:]
+        if not len(late):
+            return [float("nan")] * len(quantiles)
+        found: list[float] = (1e-9 * np.quantile(late, quantiles)).tolist()
+        return found
+
+    def health(self) -> LoopHealth:
+        """Judge the newest ticks."""
+        with self._lock:
+            rows = np.concatenate(self._batches)
+        return _judge(rows)
+
+
+def _judge(rows: Rows) -> LoopHealth:
+    recent = rows[-LOOP_TICKS:]
+    slots = recent["slot"][-1] - recent["slot"][0] + 1 if len(recent) else 0
+    lateness, step = 1e-9 * recent["lateness_ns"], 1e-9 * recent["step_ns"]
+    return LoopHealth(
+        ticks=len(recent),
+        lost=slots - len(recent),
+        edges=EDGES.tolist(),
+        counts=np.histogram(np.clip(lateness, 0.0, EDGES[-1]), EDGES)[0].tolist(),
+        lateness=_spread(lateness),
+        step=_spread(step),
+        pressure=fitted_lag(rows["pressure_cmd"][::STRIDE], rows["pressure_meas"][::STRIDE], STRIDE * DT),
+    )
+
+
+def fitted_lag(command: Array, measured: Array, h: float) -> Lag | None:
+    """Dead time d and time constants of dp/dt = (p_cmd(t - d) - p) / tau [s], by least squares over all chambers.
+
+    `command` and `measured` (n, chambers) [Pa] are samples every `h` [s]. A valve fills and exhausts at its own rates,
+    so each sign of the error has a tau of its own; d is the one that leaves least unexplained.
+    """
+    if len(measured) < 2 * LONGEST:
+        return None
+    rate = (measured[WINDOW:] - measured[:-WINDOW])[LONGEST:] / (WINDOW * h)
+    motion = float(np.sum(rate * rate))
+    if not motion > rate.size * QUIET**2:
+        return None
+    wanted, here = _means(command), _means(measured)[LONGEST:]
+    fits = [_slopes(wanted[LONGEST - d : len(wanted) - d] - here, rate) for d in range(LONGEST + 1)]
+    best = int(np.argmin([rest for _, _, rest in fits]))
+    filling, exhausting, rest = fits[best]
+    explained = 1.0 - rest / motion
+    if explained < FAITH:
+        return None
+    return Lag(dead_time=best * h, filling=_inverse(filling), exhausting=_inverse(exhausting), explained=explained)
+
+
+def _slopes(error: Array, rate: Array) -> tuple[float, float, float]:
+    """Least squares of rate = slope error, for error > 0 and < 0: both slopes, and the sum of squares that is left."""
+    parts = np.maximum(error, 0.0), np.minimum(error, 0.0)
+    up, down = (float(np.sum(part * rate)) / max(float(np.sum(part * part)), 1e-9) for part in parts)
+    return up, down, float(np.sum((rate - up * parts[0] - down * parts[1]) ** 2))
+
+
+def _inverse(slope: float) -> float | None:
+    return 1.0 / slope if slope > 0.0 else None
+
+
+def _means(x: Array) -> Array:
+    """Means of every WINDOW samples in a row, (n - WINDOW, chambers)."""
+    total = np.cumsum(x, axis=0)
+    means: Array = (total[WINDOW:] - total[:-WINDOW]) / WINDOW
+    return means
+
+
+def _spread(seconds: Array) -> Spread | None:
+    if not len(seconds):
+        return None
+    median, p99 = np.percentile(seconds, [50, 99])
+    return Spread(median=median, p99=p99, largest=seconds.max())
+
+
+GivenLoop = Annotated[LoopWatch, given(LoopWatch)]

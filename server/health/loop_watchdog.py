@@ -1,0 +1,118 @@
+"""The event loop under a watchdog: a thread that notes when the loop does not turn, says where it hangs, and ends it.
+
+While the loop hangs nobody is heard: no E-STOP passes through this server. Presence stops with it, so the rig holds
+after 0.5 s. But the operator's thread goes on repeating the last command, so the rig would stay in HOLD under pressure
+for ever. So a loop that stands still for DEADLY seconds ends the process: `tendril up` or systemd starts another one,
+which takes about as long again, and the rig, hearing nobody, rests after 30 s if that fails.
+"""
+
+import asyncio
+import faulthandler
+import logging
+import os
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Callable
+
+from controller.system.logs import flush_log
+
+log = logging.getLogger(__name__)
+
+PERIOD = 0.1
+"""Between two turns of the loop that are noted, and between two looks of the watchdog [s]."""
+SLOW = 1.0
+"""A loop that stands still for so long is said, with where it hangs [s]: 60 of its beats are missing then."""
+DEADLY = 10.0
+"""After so long the process is ended [s]: twice what the lease and a run wait for a sign (5 s), so both are over, and
+well below the 30 s after which operators could rely on the rig's own rest if this server were silent."""
+MEMORY = 60.0
+"""For which a loop that stood still is trouble [s]."""
+
+
+def end_process() -> None:
+    """End this process at once, as a kill would: nothing can be done in order, the loop would have to do it."""
+    flush_log()
+    faulthandler.dump_traceback(all_threads=True)
+    os._exit(os.EX_SOFTWARE)
+
+
+class LoopWatchdog:
+    """`start` it in the loop. Time in which this process itself was stopped does not count, as its thread was too."""
+
+    def __init__(self, deadly: Callable[[], None] | None = None) -> None:
+        """`deadly` is called, from the watchdog's thread, when the loop has not turned for DEADLY; None: nothing is."""
+        self._deadly = deadly
+        self._turns = 0
+        self._stood, self._longest, self._last, self._count = 0.0, 0.0, -MEMORY, 0
+        self._closed = threading.Event()
+        self._main = threading.get_ident()
+        self._thread = threading.Thread(target=self._run, name="loop-watchdog", daemon=True)
+        self._timer: asyncio.TimerHandle | None = None
+
+    def start(self) -> None:
+        """Watch the running loop."""
+        self._main = threading.get_ident()
+        self._turn(asyncio.get_running_loop())
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Watch no more."""
+        self._closed.set()
+        if self._timer is not None:
+            self._timer.cancel()
+
+    @property
+    def alive(self) -> bool:
+        """Whether anybody watches."""
+        return self._thread.is_alive() or self._closed.is_set() or self._thread.ident is None
+
+    @property
+    def standing(self) -> float:
+        """For how long the loop has not turned [s]."""
+        return self._stood
+
+    @property
+    def trouble(self) -> str:
+        """What was wrong with the loop within the last minute, "" if nothing was."""
+        if not self.alive:
+            return "nobody watches the event loop"
+        if self._stood < SLOW and time.monotonic() - self._last > MEMORY:
+            return ""
+        return f"the event loop stood still for {max(self._longest, self._stood):.1f} s"
+
+    def _turn(self, loop: asyncio.AbstractEventLoop) -> None:
+        self._turns += 1
+        if not self._closed.is_set():
+            self._timer = loop.call_later(PERIOD, self._turn, loop)
+
+    def _run(self) -> None:
+        seen, woken = self._turns, time.monotonic()
+        while not self._closed.wait(PERIOD):
+            now = time.monotonic()
+            passed, woken = min(now - woken, 2 * PERIOD), now
+            if self._turns != seen:
+                seen = self._turns
+                self._went_on(now)
+                continue
+            before, self._stood = self._stood, self._stood + passed
+            if before < SLOW <= self._stood:
+                self._say()
+            if self._stood >= DEADLY and self._deadly is not None:
+                log.critical("the event loop has not turned for %.0f s: this process ends", self._stood)
+                self._deadly()
+
+    def _went_on(self, now: float) -> None:
+        if self._stood >= SLOW:
+            if now - self._last > MEMORY:
+                self._longest = 0.0
+            self._longest, self._last = max(self._longest, self._stood), now
+            self._count += 1
+            log.error("the event loop goes on after %.1f s", self._stood)
+        self._stood = 0.0
+
+    def _say(self) -> None:
+        frame = sys._current_frames().get(self._main)
+        where = "".join(traceback.format_stack(frame)) if frame else "(its thread is gone)\n"
+        log.error("the event loop has not turned for %.1f s; it is in\n%s", self._stood, where)

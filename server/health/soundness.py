@@ -1,0 +1,46 @@
+"""Is this server itself sound? Its threads, its looks at every beat, and its event loop; what is wrong is told once."""
+
+from collections.abc import Callable, Sequence
+from typing import Annotated
+
+from controller.system.looks import Looks
+from controller.system.worker import Worker
+from server.health.loop_watchdog import LoopWatchdog
+from server.http.given import given
+from server.log.events import EventLog
+
+
+class Soundness:
+    """Nothing that it watches can end it, and it is one of the looks itself."""
+
+    watched = "the server's own soundness"
+
+    def __init__(self, workers: Sequence[Worker], looks: Looks, loop: LoopWatchdog, events: EventLog) -> None:
+        self._sources: dict[str, Callable[[], list[str]]] = {
+            "threads": lambda: [worker.trouble for worker in workers if worker.trouble],
+            "looks": lambda: looks.failing,
+            "loop": lambda: [loop.trouble] if loop.trouble else [],
+        }
+        self._events = events
+        self._told: set[str] = set()
+
+    def look(self) -> None:
+        """Look once, and tell what is new."""
+        found = {text: kind for kind in self._sources for text in self._sources[kind]()}
+        told = {text if kind != "loop" else kind: text for text, kind in found.items()}
+        for key, text in told.items():
+            if key not in self._told:
+                self._events.add(text, "error")
+        self._told = set(told)
+
+    def of(self, kind: str) -> str:
+        """What is wrong with the "threads", the "looks" or the "loop", "" where nothing is."""
+        return "; ".join(self._sources[kind]())
+
+    @property
+    def trouble(self) -> str:
+        """All of it."""
+        return "; ".join(text for kind in self._sources if (text := self.of(kind)))
+
+
+GivenSoundness = Annotated[Soundness, given(Soundness)]

@@ -1,0 +1,228 @@
+"""Connections that are not without end: a head has a length, a request a time within which it is all here, and an
+address so many connections.
+
+uvicorn alone would keep whatever sends a header without end, or one byte a minute.
+"""
+
+import asyncio
+from http import HTTPStatus
+
+from uvicorn._types import ASGIReceiveEvent, ASGISendEvent
+from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
+from uvicorn.protocols.utils import ClientDisconnected
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from websockets.exceptions import InvalidState
+from websockets.frames import CloseCode
+
+from server.http.portions import Flow, Portions
+
+HEAD_MAX = 1 << 16
+"""Bytes of request line and headers."""
+CONNECTIONS_MAX = 1000
+"""Of one address at the same time: 200 pages behind it have some 700 sockets, and what they fetch meanwhile."""
+WHOLE = "whole"
+"""In a request's state, from the application's lifespan: called with its scope and its body as it is whole."""
+URGENT = "urgent"
+"""In a socket's state: called with each text message as it comes in, before it is queued; True: it was acted on."""
+REQUEST_SECONDS = 30.0
+"""From the first byte of a request, or from the connection, to the last byte of its body: 1 MiB at 35 kB/s."""
+
+
+class Callers:
+    """The connections of this process by the address they come from, oldest first; its files are counted, too."""
+
+    most = CONNECTIONS_MAX
+
+    def __init__(self) -> None:
+        self._open: dict[str, dict[asyncio.BaseProtocol, None]] = {}
+
+    def come(self, one: "Connection | Socket") -> None:
+        """Count one more."""
+        self._open.setdefault(_address(one), {})[one] = None
+
+    def go(self, one: "Connection | Socket") -> None:
+        """Count one less."""
+        same = self._open.get(_address(one), {})
+        same.pop(one, None)
+        if not same:
+            self._open.pop(_address(one), None)
+
+    def room_for(self, one: "Connection") -> bool:
+        """Whether `one` may stay; of too many the one goes that has asked for nothing for the longest time."""
+        same = self._open[_address(one)]
+        if len(same) <= self.most:
+            return True
+        idle = next(
+            (other for other in same if isinstance(other, Connection) and other.idle and other is not one), None
+        )
+        if idle is not None:
+            idle.transport.abort()
+        return idle is not None
+
+
+CALLERS = Callers()
+
+
+def _address(one: "Connection | Socket") -> str:
+    return one.client[0] if one.client else ""
+
+
+class Connection(Portions, HttpToolsProtocol):
+    """One HTTP connection, until it becomes a WebSocket."""
+
+    seconds = REQUEST_SECONDS
+    _in_head = True
+    _head = 0
+    _deadline: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """The first request must come; 503 where one address has too many connections at work."""
+        super().connection_made(transport)
+        self.flow = Flow(transport, self)
+        CALLERS.come(self)
+        self._begin()
+        if not CALLERS.room_for(self):
+            text = f"more than {CALLERS.most} connections from {_address(self)}"
+            self._refuse(HTTPStatus.SERVICE_UNAVAILABLE, text)
+
+    def held(self) -> bool:
+        """Whether requests wait behind the one that is being answered, or its body is not taken."""
+        return self.flow.read_paused or bool(self.pipeline)
+
+    @property
+    def idle(self) -> bool:
+        """Whether no request is being answered."""
+        return self.cycle is None or self.cycle.response_complete
+
+    def data_received(self, data: bytes) -> None:
+        """Pass on what came."""
+        if self._deadline is None:
+            self._begin()
+        super().data_received(data)
+
+    def take(self, data: bytes) -> None:
+        """One portion; 431 for a head that is too long."""
+        self._head += len(data)
+        super().take(data)
+        if self._in_head and self._head > HEAD_MAX and not self.transport.is_closing():
+            text = f"the request line and its headers are longer than {HEAD_MAX} bytes"
+            self._refuse(HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE, text)
+
+    def on_message_begin(self) -> None:
+        """Another head begins."""
+        super().on_message_begin()
+        self._in_head, self._head = True, 0
+
+    def on_headers_complete(self) -> None:
+        """The head is whole."""
+        self._in_head = False
+        super().on_headers_complete()
+
+    def on_message_complete(self) -> None:
+        """The request is whole; its answer may take its time."""
+        look = self.app_state.get(WHOLE)
+        if look is not None and self.cycle is not None and self.cycle.scope is self.scope:
+            look(self.cycle.scope, bytes(self.cycle.body))
+        super().on_message_complete()
+        self._end()
+
+    def on_response_complete(self) -> None:
+        """The next of the requests that were read; after the last one, what waits unread."""
+        super().on_response_complete()
+        self.go_on()
+
+    def handle_websocket_upgrade(self) -> None:
+        """From here on the WebSocket's own pings watch."""
+        self._end()
+        CALLERS.go(self)
+        super().handle_websocket_upgrade()
+        rest, self._rest = self._rest, b""
+        if rest:
+            self.transport.get_protocol().data_received(rest)  # type: ignore[attr-defined]
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Nothing more is to be waited for."""
+        self._end()
+        CALLERS.go(self)
+        super().connection_lost(exc)
+
+    def _begin(self) -> None:
+        self._deadline = self.loop.call_later(self.seconds, self._give_up)
+
+    def _end(self) -> None:
+        if self._deadline is not None:
+            self._deadline.cancel()
+            self._deadline = None
+
+    def _give_up(self) -> None:
+        self.transport.abort()
+
+    def _refuse(self, status: HTTPStatus, detail: str) -> None:
+        text = f'{{"detail": "{detail}"}}'
+        head = f"HTTP/1.1 {status.value} {status.phrase}\r\ncontent-type: application/json\r\nconnection: close\r\n"
+        self.transport.write(f"{head}content-length: {len(text)}\r\n\r\n{text}".encode())
+        self.transport.close()
+
+
+class Socket(Portions, WebSocketsSansIOProtocol):
+    """One WebSocket; whoever sends what is no text ends it with 1007, without an error of uvicorn's in our log."""
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """It counts as the connection that it was."""
+        super().connection_made(transport)
+        CALLERS.come(self)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """One less."""
+        CALLERS.go(self)
+        super().connection_lost(exc)
+
+    def held(self) -> bool:
+        """Whether the route has not taken the messages that it was given."""
+        return self.read_paused
+
+    def take(self, data: bytes) -> None:
+        """Understand one portion."""
+        try:
+            super().take(data)
+        except InvalidState:  # it was to be closed once more
+            self.transport.close()
+
+    async def receive(self) -> ASGIReceiveEvent:
+        """The next message; what is urgent was acted on before."""
+        message = await self.queue.get()
+        if self.read_paused and self.queue.empty():
+            self.read_paused = False
+            self.go_on()
+        return message
+
+    async def send(self, message: ASGISendEvent) -> None:
+        """Send; a page that was closed from here is gone, which is no error of its route's."""
+        if self.close_sent and message["type"] == "websocket.send":
+            raise ClientDisconnected
+        await super().send(message)
+        self.handshake_complete |= self.close_sent  # by a refusal too: else uvicorn logs it as an error of the route
+
+    def send_receive_event_to_app(self) -> None:
+        """Pass on a whole message."""
+        if self.curr_msg_data_type == "text" and not _is_text(b"".join(self.frames)):
+            self.conn.send_close(CloseCode.INVALID_DATA)
+            self.handle_parser_exception()
+        elif not self._urgent():
+            super().send_receive_event_to_app()
+
+    def _urgent(self) -> bool:
+        """Whether the route's own reader took the message at once, before those that wait: see `URGENT`."""
+        take = self.scope["state"].get(URGENT) if self.curr_msg_data_type == "text" else None
+        if take is None or len(self.frames) != 1 or not take(bytes(self.frames[0])):
+            return False
+        self.frames = []
+        return True
+
+
+def _is_text(data: bytes) -> bool:
+    try:
+        data.decode()
+    except UnicodeDecodeError:
+        return False
+    return True

@@ -1,0 +1,41 @@
+"""Who asks: what a signed-in browser is known by, everywhere."""
+
+import hashlib
+from dataclasses import dataclass
+from typing import Annotated, Literal, get_args
+
+from fastapi import Depends
+from starlette.requests import HTTPConnection
+
+from controller.errors import NotAllowed
+
+Role = Literal["operator", "viewer"]
+"""What a token is good for: to operate (one session at a time, by the lease), or to look and stop."""
+ROLES: tuple[Role, ...] = get_args(Role)
+
+
+@dataclass(frozen=True)
+class Identity:
+    """One signed-in browser (or script): a random id, and a name that people can read out."""
+
+    id: str
+    name: str
+    role: Role = "viewer"
+    opened_by: str = ""
+    """Mark of the token that opened the session: another token of that role ends it."""
+
+    @property
+    def tag(self) -> str:
+        """Names this session to others, who must not know its id."""
+        return hashlib.sha256(self.id.encode()).hexdigest()[:12]
+
+
+async def _me(connection: HTTPConnection) -> Identity:
+    who: Identity | None = connection.state.who
+    if who is None:
+        raise NotAllowed("sign in first")
+    return who
+
+
+Me = Annotated[Identity, Depends(_me)]
+"""The signed-in session that asks; the gate has checked it."""

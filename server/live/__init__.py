@@ -1,0 +1,1 @@
+"""The live socket: one beat for all viewers, what each says, and the status of everything slow."""

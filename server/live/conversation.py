@@ -1,0 +1,181 @@
+"""The live socket's upward half: presence, targets, pings. What is malformed is refused, and the socket goes on."""
+
+import asyncio
+import contextvars
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass
+
+from pydantic import TypeAdapter, ValidationError
+from pydantic_core import from_json
+
+from controller.errors import TendrilError, sentence
+from controller.schema.messages import CommandReply
+from server.http.rates import Rates, Verdict
+from server.http.refused import RefusedCounts
+from server.live.hub import Viewer
+from server.live.messages import FromBrowser, Ping, Pong, Refused, Reply
+from server.operate.hand import Hand, Hands
+from server.operate.messages import EStop, Presence, Release, Target
+from server.operate.pages import Pages
+from server.plots.messages import PlotChoice
+from server.rig.channels import columns_of
+
+LONGEST = 4096
+"""Longest message from a page [characters]."""
+STOP_LONGEST = 200
+"""Longest message that may be an E-STOP [bytes]: what is not counted must be cheap."""
+_MESSAGE: TypeAdapter[FromBrowser] = TypeAdapter(FromBrowser)
+
+
+@dataclass(frozen=True)
+class Hearing:
+    """What is needed to act on what pages say."""
+
+    hands: Hands
+    pages: Pages[Viewer]
+    rates: Rates
+    refused: RefusedCounts
+
+    def presence(self, viewer: Viewer, n: int) -> None:
+        """Only a number that rises, from a page of the lease's holder, is presence."""
+        risen, viewer.presence = n > viewer.presence, max(n, viewer.presence)
+        self.hands.lease.touch(viewer.who)
+        if risen and self.hands.lease.holds(viewer.who):
+            Hand(viewer.who, self.hands).sign()
+
+
+class Conversation:
+    """What one page says, answered through its viewer's outbox."""
+
+    def __init__(self, viewer: Viewer, hearing: Hearing) -> None:
+        self._viewer, self._hearing = viewer, hearing
+        self._events, self._hand = hearing.hands.events, Hand(viewer.who, hearing.hands)
+        self._written = ""
+        self._loop = asyncio.get_running_loop()
+        self._context = contextvars.copy_context()
+
+    def hear(self, text: str | None) -> None:
+        """Act on one message; never raises."""
+        self._hearing.hands.lease.touch(self._viewer.who)
+        if text is None or len(text) > LONGEST:
+            return self._refuse(0, "message", f"a message is text of at most {LONGEST} characters")
+        try:
+            message = _MESSAGE.validate_json(text)
+        except ValidationError as error:
+            return self._refuse(_id(text), "message", sentence(error))
+        match message:
+            case Ping():
+                self._pong(message)
+            case Presence():
+                self._hearing.presence(self._viewer, message.n)
+            case Target():
+                self._aim(message)
+            case Release():
+                self._hand.release(message.hold)
+            case EStop():
+                self._stop(message)
+            case PlotChoice():
+                self._plot(message)
+
+    def urgent(self, data: bytes) -> bool:
+        """Act on an E-STOP as it comes in, before the messages that wait and whatever their rate; False: it is none."""
+        message = stop_in(data)
+        if message is not None:
+            self._context.run(self._stop, message)
+        return message is not None
+
+    def leave(self) -> None:
+        """The page is gone."""
+        self._hand.leave(followed=self._viewer.who.id in {who.id for who in self._hearing.pages.present()})
+
+    def verdict(self) -> Verdict:
+        """Whether the message that came is heard; an E-STOP was, as it came in."""
+        found = self._hearing.rates.message(self._viewer.who.id)
+        self._hearing.refused.messages += found == Verdict.DROPPED  # the others are counted as they are told
+        return found
+
+    def hurried(self) -> str:
+        """Say that messages are dropped, and why."""
+        self._refuse(0, "messages", why := self._hearing.rates.too_many)
+        return why
+
+    def _pong(self, message: Ping) -> None:
+        self._viewer.post(Pong(t=message.t))
+        if message.round_trip is not None:
+            self._hearing.pages.hear_round_trip(self._viewer.who, message.round_trip)
+
+    def _plot(self, message: PlotChoice) -> None:
+        try:
+            self._viewer.feed.choose(columns_of(message.channels), message.since)
+        except TendrilError as error:
+            return self._refuse(0, "plots", str(error))
+        self._viewer.wake.set()
+
+    def _aim(self, message: Target) -> None:
+        at = message.x, message.y
+        if message.start:
+            self._written = ""
+        try:
+            asked = self._hand.press(at) if message.start else self._hand.move(at)
+        except TendrilError as error:
+            return self._refuse(message.id, "target", str(error))
+        self._when_answered(asked, lambda done: self._answer(message, done))
+
+    def _stop(self, message: EStop) -> None:
+        asked = self._hearing.hands.operator.stop()
+        self._when_answered(asked, lambda done: self._stopped(message.n, done))
+
+    def _when_answered(self, asked: "Future[CommandReply]", answer: "Callable[[Future[CommandReply]], None]") -> None:
+        """In the event loop, and as part of this socket for the audit."""
+        asked.add_done_callback(lambda done: self._loop.call_soon_threadsafe(answer, done, context=self._context))
+
+    def _stopped(self, n: int, done: "Future[CommandReply]") -> None:
+        who, error = self._viewer.who, done.exception()
+        if error is not None:
+            self._events.refused(who.name, "e-stop", str(error))
+            return self._viewer.post(Refused(id=0, detail=str(error), n=n))
+        self._events.answered(who.name, "e-stop", done.result())
+        self._viewer.post(Reply(id=0, reply=done.result(), n=n))
+
+    def _answer(self, message: Target, done: "Future[CommandReply]") -> None:
+        error = done.exception()
+        if error is not None:
+            return self._refuse(message.id, "target", str(error))
+        reply = done.result()
+        if reply.accepted:
+            self._written = ""
+        else:
+            self._write("follow" if message.start else "target", reply.detail)
+        self._viewer.post(Reply(id=message.id, reply=reply))
+
+    def _refuse(self, number: int, what: str, detail: str) -> None:
+        self._hearing.refused.messages += 1
+        self._write(what, detail)
+        self._viewer.post(Refused(id=number, detail=detail))
+
+    def _write(self, what: str, reason: str) -> None:
+        """Into the log: once for all moves of a drag that are refused for the same reason."""
+        if reason != self._written:
+            self._events.refused(self._viewer.who.name, what, reason)
+        self._written = reason
+
+
+def stop_in(data: bytes) -> EStop | None:
+    """The E-STOP that this message is, None if it is none; nothing long is looked at."""
+    if len(data) > STOP_LONGEST or b"e_stop" not in data:
+        return None
+    try:
+        message = _MESSAGE.validate_json(data)
+    except ValidationError:
+        return None
+    return message if isinstance(message, EStop) else None
+
+
+def _id(text: str) -> int:
+    """The number of a message that is otherwise malformed, so that the page knows which one was refused."""
+    try:
+        found = from_json(text)["id"]
+    except (ValueError, TypeError, KeyError, IndexError):
+        return 0
+    return found if isinstance(found, int) and 0 <= found < 2**53 else 0

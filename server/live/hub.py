@@ -1,0 +1,166 @@
+"""The live socket's downward half: what is new is encoded once for all, and sent to each at its own pace."""
+
+import asyncio
+import secrets
+import time
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Annotated
+
+import numpy as np
+from pydantic import BaseModel
+from starlette.websockets import WebSocket
+
+from controller.system.looks import Looks
+from server.access.lease import OperatorLease
+from server.http.given import given
+from server.http.who import Identity
+from server.live.status import StatusView
+from server.operate.pages import Pages
+from server.plots.feed import Feed
+from server.plots.messages import Kind
+from server.rig.channels import Rows
+from server.rig.history import History
+
+STATUS_PERIOD = 1.0
+CROWD = 16
+"""More viewers than these get every other beat each; who operates gets all."""
+WAITING = 256
+"""Text messages that may wait for a slow viewer; beyond that the oldest are dropped."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """The newest of the rows before number `stop`, as a FRAME."""
+
+    stop: int = 0
+    frame: bytes = b""
+
+
+@dataclass(eq=False)
+class Viewer:
+    """One open page. `cursor` is the number of the row after its last FRAME; `feed` knows what it plots."""
+
+    socket: WebSocket
+    who: Identity
+    feed: Feed
+    cursor: int = 0
+    turn: int = 0
+    """How many came before: in a crowd odd and even ones take turns."""
+    presence: int = -1
+    name: str = field(default_factory=lambda: secrets.token_urlsafe(12))
+    """Names it to its own page alone."""
+    outbox: deque[str] = field(default_factory=lambda: deque(maxlen=WAITING))
+    status_due: bool = True
+    wake: asyncio.Event = field(default_factory=asyncio.Event)
+    _over: asyncio.Event = field(default_factory=asyncio.Event)
+
+    def another_worker(self) -> asyncio.Event:
+        """The page's worker has opened a presence socket; it ends at the event, as the one before does now."""
+        self.end_presence()
+        self._over = asyncio.Event()
+        return self._over
+
+    def end_presence(self) -> None:
+        """Nobody gives signs for this page any more."""
+        self._over.set()
+
+    def post(self, message: BaseModel) -> None:
+        """Send a message as soon as the socket takes it."""
+        self.outbox.append(message.model_dump_json())
+        self.wake.set()
+
+
+class Hub:
+    """Sends to all viewers. What is the same for several of them is made once."""
+
+    watched = "the live sockets"
+
+    def __init__(
+        self, history: History, pages: Pages[Viewer], lease: OperatorLease, view: StatusView, looks: Looks
+    ) -> None:
+        self._history, self._pages, self._lease, self._view, self._looks = history, pages, lease, view, looks
+        self._beats = self._come = 0
+        self._statuses: dict[str, str] = {}
+        """Status as JSON since the last beat, by what its viewer sees of the people."""
+        self._picture = Picture()
+        self._last_key: object = None
+        self._status_at = 0.0
+
+    async def serve(self, viewer: Viewer) -> None:
+        """Send to `viewer` until its socket or the task ends; every send is awaited, and what is stale is skipped."""
+        self._come += 1
+        viewer.turn = self._come
+        self._pages.open.add(viewer)
+        try:
+            while True:
+                await self._send(viewer)
+                await viewer.wake.wait()
+                viewer.wake.clear()
+        finally:
+            self._pages.open.discard(viewer)
+            viewer.end_presence()
+
+    def look(self) -> None:
+        """Called at every beat: what is new is made ready, and whose turn it is woken."""
+        self._beats += 1
+        self._statuses.clear()
+        if self._pages.open:
+            self._looks.do("the picture of the newest row", self._encode)
+            self._looks.do("the news of the status", self._announce)
+            self._looks.do("the turn of the viewers", self._wake_due)
+
+    async def _send(self, viewer: Viewer) -> None:
+        if viewer.status_due:
+            viewer.status_due = False
+            status = self._looks.do("the status", lambda: self._status_for(viewer.who))
+            if status is not None:
+                await viewer.socket.send_text(status)
+        while viewer.outbox:
+            await viewer.socket.send_text(viewer.outbox.popleft())
+        picture = self._picture
+        if picture.stop > viewer.cursor:
+            viewer.cursor = picture.stop
+            await viewer.socket.send_bytes(picture.frame)
+        if (plot := viewer.feed.next()) is not None:
+            await viewer.socket.send_bytes(plot)
+            if viewer.feed.behind:
+                viewer.wake.set()
+
+    def _status_for(self, who: Identity) -> str:
+        sight = self._view.sight(who)
+        if sight not in self._statuses:
+            self._statuses[sight] = self._view.status(who).model_dump_json()
+        return self._statuses[sight]
+
+    def _wake_due(self) -> None:
+        for viewer in self._due():
+            viewer.wake.set()
+
+    def _due(self) -> list[Viewer]:
+        """Whose turn it is: everyone's, or in a crowd every other one's and the operator's."""
+        if len(self._pages.open) <= CROWD:
+            return list(self._pages.open)
+        odd = self._beats % 2
+        return [viewer for viewer in self._pages.open if viewer.turn % 2 == odd or self._lease.holds(viewer.who)]
+
+    def _encode(self) -> None:
+        newest, stop = self._history.newest, self._history.count
+        if newest is not None and stop != self._picture.stop:
+            self._picture = Picture(stop, encode_frame(newest))
+
+    def _announce(self) -> None:
+        key, now = self._view.key(), time.monotonic()
+        if key == self._last_key and now - self._status_at < STATUS_PERIOD:
+            return
+        self._last_key, self._status_at = key, now
+        for viewer in self._pages.open:
+            viewer.status_due = True
+
+
+GivenHub = Annotated[Hub, given(Hub)]
+
+
+def encode_frame(newest: Rows) -> bytes:
+    """FRAME message: the newest telemetry row."""
+    return np.array([Kind.FRAME, 1], "<u4").tobytes() + newest.tobytes()

@@ -1,0 +1,84 @@
+"""The presence socket: signs of an open page, from a worker of it that a busy main thread does not hold up.
+
+The live socket belongs to the page's main thread, which may be busy for seconds. The worker asks that thread for a sign
+in its turn, and says nothing here while it stays out for too long (frontend/src/state/presence.ts).
+"""
+
+import asyncio
+import contextlib
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, WebSocket
+from pydantic import ValidationError
+from starlette.websockets import WebSocketDisconnect
+
+from controller.errors import sentence
+from controller.system.tasks import until_one_ends
+from server.access.sessions import GivenSessions
+from server.http.answers import refusal
+from server.http.rates import POLICY, GivenRates, Verdict
+from server.http.refused import GivenRefused
+from server.http.who import Me
+from server.live.conversation import Hearing
+from server.live.hub import Viewer
+from server.live.messages import Heard
+from server.operate.hand import GivenHands
+from server.operate.messages import Presence
+from server.operate.pages import GivenPages
+
+router = APIRouter()
+
+LONGEST = 64
+"""Longest message of a worker [characters]."""
+
+
+async def _hearing(hands: GivenHands, pages: GivenPages, rates: GivenRates, refused: GivenRefused) -> Hearing:
+    return Hearing(hands, pages, rates, refused)
+
+
+@router.websocket("/ws/presence/{page}")
+async def presence(
+    socket: WebSocket, page: str, hearing: Annotated[Hearing, Depends(_hearing)], sessions: GivenSessions, who: Me
+) -> None:
+    """Signs of the page that `Hello` named so, until its live socket or session ends, or its worker opens another."""
+    viewer = hearing.pages.named(page, who)
+    if viewer is None:
+        return await socket.send_denial_response(refusal(404, "no page of this session has a live socket of this name"))
+    over = viewer.another_worker()
+    await socket.accept()
+    await until_one_ends(_listen(socket, viewer, hearing), _until(over), sessions.ended(who))
+    with contextlib.suppress(RuntimeError, WebSocketDisconnect):
+        await socket.close(POLICY)
+
+
+async def _until(over: asyncio.Event) -> None:
+    await over.wait()
+
+
+async def _listen(socket: WebSocket, viewer: Viewer, hearing: Hearing) -> None:
+    while (message := await socket.receive())["type"] != "websocket.disconnect":
+        verdict = hearing.rates.message(viewer.who.id)
+        if verdict == Verdict.FLOOD:
+            return
+        if verdict != Verdict.HEARD:
+            hearing.refused.messages += 1
+            await asyncio.sleep(0)  # what is dropped must not hold up what is not
+        elif (n := _number(message.get("text"), viewer, hearing)) is None:
+            return
+        else:
+            hearing.presence(viewer, n)
+            await socket.send_text(Heard(n=n).model_dump_json())
+
+
+def _number(text: str | None, viewer: Viewer, hearing: Hearing) -> int | None:
+    """The number of a sign; None for anything else, which is told in the log and ends the socket."""
+    if text is not None and len(text) <= LONGEST:
+        try:
+            return Presence.model_validate_json(text).n
+        except ValidationError as error:
+            why = sentence(error)
+    else:
+        why = f"a sign is text of at most {LONGEST} characters"
+    hearing.refused.messages += 1
+    hearing.hands.events.refused(viewer.who.name, "presence", why)
+    return None

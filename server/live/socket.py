@@ -1,0 +1,115 @@
+"""The live socket: hello with the log so far, then everything live, until either side closes."""
+
+import asyncio
+import contextlib
+from dataclasses import dataclass
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, WebSocket
+from starlette.websockets import WebSocketDisconnect
+
+from controller.schema.layout import fields
+from controller.schema.messages import Telemetry
+from controller.system.tasks import until_one_ends
+from server.access.sessions import GivenSessions, Sessions
+from server.http.connections import URGENT
+from server.http.given import GivenSettings
+from server.http.problems import answer
+from server.http.rates import POLICY, GivenRates, Verdict
+from server.http.refused import GivenRefused
+from server.http.who import Me
+from server.live.conversation import Conversation, Hearing
+from server.live.hub import GivenHub, Hub, Viewer
+from server.live.messages import Health, Hello
+from server.live.status import GivenStatusView
+from server.operate.hand import GivenHands
+from server.operate.pages import Crowded, GivenPages, Pages
+from server.plots.feed import Feed, GivenPlots, Plots
+from server.rig.channels import CHANNELS
+from server.rig.client import GivenRig, Rig
+
+router = APIRouter()
+
+
+@router.get("/api/live", status_code=204, tags=["session"])
+async def may_look_on(pages: GivenPages, who: Me) -> None:
+    """Whether a page may open /ws/live now; 503 when too many look on. A browser hides why its socket was refused."""
+    with pages.seat(who):
+        pass
+
+
+@router.get("/api/health", tags=["rig"])
+async def read_health(view: GivenStatusView) -> Health:
+    """Whether the rig is heard, and how fast it answers."""
+    return view.health()
+
+
+@dataclass(frozen=True)
+class Live:
+    """What every live socket needs."""
+
+    hub: Hub
+    pages: Pages[Viewer]
+    plots: Plots
+    sessions: Sessions
+    rig: Rig
+    hearing: Hearing
+    unprotected: bool
+
+    async def serve(self, viewer: Viewer) -> None:
+        """Talk with the page of `viewer` until either side closes, or its session ends."""
+        await viewer.socket.accept()
+        await viewer.socket.send_text(self._hello(viewer).model_dump_json())
+        conversation = Conversation(viewer, self.hearing)
+        viewer.socket.scope["state"][URGENT] = conversation.urgent
+        ended = self.sessions.ended(viewer.who)
+        await until_one_ends(self.hub.serve(viewer), _listen(viewer.socket, conversation), ended)
+        conversation.leave()
+        with contextlib.suppress(RuntimeError, WebSocketDisconnect):
+            await viewer.socket.close(1008)
+
+    def _hello(self, viewer: Viewer) -> Hello:
+        return Hello(
+            session=self.hearing.hands.lease.session(viewer.who, self.unprotected),
+            layout=fields(Telemetry),
+            channels=CHANNELS,
+            page=viewer.name,
+            rig=self.rig.info,
+            log=list(self.hearing.hands.events.recent),
+        )
+
+
+async def _live(
+    hub: GivenHub,
+    pages: GivenPages,
+    plots: GivenPlots,
+    sessions: GivenSessions,
+    rig: GivenRig,
+    hands: GivenHands,
+    rates: GivenRates,
+    refused: GivenRefused,
+    settings: GivenSettings,
+) -> Live:
+    return Live(hub, pages, plots, sessions, rig, Hearing(hands, pages, rates, refused), settings.unprotected)
+
+
+@router.websocket("/ws/live")
+async def live(socket: WebSocket, here: Annotated[Live, Depends(_live)], who: Me) -> None:
+    """Serve one page; 503 when too many look on."""
+    try:
+        with here.pages.seat(who):
+            await here.serve(Viewer(socket, who, Feed(here.plots)))
+    except Crowded as error:
+        await socket.send_denial_response(answer(error))
+
+
+async def _listen(socket: WebSocket, conversation: Conversation) -> None:
+    while (message := await socket.receive())["type"] != "websocket.disconnect":
+        match conversation.verdict():
+            case Verdict.HEARD:
+                conversation.hear(message.get("text"))
+            case Verdict.REFUSED:
+                conversation.hurried()
+            case Verdict.FLOOD:
+                return await socket.close(POLICY, conversation.hurried())
+        await asyncio.sleep(0)  # one message, then the others' turn

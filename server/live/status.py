@@ -1,0 +1,75 @@
+"""Everything slow that a page shows, as its session sees it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from recordings.write.writer import Recorder
+from server.access.lease import OperatorLease
+from server.http.given import given
+from server.http.who import Identity
+from server.live.messages import Health, Status
+from server.operate.operator import Operator
+from server.operate.pages import Pages
+from server.operate.people import PeopleHere
+from server.rig.client import Rig
+from server.runs.runs import Runs
+
+
+@dataclass(frozen=True)
+class StatusView:
+    """Reads the parts. `trouble` is what in the server itself does not work."""
+
+    rig: Rig
+    lease: OperatorLease
+    people: PeopleHere
+    pages: Pages[Any]
+    operator: Operator
+    recorder: Recorder
+    runs: Runs
+    trouble: Callable[[], str]
+
+    def health(self) -> Health:
+        """What is not in a telemetry row."""
+        return Health(
+            rig_connected=self.rig.boot() is not None,
+            rig_age=self.rig.age,
+            link_rtt=self.rig.round_trip,
+            viewers=len(self.pages.open),
+            trouble=self.rig.trouble,
+            server=self.trouble(),
+        )
+
+    def status(self, who: Identity) -> Status:
+        """All of it."""
+        return Status(
+            lease=self.lease.view(who),
+            people=self.people.view(who),
+            settings=self.operator.settings,
+            recording=self.recorder.state(),
+            health=self.health(),
+            rig=self.rig.info,
+            run=self.runs.state(),
+            result=self.runs.last(),
+        )
+
+    def sight(self, who: Identity) -> str:
+        """What of it is not the same for all."""
+        return self.lease.view(who).model_dump_json() + self.people.view(who).model_dump_json()
+
+    def key(self) -> object:
+        """Differs whenever viewers should be told at once."""
+        recording, info = self.recorder.state(), self.rig.info
+        return (
+            self.lease.clutch,
+            self.people.key(),
+            self.operator.settings,
+            (recording.recording, recording.id),
+            (self.rig.boot(), info.boot if info else None, self.rig.trouble),
+            len(self.pages.open),
+            self.runs.key(),
+            self.trouble(),
+        )
+
+
+GivenStatusView = Annotated[StatusView, given(StatusView)]

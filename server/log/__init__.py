@@ -1,0 +1,1 @@
+"""What happened: the event log, the audit log, and what was refused."""

@@ -1,0 +1,114 @@
+"""The audit log: who did what, from where, and what came of it, refusals too; a file that its owner alone can read.
+
+The gate writes every request that changes something, with what the event log said meanwhile; a socket writes line
+by line.
+"""
+
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+from controller.schema.layout import Model
+from server.http.rates import CLIENTS_MAX, DEED, STRANGE, Bucket
+from server.http.who import Identity
+from server.log.event_file import EventFile
+from server.log.line_writer import LineWriter
+
+LARGEST = 20_000_000
+"""Bytes at which the file becomes the older one."""
+DETAIL = 500
+ACTION = 200
+"""Characters of each that are kept: both may quote what a stranger sent."""
+
+_hearer: ContextVar[Callable[[str], None] | None] = ContextVar("hearer", default=None)
+
+
+class AuditEntry(Model):
+    """One line of the audit log."""
+
+    time: datetime
+    name: str
+    """Short name of the session, "" before it signed in."""
+    role: str
+    address: str
+    action: str
+    """Method and path, never the query: it may hold a token."""
+    status: int
+    """HTTP status of the answer; 101 for what was said on a socket."""
+    detail: str
+    """What the event log said about it."""
+
+
+@dataclass(frozen=True)
+class Asker:
+    """Who does something, from where, by which request or socket."""
+
+    who: Identity | None
+    address: str
+    action: str
+
+    def deed(self, status: int, detail: str = "") -> AuditEntry:
+        """What came of it, as a line."""
+        return AuditEntry(
+            time=datetime.now(UTC),
+            name=self.who.name if self.who else "",
+            role=self.who.role if self.who else "",
+            address=self.address,
+            action=self.action[:ACTION],
+            status=status,
+            detail=detail[:DETAIL],
+        )
+
+
+def tell(text: str) -> None:
+    """Say what happens, to whoever audits the request or socket that this is part of."""
+    hearer = _hearer.get()
+    if hearer is not None:
+        hearer(text)
+
+
+@contextmanager
+def heard_by(hearer: Callable[[str], None]) -> Iterator[None]:
+    """While this lasts, `hearer` gets what is told here and in the tasks begun here."""
+    token = _hearer.set(hearer)
+    try:
+        yield
+    finally:
+        _hearer.reset(token)
+
+
+class Audit:
+    """Writes the lines, never waiting for the disk. `complain` hears what became of the file; what is done goes on."""
+
+    watched = "the audit log"
+
+    def __init__(
+        self, file: EventFile[AuditEntry], complain: Callable[[str], None], now: Callable[[], float] = time.monotonic
+    ) -> None:
+        self.writer = LineWriter(file, "audit log", "the audit log cannot be written")
+        self._complain = complain
+        self._known, self._strange = Bucket(DEED, now=now), Bucket(STRANGE, now=now)
+        self._left_out: Counter[str] = Counter()
+
+    def note(self, asker: Asker, status: int, detail: str = "") -> None:
+        """Write what came of it, unless this client fills the file; its next line says how many are not there."""
+        lines, client = (self._known, asker.who.id) if asker.who else (self._strange, asker.address)
+        refused_or_known = status >= 400 or asker.who is not None
+        if refused_or_known and lines.wait(client):
+            return self._leave_out(client)
+        more = self._left_out.pop(client, 0)
+        self.writer.append(asker.deed(status, f"{detail} (and {more} more since the last line)" if more else detail))
+
+    def look(self) -> None:
+        """Called at every beat: say what became of the file."""
+        if news := self.writer.news():
+            self._complain(news)
+
+    def _leave_out(self, client: str) -> None:
+        if len(self._left_out) >= CLIENTS_MAX:
+            self._left_out.clear()
+        self._left_out[client] += 1

@@ -1,0 +1,88 @@
+"""The log: who did what, what was refused, what the rig did by itself. Kept for those who come later, told to all."""
+
+import logging
+from collections import deque
+from collections.abc import Callable
+from datetime import UTC, datetime
+from typing import Annotated, Literal
+
+from controller.schema.messages import CommandReply
+from server.http.given import given
+from server.http.rates import LINE, Bucket, Rate
+from server.log.audit import tell
+from server.log.event_file import EventFile
+from server.log.line_writer import LineWriter
+from server.log.messages import Event
+
+Level = Literal["info", "warning", "error"]
+MUTED = Rate("notes of lines left out", 1, 1 / 60)
+
+
+log = logging.getLogger(__name__)
+
+
+def to_log(event: Event) -> None:
+    """A listener: the process's own log gets every line too."""
+    log.log(logging.getLevelNamesMapping()[event.level.upper()], "%s", event.text)
+
+
+class EventLog:
+    """The last lines and their listeners. Only the event loop uses it, and never waits for the disk.
+
+    With a file the lines outlive the server.
+    """
+
+    watched = "the event log"
+
+    def __init__(self, file: EventFile[Event] | None = None, kept: int = 500) -> None:
+        self.recent: deque[Event] = deque(file.last() if file else [], maxlen=kept)
+        self._listeners: list[Callable[[Event], None]] = []
+        self.writer = LineWriter(file, "event log", "the log will not outlive this server") if file else None
+        self._lines, self._muted = Bucket(LINE), Bucket(MUTED)
+
+    def listen(self, listener: Callable[[Event], None]) -> None:
+        """Give every line from now on to `listener` too."""
+        self._listeners.append(listener)
+
+    def add(self, text: str, level: Level = "info") -> None:
+        """Write a line and tell the listeners, and the audit of what it is part of."""
+        plain = text.encode(errors="backslashreplace").decode()  # it may quote what is no Unicode, and no JSON
+        event = Event(time=datetime.now(UTC), level=level, text=plain)
+        self.recent.append(event)
+        for listener in self._listeners:
+            try:
+                listener(event)
+            except Exception:  # who does not take a line must not keep it from the others
+                log.exception("a line of the log was not passed on")
+        tell(plain)
+        if self.writer is not None:
+            self.writer.append(event)
+
+    def answered(self, name: str, asked: str, reply: CommandReply) -> None:
+        """The rig answered what `name` asked for."""
+        if reply.accepted:
+            self.done(name, asked)
+        else:
+            self.refused(name, asked, reply.detail)
+
+    def look(self) -> None:
+        """Called at every beat: say what became of the file."""
+        if self.writer is not None and (news := self.writer.news()):
+            self.add(news, "warning")
+
+    def done(self, who: str, what: str) -> None:
+        """Write what `who` did, which anybody may as often as he likes, unless that would fill the log."""
+        self._add_of(who, f"{who}: {what}", "info", "done")
+
+    def refused(self, who: str, what: str, reason: str) -> None:
+        """Write that `who` asked for `what` in vain, unless that would fill the log."""
+        self._add_of(who, f"{who}: {what} refused: {reason}", "warning", "refused")
+
+    def _add_of(self, who: str, text: str, level: Level, kind: str) -> None:
+        if not self._lines.wait(who):
+            self.add(text, level)
+        elif not self._muted.wait(who):
+            self.add(f"{who}: more is {kind} than is written here", "warning")
+
+
+GivenEvents = Annotated[EventLog, given(EventLog)]

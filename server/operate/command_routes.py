@@ -1,0 +1,57 @@
+"""Requests to the rig: arm, hold, follow, rest, clear, E-STOP."""
+
+import asyncio
+from concurrent.futures import Future
+from typing import Any
+
+from fastapi import APIRouter
+from starlette.requests import HTTPConnection
+from starlette.responses import JSONResponse
+
+from controller.schema.messages import CommandReply
+from controller.schema.modes import Request
+from server.http.answers import Problem
+from server.http.problems import missing
+from server.http.rates import TooOften
+from server.http.who import Identity, Me
+from server.operate.hand import GivenHands, Hand, Hands
+from server.operate.messages import CommandBody
+from server.operate.stop_lane import PRESSED
+
+REFUSED: dict[int | str, dict[str, Any]] = {409: {"model": CommandReply | Problem, "description": "The rig refuses"}}
+
+router = APIRouter(tags=["rig"])
+
+
+@router.post("/api/command", responses=REFUSED, response_model=CommandReply)
+async def command(
+    body: CommandBody, connection: HTTPConnection, hands: GivenHands, who: Me
+) -> CommandReply | JSONResponse:
+    """Ask the rig for another mode; 409 with its reply when it refuses. Anyone may E-STOP, the rest needs the lease."""
+    if body.request != "e_stop":
+        _in_turn(connection)
+        hands.lease.require(who)
+    if body.request == "follow" and body.target is None:
+        raise missing("body", "target")
+    # The answer to an E-STOP that was acted on as it came in:
+    pressed: Future[CommandReply] | None = connection.scope["state"].get(PRESSED)
+    reply = await asyncio.wrap_future(pressed or _asked(body, hands, who))
+    hands.events.answered(who.name, body.request.replace("_", "-"), reply)
+    return reply if reply.accepted else JSONResponse(reply.model_dump(), 409)
+
+
+def _in_turn(connection: HTTPConnection) -> None:
+    """Raise TooOften where the gate let a command pass only because it might have been an E-STOP."""
+    late: TooOften | None = connection.state.late
+    if late is not None:
+        raise late
+
+
+def _asked(body: CommandBody, hands: Hands, who: Identity) -> "Future[CommandReply]":
+    hands.lease.touch(who)
+    if body.request == "e_stop":
+        return hands.operator.stop()
+    hand = Hand(who, hands)
+    if body.target is not None and body.request == "follow":
+        return hand.press(body.target)
+    return hands.operator.request(Request[body.request.upper()], hand.sign())

@@ -1,0 +1,93 @@
+"""What an operator asks for, and who else is here, on the wire."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field as Bounds
+
+from controller.schema.layout import Model
+from controller.schema.messages import Coordinate
+from server.http.who import Role
+
+
+class Person(Model):
+    """A session as others see it."""
+
+    tag: Annotated[str, Bounds(pattern=r"^[0-9a-f]{12}$")]
+    """Names the session; its id stays its own."""
+    name: str
+    role: Role
+    """Whose token it signed in with."""
+
+
+class People(Model):
+    """Who is here, and who wants to operate."""
+
+    holder: str
+    """Tag of whoever operates, "" when nobody does."""
+    asking: list[Person]
+    """Who asked for control, the longest waiting first."""
+    others: list[Person]
+    """Whose pages are open, but mine."""
+    waiting: bool
+    """I asked, and nobody has answered."""
+
+
+class SessionTag(Model):
+    """Body of requests about another session: which one."""
+
+    tag: Annotated[str, Bounds(pattern=r"^[0-9a-f]{12}$")]
+
+
+class LeaseBody(Model):
+    """Body of PATCH /api/lease: how the holder operates."""
+
+    clutch: bool
+
+
+class CommandBody(Model):
+    """Body of POST /api/command."""
+
+    request: Literal["arm", "hold", "follow", "rest", "clear", "e_stop"]
+    target: tuple[Coordinate, Coordinate] | None = None
+    """Needed by `follow`; metres in the plane frame."""
+
+
+class SettingsBody(Model):
+    """Body of PATCH /api/settings: only the fields to change (same names and bounds as `Settings`)."""
+
+    changes: Annotated[dict[str, float | int | Annotated[list[float], Bounds(max_length=16)]], Bounds(max_length=64)]
+
+
+class Target(Model):
+    """The operator moved the target. `start` marks a fresh action (press): only it may leave HOLD."""
+
+    type: Literal["target"]
+    id: Annotated[int, Bounds(ge=0)]
+    x: Coordinate
+    y: Coordinate
+    start: bool = False
+
+
+class Release(Model):
+    """The operator let go of the target: with the held clutch on, the rig then holds."""
+
+    type: Literal["release"]
+    hold: bool = False
+    """Hold whatever the clutch is: the page ended the drag, because its plan moved under the pointer."""
+
+
+class EStop(Model):
+    """Stop the rig at once: anyone who is signed in may, however often. Answered by a Reply, or Refused, with its n."""
+
+    type: Literal["e_stop"]
+    n: Annotated[int, Bounds(ge=0, lt=2**53)]
+
+
+class Presence(Model):
+    """The operator's page is alive: a counter that only it advances, sent at 20 Hz while it holds the lease.
+
+    The page says so on /ws/presence, from a worker; a script may on its live socket.
+    """
+
+    type: Literal["presence"]
+    n: Annotated[int, Bounds(ge=0)]

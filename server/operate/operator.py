@@ -1,0 +1,304 @@
+"""The operator's side of the rig: one whole, numbered command, and the one thread that sends it.
+
+Requests go in order, moved targets newest-wins while a call is under way, and the record is repeated every 100 ms so
+that the rig knows the server is alive. A repetition carries no request and the same presence: it can keep nothing
+moving and arm nothing. Whether the asker may is looked at right before its record is sent. HOLD and REST drop what
+waits and would move the rig; an E-STOP has a lane of its own (`server/operate/stopper.py`) and drops everything.
+
+Nobody knows what became of a record that was not answered: what would have moved the rig is followed by a HOLD, so
+that no motion goes on that nobody was told of (docs/protocol.md).
+"""
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from typing import Annotated, Any
+
+from controller.errors import (
+    CommandRefused,
+    KeyRefused,
+    LayoutMismatch,
+    ParameterError,
+    RigHeld,
+    RigUnreachable,
+    TendrilError,
+)
+from controller.schema.messages import Command, CommandReply
+from controller.schema.modes import Cause, Mode, Request
+from controller.schema.parameters import Settings
+from controller.system.worker import Worker
+from server.access.permit import STILLING, Permit, own
+from server.http.given import given
+from server.operate.stopper import Stopper
+from server.rig.channels import Rows
+
+REPEAT = 0.1
+"""Seconds between repetitions of the command."""
+_LIVE = (Mode.HOLD, Mode.FOLLOW, Mode.TRACK)
+_ANSWERS = (KeyRefused, LayoutMismatch, ParameterError, CommandRefused)
+"""Refusals by which the rig says that it did not take the record."""
+
+JOBS_MAX = 100
+"""Requests that wait for the rig at once; an E-STOP takes the place of all of them."""
+LAST = 5.0
+"""Longest wait for the call that is under way at the end [s]."""
+
+Target = tuple[float, float]
+
+
+@dataclass
+class Job:
+    """Fields to change in the command, and everyone who waits for the rig's answer to it."""
+
+    permit: Permit
+    request: Request = Request.NONE
+    target: Target | None = None
+    settings: Settings | None = None
+    life: int | None = None
+    """Boot id of the rig that the asker saw."""
+    stops: int = 0
+    """How many E-STOPs were asked for before it."""
+    askers: list["Future[CommandReply]"] = field(default_factory=list)
+
+    @property
+    def moves_only(self) -> bool:
+        """A newer target may take this job's place."""
+        return self.request == Request.NONE and self.settings is None and self.target is not None
+
+    @property
+    def moves(self) -> bool:
+        """The rig may move by it."""
+        return self.request in (Request.FOLLOW, Request.TRACK) or self.moves_only
+
+    @property
+    def changes(self) -> bool:
+        """Whether it asks for anything, or only repeats."""
+        return self.request != Request.NONE or self.target is not None or self.settings is not None
+
+    def fail(self, error: TendrilError) -> None:
+        """Tell every asker that the command did not go out, or was not answered."""
+        for asker in self.askers:
+            if not asker.done():
+                asker.set_exception(error)
+
+
+class Operator:
+    """Sends the desired command to the rig and resolves each asker's future with the rig's reply.
+
+    `send` is the blocking call to the rig, `boot` the life of the rig that is connected (None: not connected), `newest`
+    its newest telemetry row: numbers go on from what the rig echoes, so nobody's restart can repeat a request.
+    """
+
+    def __init__(
+        self,
+        send: Callable[[Command], CommandReply],
+        boot: Callable[[], int | None],
+        newest: Callable[[], Rows | None],
+        settings: Settings,
+        stopper: Stopper,
+    ) -> None:
+        self._send, self._boot, self._newest, self.stopper = send, boot, newest, stopper
+        self._command = Command(settings=settings)
+        self._life: int | None = None
+        self._unsure = False
+        """A record that may move the rig was not answered."""
+        self._stops = 0
+        self._jobs: deque[Job] = deque()
+        self._wake = threading.Condition()
+        self._present, self._signed = 0, own()
+        self._leaving = self._closed = False
+        self.worker = Worker("operator", self._run)
+        self.worker.start()
+
+    @property
+    def settings(self) -> Settings:
+        """The settings that the rig has accepted."""
+        return self._command.settings
+
+    def request(self, request: Request, permit: Permit, target: Target | None = None) -> "Future[CommandReply]":
+        """Ask for another mode; NotAllowed if `permit` no longer covers that when it is about to be sent."""
+        return self._ask(Job(permit, request=request, target=target))
+
+    def move(self, target: Target, permit: Permit) -> "Future[CommandReply]":
+        """Move the live target; while a call is under way only the newest one is kept, and answers for all."""
+        return self._ask(Job(permit, target=target))
+
+    def change(self, settings: Settings, permit: Permit) -> "Future[CommandReply]":
+        """Put other settings in force; they are kept only when the rig accepts them."""
+        return self._ask(Job(permit, settings=settings))
+
+    def stop(self) -> "Future[CommandReply]":
+        """E-STOP, for anyone: it passes everything that is under way, and ends what waits."""
+        with self._wake:
+            self._stops += 1
+        answer = self.stopper.stop()
+        with self._wake:
+            self._drop(CommandRefused("overtaken by an E-STOP"))
+        return answer
+
+    def present(self, permit: Permit) -> None:
+        """The page of the permit's holder gave a fresh sign: the next command says so, if the holder still operates.
+
+        Only for signs that come from the page itself at this moment; nothing that the server does is one.
+        """
+        if permit.sign():
+            with self._wake:
+                self._present += 1
+                self._signed = permit
+
+    def leave(self) -> None:
+        """Take nothing more but REST and E_STOP: this server is about to end."""
+        self._leaving = True
+
+    def close(self) -> None:
+        """Stop sending; the rig then holds, and later rests, by itself."""
+        with self._wake:
+            self._closed = True
+            self._wake.notify()
+        self.worker.join(LAST)
+        self.stopper.close()
+
+    def _ask(self, job: Job) -> "Future[CommandReply]":
+        asker: Future[CommandReply] = Future()
+        asker.set_running_or_notify_cancel()
+        job.askers.append(asker)
+        job.life = self._boot()
+        with self._wake:
+            job.stops = self._stops
+            if self._closed:
+                job.fail(RigUnreachable("the server is shutting down"))
+            elif self._leaving and job.request != Request.REST:
+                job.fail(CommandRefused("refused: the server is shutting down, and the rig comes to rest"))
+            elif len(self._jobs) >= JOBS_MAX and job.request not in STILLING:
+                job.fail(CommandRefused(f"{len(self._jobs)} requests wait for the rig already: ask again"))
+            elif self._jobs and job.moves_only and self._jobs[-1].moves_only:
+                self._jobs[-1].target, self._jobs[-1].permit = job.target, job.permit
+                self._jobs[-1].askers += job.askers
+            else:
+                if job.request in STILLING:
+                    self._drop(CommandRefused(f"overtaken by {job.request.name}"), lambda waiting: waiting.moves)
+                self._jobs.append(job)
+            self._wake.notify()
+        return asker
+
+    def _drop(self, error: TendrilError, which: Callable[[Job], bool] = lambda job: True) -> None:
+        jobs = list(self._jobs)
+        self._jobs = deque(job for job in jobs if not which(job))
+        for job in jobs:
+            if which(job):
+                job.fail(error)
+
+    def _run(self) -> None:
+        due = time.monotonic()
+        while True:
+            self.worker.turn()
+            with self._wake:
+                self._wake.wait_for(lambda: self._jobs or self._closed, max(0.0, due - time.monotonic()))
+                if self._closed:
+                    return self._drop(RigUnreachable("the server is shutting down"))
+                job = self._jobs.popleft() if self._jobs else Job(own())
+            due = time.monotonic() + REPEAT
+            try:
+                self._serve(job)
+            except BaseException:  # this thread ends, and begins anew: nobody may wait for what it was about to say
+                job.fail(RigUnreachable("the server's thread to the rig ended"))
+                raise
+
+    def _serve(self, job: Job) -> None:
+        try:
+            self._settle(job)
+            reply = self._call(job)
+        except TendrilError as error:
+            return job.fail(error)
+        except Exception as error:  # the heartbeat must outlive any failure of one call
+            return job.fail(RigUnreachable(f"the command could not be sent: {error}"))
+        for asker in job.askers:
+            asker.set_result(reply)
+
+    def _settle(self, job: Job) -> None:
+        """After a record that may have moved the rig and was not answered: HOLD first, and a drag must begin anew."""
+        newest = self._newest() if self._unsure else None
+        if newest is None or newest[0]["mode"] not in _LIVE or job.request in STILLING:
+            return
+        self._call(Job(own(), Request.HOLD, life=self._boot(), stops=self._stops))
+        if job.moves_only:
+            raise CommandRefused("the last target was not answered, so the rig was told to hold: begin anew")
+
+    def _call(self, job: Job) -> CommandReply:
+        newest = self._follow_life(job)
+        if job.changes:
+            job.permit.require(job.request)
+        before, command = self._command, self._next(job, newest)
+        # Until the rig has taken it, the next record must not carry the settings; its numbers are used up all the same,
+        # and its target is the newest that the rig may have: no older one may follow.
+        used = {"n": command.n, "request_n": command.request_n, "presence": command.presence, "target": command.target}
+        self._command = before.model_copy(update=used)
+        try:
+            reply = self._send(command)
+        except RigHeld:
+            self._life = None  # what the other server does to target and numbers is read before we command again
+            raise
+        except _ANSWERS:
+            self._command = self._command.model_copy(update={"target": before.target})
+            raise
+        except Exception:
+            self._unsure |= job.moves
+            raise
+        self._unsure = job.moves and reply.cause == Cause.LOOP_STALLED and not reply.accepted
+        if reply.accepted:
+            self._command = command.model_copy(update={"request": Request.NONE})
+        return reply
+
+    def _next(self, job: Job, newest: Any) -> Command:
+        last, presence = self._command, self._command.presence
+        with self._wake:
+            signs, self._present = self._present if self._signed.stands() else 0, 0
+        if signs:  # the rig takes only a number above all that it has seen, whoever sent them
+            presence = max(presence, int(newest["presence"])) + signs
+        changes: dict[str, Any] = {"n": last.n + 1, "presence": presence}
+        if job.request != Request.NONE:
+            used = max(last.request_n, int(newest["request_n"]), self.stopper.passed(last.boot))
+            changes |= {"request": job.request, "request_n": used + 1}
+        if job.target is not None:
+            changes["target"] = job.target
+        if job.settings is not None:
+            changes["settings"] = job.settings
+        return last.model_copy(update=changes)
+
+    def _follow_life(self, job: Job) -> Any:
+        """The newest row of the life that is connected; in a new life, number on from what it echoes.
+
+        Settings outlive a restart of the rig; requests and targets do not.
+        """
+        life, newest = self._boot(), self._newest()
+        if life is None or newest is None:
+            raise RigUnreachable("the rig does not answer")
+        if life != self._life:
+            self._command = _resume(newest[0], life, self._command.settings)
+            self._life, self._unsure = life, False
+        if job.request != Request.NONE:
+            if job.life != life:
+                raise CommandRefused("the rig restarted since this was asked for")
+            if self.stopper.waits:
+                raise CommandRefused("an E-STOP waits for the rig's answer")
+            if job.stops != self._stops:
+                raise CommandRefused("overtaken by an E-STOP")
+        return newest[0]
+
+
+def _resume(row: Any, life: int, settings: Settings) -> Command:
+    """The command that changes nothing in this life of the rig but the settings."""
+    return Command(
+        n=int(row["command_n"]),
+        request_n=int(row["request_n"]),
+        presence=int(row["presence"]),
+        boot=life,
+        target=(float(row["target"][0]), float(row["target"][1])),
+        settings=settings,
+    )
+
+
+GivenOperator = Annotated[Operator, given(Operator)]

@@ -1,0 +1,39 @@
+"""The E-STOP by HTTP: acted on as its last byte comes in, before the turns of the event loop that its answer takes."""
+
+from collections.abc import Callable
+from concurrent.futures import Future
+
+from pydantic import ValidationError
+from starlette.datastructures import Headers
+from starlette.types import Scope
+
+from controller.schema.messages import CommandReply
+from server.access.gate import COMMAND
+from server.operate.messages import CommandBody
+
+PRESSED = "pressed"
+"""In the state of a request that was an E-STOP: the future of its answer."""
+LONGEST = 256
+"""Bytes of an E-STOP's body."""
+
+
+class StopLane:
+    """Told of every request that is whole. `admits` is the gate's own judgement, without its bookkeeping."""
+
+    def __init__(self, admits: Callable[[Scope], bool], stop: "Callable[[], Future[CommandReply]]") -> None:
+        self._admits, self._stop = admits, stop
+
+    def __call__(self, scope: Scope, body: bytes) -> None:
+        """Stop, if that is what an admitted request asks for; its route answers as ever."""
+        if scope.get("path") == COMMAND and scope["method"] == "POST" and _is_stop(scope, body) and self._admits(scope):
+            scope["state"][PRESSED] = self._stop()
+
+
+def _is_stop(scope: Scope, body: bytes) -> bool:
+    kind = Headers(scope=scope).get("content-type", "").partition(";")[0].strip().lower()
+    if len(body) > LONGEST or b"e_stop" not in body or kind != "application/json":
+        return False
+    try:
+        return CommandBody.model_validate_json(body).request == "e_stop"
+    except ValidationError:
+        return False

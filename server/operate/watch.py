@@ -1,0 +1,88 @@
+"""What nobody asked for but everyone should know: the rig came or went, restarted, changed mode; the lease lapsed."""
+
+from controller.schema.modes import Cause, Mode, Request
+from server.access.lease import OperatorLease
+from server.access.permit import own
+from server.http.who import Identity
+from server.log.events import EventLog, Level
+from server.log.words import words
+from server.operate.operator import Operator
+from server.rig.client import Rig
+from server.rig.history import History
+
+_LIVE = (Mode.HOLD, Mode.FOLLOW, Mode.TRACK)
+"""HOLD too: the last operator's FOLLOW may be under way while the newest row still says HOLD."""
+
+
+class Watch:
+    """Compares with the beat before."""
+
+    watched = "rig, lease and mode"
+
+    def __init__(self, rig: Rig, history: History, lease: OperatorLease, operator: Operator, events: EventLog) -> None:
+        self._rig, self._history, self._lease, self._operator, self._events = rig, history, lease, operator, events
+        self._life: int | None = None
+        self._boot: int | None = None
+        self._holder: Identity | None = None
+        self._term = lease.term
+        self._mode: tuple[Mode, Cause] | None = None
+        self._trouble = ""
+
+    def look(self) -> None:
+        """Look once."""
+        self._look_at_rig()
+        self._look_at_trouble()
+        self._look_at_lease()
+        self._look_at_mode()
+
+    def _look_at_rig(self) -> None:
+        life = self._rig.boot()
+        if life == self._life:
+            return
+        if life is None:
+            self._events.add("the rig is gone", "error")
+        elif self._boot not in (None, life):
+            self._events.add("the rig restarted: arm it again", "warning")
+        else:
+            self._events.add("the rig is connected")
+        self._life, self._boot = life, life or self._boot
+
+    def _look_at_trouble(self) -> None:
+        trouble, before = self._rig.trouble, self._trouble
+        if trouble == before:
+            return
+        self._trouble = trouble
+        if trouble:
+            self._events.add(f"the rig takes no command from this server: {trouble}", "error")
+        else:
+            self._events.add("the rig takes commands from this server again; its settings are those of this page")
+
+    def _look_at_lease(self) -> None:
+        term, holder, before = self._lease.term, self._lease.holder, self._holder
+        if term == self._term:
+            return
+        self._term, self._holder = term, holder
+        if before is not None:
+            self._events.add(f"{before.name} no longer operates")
+            # The next operator's page must not keep a motion going that someone else began.
+            if self._mode is not None and self._mode[0] in _LIVE:
+                self._operator.request(Request.HOLD, own())
+        if holder is not None:
+            self._events.add(f"{holder.name} operates")
+
+    def _look_at_mode(self) -> None:
+        newest = self._history.newest
+        if newest is None:
+            self._mode = None
+            return
+        mode, cause = Mode(int(newest[0]["mode"])), Cause(int(newest[0]["cause"]))
+        if self._mode not in (None, (mode, cause)):
+            self._events.add(f"rig: {words(mode)} ({words(cause)})", _level(mode, cause))
+        self._mode = mode, cause
+
+
+def _level(mode: Mode, cause: Cause) -> Level:
+    if mode in (Mode.FAULT, Mode.E_STOP):
+        return "error"
+    expected = (Cause.NONE, Cause.OPERATOR, Cause.START, Cause.RESTED, Cause.REFERENCE_DONE)
+    return "info" if cause in expected else "warning"

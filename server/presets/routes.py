@@ -1,0 +1,114 @@
+"""Presets of gains, and the choice of the actuator."""
+
+import asyncio
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from fastapi import APIRouter, Depends
+
+from controller.errors import CommandRefused, RigUnreachable
+from controller.schema.actuator import PRESETS
+from controller.schema.modes import Mode
+from recordings.write.writer import Recorder
+from server.access.asking import Holder, Permitted
+from server.http.given import GivenSettings
+from server.log.events import EventLog, GivenEvents
+from server.operate.kept_settings import GivenKeptSettings
+from server.operate.operator import GivenOperator, Operator
+from server.presets import actuator as actuators
+from server.presets.actuator import GivenOutcomes
+from server.presets.gains import GainPresets
+from server.presets.messages import ActuatorBody, ActuatorChoice, GainPreset, PresetName
+from server.recorder.folder import GivenRecorder
+from server.rig.client import GivenRig, Rig
+from server.settings import ServerSettings
+
+router = APIRouter(tags=["presets"])
+
+
+@router.get("/api/gains")
+async def read_gains(settings: GivenSettings) -> list[GainPreset]:
+    """The saved presets, by name."""
+    return _presets(settings).listed()
+
+
+@router.put("/api/gains/{name}")
+async def save_gains(
+    name: PresetName,
+    kept: GivenKeptSettings,
+    settings: GivenSettings,
+    operator: GivenOperator,
+    who: Holder,
+    events: GivenEvents,
+) -> list[GainPreset]:
+    """Save the settings in force under this name; all presets."""
+    async with kept.changing:
+        found = await asyncio.to_thread(_presets(settings).save, name, operator.settings)
+    events.add(f"{who.name}: gains saved as {name!r}")
+    return found
+
+
+@router.delete("/api/gains/{name}")
+async def delete_gains(
+    name: PresetName, kept: GivenKeptSettings, settings: GivenSettings, who: Holder
+) -> list[GainPreset]:
+    """Delete a preset; the ones that are left."""
+    async with kept.changing:
+        return await asyncio.to_thread(_presets(settings).delete, name)
+
+
+@router.get("/api/rig/actuator")
+async def read_actuators(settings: GivenSettings, outcomes: GivenOutcomes) -> ActuatorChoice:
+    """Which actuators may be chosen, and why none can be."""
+    reason = "" if settings.orders else actuators.ELSEWHERE
+    return ActuatorChoice(names=list(PRESETS), reason=reason, failure=outcomes.failure)
+
+
+@dataclass(frozen=True)
+class Change:
+    """What another actuator is ordered through."""
+
+    rig: Rig
+    recorder: Recorder
+    operator: Operator
+    events: EventLog
+    orders: Path | None
+
+    def require_rest(self) -> None:
+        """Raise CommandRefused unless the rig is VENTED, and nothing is recorded."""
+        newest = self.rig.newest
+        if self.rig.boot() is None or newest is None:
+            raise RigUnreachable("the rig does not answer")
+        mode = Mode(newest[0]["mode"])
+        if mode != Mode.VENTED:
+            raise CommandRefused(f"the actuator cannot be changed in {mode.name}: disarm first")
+        if self.recorder.state().recording:
+            raise CommandRefused("the actuator cannot be changed while a recording runs: stop it first")
+
+
+async def _change(
+    rig: GivenRig, recorder: GivenRecorder, operator: GivenOperator, events: GivenEvents, settings: GivenSettings
+) -> Change:
+    return Change(rig, recorder, operator, events, settings.orders)
+
+
+GivenChange = Annotated[Change, Depends(_change)]
+
+
+@router.put("/api/rig/actuator", status_code=202)
+async def change_actuator(body: ActuatorBody, change: GivenChange, permit: Permitted) -> None:
+    """Start the rig again with another actuator; 409 unless it is VENTED, ours, and nothing is recorded.
+
+    422 unless the actuator can be built, stands and moves in a simulation. A rig that does not tick with it all the
+    same goes back to the actuator before, and the log says why.
+    """
+    info, in_force = change.rig.require_info(), change.operator.settings
+    actuator = await asyncio.to_thread(actuators.accepted_actuator, body, info.parameters, in_force)
+    change.require_rest()
+    actuators.order(change.orders, actuator, body, permit)
+    change.events.add(f"{permit.name}: the rig starts again with actuator {actuator.name}", "warning")
+
+
+def _presets(settings: ServerSettings) -> GainPresets:
+    return GainPresets(settings.state / "gains.json")

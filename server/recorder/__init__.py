@@ -1,0 +1,1 @@
+"""Recordings: made by hand or by themselves, kept, looked at, exported."""

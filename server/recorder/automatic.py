@@ -1,0 +1,141 @@
+"""Recordings that nobody presses a button for: of a run, of a fault, and what a killed server left unfinished."""
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+
+from controller.errors import RecordingError, TendrilError
+from controller.schema.modes import Cause, Mode
+from controller.schema.parameters import Settings
+from controller.system.tasks import Tasks
+from recordings.format.messages import Recording
+from recordings.read.reader import read_about, read_times
+from recordings.write.session import Context
+from recordings.write.writer import Recorder
+from server.log.events import EventLog
+from server.log.words import words
+from server.recorder.review import Review
+from server.rig.client import Rig
+
+AFTER = 10.0
+"""So long after a fault its recording ends [s]."""
+STOPPED = (Mode.FAULT, Mode.E_STOP)
+CALM = (None, Mode.VENTED, *STOPPED)
+"""From these a fault or stop says nothing about a motion."""
+FAULT = "fault: "
+"""How the names of their recordings begin."""
+
+
+class Automatic:
+    """Only the event loop uses it; whatever waits for the recorder does so in a task. `faults`: these are recorded."""
+
+    watched = "automatic recordings"
+
+    def __init__(
+        self,
+        recorder: Recorder,
+        rig: Rig,
+        review: Review,
+        events: EventLog,
+        settings: Callable[[], Settings],
+        faults: bool = True,
+    ) -> None:
+        self._recorder, self._rig, self._review, self._events = recorder, rig, review, events
+        self._settings, self._faults = settings, faults
+        self._mode: Mode | None = None
+        self._run = self._fault = ""
+        self._tasks = Tasks(lambda text: events.add(text, "error"))
+
+    def recording(self) -> str | None:
+        """Id of the recording that goes on; None without one."""
+        state = self._recorder.state()
+        return state.id if state.recording else None
+
+    def look(self) -> None:
+        """A fault under pressure begins a recording, and what a killed server was writing goes on."""
+        self._look_for_fault()
+        if self._rig.newest is not None and self._rig.boot() is not None and (cut := self._review.take_cut()):
+            self.go_on(self._review.path(cut), cut)
+
+    def _look_for_fault(self) -> None:
+        newest = self._rig.newest
+        before, self._mode = self._mode, None if newest is None else Mode(int(newest[0]["mode"]))
+        if (
+            newest is not None
+            and self._faults
+            and self._mode in STOPPED
+            and before not in CALM
+            and not self.recording()
+        ):
+            self._tasks.begin("the recording of a fault", self._record_fault(Cause(int(newest[0]["cause"]))))
+
+    async def begin_run(self, name: str, operator: str) -> None:
+        """Record a run from now on, unless a recording of somebody goes on."""
+        if self._fault:
+            await self._stop(self._fault)
+        if self.recording() is None:
+            self._run = await self._start(name, Context(profile="standard", operator=operator, reference=name))
+
+    def approach(self, first: int, end: int) -> None:
+        """The ticks [first, end) lead into the run: a recording that goes on is told."""
+        self._recorder.approach(first, end)
+
+    def end_run(self) -> None:
+        """The run is over, and so is the recording that was begun for it."""
+        id, self._run = self._run, ""
+        if id:
+            self._tasks.begin("the end of a recording", self._stop(id))
+
+    def go_on(self, path: Path, cut: Recording) -> None:
+        """Go on with `cut`, which a killed server has left in `path`, where it ends."""
+        self._tasks.begin("the rest of a recording", self._go_on(path, cut))
+
+    async def _record_fault(self, cause: Cause) -> None:
+        self._fault = id = await self._start(f"{FAULT}{words(cause)}", Context(profile="standard"))
+        if id:
+            await asyncio.sleep(AFTER)
+            await self._stop(id)
+
+    async def _go_on(self, path: Path, cut: Recording) -> None:
+        try:
+            context = await asyncio.to_thread(self._rest, path, cut)
+        except TendrilError as error:
+            return self._events.add(f"recording {cut.id} ends where the server was killed: {error}", "warning")
+        id = await self._start(cut.name, context)
+        if id and (cut.reference or cut.name.startswith(FAULT)):  # what was recorded is over
+            await asyncio.sleep(AFTER)
+            await self._stop(id)
+
+    def _rest(self, path: Path, cut: Recording) -> Context:
+        """How `cut` goes on: with all that the rig's ring still holds of it; TendrilError when it cannot."""
+        (info, _), (ticks, _), newest = read_about(path), read_times(path), self._rig.newest
+        if newest is None or self._rig.info is None or self._rig.info.boot != info.boot:
+            raise RecordingError("the rig restarted since")
+        after = int(ticks[-1]) if len(ticks) else None
+        earlier = None if after is None else self._rig.replay(after + 1, int(newest[0]["tick"]) + 1)
+        return Context(cut.profile, cut.operator, cut.reference, cut.part_of or cut.id, earlier, after)
+
+    async def _start(self, name: str, context: Context) -> str:
+        """Id of the recording, "" when it could not begin: the log says why, and nothing else waits for it."""
+        try:
+            if self._rig.info is None:
+                raise RecordingError("no rig was heard yet")
+            state = await asyncio.to_thread(self._recorder.start, name, self._rig.info, self._settings(), context)
+        except RecordingError as error:
+            self._events.add(f"{name} is not recorded: {error}", "warning")
+            return ""
+        lost = f", {state.gaps} ticks are lost" if state.gaps else ""
+        how = f"goes on after {context.part_of}{lost}" if context.part_of else "started by itself"
+        self._events.add(f"recording {state.id} {how}", "warning" if state.gaps else "info")
+        return state.id
+
+    async def _stop(self, id: str) -> None:
+        """End the recording `id`, unless somebody has ended it already."""
+        if self._recorder.first() != id:
+            return
+        try:
+            done = await asyncio.to_thread(self._recorder.stop)
+        except RecordingError as error:
+            return self._events.add(str(error), "warning")
+        self._review.stopped(done.id)
+        self._events.add(f"recording {done.id} ended, {done.rows} rows, {done.gaps} gaps")

@@ -1,0 +1,82 @@
+"""Recordings going out as files, and coming in from elsewhere."""
+
+import asyncio
+import shutil
+import tempfile
+from pathlib import Path
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Body, Query
+from starlette.background import BackgroundTask
+from starlette.responses import FileResponse
+
+from controller.errors import CommandRefused, RecordingError
+from recordings.exporting.apart import apart
+from recordings.exporting.export import Format, export
+from recordings.exporting.signals import SignalInfo, offered
+from recordings.exporting.table import Choice
+from recordings.format.messages import Recording
+from recordings.importing.text import import_text
+from server.access.asking import Holder
+from server.http import answers
+from server.log.events import GivenEvents
+from server.recorder.folder import GivenFolder
+
+router = APIRouter(tags=["recordings"])
+
+From = Annotated[float | None, Query(alias="from", allow_inf_nan=False)]
+To = Annotated[float | None, Query(alias="to", allow_inf_nan=False)]
+Name = Annotated[str, Query(min_length=1, max_length=80)]
+BINARY = "application/octet-stream"
+MEDIA = {"csv": "text/csv; charset=utf-8", "parquet": "application/vnd.apache.parquet"}
+TYPES = ("text/csv", MEDIA["parquet"], BINARY)
+
+
+@router.get("/api/recordings/{id}/signals")
+async def recording_signals(id: str, folder: GivenFolder) -> list[SignalInfo]:
+    """What can be chosen for an export; 404 without such a recording."""
+    return offered(await folder.look(folder.store.find, id))
+
+
+@router.get("/api/recordings/{id}/export", response_class=FileResponse, responses=answers.file(*TYPES))
+async def export_recording(
+    id: str,
+    folder: GivenFolder,
+    kind: Annotated[Format, Query(alias="format")],
+    signals: Annotated[str, Query(max_length=8000)] = "",
+    start: From = None,
+    stop: To = None,
+) -> FileResponse:
+    """Signals (names joined by commas; all without) from `from` to `to` [s] as a file; 404, or 422 with the reason."""
+    source, names = await folder.look(folder.store.path, id), tuple(filter(None, map(str.strip, signals.split(","))))
+    scratch = tempfile.mkdtemp(prefix="tendril-export-")
+    target = Path(scratch, f"{id}.{kind}")
+    try:
+        async with folder.exporting:
+            await asyncio.to_thread(apart, export, source, target, kind, Choice(names, start, stop))
+    except BaseException:
+        shutil.rmtree(scratch)
+        raise
+    media = MEDIA.get(kind, BINARY)
+    after = BackgroundTask(shutil.rmtree, scratch)
+    return FileResponse(target, media_type=media, filename=target.name, background=after)
+
+
+@router.post("/api/recordings/import")
+async def import_recording(
+    name: Name,
+    text: Annotated[bytes, Body(media_type="text/csv")],
+    folder: GivenFolder,
+    who: Holder,
+    events: GivenEvents,
+    time_unit: Literal["s", "ms", "us", "ns"] = "s",
+    length_unit: Literal["m", "cm", "mm"] = "m",
+) -> Recording:
+    """A CSV file with columns time, x, y as a recording; the units hold where its header has none; 409 without room."""
+    units = {"t": time_unit, "x": length_unit, "y": length_unit}
+    try:
+        found = await asyncio.to_thread(import_text, folder.store.folder, name, text, units)
+    except RecordingError as error:
+        raise CommandRefused(str(error)) from error
+    events.add(f"{who.name}: {name} imported as recording {found.id}, {found.rows} rows")
+    return found

@@ -1,0 +1,59 @@
+"""Old recordings go when all together take too much; the log says which."""
+
+import asyncio
+import time
+
+from controller.system.tasks import Tasks
+from recordings.store.quota import default_quota, enforce, too_large
+from recordings.store.store import Store
+from server.log.events import EventLog
+
+PERIOD = 60.0
+"""Between two looks [s]: a minute of a recording is 35 MB at most."""
+
+
+class QuotaWatch:
+    """Looks once a minute, off the event loop."""
+
+    watched = "the recordings' size"
+
+    def __init__(self, store: Store, most: int | None, events: EventLog) -> None:
+        self._store, self._events = store, events
+        self._given = most
+        self._due, self._told, self._problem = 0.0, "", ""
+        self._tasks = Tasks(lambda text: events.add(text, "error"), most=1)
+        self._busy = False
+
+    def look(self) -> None:
+        """Look, if it is time."""
+        if time.monotonic() >= self._due and not self._busy:
+            self._due, self._busy = time.monotonic() + PERIOD, True
+            self._tasks.begin("the look at the recordings' size", self.keep())
+
+    async def keep(self) -> None:
+        """Remove what is too much, and say once what cannot be removed, or that nobody can look."""
+        try:
+            await self._enforce(await asyncio.to_thread(self._most))
+            problem = self._store.problem
+        except OSError as error:
+            problem = f"old recordings cannot be removed: {error}"
+        finally:
+            self._busy = False
+        if problem and problem != self._problem:
+            self._events.add(problem, "warning")
+        self._problem = problem
+
+    async def _enforce(self, most: int) -> None:
+        bound = f"all together may take {most / 1e9:.3g} GB (TENDRIL_RECORDINGS_QUOTA)"
+        for gone in await asyncio.to_thread(enforce, self._store, most):
+            self._events.add(f"recording {gone.id} was removed, the oldest: {bound}", "warning")
+        large = await asyncio.to_thread(too_large, self._store, most)
+        if large and large.id != self._told:
+            self._told = large.id
+            alone = f"recording {large.id} alone takes {large.bytes / 1e9:.3g} GB"
+            self._events.add(f"{alone}, and {bound}: it stays until a newer one ends", "warning")
+
+    def _most(self) -> int:
+        """As given; else by the disk, which is there once there is a recording."""
+        folder = self._store.folder
+        return (default_quota(folder) if folder.exists() else 0) if self._given is None else self._given

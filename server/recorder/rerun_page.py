@@ -1,0 +1,49 @@
+"""rerun's own page with what we change in it: it asks with our cookie, tells of Esc, starts sooner, waits behind."""
+
+from importlib.metadata import version
+
+from server.http.frames import SEND_COOKIE, TELL_ESCAPE
+
+VERSION = version("rerun-sdk")
+
+QUIET = b"""<script>console.debug = () => {};</script>"""
+"""The viewer tells there of every shader that it compiles: thousands of lines, seconds of the first frame."""
+
+OPEN_WHEN_TOLD = b"""<script>
+const plainFocus = HTMLElement.prototype.focus;
+let behind = !new URLSearchParams(location.search).has("url");
+HTMLElement.prototype.focus = function (options) {
+  if (!behind) plainFocus.call(this, options);
+};
+addEventListener("message", ({ origin, data }) => {
+  if (origin !== location.origin || data.tendril !== "open") return;
+  behind = false;
+  _handle.add_receiver(data.url);
+  _handle.override_panel_state("top");
+});
+</script>"""
+"""So a viewer can start behind something else. It takes the focus as it starts: whoever writes there, or has a finger
+on the key for HOLD, must keep it. `_handle` is there before rerun's page says READY. A viewer at rest finds what was
+added with its next frame only; to override nothing makes it draw one."""
+
+CHANGES = (
+    (b"delete WebAssembly.instantiateStreaming;", b""),
+    (
+        b"        wasm_with_progress();\n      }",
+        b"""        wasm_bindgen({ module_or_path: fetch("./re_viewer_bg.wasm?v=VERSION") })
+          .then(() => (clearTimeout(timeoutId), on_wasm_loaded()))
+          .catch(on_wasm_error);
+      }""",
+    ),
+    (b'src="re_viewer.js"', b'src="re_viewer.js?v=VERSION"'),
+)
+"""Old and new. rerun's page must also work as a file, and counts the program's bytes: so it compiles them once all are
+there, at every start. What the server answered is compiled while it comes, and kept compiled by browsers that can."""
+
+
+def rerun_page(shipped: bytes) -> bytes:
+    """What we serve for `shipped`, the page in rerun's wheel; where it has nothing of CHANGES, it works as shipped."""
+    for old, new in CHANGES:
+        shipped = shipped.replace(old, new.replace(b"VERSION", VERSION.encode()), 1)
+    ours = SEND_COOKIE + TELL_ESCAPE + QUIET + OPEN_WHEN_TOLD
+    return shipped.replace(b"</head>", ours + b"</head>", 1)

@@ -1,0 +1,109 @@
+"""Slow work for the Review tab, off everyone's path: rerun's viewer extracted, files mended, compacted, measured."""
+
+import logging
+import queue
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Annotated
+
+from controller.errors import TendrilError
+from controller.system.worker import Worker
+from recordings.format.messages import Recording
+from recordings.read.viewer import viewer_files
+from recordings.store.apart import Killed, apart
+from recordings.store.finishing import finish
+from recordings.store.store import Store
+from server.http.given import given
+
+log = logging.getLogger(__name__)
+
+LONGEST = 600.0
+"""For one recording [s]: mending, compacting and measuring 1 GB takes a minute or two."""
+
+
+class Review:
+    """One thread, from the start of the server; `viewer` is None until rerun's files are there."""
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+        self._stopped: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._cut: Recording | None = None
+        self.viewer: Path | None = None
+        self.problem = ""
+        self.worker = Worker("review", self._run, LONGEST)
+        self.worker.start()
+
+    def take_cut(self) -> Recording | None:
+        """What the server before this one was writing when it was killed, once, as soon as that is known."""
+        cut, self._cut = self._cut, None
+        return cut
+
+    def path(self, cut: Recording) -> Path:
+        """Where it lies; RecordingError where it was deleted meanwhile."""
+        return self._store.path(cut.id)
+
+    def stopped(self, id: str) -> None:
+        """A recording is complete: make it quick to open, and measure it."""
+        self._stopped.put(id)
+
+    def _run(self) -> None:
+        """Everything that looks at the folder of recordings: a start never waits for it."""
+        left = self._left()
+        try:
+            self.viewer = viewer_files()
+        except (TendrilError, OSError) as error:
+            self.problem = str(error)
+            log.warning("rerun's viewer cannot be served: %s", error)
+        for broken in left:
+            if self._improve(self._store.repair, broken):
+                self._finish(broken)
+            else:
+                with suppress(Exception):  # what is wrong with it was said already; the list says so, too
+                    self._store.check(broken)
+            self.worker.turn()
+        while True:
+            self.worker.rest()
+            stopped = self._stopped.get()
+            self.worker.turn()
+            self._finish(stopped)
+
+    def _left(self) -> tuple[str, ...]:
+        """What killed processes left behind: drafts, which go, and recordings, of which the newest may go on."""
+        try:
+            self._store.sweep()
+            newest, broken = next(iter(self._store.list()), None), self._store.broken()
+        except Exception:  # whatever lies in the folder, new recordings wait for us
+            log.exception("what is left in %s stays as it is", self._store.folder)
+            return ()
+        self._cut = newest if newest and newest.id in broken else None
+        return broken
+
+    def _finish(self, id: str) -> None:
+        """In a process of its own: reading the data would keep this one from serving."""
+        try:
+            for problem in apart(finish, self._store.folder, id):
+                _say(id, problem)
+        except Killed as error:
+            self._store.sweep()
+            _say(id, error)
+        except Exception as error:  # whatever is wrong with one, the next ones wait for us
+            _say(id, error, unexpected=True)
+
+    def _improve(self, work: Callable[[str], Recording], id: str) -> bool:
+        try:
+            work(id)
+        except (TendrilError, OSError) as error:
+            _say(id, error)
+            return False
+        except Exception as error:  # as above
+            _say(id, error, unexpected=True)
+            return False
+        return True
+
+
+def _say(id: str, why: object, unexpected: bool = False) -> None:
+    log.warning("recording %s stays as it is: %s", id, why, exc_info=unexpected)
+
+
+GivenReview = Annotated[Review, given(Review)]

@@ -1,0 +1,145 @@
+"""Recordings: start, stop, list, edit, remove, download."""
+
+import asyncio
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Response
+from pydantic import TypeAdapter
+from starlette.responses import FileResponse, StreamingResponse
+
+from controller.errors import CommandRefused, RecordingError
+from recordings.format import frames
+from recordings.format.messages import Recording, RecordingState
+from recordings.format.profiles import PROFILES, ProfileInfo
+from recordings.read.metrics import Measured
+from recordings.read.query import matching, ordered
+from recordings.store.apart import apart
+from recordings.store.edits import Edit
+from recordings.store.finishing import measured
+from recordings.store.store import Store
+from recordings.write.session import Context
+from server.access.asking import Holder
+from server.http import answers
+from server.http.who import Me
+from server.log.events import GivenEvents
+from server.operate.operator import GivenOperator
+from server.recorder.folder import GivenFolder, GivenRecorder
+from server.recorder.messages import RecordingBody
+from server.recorder.review import GivenReview
+from server.rig.client import GivenRig
+
+router = APIRouter(tags=["recordings"])
+
+BINARY = "application/octet-stream"
+LIST = TypeAdapter(list[Recording])
+CHUNK = 1 << 18
+"""Bytes read at once from a file that is still written."""
+
+
+@router.get("/api/recordings", response_model=list[Recording])
+async def recordings(
+    folder: GivenFolder,
+    search: Annotated[str, Query(max_length=200)] = "",
+    sort: Annotated[str, Query(max_length=40)] = "-started",
+    limit: Annotated[int | None, Query(ge=1)] = None,
+) -> Response:
+    """Every recording, newest first; those with every word of `search`, by any column, at most `limit` of them.
+
+    The headers `x-found` and `x-in-all` say how many fit, and how many there are.
+    """
+    return await folder.look(_listed, folder.store, search, sort, limit)
+
+
+@router.post("/api/recordings")
+async def start_recording(
+    body: RecordingBody,
+    recorder: GivenRecorder,
+    rig: GivenRig,
+    operator: GivenOperator,
+    who: Holder,
+    events: GivenEvents,
+) -> RecordingState:
+    """Record every tick from now on; 409 when a recording runs or the disk has no room."""
+    info = rig.require_info()
+    context = Context(profile=body.profile, operator=who.name)
+    try:
+        state = await asyncio.to_thread(recorder.start, body.name, info, operator.settings, context)
+    except RecordingError as error:
+        raise CommandRefused(str(error)) from error
+    events.add(f"{who.name}: recording {state.id} started")
+    return state
+
+
+@router.delete("/api/recordings/current")
+async def stop_recording(recorder: GivenRecorder, review: GivenReview, who: Holder, events: GivenEvents) -> Recording:
+    """End the recording; 409 when none runs."""
+    try:
+        found = await asyncio.to_thread(recorder.stop)
+    except RecordingError as error:
+        raise CommandRefused(str(error)) from error
+    review.stopped(found.id)
+    events.add(f"{who.name}: recording {found.id} stopped, {found.rows} rows, {found.gaps} gaps")
+    return found
+
+
+@router.get("/api/recordings/profiles")
+async def recording_profiles() -> tuple[ProfileInfo, ...]:
+    """The profiles, the default first, with their size per hour."""
+    return PROFILES
+
+
+@router.get("/api/recordings/{id}.rrd", response_class=FileResponse, responses=answers.file(BINARY))
+async def recording_file(id: str, folder: GivenFolder, recorder: GivenRecorder) -> Response:
+    """The recording's file, for rerun's viewer or for download, as far as it is written; 404 when there is none."""
+    path = await folder.look(folder.store.path, id)
+    state = recorder.state()
+    if state.recording and state.id == id:
+        size = await folder.look(frames.whole_length, path)
+        headers = {"content-length": str(size), "content-disposition": f'attachment; filename="{id}.rrd"'}
+        return StreamingResponse(_first(path, size), headers=headers, media_type=BINARY)
+    return FileResponse(path, media_type=BINARY, filename=f"{id}.rrd")
+
+
+@router.get("/api/recordings/{id}")
+async def recording(id: str, folder: GivenFolder) -> Recording:
+    """One recording; 404 when there is none."""
+    return await folder.look(folder.store.find, id)
+
+
+@router.get("/api/recordings/{id}/metrics")
+async def recording_metrics(id: str, folder: GivenFolder) -> Measured:
+    """How well the tip followed, over all and in each cycle, from the data; 404 when there is no such recording."""
+    await folder.look(folder.store.path, id)  # what is no recording costs no process
+    async with folder.exporting:
+        return await asyncio.to_thread(apart, measured, folder.store.folder, id)
+
+
+@router.patch("/api/recordings/{id}")
+async def edit_recording(id: str, body: Edit, folder: GivenFolder, who: Me) -> Recording:
+    """Change name, tags, notes or star; 404 when there is no such recording."""
+    return await folder.look(folder.store.edit, id, body)
+
+
+@router.delete("/api/recordings/{id}", status_code=204)
+async def remove_recording(id: str, folder: GivenFolder, who: Me, events: GivenEvents) -> None:
+    """Delete a recording for good; 409 while it is starred or being written."""
+    await folder.look(folder.store.remove, id)
+    events.add(f"{who.name}: recording {id} removed")
+
+
+def _listed(store: Store, search: str, sort: str, limit: int | None) -> Response:
+    """Written as JSON at once: the framework's own way checks every one of them again."""
+    everything = store.list()
+    found = ordered(matching(everything, search), sort)
+    counts = {"x-found": str(len(found)), "x-in-all": str(len(everything))}
+    return Response(LIST.dump_json(found[:limit]), media_type="application/json", headers=counts)
+
+
+def _first(path: Path, size: int) -> Iterator[bytes]:
+    """The first `size` bytes of a growing file: its length was promised already."""
+    with path.open("rb") as file:
+        while size > 0 and (chunk := file.read(min(size, CHUNK))):
+            size -= len(chunk)
+            yield chunk

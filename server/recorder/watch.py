@@ -1,0 +1,22 @@
+"""Says once in the log why a recording ended by itself: nobody may be looking at the recorder's state."""
+
+from recordings.write.writer import Recorder
+from server.log.events import EventLog
+
+
+class RecorderWatch:
+    """Compares with the beat before."""
+
+    watched = "the recorder"
+
+    def __init__(self, recorder: Recorder, events: EventLog) -> None:
+        self._recorder, self._events = recorder, events
+        self._told = ""
+
+    def look(self) -> None:
+        """Look once, at the disk too."""
+        self._recorder.look()
+        problem = self._recorder.state().problem
+        if problem and problem != self._told:
+            self._events.add(problem, "error")
+        self._told = problem

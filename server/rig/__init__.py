@@ -1,0 +1,1 @@
+"""The client of the rig: its link, its telemetry, its channels."""

@@ -1,0 +1,154 @@
+"""The rig as the server sees it: which life of it is connected, and where its rows go."""
+
+from collections.abc import Callable
+from typing import Annotated
+
+import numpy as np
+
+from controller.errors import RigUnreachable
+from controller.link import PlannedRows, RigClient
+from controller.link.keys import REPLAY_MAX
+from controller.schema.actuator import Actuator
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults
+from controller.schema.parameters import RigParameters
+from controller.system.keys import read_key
+from controller.system.worker import Worker
+from server.access.permit import Permit
+from server.http.given import given
+from server.rig.channels import Rows
+from server.rig.history import History
+from server.settings import ServerSettings
+
+QUIET = 0.6
+"""Seconds without telemetry after which the page is told that the rig is gone, before the link itself gives up."""
+AGE_MAX = 86400.0
+
+
+class Rig:
+    """One rig behind the link. Whoever listens gets every telemetry row, in order, after the history has it."""
+
+    def __init__(self, settings: ServerSettings, history: History, on_rows: Callable[[Rows], None]) -> None:
+        """Connect; KeyRefused where the file of the rig's key cannot be used."""
+        self._history, self._listeners, self._endpoint = history, [on_rows], settings.endpoint
+        self._life: int | None = None
+        self._link = RigClient(
+            settings.endpoint,
+            settings.rig,
+            self._rows,
+            self._born,
+            key=read_key(settings.key),
+            tls=settings.link_tls,
+        )
+
+    @property
+    def info(self) -> RigInfo | None:
+        """Who the rig is (or was, while it is gone); None before the first contact."""
+        return self._link.info
+
+    def require_info(self) -> RigInfo:
+        """The same; `RigUnreachable` before the first contact."""
+        if self.info is None:
+            raise RigUnreachable(f"no rig was heard yet at {self._endpoint}")
+        return self.info
+
+    def operator_timeout(self) -> float:
+        """For how long the rig takes a sign of the operator's page [s]."""
+        return (self.info.parameters if self.info else RigParameters()).limits.operator_timeout
+
+    def actuator(self) -> Actuator:
+        """The rig's actuator; the default one before the first contact."""
+        return self._link.info.parameters.actuator if self._link.info else RigParameters().actuator
+
+    @property
+    def newest(self) -> Rows | None:
+        """The newest telemetry row as an array of length 1; None before the first of this life."""
+        return self._history.newest
+
+    @property
+    def age(self) -> float:
+        """Time since the last telemetry [s]."""
+        return min(self._link.age(), AGE_MAX)
+
+    @property
+    def round_trip(self) -> float:
+        """Median time of the last commands to the loop and back [s]; 0 before the first."""
+        return self._link.rtt()
+
+    def boot(self) -> int | None:
+        """The life of the rig that is connected now; None while there is none."""
+        return self._life if self._link.connected and self._link.age() < QUIET else None
+
+    @property
+    def worker(self) -> Worker:
+        """The link's thread, which brings the rows."""
+        return self._link.worker
+
+    @property
+    def lost_rows(self) -> int:
+        """Ticks that the rig's ring no longer held when they could be fetched."""
+        return self._link.gaps
+
+    @property
+    def trouble(self) -> str:
+        """Why the rig takes no command from this server, "" when it does; see `RigClient.trouble`."""
+        return str(self._link.trouble or "")
+
+    def send(self, command: Command) -> CommandReply:
+        """Send a command and wait for the loop's answer; see `RigClient.command`."""
+        return self._link.command(command)
+
+    def stop(self, number: int, boot: int) -> CommandReply:
+        """Send an E-STOP past everything; see `RigClient.stop`."""
+        return self._link.stop(number, boot)
+
+    @property
+    def met(self) -> int | None:
+        """The life of the rig that was met last, heard now or not."""
+        return self._life
+
+    def replay(self, first: int, stop: int) -> Rows:
+        """Telemetry rows (n,) of the ticks [first, stop) that the rig's ring still holds; see `RigClient.replay`."""
+        parts = [np.empty(0, record_dtype(Telemetry))]
+        while first < stop:
+            rows = self._link.replay(first, min(REPLAY_MAX, stop - first))
+            if not len(rows):
+                break
+            parts.append(rows)
+            first = int(rows["tick"][-1]) + 1
+        found = np.concatenate(parts)
+        return found[found["tick"] < stop]
+
+    def plan(self, rows: PlannedRows, permit: Permit) -> None:
+        """Give the rig the reference of its next TRACK run, if `permit` stands; see `RigClient.plan`."""
+        permit.require()
+        self._link.plan(rows)
+
+    def faults(self) -> TwinFaults:
+        """What is injected into the twin; see `RigClient.faults`."""
+        return self._link.faults()
+
+    def inject(self, wanted: TwinFaults, permit: Permit) -> TwinFaults:
+        """Inject faults into the twin, if `permit` stands; those in force."""
+        permit.require()
+        return self._link.faults(wanted)
+
+    def listen(self, on_rows: Callable[[Rows], None]) -> None:
+        """Give every row from now on to `on_rows` too, in the link's thread."""
+        self._listeners.append(on_rows)
+
+    def close(self) -> None:
+        """End the link; no row comes after this."""
+        self._link.close()
+
+    def _born(self, info: RigInfo) -> None:
+        self._history.forget()
+        self._life = info.boot
+
+    def _rows(self, rows: Rows) -> None:
+        self._history.add(rows)
+        for on_rows in self._listeners:
+            on_rows(rows)
+
+
+GivenRig = Annotated[Rig, given(Rig)]

@@ -1,0 +1,151 @@
+"""Ten minutes of telemetry with a bound on memory: every row of the last minute, and extremes of 16 ticks before.
+
+At 1 kHz a minute of rows is 57 MB and ten minutes of bins are 51 MB; both are arrays made once.
+"""
+
+import mmap
+import threading
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+import numpy.typing as npt
+
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Telemetry
+from server.http.given import given
+from server.rig.channels import CHANNELS, Rows, column, extract
+from server.rig.messages import PlotChannel
+
+BIN_TICKS = 16
+"""Ticks in one bin: 16 ms at 1 kHz, just shorter than the beat of the live socket."""
+ROWS = 60_000
+BINS = 37_500
+"""Ten minutes at 1 kHz."""
+
+
+@dataclass(frozen=True)
+class Bins:
+    """Extremes in successive bins, the first of them number `first`; `columns` are places in `CHANNELS`.
+
+    `t` (bins,) [s, rig clock] is the middle; `low` and `high` (bins, columns) are nan where no sample was a number.
+    """
+
+    first: int
+    columns: list[int]
+    t: npt.NDArray[np.float64]
+    low: npt.NDArray[np.float32]
+    high: npt.NDArray[np.float32]
+
+    @property
+    def stop(self) -> int:
+        """Number of the bin after the last."""
+        return self.first + len(self.t)
+
+
+class History:
+    """Rings of rows and bins. Both are numbered from 0 on; the link's thread adds, any thread reads."""
+
+    def __init__(self, rows: int = ROWS, bins: int = BINS) -> None:
+        self._lock = threading.Lock()
+        self._rows = np.zeros(rows, record_dtype(Telemetry))
+        self._t = np.zeros(bins)
+        self._low = np.zeros((bins, len(CHANNELS)), np.float32)
+        self._high = np.zeros((bins, len(CHANNELS)), np.float32)
+        self._count = self._first = 0
+        self._binned = 0
+        self._bin_first = self._bin_stop = 0
+        self._newest: Rows | None = None
+
+    @property
+    def count(self) -> int:
+        """Rows added so far: the number of the next row."""
+        return self._count
+
+    @property
+    def bin_stop(self) -> int:
+        """Number of the next bin."""
+        return self._bin_stop
+
+    @property
+    def newest(self) -> Rows | None:
+        """The newest telemetry row as an array of length 1; None before the first of this life of the rig."""
+        return self._newest
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the rings when they are full [bytes]."""
+        return self._rows.nbytes + self._t.nbytes + self._low.nbytes + self._high.nbytes
+
+    def claim(self) -> None:
+        """Have all that memory now, not as it fills: what a server takes later is a leak. Holds up `add` by 0.3 s."""
+        with self._lock:
+            for ring in (self._rows, self._t, self._low, self._high):
+                ring.reshape(-1).view(np.uint8)[:: mmap.PAGESIZE] |= 0
+
+    def add(self, rows: Rows) -> None:
+        """Append telemetry rows, oldest first."""
+        rows = rows[-len(self._rows) :]
+        newest = rows[-1:].copy()
+        with self._lock:
+            self._rows[np.arange(self._count, self._count + len(rows)) % len(self._rows)] = rows
+            self._count += len(rows)
+            self._newest = newest
+            self._fill_bins()
+
+    def forget(self) -> None:
+        """Drop everything (numbers are not used again): the rig restarted, its clock may have too."""
+        with self._lock:
+            self._first = self._binned = self._count
+            self._bin_first = self._bin_stop
+            self._newest = None
+
+    def bins(self, start: int, stop: int, columns: list[int], most: int = BINS) -> Bins:
+        """The bins [start, stop) as far as they are kept, `most` of them from the oldest on."""
+        with self._lock:
+            start = max(start, self._oldest_bin())
+            at = np.arange(start, max(start, min(stop, self._bin_stop, start + most))) % len(self._t)
+            cells = np.ix_(at, np.array(columns, np.int64))
+            return Bins(start, columns, self._t[at], self._low[cells], self._high[cells])
+
+    def bin_at(self, t: float) -> int:
+        """Number of the first bin at or after time t [s]; `bin_stop` if there is none."""
+        with self._lock:
+            oldest = self._oldest_bin()
+            times = self._t[np.arange(oldest, self._bin_stop) % len(self._t)]
+            return oldest + int(np.searchsorted(times, t))
+
+    def samples(self, start: float, stop: float, channels: list[PlotChannel]) -> npt.NDArray[np.float64] | None:
+        """Time [s] and the channels of every row in [start, stop] s, (n, 1 + channels); None if older ones are gone."""
+        with self._lock:
+            oldest = self._oldest_row()
+            t_ns = self._rows["t_ns"][np.arange(oldest, self._count) % len(self._rows)]
+            if oldest > self._first and start < t_ns[0] * 1e-9:
+                return None
+            begin, end = np.searchsorted(t_ns, (start * 1e9, stop * 1e9))
+            rows = self._rows[np.arange(oldest + begin, oldest + end) % len(self._rows)]
+        return np.column_stack([rows["t_ns"] * 1e-9, *(column(rows, channel) for channel in channels)])
+
+    def _oldest_row(self) -> int:
+        return max(self._first, self._count - len(self._rows))
+
+    def _oldest_bin(self) -> int:
+        return max(self._bin_first, self._bin_stop - len(self._t))
+
+    def _fill_bins(self) -> None:
+        """Bin the rows that fill a bin; what is left waits for the next rows."""
+        self._binned = max(self._binned, self._oldest_row())
+        whole = (self._count - self._binned) // BIN_TICKS
+        if not whole:
+            return
+        rows = self._rows[np.arange(self._binned, self._binned + whole * BIN_TICKS) % len(self._rows)]
+        values = extract(rows).reshape(whole, BIN_TICKS, -1)
+        at = np.arange(self._bin_stop, self._bin_stop + whole) % len(self._t)
+        self._t[at] = rows["t_ns"][BIN_TICKS // 2 :: BIN_TICKS] * 1e-9
+        self._low[at] = np.fmin.reduce(values, axis=1)
+        self._high[at] = np.fmax.reduce(values, axis=1)
+        self._binned += whole * BIN_TICKS
+        self._bin_stop += whole
+
+
+GivenHistory = Annotated[History, given(History)]

@@ -1,0 +1,34 @@
+"""A recorded path, to be followed again."""
+
+import asyncio
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+
+from controller.schema.parameters import SENSORS
+from recordings.exporting.apart import apart
+from recordings.exporting.tip_path import Wanted, What
+from server.drawing.messages import DrawingBody
+from server.recorder.export_routes import From, To
+from server.recorder.folder import GivenFolder
+from server.runs.recorded_path import recorded_drawing
+
+router = APIRouter(tags=["recordings"])
+
+Rod = Annotated[int, Query(ge=1, le=SENSORS)]
+
+
+@router.get("/api/recordings/{id}/path")
+async def recording_path(
+    id: str,
+    folder: GivenFolder,
+    what: What = "p_meas",
+    rod: Rod = SENSORS,
+    start: From = None,
+    stop: To = None,
+) -> DrawingBody:
+    """The path of the tip, its reference or a marker as a drawing with times; 404, or 422 says what is wrong."""
+    found, source = await folder.look(folder.store.find, id), await folder.look(folder.store.path, id)
+    wanted = Wanted(what, rod, start, stop)
+    async with folder.exporting:
+        return await asyncio.to_thread(apart, recorded_drawing, source, found.name, wanted)

@@ -1,0 +1,148 @@
+"""Viser on our own origin: HTTP and WebSocket at /viser, its own panel hidden, every upward message judged."""
+
+import asyncio
+import contextlib
+import gzip
+import hashlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Annotated
+
+import httpx
+from fastapi import APIRouter, Depends, Request, Response, WebSocket
+from starlette.responses import PlainTextResponse, RedirectResponse
+from starlette.websockets import WebSocketDisconnect
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import WebSocketException
+from websockets.typing import Subprotocol
+
+from controller.system.tasks import until_one_ends
+from server.access.sessions import GivenSessions, Sessions
+from server.http.frames import TELL_ESCAPE, TELL_MOVED
+from server.http.rates import POLICY, GivenRates, Rates, Verdict
+from server.http.who import Identity, Me
+from server.operate.hand import GivenHands, Hands
+from server.scene.drag import Drag
+from server.scene.messages import Scheme, SeatId, View
+from server.scene.scene import GivenScene, Scene
+from server.scene.seat import Seat
+
+router = APIRouter(include_in_schema=False)
+
+HIDE = b"""<style>
+[data-floating-window], .mantine-Notifications-root, .mantine-Paper-root[style*=fixed] { display: none !important }
+</style>"""
+"""Viser offers no way to hide its panel (another one in a narrow frame) and its notices."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """From a browser's socket to viser's, and back."""
+
+    scene: Scene
+    hands: Hands
+    rates: Rates
+    sessions: Sessions
+
+    async def connect(self, browser: WebSocket, who: Identity, seat: Seat | None) -> None:
+        """Pass messages on: downward as they are, upward only what `Drag` lets through."""
+        drag = Drag(who, self.hands, self.scene)
+        verdict = partial(self.rates.message, f"viser {who.id}")
+        protocols = [Subprotocol(name) for name in browser.scope["subprotocols"]]
+        url = f"ws://127.0.0.1:{self.scene.port}/"
+        try:
+            async with connect(
+                url, subprotocols=protocols, max_size=None, compression=None, ping_interval=None, proxy=None
+            ) as viser:
+                await browser.accept(subprotocol=viser.subprotocol)
+                with _seated(self.scene, viser.local_address[1], seat):
+                    up = _up(browser, viser, drag, verdict)
+                    await until_one_ends(_down(viser, browser), up, self.sessions.ended(who))
+        except (WebSocketException, OSError):
+            pass  # viser is closing, or did not like the subprotocol
+        finally:
+            drag.leave()
+            with contextlib.suppress(RuntimeError, WebSocketDisconnect):
+                await browser.close()
+
+
+async def _way(scene: GivenScene, hands: GivenHands, rates: GivenRates, sessions: GivenSessions) -> Way:
+    return Way(scene, hands, rates, sessions)
+
+
+GivenWay = Annotated[Way, Depends(_way)]
+
+
+@router.get("/viser/seat/{id}/")
+async def seat_page(
+    request: Request, scene: GivenScene, who: Me, id: SeatId, view: View | None = None, scheme: Scheme | None = None
+) -> Response:
+    """Viser's page on a seat of its own; `view` and `scheme` choose camera and ground."""
+    seat = scene.seat(id, who)
+    if scheme is not None:
+        seat.look(scheme, view)
+    if view is not None:
+        return RedirectResponse(f"/viser/seat/{id}/?{scene.camera(view).query}", 307)
+    return await page(request, scene)
+
+
+@router.get("/viser")
+@router.get("/viser/{path:path}")
+async def page(request: Request, scene: GivenScene, path: str = "") -> Response:
+    """Viser's page and files."""
+    async with httpx.AsyncClient(trust_env=False) as client:
+        try:
+            upstream = await client.get(
+                f"http://127.0.0.1:{scene.port}/{path}", headers={"accept-encoding": "identity"}
+            )
+        except httpx.InvalidURL:
+            return Response(status_code=404)
+        except httpx.HTTPError as error:
+            return PlainTextResponse(f"The 3D view does not answer: {error}", 502)
+    body = upstream.content.replace(b"</head>", HIDE + TELL_ESCAPE + TELL_MOVED + b"</head>", 1)
+    tag = f'"{hashlib.sha256(body).hexdigest()[:16]}"'
+    if request.headers.get("if-none-match") == tag:
+        return Response(status_code=304, headers={"etag": tag})
+    body = await asyncio.to_thread(gzip.compress, body, 5)
+    headers = {"content-encoding": "gzip", "etag": tag, "cache-control": "no-cache"}
+    return Response(body, upstream.status_code, headers, upstream.headers.get("content-type"))
+
+
+@router.websocket("/viser/seat/{id}")
+async def seat_socket(browser: WebSocket, way: GivenWay, who: Me, id: SeatId) -> None:
+    """Viser's socket of the page on this seat."""
+    await way.connect(browser, who, way.scene.seat(id, who))
+
+
+@router.websocket("/viser")
+@router.websocket("/viser/{path:path}")
+async def socket(browser: WebSocket, way: GivenWay, who: Me) -> None:
+    """Viser's socket of a page without a seat: it sees the live scene as all do."""
+    await way.connect(browser, who, None)
+
+
+@contextlib.contextmanager
+def _seated(scene: Scene, port: int, seat: Seat | None) -> Iterator[None]:
+    """While this lasts, viser's client that connected from `port` sits on `seat`."""
+    if seat is not None:
+        scene.expect(port, seat)
+    try:
+        yield
+    finally:
+        scene.gone(port)
+
+
+async def _down(viser: ClientConnection, browser: WebSocket) -> None:
+    async for message in viser:
+        await (browser.send_bytes(message) if isinstance(message, bytes) else browser.send_text(message))
+
+
+async def _up(browser: WebSocket, viser: ClientConnection, drag: Drag, verdict: Callable[[], Verdict]) -> None:
+    while (message := await browser.receive())["type"] != "websocket.disconnect":
+        if (found := verdict()) == Verdict.FLOOD:
+            return await browser.close(POLICY)
+        if found != Verdict.HEARD:
+            await asyncio.sleep(0)
+        elif (judged := drag.judge(message.get("bytes"))) is not None:
+            await viser.send(judged)

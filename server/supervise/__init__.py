@@ -1,0 +1,1 @@
+"""`tendril up`: rig and server as children that are kept alive."""
