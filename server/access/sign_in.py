@@ -1,13 +1,15 @@
-"""An access token becomes a session, kept in a cookie."""
+"""Sign in: an access token becomes a session, kept in a cookie; and who am I."""
 
 from dataclasses import dataclass, replace
 from typing import Annotated
 
-from fastapi import Depends, Request, Response
+from fastapi import APIRouter, Depends, Request, Response
 
 from server.access.lease import GivenLease, OperatorLease
+from server.access.messages import Login, Session
 from server.access.sessions import MAX_AGE, GivenSessions, Sessions
-from server.http.who import Identity
+from server.http.given import GivenSettings
+from server.http.who import Identity, Me
 from server.log.events import EventLog, GivenEvents
 
 
@@ -41,3 +43,21 @@ async def _sign_in(sessions: GivenSessions, lease: GivenLease, events: GivenEven
 
 
 GivenSignIn = Annotated[SignIn, Depends(_sign_in)]
+
+
+router = APIRouter(tags=["session"])
+
+
+@router.post("/api/session")
+async def sign_in_by_token(
+    body: Login, request: Request, response: Response, sign_in: GivenSignIn, settings: GivenSettings
+) -> Session:
+    """Sign in with an access token; 401 when it is wrong, 429 after too many wrong ones."""
+    who = sign_in.open(body.token, request, response)
+    return sign_in.lease.session(who, settings.unprotected)
+
+
+@router.get("/api/session")
+async def read_session(lease: GivenLease, settings: GivenSettings, who: Me) -> Session:
+    """Who I am, what I may do, and whether I operate."""
+    return lease.session(who, settings.unprotected)

@@ -6,23 +6,23 @@ import gc
 import threading
 from collections.abc import AsyncIterator
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 from enum import IntEnum
+from functools import cache
 from importlib.metadata import version
 from typing import Any
 
 from fastapi import Depends, FastAPI
+from starlette.datastructures import State
 
 from controller.schema.modes import Cause, Freeze, Integrator, Law, Mode
 from controller.system.tasks import forever
-from server.access import page
-from server.access import routes as access
+from server.access import page, sign_in
 from server.access.gate import Gate, admits
 from server.access.hosts import Hosts
 from server.access.roles import authorise
 from server.app.services import Services
-from server.drawing import reference_routes
 from server.drawing import routes as drawing
-from server.health import probe_routes
 from server.health import routes as health
 from server.http import given, problems
 from server.http.answers import REFUSALS, say_once
@@ -30,16 +30,16 @@ from server.http.connections import WHOLE
 from server.live import presence, socket
 from server.live.messages import FromBrowser, FromServer, Heard
 from server.log import refusals
-from server.operate import command_routes, lease_routes, settings_routes
+from server.operate import command_routes, lease_routes, settings
 from server.operate.messages import Presence
 from server.operate.stop_lane import StopLane
 from server.plots import routes as plots
 from server.presets import routes as presets
-from server.recorder import export_routes, quick_routes, rerun_routes
+from server.recorder import export_routes, rerun_routes
 from server.recorder import routes as recorder
 from server.rig import routes as rig
 from server.rig import twin_routes
-from server.runs import recorded_routes
+from server.runs import recorded_path
 from server.runs import routes as runs
 from server.scene import proxy
 from server.scene import routes as scene
@@ -47,22 +47,19 @@ from server.scene import routes as scene
 ROUTES = (
     command_routes,  # these two are found first: an E-STOP comes by them
     socket,
-    access,
+    sign_in,
     lease_routes,
-    settings_routes,
+    settings,
     rig,
     health,
-    reference_routes,
     drawing,
     runs,
-    quick_routes,
+    recorded_path,
     recorder,
     export_routes,
-    recorded_routes,
     plots,
     presets,
     presence,
-    probe_routes,
     page,
     rerun_routes,
     twin_routes,
@@ -94,8 +91,8 @@ class Api(FastAPI):
 
 def create_app(services: Services) -> FastAPI:
     """The ASGI application. It closes `services` when it shuts down."""
-    app = _api()
-    app.state.services = services
+    app = copy(_api())
+    app.state, app.user_middleware = State({"services": services}), []
     given.give(app, services.by_class())
     app.add_middleware(
         Gate,
@@ -113,7 +110,9 @@ def openapi_schema() -> dict[str, Any]:
     return _api().openapi()
 
 
+@cache
 def _api() -> FastAPI:
+    """The routes, the same for all services: FastAPI takes half a second for what it makes of them when first asked."""
     app = Api(
         title="Tendril",
         version=version("tendril"),

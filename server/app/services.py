@@ -29,10 +29,10 @@ from server.log.event_file import EventFile
 from server.log.events import EventLog, to_log
 from server.log.messages import Event
 from server.operate.hand import Hands
-from server.operate.kept_settings import KeptSettings
 from server.operate.operator import Operator
 from server.operate.pages import Pages
 from server.operate.people import PeopleHere
+from server.operate.settings import KeptSettings
 from server.operate.stopper import Stopper
 from server.operate.watch import Watch
 from server.plots.feed import Plots

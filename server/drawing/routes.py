@@ -1,4 +1,4 @@
-"""Drawn references: planned, foreseen on the twin, kept by name."""
+"""References: those of the library, and drawn ones: planned, and kept by name."""
 
 import asyncio
 
@@ -6,11 +6,15 @@ from fastapi import APIRouter, Response
 
 from controller.reference import lettering
 from server.access.asking import Holder
+from server.drawing import references
 from server.drawing.messages import (
     DrawingBody,
     DrawingInfo,
     DrawingName,
     DrawingPlan,
+    Name,
+    ReferenceInfo,
+    ReferencePath,
     TextBody,
     TextPath,
 )
@@ -22,42 +26,47 @@ from server.log.events import GivenEvents
 from server.operate.operator import GivenOperator
 from server.rig.client import GivenRig
 
-router = APIRouter(tags=["drawings"])
+router = APIRouter()
 
 
-@router.post("/api/drawings/plan")
+@router.post("/api/drawings/plan", tags=["drawings"])
 async def plan_drawing(body: DrawingBody, rig: GivenRig, operator: GivenOperator) -> DrawingPlan:
     """What would be followed; 422 with field, value and bound for what cannot be planned."""
     return await asyncio.to_thread(drawing_plan, body, rig.require_info().parameters, operator.settings)
 
 
-@router.post("/api/drawings/text")
+@router.post("/api/drawings/text", tags=["drawings"])
 async def text_path(body: TextBody) -> TextPath:
     """Text in single-stroke letters; 422 for a character that has none."""
     strokes = lettering.strokes(body.text, body.height)
     return TextPath(strokes=[points(one) for one in strokes], points=points(lettering.joined(strokes)))
 
 
-@router.get("/api/drawings")
+@router.get("/api/drawings", tags=["drawings"])
 async def read_drawings(drawings: GivenDrawings) -> list[DrawingInfo]:
     """Every saved drawing, the last saved first."""
     return await asyncio.to_thread(drawings.listed)
 
 
-@router.get("/api/drawings/{name}.csv", response_class=Response, responses=answers.body("text/csv", "The file"))
+@router.get(
+    "/api/drawings/{name}.csv",
+    tags=["drawings"],
+    response_class=Response,
+    responses=answers.body("text/csv", "The file"),
+)
 async def drawing_file(name: DrawingName, drawings: GivenDrawings, rig: GivenRig, operator: GivenOperator) -> Response:
     """What would be followed as CSV: t, x, y in s and m, every tick; 404 when there is none of this name."""
     text = await asyncio.to_thread(csv_of, drawings.read(name), rig.require_info().parameters, operator.settings)
     return Response(text, media_type="text/csv", headers={"content-disposition": f'attachment; filename="{name}.csv"'})
 
 
-@router.get("/api/drawings/{name}")
+@router.get("/api/drawings/{name}", tags=["drawings"])
 async def read_drawing(name: DrawingName, drawings: GivenDrawings) -> DrawingBody:
     """A saved drawing; 404 when there is none of this name."""
     return await asyncio.to_thread(drawings.read, name)
 
 
-@router.put("/api/drawings/{name}")
+@router.put("/api/drawings/{name}", tags=["drawings"])
 async def save_drawing(
     name: DrawingName, body: DrawingBody, drawings: GivenDrawings, who: Holder, events: GivenEvents
 ) -> DrawingInfo:
@@ -67,8 +76,20 @@ async def save_drawing(
     return info
 
 
-@router.delete("/api/drawings/{name}", status_code=204)
+@router.delete("/api/drawings/{name}", tags=["drawings"], status_code=204)
 async def delete_drawing(name: DrawingName, drawings: GivenDrawings, who: Holder, events: GivenEvents) -> None:
     """Delete it; operator only, 404 when there is none of this name."""
     await asyncio.to_thread(drawings.delete, name)
     events.add(f"{who.name}: drawing {name} deleted")
+
+
+@router.get("/api/references", tags=["references"])
+async def read_references(rig: GivenRig) -> list[ReferenceInfo]:
+    """The references for the connected rig's actuator; 503 before the first contact."""
+    return await asyncio.to_thread(references.listed, rig.require_info().parameters)
+
+
+@router.get("/api/references/{name}", tags=["references"])
+async def read_reference(name: Name, rig: GivenRig) -> ReferencePath:
+    """The points of one of them; 404 with the known names."""
+    return await asyncio.to_thread(references.path, rig.require_info().parameters, name)

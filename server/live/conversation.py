@@ -11,7 +11,7 @@ from pydantic_core import from_json
 
 from controller.errors import TendrilError, sentence
 from controller.schema.messages import CommandReply
-from server.http.rates import Rates, Verdict
+from server.http.rates import POLICY, Rates, Verdict
 from server.http.refused import RefusedCounts
 from server.live.hub import Viewer
 from server.live.messages import FromBrowser, Ping, Pong, Refused, Reply
@@ -55,6 +55,19 @@ class Conversation:
         self._loop = asyncio.get_running_loop()
         self._context = contextvars.copy_context()
 
+    async def listen(self) -> None:
+        """Hear the page until it is gone, or closed because it floods."""
+        socket = self._viewer.socket
+        while (message := await socket.receive())["type"] != "websocket.disconnect":
+            match self.verdict():
+                case Verdict.HEARD:
+                    self.hear(message.get("text"))
+                case Verdict.REFUSED:
+                    self._hurried()
+                case Verdict.FLOOD:
+                    return await socket.close(POLICY, self._hurried())
+            await asyncio.sleep(0)  # one message, then the others' turn
+
     def hear(self, text: str | None) -> None:
         """Act on one message; never raises."""
         self._hearing.hands.lease.touch(self._viewer.who)
@@ -95,7 +108,7 @@ class Conversation:
         self._hearing.refused.messages += found == Verdict.DROPPED  # the others are counted as they are told
         return found
 
-    def hurried(self) -> str:
+    def _hurried(self) -> str:
         """Say that messages are dropped, and why."""
         self._refuse(0, "messages", why := self._hearing.rates.too_many)
         return why

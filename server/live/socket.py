@@ -1,6 +1,5 @@
 """The live socket: hello with the log so far, then everything live, until either side closes."""
 
-import asyncio
 import contextlib
 from dataclasses import dataclass
 from typing import Annotated
@@ -15,7 +14,7 @@ from server.access.sessions import GivenSessions, Sessions
 from server.http.connections import URGENT
 from server.http.given import GivenSettings
 from server.http.problems import answer
-from server.http.rates import POLICY, GivenRates, Verdict
+from server.http.rates import POLICY, GivenRates
 from server.http.refused import GivenRefused
 from server.http.who import Me
 from server.live.conversation import Conversation, Hearing
@@ -63,10 +62,10 @@ class Live:
         conversation = Conversation(viewer, self.hearing)
         viewer.socket.scope["state"][URGENT] = conversation.urgent
         ended = self.sessions.ended(viewer.who)
-        await until_one_ends(self.hub.serve(viewer), _listen(viewer.socket, conversation), ended)
+        await until_one_ends(self.hub.serve(viewer), conversation.listen(), ended)
         conversation.leave()
         with contextlib.suppress(RuntimeError, WebSocketDisconnect):
-            await viewer.socket.close(1008)
+            await viewer.socket.close(POLICY)
 
     def _hello(self, viewer: Viewer) -> Hello:
         return Hello(
@@ -101,15 +100,3 @@ async def live(socket: WebSocket, here: Annotated[Live, Depends(_live)], who: Me
             await here.serve(Viewer(socket, who, Feed(here.plots)))
     except Crowded as error:
         await socket.send_denial_response(answer(error))
-
-
-async def _listen(socket: WebSocket, conversation: Conversation) -> None:
-    while (message := await socket.receive())["type"] != "websocket.disconnect":
-        match conversation.verdict():
-            case Verdict.HEARD:
-                conversation.hear(message.get("text"))
-            case Verdict.REFUSED:
-                conversation.hurried()
-            case Verdict.FLOOD:
-                return await socket.close(POLICY, conversation.hurried())
-        await asyncio.sleep(0)  # one message, then the others' turn

@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 from typing import Annotated, Literal
 
 from controller.schema.messages import CommandReply
+from controller.schema.modes import Cause, Mode
 from server.http.given import given
 from server.http.rates import LINE, Bucket, Rate
 from server.log.audit import tell
@@ -86,3 +87,8 @@ class EventLog:
 
 
 GivenEvents = Annotated[EventLog, given(EventLog)]
+
+
+def words(member: Mode | Cause) -> str:
+    """A mode or a cause as people read it."""
+    return member.name.replace("_", " ").lower() if isinstance(member, Cause) else member.name.replace("_", " ")

@@ -4,8 +4,7 @@ from controller.schema.modes import Cause, Mode, Request
 from server.access.lease import OperatorLease
 from server.access.permit import own
 from server.http.who import Identity
-from server.log.events import EventLog, Level
-from server.log.words import words
+from server.log.events import EventLog, Level, words
 from server.operate.operator import Operator
 from server.rig.client import Rig
 from server.rig.history import History

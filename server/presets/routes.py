@@ -14,8 +14,8 @@ from recordings.write.writer import Recorder
 from server.access.asking import Holder, Permitted
 from server.http.given import GivenSettings
 from server.log.events import EventLog, GivenEvents
-from server.operate.kept_settings import GivenKeptSettings
 from server.operate.operator import GivenOperator, Operator
+from server.operate.settings import GivenKeptSettings
 from server.presets import actuator as actuators
 from server.presets.actuator import GivenOutcomes
 from server.presets.gains import GainPresets

@@ -12,8 +12,7 @@ from recordings.format.messages import Recording
 from recordings.read.reader import read_about, read_times
 from recordings.write.session import Context
 from recordings.write.writer import Recorder
-from server.log.events import EventLog
-from server.log.words import words
+from server.log.events import EventLog, words
 from server.recorder.review import Review
 from server.rig.client import Rig
 

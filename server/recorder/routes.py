@@ -1,4 +1,4 @@
-"""Recordings: start, stop, list, edit, remove, download."""
+"""Recordings: start, stop, list, quick look, edit, remove, download."""
 
 import asyncio
 from collections.abc import Iterator
@@ -6,15 +6,18 @@ from pathlib import Path
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Response
+from pydantic import Field as Bounds
 from pydantic import TypeAdapter
 from starlette.responses import FileResponse, StreamingResponse
 
 from controller.errors import CommandRefused, RecordingError
+from controller.schema.layout import Model
 from recordings.format import frames
-from recordings.format.messages import Recording, RecordingState
+from recordings.format.messages import Profile, Recording, RecordingState
 from recordings.format.profiles import PROFILES, ProfileInfo
 from recordings.read.metrics import Measured
 from recordings.read.query import matching, ordered
+from recordings.read.quick import POINTS, Quick, quick_look
 from recordings.store.apart import apart
 from recordings.store.edits import Edit
 from recordings.store.finishing import measured
@@ -26,14 +29,23 @@ from server.http.who import Me
 from server.log.events import GivenEvents
 from server.operate.operator import GivenOperator
 from server.recorder.folder import GivenFolder, GivenRecorder
-from server.recorder.messages import RecordingBody
 from server.recorder.review import GivenReview
 from server.rig.client import GivenRig
+
+
+class RecordingBody(Model):
+    """Body of POST /api/recordings."""
+
+    name: Annotated[str, Bounds(max_length=80)] = ""
+    profile: Profile = "standard"
+
 
 router = APIRouter(tags=["recordings"])
 
 BINARY = "application/octet-stream"
+
 LIST = TypeAdapter(list[Recording])
+
 CHUNK = 1 << 18
 """Bytes read at once from a file that is still written."""
 
@@ -143,3 +155,15 @@ def _first(path: Path, size: int) -> Iterator[bytes]:
         while size > 0 and (chunk := file.read(min(size, CHUNK))):
             size -= len(chunk)
             yield chunk
+
+
+Points = Annotated[int, Query(ge=100, le=20_000)]
+
+Keys = Annotated[list[Annotated[str, Query(max_length=80)]], Query(max_length=64)]
+
+
+@router.get("/api/recordings/{id}/quick", response_model=Quick)
+async def recording_quick(id: str, folder: GivenFolder, points: Points = POINTS, signals: Keys = []) -> Response:  # noqa: B006
+    """The main signals as extremes of bins, and the tip's path; of a running recording, up to now. 404 without it."""
+    text = await folder.look(quick_look, await folder.look(folder.store.path, id), points, tuple(signals))
+    return Response(text, media_type="application/json", headers={"cache-control": "no-store"})

@@ -10,7 +10,7 @@ from controller.link import PlannedRows, RigClient
 from controller.link.keys import REPLAY_MAX
 from controller.schema.actuator import Actuator
 from controller.schema.layout import record_dtype
-from controller.schema.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults
+from controller.schema.messages import CommandReply, RigInfo, Telemetry, TwinFaults
 from controller.schema.parameters import RigParameters
 from controller.system.keys import read_key
 from controller.system.worker import Worker
@@ -40,6 +40,8 @@ class Rig:
             key=read_key(settings.key),
             tls=settings.link_tls,
         )
+        self.send = self._link.command
+        """Send a command and wait for the loop's answer; see `RigClient.command`."""
 
     @property
     def info(self) -> RigInfo | None:
@@ -93,10 +95,6 @@ class Rig:
     def trouble(self) -> str:
         """Why the rig takes no command from this server, "" when it does; see `RigClient.trouble`."""
         return str(self._link.trouble or "")
-
-    def send(self, command: Command) -> CommandReply:
-        """Send a command and wait for the loop's answer; see `RigClient.command`."""
-        return self._link.command(command)
 
     def stop(self, number: int, boot: int) -> CommandReply:
         """Send an E-STOP past everything; see `RigClient.stop`."""

@@ -1,16 +1,22 @@
 """A recorded path as a drawing, so that the Run tab can follow it again."""
 
+import asyncio
 import re
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from fastapi import APIRouter, Query
 from pydantic import ValidationError
 
 from controller.errors import ParameterError, sentence
-from recordings.exporting.tip_path import Wanted, tip_path
+from controller.schema.parameters import SENSORS
+from recordings.exporting.apart import apart
+from recordings.exporting.tip_path import Wanted, What, tip_path
 from recordings.format.chunks import Array
 from server.drawing.messages import DrawingBody, Given
+from server.recorder.export_routes import From, To
+from server.recorder.folder import GivenFolder
 
 POINTS = 5000
 """The most that a drawing holds."""
@@ -37,3 +43,24 @@ def drawing_name(name: str) -> str:
 
 def _plain(values: Array) -> Any:
     return np.round(values, DECIMALS).tolist()
+
+
+router = APIRouter(tags=["recordings"])
+
+Rod = Annotated[int, Query(ge=1, le=SENSORS)]
+
+
+@router.get("/api/recordings/{id}/path")
+async def recording_path(
+    id: str,
+    folder: GivenFolder,
+    what: What = "p_meas",
+    rod: Rod = SENSORS,
+    start: From = None,
+    stop: To = None,
+) -> DrawingBody:
+    """The path of the tip, its reference or a marker as a drawing with times; 404, or 422 says what is wrong."""
+    found, source = await folder.look(folder.store.find, id), await folder.look(folder.store.path, id)
+    wanted = Wanted(what, rod, start, stop)
+    async with folder.exporting:
+        return await asyncio.to_thread(apart, recorded_drawing, source, found.name, wanted)

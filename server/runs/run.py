@@ -8,7 +8,7 @@ import numpy as np
 
 from controller.kernels.model.rod import Array
 from controller.schema.modes import Cause, Mode
-from server.log.words import words
+from server.log.events import words
 from server.rig.channels import Rows
 from server.runs.laps import Lap, Leg, Place
 from server.runs.messages import RunResult, RunState

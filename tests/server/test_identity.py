@@ -17,7 +17,7 @@ from server.access.token_watch import CLOSED_AFTER, TokenWatch
 from server.access.tokens import Secrets, TokenFile, load_secrets
 from server.http.who import Identity
 from server.log.events import EventLog
-from server.operate.kept_settings import KeptSettings
+from server.operate.settings import KeptSettings
 from server.settings import ServerSettings, exposed
 
 
