@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from controller.arrays import Rows
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
-from server.channels import CHANNELS, Rows, column, extract
+from server.channels import CHANNELS, column, extract
 from server.plots.messages import PlotChannel
 
 BIN_TICKS = 16

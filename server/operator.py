@@ -17,6 +17,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any
 
+from controller.arrays import Rows
 from controller.errors import (
     CommandRefused,
     KeyRefused,
@@ -30,7 +31,6 @@ from controller.schema.messages import Command, CommandReply
 from controller.schema.modes import Cause, Mode, Request
 from controller.schema.parameters import Settings
 from controller.system.worker import Worker
-from server.channels import Rows
 from server.permit import STILLING, Permit, own
 from server.stopper import Stopper
 

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
+from controller.arrays import Values
 from controller.errors import ParameterError, sentence
 from recordings.exporting.tip_path import Wanted, tip_path
-from recordings.format.chunks import Array
 from server.drawings.messages import DrawingBody, Given
 
 POINTS = 5000
@@ -35,5 +35,5 @@ def drawing_name(name: str) -> str:
     return " ".join(plain.split())[:NAME_LENGTH].strip(" .-") or "recorded"
 
 
-def _plain(values: Array) -> Any:
+def _plain(values: Values) -> Any:
     return np.round(values, DECIMALS).tolist()

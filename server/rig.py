@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from controller.arrays import Rows
 from controller.link import PlannedRows, RigClient
 from controller.link.keys import REPLAY_MAX
 from controller.schema.actuator import Actuator
@@ -12,7 +13,6 @@ from controller.schema.messages import Command, CommandReply, RigInfo, Telemetry
 from controller.schema.parameters import RigParameters
 from controller.system.keys import read_key
 from controller.system.worker import Worker
-from server.channels import Rows
 from server.history import History
 from server.permit import Permit
 from server.settings import ServerSettings

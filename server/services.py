@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import ParamSpec, TypeVar
 
+from controller.arrays import Rows
 from controller.errors import RigUnreachable, TendrilError
 from controller.schema.messages import RigInfo
 from controller.schema.parameters import RigParameters, Settings
@@ -19,7 +20,6 @@ from server.alarms.watch import AlarmWatch
 from server.audit import LARGEST, Audit, Deed
 from server.auth import Identity, Sessions
 from server.automatic import Automatic
-from server.channels import Rows
 from server.drawings.store import Drawings
 from server.event_file import EventFile
 from server.events import EventLog, to_log

@@ -4,8 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.model.rod import Array, RodModel
+from controller.kernels.model.rod import RodModel
 
 STAGES = 20
 """Gravity is brought up in this many steps: Newton then starts near the branch that the body really takes."""

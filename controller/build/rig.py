@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.build.rod import build_rod, computable
 from controller.build.stability import require_stable
 from controller.errors import ParameterError
@@ -13,7 +14,7 @@ from controller.kernels.control.memory import PLAN, STATE, Control, Rig
 from controller.kernels.model.energy import make_ledger, open_ledger
 from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.polygon import Polygon, admissible
-from controller.kernels.model.rod import Array, RodModel, make_load, make_work
+from controller.kernels.model.rod import RodModel, make_load, make_work
 from controller.kernels.model.statics import at_rest, places, points_on, static_tip
 from controller.kernels.observer.observer import Observer, Springs, reset_observer, step
 from controller.kernels.observer.sensing import Sensing

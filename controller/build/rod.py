@@ -5,9 +5,10 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.build.equilibrium import Body, equilibrium
 from controller.errors import ParameterError
-from controller.kernels.model.rod import Array, RodModel
+from controller.kernels.model.rod import RodModel
 from controller.schema.actuator import Actuator
 
 FEWEST, MOST = 2, 1000

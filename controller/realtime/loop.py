@@ -7,10 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Words
 from controller.kernels.control.tick import Rig, tick
 from controller.kernels.plant.twin import Twin, twin_step
 from controller.realtime.clock import now_ns, sleep_until, slots_missed
-from controller.realtime.compiled import Words, compiled, load_acquire, store_release
+from controller.realtime.compiled import compiled, load_acquire, store_release
 from controller.realtime.mailbox import mailbox, post, receive, words
 from controller.realtime.ring import (
     BASELINE_LOST,

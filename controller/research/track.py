@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from controller.arrays import Rows
 from controller.errors import DataError, ParameterError, TendrilError
 from controller.reference.drawn import Wish, drawn
 from controller.reference.feasible.within_reach import Carried
@@ -18,11 +19,10 @@ from controller.research.experiments.results import ResultRow
 from controller.research.report.result_json import row_json
 from controller.schema.actuator import Actuator
 from controller.schema.fit import GAIN_NAMES
-from controller.schema.parameters import RigParameters
+from controller.schema.parameters import DT, RigParameters
 from controller.simulation.case import Case, Setup, settings_of
-from controller.simulation.metrics import DT, UNITS, Window, measure
+from controller.simulation.metrics import UNITS, Window, measure
 from controller.simulation.run import run
-from controller.simulation.simulate import Rows
 
 CONTROLLERS = ("paper",)
 OFF_PATH = 1e-3

@@ -10,15 +10,14 @@ from pathlib import Path
 import numpy as np
 
 from controller import reference
-from controller.kernels.model.rod import Array
+from controller.arrays import Array, Rows
 from controller.reference.path_file import read_samples
 from controller.reference.reference import Reference
 from controller.schema.modes import Mode, Request
-from controller.schema.parameters import Settings
+from controller.schema.parameters import DT, Settings
 from controller.simulation.case import Case, Outcome, Setup, outcome, parameters_of, settings_of
-from controller.simulation.metrics import DT
 from controller.simulation.run import armed, request, require_mode
-from controller.simulation.simulate import Rows, Simulation
+from controller.simulation.simulate import Simulation
 
 LIVE_PATH_FILE = Path(reference.__file__).parent / "data" / "live_path.csv"
 INVERSE_PERIOD = 0.01

@@ -1,11 +1,11 @@
 """The real tick and the real twin without a clock: every experiment, bench and preview runs through here."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numba import njit
 
+from controller.arrays import Rows
 from controller.kernels.control.memory import Rig
 from controller.kernels.control.tick import tick
 from controller.kernels.plant.twin import Twin, twin_step
@@ -14,8 +14,6 @@ from controller.schema.messages import Command, LoopStatus, Measurement, Telemet
 
 START_NS = 1_000_000_000
 """Clock of the first tick; 0 would mean that nothing has been measured yet."""
-
-Rows = np.ndarray[Any, np.dtype[np.void]]
 
 
 class Simulation:

@@ -4,7 +4,7 @@ from collections import OrderedDict, deque
 
 import numpy as np
 
-from server.channels import Rows
+from controller.arrays import Rows
 from server.history import Bins, History
 from server.messages import Kind
 

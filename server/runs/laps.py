@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.build.rig import REFERENCE_ROWS
 from controller.errors import ParameterError
 from controller.kernels.control.inverse import TOLERANCE, StaticMap
-from controller.kernels.model.rod import Array
 from controller.link import ENDLESS
 from controller.reference import library
 from controller.reference.feasible.bounds import Limits, place, stretches, window_rows, worst

@@ -6,14 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from controller.arrays import Array, Rows
 from controller.errors import CommandRefused, RigUnreachable
-from controller.kernels.model.rod import Array
 from controller.link import PlannedRows
 from controller.realtime.desk import refused_text
 from controller.schema.messages import RigInfo
 from controller.schema.modes import Cause, Law, Mode, Request
 from controller.schema.parameters import Settings
-from server.channels import Rows
 from server.operator import Operator
 from server.permit import Permit, own
 from server.rig import Rig

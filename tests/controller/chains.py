@@ -5,10 +5,11 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from controller.arrays import Array
 from controller.build.rod import build_rod
 from controller.kernels.model.energy import Ledger, ledger_step
 from controller.kernels.model.integrate import rk4_step
-from controller.kernels.model.rod import Array, Load, RodModel, RodState, Work, make_work
+from controller.kernels.model.rod import Load, RodModel, RodState, Work, make_work
 from controller.schema.actuator import PRESETS
 
 compiled: Any = njit(nogil=True, error_model="numpy")

@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.build.equilibrium import Body, settle
 from controller.kernels.model.implicit import make_implicit_work
-from controller.kernels.model.rod import Array, make_load
+from controller.kernels.model.rod import make_load
 from controller.kernels.model.statics import at_rest, pose
 from controller.kernels.observer.replay import Replay, Samples, replay
 from controller.research.identification.motion.decays import Decay

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from controller.arrays import Array
 from controller.kernels.model.energy import BAUMGARTE, OBSERVER, PNEUMATIC, make_ledger, open_ledger, stored_energy
-from controller.kernels.model.rod import Array, Load, RodModel, RodState, make_load, make_work
+from controller.kernels.model.rod import Load, RodModel, RodState, make_load, make_work
 from controller.kernels.model.statics import at_rest
 from tests.controller.chains import NO_TORQUE, booked_steps, preset, thrown
 from tests.oracles import Chain

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
+from controller.arrays import Array
 from controller.build.rod import build_rod
 from controller.kernels.model.energy import BAUMGARTE, Ledger, make_ledger, open_ledger, stored_energy
 from controller.kernels.model.implicit import (
@@ -16,7 +17,7 @@ from controller.kernels.model.implicit import (
     make_implicit_work,
     meet_hinges,
 )
-from controller.kernels.model.rod import Array, Load, RodModel, RodState, make_load, make_work
+from controller.kernels.model.rod import Load, RodModel, RodState, make_load, make_work
 from controller.kernels.model.statics import at_rest, tip_of
 from controller.schema.actuator import PRESETS
 from tests.controller.chains import NO_TORQUE, booked_steps, compiled, posed, preset, steps, thrown

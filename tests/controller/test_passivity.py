@@ -10,6 +10,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
+from controller.arrays import Array
 from controller.build.rod import build_rod
 from controller.build.stability import natural_modes
 from controller.kernels.model.energy import (
@@ -21,7 +22,7 @@ from controller.kernels.model.energy import (
     open_ledger,
     stored_energy,
 )
-from controller.kernels.model.rod import Array, RodModel, make_load, make_work
+from controller.kernels.model.rod import RodModel, make_load, make_work
 from controller.kernels.model.statics import at_rest
 from controller.schema.actuator import PRESETS, Actuator
 from tests.controller.chains import booked_steps, thrown

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from numba import njit
 
+from controller.arrays import Array
 from controller.build.rod import build_rod
 from controller.kernels.model.energy import Ledger, ledger_step, make_ledger
 from controller.kernels.model.integrate import rk4_step
-from controller.kernels.model.rod import Array, RodModel, RodState, accelerate, make_load, make_work, sine_cosine
+from controller.kernels.model.rod import RodModel, RodState, accelerate, make_load, make_work, sine_cosine
 from controller.kernels.model.statics import at_rest, tip_of
 from controller.research.bench.mujoco_chain import MujocoChain
 from controller.schema.actuator import PRESETS

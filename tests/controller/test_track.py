@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.model.rod import Array
 from controller.reference.drawn import Wish
 from controller.reference.library import reference
 from controller.research.experiments.plant_scale import scaled

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from controller.arrays import Rows
 from controller.build.rod import build_rod
 from controller.build.twin import build_twin
 from controller.kernels.model.rod import make_load
@@ -26,7 +27,6 @@ IDEAL = {
     "marker_noise": 0.0,
 }
 STEP_NS = 1_000_000
-Rows = np.ndarray[Any, Any]
 
 
 @compiled

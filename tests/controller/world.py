@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from controller.arrays import Rows
 from controller.build.rig import build_rig
 from controller.build.twin import build_twin
 from controller.kernels.control.memory import STATE, Rig
@@ -18,7 +19,6 @@ from tests.controller.chains import compiled
 BOOT, MS = 7, 1_000_000
 LIMITS = SafetyLimits(server_rest=1.0, pump_rest=1.0, error_time=0.5)
 """Waits of the real ones that would only take the test's time."""
-Rows = np.ndarray[Any, Any]
 
 
 class Switches(NamedTuple):

@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from controller.arrays import Rows
 from controller.errors import RigUnreachable, TendrilError
 from controller.link import PlannedRows
 from controller.realtime.desk import refused_text
@@ -21,7 +22,6 @@ from controller.schema.messages import CommandReply, Telemetry
 from controller.schema.modes import Cause, Mode, Request
 from controller.schema.parameters import RigParameters, Settings
 from controller.schema.states import MOVING, next_mode
-from server.channels import Rows
 from server.permit import Permit
 
 PERIOD, BATCH = 0.02, 20

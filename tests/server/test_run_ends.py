@@ -7,6 +7,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from controller.arrays import Rows
 from controller.errors import CommandRefused
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
@@ -14,7 +15,6 @@ from controller.schema.modes import Cause, Mode
 from controller.schema.parameters import RigParameters, Settings
 from server.auth import Identity
 from server.automatic import Automatic
-from server.channels import Rows
 from server.events import EventLog
 from server.lease import OperatorLease
 from server.permit import Permit

@@ -7,9 +7,9 @@ the admissible polygon and joined by a Newton step where it stalls; `invert` add
 import math
 from typing import NamedTuple
 
+from controller.arrays import Array
 from controller.kernels.compiled import kernel
 from controller.kernels.model.polygon import Polygon, admissible, lowest_on_edges, nearest_admissible
-from controller.kernels.model.rod import Array
 from controller.kernels.model.statics import expand_tip, static_tip
 
 DISTANCE_DONE = 1e-9

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.kernels.control.inverse import StaticMap
-from controller.kernels.model.rod import Array
 from controller.kernels.observer.observer import Observer
 from controller.kernels.observer.sensing import Sensing
 

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.kernels.compiled import inlined
-from controller.kernels.model.rod import Array
 
 
 class Block(NamedTuple):

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.kernels.compiled import inlined, kernel
-from controller.kernels.model.rod import Array
 
 DAMPING, PNEUMATIC, OBSERVER, BAUMGARTE = range(4)
 

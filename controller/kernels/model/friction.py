@@ -7,8 +7,8 @@ Unlike Coulomb friction regularised by a speed it holds for ever, and a small mo
 import math
 from typing import NamedTuple
 
+from controller.arrays import Array
 from controller.kernels.compiled import inlined, kernel
-from controller.kernels.model.rod import Array
 
 GRAVITY = 9.81
 """Presses the rods on the sheet [m/s^2]."""

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.kernels.compiled import inlined, kernel
 from controller.kernels.denormal import settled
 from controller.kernels.model.block import Block, factorise, make_block, solve_blocks
@@ -27,7 +28,7 @@ from controller.kernels.model.energy import (
     pneumatic_power,
     stored_energy,
 )
-from controller.kernels.model.rod import Array, apply_hinges, eliminate, rotations, substitute
+from controller.kernels.model.rod import apply_hinges, eliminate, rotations, substitute
 
 GAMMA = 1.0 - math.sqrt(0.5)
 """The SDIRK method's diagonal: with it, two stages are of order 2 and L-stable."""

@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
+from controller.arrays import Array
 from controller.kernels.compiled import kernel
-from controller.kernels.model.rod import Array
 
 
 class Polygon(NamedTuple):

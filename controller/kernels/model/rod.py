@@ -8,13 +8,12 @@ proximal end of rod i to its centre of mass is L_i/2; the last rod's differs whe
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.kernels.compiled import inlined
-
-Array = np.ndarray[Any, np.dtype[np.float64]]
 
 ROUND = 6755399441055744.0
 """1.5 * 2^52: adding and then subtracting it rounds a double to the nearest integer."""

@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.kernels.compiled import kernel
-from controller.kernels.model.rod import Array, RodModel, RodState, sine_cosine
+from controller.kernels.model.rod import RodModel, RodState, sine_cosine
 
 
 class Expansion(NamedTuple):

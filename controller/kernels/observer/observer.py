@@ -5,12 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.kernels.compiled import kernel
 from controller.kernels.model.energy import Ledger, ledger_step, open_ledger
 from controller.kernels.model.implicit import ImplicitWork, book_implicit_step, implicit_step
 from controller.kernels.model.integrate import rk4_step
 from controller.kernels.model.pneumatics import delay, first_order_lag
-from controller.kernels.model.rod import Array, Load, RodModel, RodState, Work
+from controller.kernels.model.rod import Load, RodModel, RodState, Work
 from controller.kernels.model.statics import Places, points_on, pose
 from controller.schema.modes import Integrator
 

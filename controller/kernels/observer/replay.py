@@ -4,9 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.kernels.compiled import inlined, kernel
 from controller.kernels.model.implicit import ImplicitWork, implicit_step
-from controller.kernels.model.rod import Array, Load, RodModel, RodState
+from controller.kernels.model.rod import Load, RodModel, RodState
 from controller.kernels.model.statics import Places, points_on
 from controller.kernels.observer.observer import pull
 

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.kernels.compiled import kernel
-from controller.kernels.model.rod import Array
 from controller.kernels.safety.safety import is_live, speed_of
 
 WHIP = 2.0

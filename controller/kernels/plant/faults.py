@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.kernels.compiled import kernel
-from controller.kernels.model.rod import Array
 from controller.kernels.plant.noise import normal_pair, uniform
 
 NOISE, SAMPLE_LOSS, MARKER_LOSS, JUMP_X, JUMP_Y = range(5)

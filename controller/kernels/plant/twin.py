@@ -9,10 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.kernels.compiled import kernel
 from controller.kernels.model.friction import Hysteresis, Sheet, resist_hysteresis, rub
 from controller.kernels.model.integrate import rk4_step
-from controller.kernels.model.rod import Array, Load, RodModel, RodState, Work
+from controller.kernels.model.rod import Load, RodModel, RodState, Work
 from controller.kernels.model.statics import Places, points_on
 from controller.kernels.plant.faults import LOST, Faults, sample_lost, spoil
 from controller.kernels.plant.noise import normal_pair

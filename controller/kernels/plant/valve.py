@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.kernels.compiled import inlined, kernel
 from controller.kernels.denormal import settled
-from controller.kernels.model.rod import Array
 
 ATMOSPHERE = 101.325e3
 """What gauge pressures count from, and what the chambers exhaust to [Pa]."""

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 
 WINDOW = 0.02
 """Time over which an acceleration is taken [s]: sampling and a camera's noise have none, and a corner a finite one."""

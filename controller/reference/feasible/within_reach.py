@@ -4,22 +4,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import ParameterError
 from controller.kernels.control.along import nearest_of, walk
 from controller.kernels.control.inverse import MARGIN_NEARER, REFINE_STEPS, TOLERANCE, StaticMap
-from controller.kernels.model.rod import Array
 from controller.reference.feasible.approach import EVERY, NEAR_SEEDS, SETTLE_STEPS, solutions
 from controller.reference.feasible.reach import static_tips
 from controller.reference.path_file import Samples
 from controller.schema.actuator import Actuator
-from controller.schema.parameters import ControllerParameters
+from controller.schema.parameters import DT
 
 FAR = 3.0
 """A point further from the base than so many lengths is in other units."""
 LOOK = 1e-3
 """Out of reach another branch is looked for once in so much of the path [m], or at every so many rows."""
-DT = ControllerParameters().dt
-"""Period of a path's rows [s]."""
 JUST = 1e-9
 """Rounding of times [s]."""
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.kernels.model.implicit import GAMMA
 from controller.kernels.model.integrate import fill_first_stage, fill_stage, finish_step
 from controller.kernels.model.rod import (
-    Array,
     Load,
     RodModel,
     RodState,

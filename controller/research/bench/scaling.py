@@ -16,8 +16,8 @@ from controller.realtime.compiled import compiled
 from controller.research.bench.dense import dense_step, solve_dense_stages
 from controller.research.bench.stopwatch import time_steps
 from controller.schema.actuator import PRESETS
+from controller.schema.parameters import DT
 
-DT = 1e-3
 RODS = (10, 20, 50, 100, 300, 1000)
 DENSE_MAX = 300
 """Largest chain that the dense solver is asked for: 0.4 s a step."""

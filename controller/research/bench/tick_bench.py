@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Words
 from controller.build.rig import build_rig
 from controller.build.twin import build_twin
 from controller.errors import TendrilError
@@ -12,7 +13,7 @@ from controller.kernels.control.memory import Rig
 from controller.kernels.control.tick import tick
 from controller.kernels.plant.twin import Twin, twin_step
 from controller.realtime.clock import now_ns
-from controller.realtime.compiled import Words, compiled
+from controller.realtime.compiled import compiled
 from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry
 from controller.schema.modes import Mode, Request

@@ -6,14 +6,13 @@ from itertools import pairwise
 import numpy as np
 from numba import njit
 
+from controller.arrays import Array
 from controller.build.twin import build_twin
-from controller.kernels.model.rod import Array
 from controller.kernels.plant.twin import twin_step
 from controller.research.experiments.results import PressureStep
 from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Measurement, Telemetry
-from controller.schema.parameters import RigParameters
-from controller.simulation.metrics import DT
+from controller.schema.parameters import DT, RigParameters
 from controller.simulation.simulate import START_NS
 
 SETPOINTS = (0.0, 60e3, 0.0, 120e3, 60e3, 80e3, 60e3)

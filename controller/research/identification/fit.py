@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Literal
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 from controller.schema.actuator import Actuator
 
 

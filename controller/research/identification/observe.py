@@ -7,8 +7,8 @@ from typing import TypedDict
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import DataError, ParameterError
-from controller.kernels.model.rod import Array
 from controller.research.identification.motion.decays import Decay, long_ones, read_decays
 from controller.research.identification.offline import estimate, offline_observer
 from controller.research.identification.plane import Motion, project

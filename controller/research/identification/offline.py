@@ -5,19 +5,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.build.rod import build_rod
 from controller.errors import ParameterError
 from controller.kernels.model.implicit import make_implicit_work
-from controller.kernels.model.rod import Array, RodModel, RodState, make_load
+from controller.kernels.model.rod import RodModel, RodState, make_load
 from controller.kernels.model.statics import Places, at_rest, places, pose
 from controller.kernels.observer.replay import Replay, Samples, Springs, replay
 from controller.research.identification.motion.hold import held_pose, positions, torques_to
 from controller.research.identification.motion.small import mobility
 from controller.research.identification.plane import Motion
 from controller.schema.actuator import Actuator, Tracking
+from controller.schema.parameters import DT
 
-TICK = 1e-3
-"""Samples are held on this grid, as in the live observer [s]."""
 FIRMEST = 1.0
 """A held force changes the velocity of its point in one step by at most this share of the error that it answers; from
 2 on it would overshoot for ever."""
@@ -70,7 +70,7 @@ def seen_of(sensors: Places, sensed: Sequence[int]) -> Places:
 def substeps(model: RodModel, seen: Places, springs: Springs) -> int:
     """Steps into which a tick must be cut so that no held force overshoots the error that it answers."""
     for steps in range(1, MOST + 1):
-        h = TICK / steps
+        h = DT / steps
         impulse = h * (float(springs.B_o.max()) + h * float(springs.K_o.max()))
         if impulse * float(mobility(model, seen, h).sum()) <= FIRMEST:
             return steps
@@ -100,7 +100,7 @@ def estimate(offline: Offline, motion: Motion) -> Array:
         points=np.zeros_like(offline.rest),
         held=held,
         release=np.array(offline.tracking.release),
-        dt=TICK / offline.substeps,
+        dt=DT / offline.substeps,
     )
     out = np.empty_like(p)
     replay(run, _samples(motion.t, p, offline.substeps), offline.springs, sum(1 << body for body in pulled), out)
@@ -122,5 +122,5 @@ def _samples(t: Array, p: Array, steps: int) -> Samples:
     """Samples at t (n,) [s], each held until the next one comes; the last one as long as the one before it."""
     v = np.zeros_like(p)
     v[1:] = np.diff(p, axis=0) / np.diff(t)[:, None, None]
-    grid = np.round(np.append(t, 2 * t[-1] - t[-2]) / TICK).astype(np.int64)
+    grid = np.round(np.append(t, 2 * t[-1] - t[-2]) / DT).astype(np.int64)
     return Samples(p, v, steps * np.diff(grid), np.zeros(1))

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import DataError
-from controller.kernels.model.rod import Array
 from controller.research.identification.motion.decays import Decay
 
 REST_SAMPLES = 20

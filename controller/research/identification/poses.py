@@ -5,10 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.build.equilibrium import Body, settle
 from controller.build.rod import build_rod
 from controller.errors import DataError, ParameterError
-from controller.kernels.model.rod import Array, RodModel
+from controller.kernels.model.rod import RodModel
 from controller.research.identification.tables import Table, points_in
 from controller.schema.actuator import Actuator
 

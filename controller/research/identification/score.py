@@ -5,8 +5,8 @@ from typing import NamedTuple, TypedDict
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.model.rod import Array
 from controller.research.identification.plane import Motion
 from controller.schema.actuator import Tracking
 

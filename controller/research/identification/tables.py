@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import DataError
-from controller.kernels.model.rod import Array
 
 UNITS = {"pa": 1.0, "kpa": 1e3, "m": 1.0, "mm": 1e-3, "s": 1.0, "ms": 1e-3}
 """What a column's suffix multiplies: `p1_kpa` is p1 in kPa. Without a suffix a column is in SI units."""

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import DataError
-from controller.kernels.model.rod import Array
 from controller.research.identification.tables import Table, choose_ids, points_in, read_table
 
 PERIOD = 0.01

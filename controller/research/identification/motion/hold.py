@@ -3,8 +3,9 @@
 import numpy as np
 from scipy.linalg import LinAlgError
 
+from controller.arrays import Array
 from controller.build.equilibrium import Body, settle, solve
-from controller.kernels.model.rod import Array, RodModel
+from controller.kernels.model.rod import RodModel
 from controller.kernels.model.statics import Places, points_on, pose
 
 NEAR = 2e-3

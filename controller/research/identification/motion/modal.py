@@ -7,9 +7,10 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.optimize import minimize_scalar
 
+from controller.arrays import Array
 from controller.build.rod import build_rod
 from controller.errors import DataError
-from controller.kernels.model.rod import Array, RodModel
+from controller.kernels.model.rod import RodModel
 from controller.kernels.model.statics import places
 from controller.research.identification.motion.damping import log_decrement
 from controller.research.identification.motion.hold import slopes

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import DataError
-from controller.kernels.model.rod import Array
 from controller.research.identification.fit import Estimate, Fit, Misfit
 from controller.research.identification.motion.decays import Decay
 from controller.research.identification.motion.modal import LATE, SMALL, Body, Mode, small_mode

@@ -7,8 +7,8 @@ import numpy as np
 from scipy import stats
 from scipy.optimize import least_squares
 
+from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.model.rod import Array
 from controller.research.identification.motion.modal import LATE, Body, Shape
 from controller.research.identification.offline import estimate, offline_observer
 from controller.research.identification.plane import Motion

@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.build.equilibrium import gravity_torque
 from controller.build.stability import centre_jacobian
-from controller.kernels.model.rod import Array, RodModel
+from controller.kernels.model.rod import RodModel
 from controller.kernels.model.statics import Places
 from controller.research.identification.motion.hold import slopes
 

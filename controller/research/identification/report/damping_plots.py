@@ -2,11 +2,10 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array, Mask
 from controller.research.identification.fit import Plot, Series
 from controller.research.identification.motion.damping import Decrement, Peaks, local_ratios
 from controller.research.identification.motion.rayleigh import Rayleigh, rayleigh_ratio
@@ -83,5 +82,5 @@ def neighbours(found: Decrement) -> tuple[Array, Array]:
     return np.concatenate([height for height, _ in pairs]), np.concatenate([ratio for _, ratio in pairs])
 
 
-def _clear(one: Peaks) -> np.ndarray[Any, np.dtype[np.bool_]]:
+def _clear(one: Peaks) -> Mask:
     return np.asarray(np.abs(one.s) > FAR * one.noise)

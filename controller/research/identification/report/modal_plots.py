@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.build.rod import profile
-from controller.kernels.model.rod import Array
 from controller.research.identification.fit import Plot, Series
 from controller.research.identification.plane import Motion
 from controller.schema.actuator import Actuator

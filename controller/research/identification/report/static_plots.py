@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.build.rod import build_rod, profile
-from controller.kernels.model.rod import Array
 from controller.research.identification.fit import Misfit, Plot, Series
 from controller.research.identification.poses import Poses, backbones, fine
 from controller.research.identification.regression import spread
