@@ -7,6 +7,8 @@ import numpy as np
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 """Real numbers."""
+Pair = tuple[float, float]
+"""Two components by value: of a point or a velocity (x, y), or of torques (u1, u2)."""
 Array32 = np.ndarray[Any, np.dtype[np.float32]]
 """Real numbers in single precision: what is drawn, sent or kept in bulk."""
 Words = np.ndarray[Any, np.dtype[np.int64]]

@@ -102,7 +102,7 @@ def build_observer(model: RodModel, controller: ControllerParameters) -> Observe
     """Observer of `model` at rest; one step of its integrator a period."""
     length, rods = float(model.L.sum()), model.L.size
     state, ledger = at_rest(model), make_ledger()
-    open_ledger(ledger, model, state)
+    open_ledger(model, state, ledger)
     observer = Observer(
         model=model,
         state=state,

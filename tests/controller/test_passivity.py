@@ -76,7 +76,7 @@ def driven(model: RodModel, seed: int, torque: float, force: float, spans: int =
     random, count = np.random.default_rng(seed), model.L.size
     state, load, work, ledger = thrown(model, seed, 0.2, 1.0), make_load(count), make_work(count), make_ledger()
     dt = STEP / max(model.omega_B, float(np.abs(natural_modes(model, state.q[2])).max()))
-    open_ledger(ledger, model, state)
+    open_ledger(model, state, ledger)
     rows = np.zeros((spans * HOLD + 1, 6))
     rows[0, 0] = ledger.energy[0]
     for start in range(1, len(rows), HOLD):

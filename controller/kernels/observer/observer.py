@@ -62,7 +62,7 @@ class Observer(NamedTuple):
 @kernel
 def breathe(observer, u1, u2):
     """Pass u through dead time and lag: the torques that act on the model now (paper, "Dynamic observer")."""
-    late_1, late_2, observer.head[0] = delay(observer.dead_time, observer.head[0], u1, u2)
+    late_1, late_2, observer.head[0] = delay(u1, u2, observer.head[0], observer.dead_time)
     observer.u_hat[0] = first_order_lag(observer.u_hat[0], late_1, observer.lag, observer.dt)
     observer.u_hat[1] = first_order_lag(observer.u_hat[1], late_2, observer.lag, observer.dt)
 
@@ -132,11 +132,11 @@ def step(observer):
     """One period of the model under its load, and its energy ledger."""
     model, state, load, u, dt = observer.model, observer.state, observer.load, observer.u_hat, observer.dt
     if observer.integrator == Integrator.IMPLICIT:
-        implicit_step(model, state, load, dt, observer.implicit_work)
-        book_implicit_step(observer.ledger, model, state, load, u, dt, observer.implicit_work)
+        implicit_step(model, load, dt, state, observer.implicit_work)
+        book_implicit_step(model, state, load, u, dt, observer.implicit_work, observer.ledger)
     else:
-        rk4_step(model, state, load, dt, observer.work)
-        ledger_step(observer.ledger, model, state, load, u, dt, observer.work)
+        rk4_step(model, load, dt, state, observer.work)
+        ledger_step(model, state, load, u, dt, observer.work, observer.ledger)
 
 
 @kernel
@@ -162,4 +162,4 @@ def reset_observer(observer):
         observer.u_hat[j] = 0.0
         for slot in range(observer.dead_time.shape[0]):
             observer.dead_time[slot, j] = 0.0
-    open_ledger(observer.ledger, observer.model, observer.state)
+    open_ledger(observer.model, observer.state, observer.ledger)

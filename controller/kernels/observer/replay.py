@@ -74,7 +74,7 @@ def replay(run, samples, springs, used, out):
         for step in range(samples.ticks[k]):
             release(run, tick * run.dt)
             pull(run, held, springs, used, run.dt)
-            implicit_step(run.model, run.state, run.load, run.dt, run.work)
+            implicit_step(run.model, run.load, run.dt, run.state, run.work)
             tick += 1
             if step == samples.ticks[k] // 2:
                 points_on(run.state.q, run.sensors, out[k])

@@ -91,9 +91,9 @@ def twin_step(twin, t_ns, telemetry, measurement):
     for _ in range(twin.substeps):
         press(twin.model, twin.chambers, twin.load)
         resist_creep(twin.model, twin.creep, twin.state.q, twin.load, h)
-        resist_hysteresis(twin.model, twin.hysteresis, twin.state.q, twin.load)
-        rub(twin.model, twin.sheet, twin.state.v, twin.load, h)
-        rk4_step(twin.model, twin.state, twin.load, h, twin.work)
+        resist_hysteresis(twin.model, twin.state.q, twin.hysteresis, twin.load.Q_theta)
+        rub(twin.model, twin.state.v, h, twin.sheet, twin.load.F)
+        rk4_step(twin.model, twin.load, h, twin.state, twin.work)
     for j in range(4):
         measurement.pressures[j] = twin.chambers.sensed[j]
     twin.ticks[0] += 1

@@ -83,14 +83,14 @@ class Chain:
 def run_steps(model: RodModel, state: RodState, load: Load, dt: float, work: Work, count: int) -> None:
     """`count` RK4 steps of dt [s]."""
     for _ in range(count):
-        rk4_step(model, state, load, dt, work)
+        rk4_step(model, load, dt, state, work)
 
 
 @compiled
 def run_implicit_steps(model: RodModel, state: RodState, load: Load, dt: float, work: ImplicitWork, count: int) -> None:
     """`count` implicit steps of dt [s]."""
     for _ in range(count):
-        implicit_step(model, state, load, dt, work)
+        implicit_step(model, load, dt, state, work)
 
 
 @compiled

@@ -21,7 +21,7 @@ ZOOM = (8.1, 8.4)
 
 
 def tracking_plate(results: Results, reference: str, actuator: str, what: str) -> Plate:
-    """X and y over time, and the last cycles."""
+    """x and y over time, and the last cycles."""
     caption = f"{what}, {actuator} under FF+PI. Left: x and y over time. Right: the last {CYCLES} cycles in the plane."
     return plate_of(results, reference, actuator, caption, _tracking)
 
