@@ -9,15 +9,14 @@ from controller.arrays import Array
 from controller.build.rod import build_rod, computable
 from controller.build.stability import require_stable
 from controller.errors import ParameterError
-from controller.kernels.control.inverse import StaticMap
-from controller.kernels.control.memory import PLAN, STATE, Control, Rig
+from controller.kernels.control.tick import Rig
+from controller.kernels.memory import PLAN, STATE, Control, Sensing
 from controller.kernels.model.energy import make_ledger, open_ledger
 from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.polygon import Polygon, admissible
 from controller.kernels.model.rod import RodModel, make_load, make_work
-from controller.kernels.model.statics import at_rest, places, points_on, static_tip
+from controller.kernels.model.statics import StaticMap, at_rest, places, points_on, static_tip
 from controller.kernels.observer.observer import Observer, Springs, reset_observer, step
-from controller.kernels.observer.sensing import Sensing
 from controller.schema.actuator import Actuator
 from controller.schema.layout import to_record
 from controller.schema.modes import Cause, Integrator, RowKind

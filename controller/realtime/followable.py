@@ -5,7 +5,7 @@ import numpy as np
 from controller.arrays import Array
 from controller.errors import ParameterError
 from controller.kernels.control.inverse import TOLERANCE
-from controller.kernels.control.memory import Control
+from controller.kernels.memory import Control
 from controller.link import PlannedRows
 from controller.reference.feasible.approach import follow
 from controller.reference.feasible.bounds import Limits, place, stretches, worst

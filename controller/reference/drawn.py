@@ -8,7 +8,7 @@ import numpy as np
 from controller.arrays import Array
 from controller.build.rig import REFERENCE_ROWS
 from controller.errors import DataError, ParameterError
-from controller.kernels.control.inverse import StaticMap
+from controller.kernels.model.statics import StaticMap
 from controller.reference.feasible.approach import approach
 from controller.reference.feasible.course import course, torn
 from controller.reference.feasible.from_rest import leaving_rest

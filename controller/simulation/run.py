@@ -6,7 +6,7 @@ from controller.arrays import Rows
 from controller.build.rig import build_rig
 from controller.build.twin import build_twin
 from controller.errors import DataError, TendrilError
-from controller.kernels.control.memory import Control
+from controller.kernels.memory import Control
 from controller.reference.reference import Reference
 from controller.schema.messages import Command
 from controller.schema.modes import Cause, Mode, Request

@@ -6,8 +6,7 @@ import numpy as np
 from numba import njit
 
 from controller.arrays import Rows
-from controller.kernels.control.memory import Rig
-from controller.kernels.control.tick import tick
+from controller.kernels.control.tick import Rig, tick
 from controller.kernels.plant.twin import Twin, twin_step
 from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry

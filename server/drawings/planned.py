@@ -6,7 +6,7 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.control.inverse import StaticMap
+from controller.kernels.model.statics import StaticMap
 from controller.reference import library
 from controller.reference.drawn import resampled
 from controller.reference.feasible.bounds import Limits

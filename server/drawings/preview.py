@@ -8,7 +8,7 @@ from numpy.lib.recfunctions import repack_fields
 from controller.arrays import Array, Rows
 from controller.build.rig import REFERENCE_ROWS
 from controller.errors import DataError, ParameterError, TendrilError
-from controller.kernels.control.inverse import StaticMap
+from controller.kernels.model.statics import StaticMap
 from controller.reference.feasible.approach import blended_torques
 from controller.reference.feasible.reach import static_tips
 from controller.reference.library import static_map

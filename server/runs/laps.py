@@ -8,7 +8,8 @@ import numpy as np
 from controller.arrays import Array
 from controller.build.rig import REFERENCE_ROWS
 from controller.errors import ParameterError
-from controller.kernels.control.inverse import TOLERANCE, StaticMap
+from controller.kernels.control.inverse import TOLERANCE
+from controller.kernels.model.statics import StaticMap
 from controller.link import ENDLESS
 from controller.reference import library
 from controller.reference.feasible.bounds import Limits, place, stretches, window_rows, worst

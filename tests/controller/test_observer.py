@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from controller.build.rig import build_rig
+from controller.kernels.memory import Sensing
 from controller.kernels.model.statics import points_on
 from controller.kernels.observer.observer import Observer, choose_gains, pressurise, pull, step
-from controller.kernels.observer.sensing import Sensing
 from controller.schema.actuator import PRESETS
 from controller.schema.layout import to_record
 from controller.schema.modes import Integrator, Law, Mode, Request

@@ -7,8 +7,8 @@ import numpy as np
 from controller.arrays import Rows
 from controller.build.rig import build_rig
 from controller.build.twin import build_twin
-from controller.kernels.control.memory import STATE, Rig
-from controller.kernels.control.tick import tick
+from controller.kernels.control.tick import Rig, tick
+from controller.kernels.memory import STATE
 from controller.kernels.plant.twin import Twin, twin_step
 from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry

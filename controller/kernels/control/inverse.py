@@ -5,11 +5,9 @@ the admissible polygon and joined by a Newton step where it stalls; `invert` add
 """
 
 import math
-from typing import NamedTuple
 
-from controller.arrays import Array
 from controller.kernels.compiled import kernel
-from controller.kernels.model.polygon import Polygon, admissible, lowest_on_edges, nearest_admissible
+from controller.kernels.model.polygon import admissible, lowest_on_edges, nearest_admissible
 from controller.kernels.model.statics import expand_tip, static_tip
 
 DISTANCE_DONE = 1e-9
@@ -21,24 +19,6 @@ MARGIN_REACHED, MARGIN_NEARER = 5e-4, 30e-3
 REFINE_STEPS, SEARCH_STEPS, HALVINGS = 4, 10, 8
 STRIDE = 0.25
 """Longest step of one iteration, as a share of u_max: a step must not leap over a fold to another branch."""
-
-
-class StaticMap(NamedTuple):
-    """The static map, where it may be used, and a grid of its points to start from."""
-
-    L: Array
-    """(N,) [m]."""
-    rest: Array
-    """(N,) [rad]."""
-    compliance: Array
-    """(N,2) [rad/(N m)]."""
-    polygon: Polygon
-    epsilon: float
-    rcond_min: float
-    seeds: Array
-    """Admissible torques (n,2) [N m]."""
-    seed_tips: Array
-    """Their tips (n,2) [m]."""
 
 
 @kernel

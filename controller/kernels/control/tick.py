@@ -1,16 +1,26 @@
 """One period of the controller, stage by stage, as in the paper's block diagram."""
 
+from typing import NamedTuple
+
 from controller.kernels.compiled import kernel
 from controller.kernels.control.feedback import feed_back, saturate
 from controller.kernels.control.feedforward import feed_forward
 from controller.kernels.control.follow import refer
-from controller.kernels.control.memory import Rig as Rig
 from controller.kernels.control.report import report_command, report_estimate, report_loop
 from controller.kernels.control.timing import begin, feedforward_due
-from controller.kernels.observer.observer import observe
+from controller.kernels.memory import Control, Sensing
+from controller.kernels.observer.observer import Observer, observe
 from controller.kernels.observer.sensing import sense
 from controller.kernels.safety.oscillation import note_residual
 from controller.kernels.safety.safety import supervise
+
+
+class Rig(NamedTuple):
+    """Everything one tick needs beside its messages; built once by `build_rig`."""
+
+    control: Control
+    observer: Observer
+    sensing: Sensing
 
 
 @kernel

@@ -3,29 +3,36 @@
 Paper, "Quasi-Static Feedforward Control". Rest angles other than zero are not in the paper.
 """
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
 from controller.arrays import Array, Pair, Words
 from controller.kernels.compiled import kernel
+from controller.kernels.model.polygon import Polygon
 from controller.kernels.model.rod import RodModel, RodState, sine_cosine
 
 
-class StaticModel(Protocol):
-    """What has a static map: a RodModel, or the StaticMap of one."""
+class StaticMap(NamedTuple):
+    """The static map, where it may be used, and a grid of its points to start from."""
 
-    @property
-    def L(self) -> Array:
-        """Lengths (N,) [m]."""
+    L: Array
+    """(N,) [m]."""
+    rest: Array
+    """(N,) [rad]."""
+    compliance: Array
+    """(N,2) [rad/(N m)]."""
+    polygon: Polygon
+    epsilon: float
+    rcond_min: float
+    seeds: Array
+    """Admissible torques (n,2) [N m]."""
+    seed_tips: Array
+    """Their tips (n,2) [m]."""
 
-    @property
-    def rest(self) -> Array:
-        """Angles without torque (N,) [rad]."""
 
-    @property
-    def compliance(self) -> Array:
-        """K_theta^-1 T_theta (N,2) [rad/(N m)]."""
+StaticModel = RodModel | StaticMap
+"""What has a static map: L, rest and compliance."""
 
 
 class Expansion(NamedTuple):

@@ -1,11 +1,7 @@
 """The markers: the newest sample, which of them are usable, and whether they move as an arm can."""
 
 import math
-from typing import NamedTuple
 
-import numpy as np
-
-from controller.arrays import Array
 from controller.kernels.compiled import kernel
 from controller.kernels.safety.safety import is_live, speed_of
 
@@ -13,27 +9,6 @@ WHIP = 2.0
 """Faster than this an arm whips [m/s], at a step or a start from straight: what it does within 10 ms is no jump."""
 WHIP_TIME = 0.1
 """Time constant with which it comes to rest after that [s]."""
-
-
-class Sensing(NamedTuple):
-    """The last sample of the markers, held for the controller, carried on to the present for the observer."""
-
-    sample_ns: np.ndarray
-    """(1,) its time of capture; 0 before the first."""
-    p: Array
-    """Positions (10,2) [m], nan where not seen, or where the marker jumped."""
-    v: Array
-    """Velocities by difference of the last two samples (10,2) [m/s], 0 where unknown."""
-    seen: Array
-    """Positions in the last sample (10,2) [m], used or not; nan where not seen."""
-    age: Array
-    """(1,) by how long the observer carries p on with v [s]."""
-    off: Array
-    """Each marker's distance from the model in the last sample that was used (10,2) [m]; nan before the first."""
-    fast: Array
-    """(1,) the highest speed of any marker or of the model's tip, fading [m/s]."""
-    met_ns: np.ndarray
-    """(10,) capture time of the last sample in which each marker was seen, used or not."""
 
 
 @kernel

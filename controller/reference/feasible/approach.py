@@ -4,7 +4,8 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.control.inverse import TOLERANCE, StaticMap, refine
+from controller.kernels.control.inverse import TOLERANCE, refine
+from controller.kernels.model.statics import StaticMap
 from controller.reference.feasible.reach import static_tips
 
 NEAR_SEEDS, SETTLE_STEPS = 60, 30

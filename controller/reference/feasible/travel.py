@@ -7,7 +7,7 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.control.inverse import StaticMap
+from controller.kernels.model.statics import StaticMap
 from controller.reference.feasible.approach import blend, blended_torques
 from controller.reference.feasible.bounds import Limits, standing, window_rows, worst
 from controller.reference.feasible.reach import static_tips

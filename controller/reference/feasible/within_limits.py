@@ -13,8 +13,9 @@ import numpy as np
 from controller.arrays import Array
 from controller.errors import ParameterError
 from controller.kernels.control.along import settle
-from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE, StaticMap
+from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE
 from controller.kernels.control.retime import fastest_progress
+from controller.kernels.model.statics import StaticMap
 from controller.reference.feasible.bounds import Limits, exceeding, place, standing, window_rows, worst
 from controller.reference.feasible.reach import static_tips
 from controller.reference.feasible.smoothing import continued

@@ -7,7 +7,8 @@ import numpy as np
 from controller.arrays import Array
 from controller.errors import ParameterError
 from controller.kernels.control.along import nearest_of, walk
-from controller.kernels.control.inverse import MARGIN_NEARER, REFINE_STEPS, TOLERANCE, StaticMap
+from controller.kernels.control.inverse import MARGIN_NEARER, REFINE_STEPS, TOLERANCE
+from controller.kernels.model.statics import StaticMap
 from controller.reference.feasible.approach import EVERY, NEAR_SEEDS, SETTLE_STEPS, solutions
 from controller.reference.feasible.reach import static_tips
 from controller.reference.path_file import Samples

@@ -9,8 +9,7 @@ from controller.arrays import Words
 from controller.build.rig import build_rig
 from controller.build.twin import build_twin
 from controller.errors import TendrilError
-from controller.kernels.control.memory import Rig
-from controller.kernels.control.tick import tick
+from controller.kernels.control.tick import Rig, tick
 from controller.kernels.plant.twin import Twin, twin_step
 from controller.realtime.clock import now_ns
 from controller.realtime.compiled import compiled
