@@ -16,7 +16,7 @@ from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.polygon import Polygon, admissible
 from controller.kernels.model.rod import RodModel, make_load, make_work
 from controller.kernels.model.statics import StaticMap, at_rest, places, points_on, static_tip
-from controller.kernels.observer.observer import Observer, Springs, reset_observer, step
+from controller.kernels.observer.observer import Observer, ObserverGains, reset_observer, step
 from controller.schema.actuator import Actuator
 from controller.schema.layout import to_record
 from controller.schema.modes import Cause, Integrator, RowKind
@@ -111,7 +111,7 @@ def build_observer(model: RodModel, controller: ControllerParameters) -> Observe
         implicit_work=make_implicit_work(rods),
         ledger=ledger,
         dt=controller.dt,
-        gains=Springs(np.zeros(2), np.zeros(2)),
+        gains=ObserverGains(np.zeros(2), np.zeros(2)),
         B_max=math.inf,
         dead_time=np.zeros((round(controller.dead_time / controller.dt) + 1, 2)),
         head=np.zeros(1, np.int64),

@@ -7,7 +7,7 @@ from controller.build.equilibrium import Body, settle
 from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.rod import make_load
 from controller.kernels.model.statics import at_rest, pose
-from controller.kernels.observer.replay import Replay, Samples, replay
+from controller.kernels.observer.replay import RecordedSamples, Replay, replay
 from controller.research.identification.motion.decays import Decay
 from controller.research.identification.offline import offline_observer
 from controller.schema.actuator import PRESETS, Actuator, Tracking
@@ -60,5 +60,5 @@ def _swing(actuator: Actuator, u: Array, samples: int) -> Array:
     nothing = np.zeros((samples, u.size, 2))
     ticks = np.full(samples, 10 * SUBSTEPS, np.int64)
     out = np.empty_like(nothing)
-    replay(run, Samples(nothing, nothing, ticks, np.zeros(1)), fine.springs, 0, out)
+    replay(RecordedSamples(nothing, nothing, ticks, np.zeros(1)), fine.gains, 0, run, out)
     return np.concatenate([out[:1], out[:-1]])

@@ -24,7 +24,8 @@ from controller.kernels.control.tick import tick
 from controller.kernels.model.implicit import make_implicit_work, meet_hinges
 from controller.kernels.model.rod import make_load
 from controller.kernels.model.statics import at_rest, places
-from controller.kernels.observer.replay import Replay, Samples, Springs, replay
+from controller.kernels.observer.observer import ObserverGains
+from controller.kernels.observer.replay import RecordedSamples, Replay, replay
 from controller.kernels.plant.twin import twin_step
 from controller.research.bench.tick_bench import Inputs, run_ticks
 from controller.schema.layout import record_dtype, to_record
@@ -74,12 +75,12 @@ def outermost() -> dict[str, tuple[Any, ...]]:
     run = Replay(
         model, state, make_load(10), work, places(model, np.array([0.1])), points, np.zeros(10), np.zeros(2), 1e-3
     )
-    samples = Samples(points[None], points[None], np.ones(1, np.int64), np.zeros(1))
+    samples = RecordedSamples(points[None], points[None], np.ones(1, np.int64), np.zeros(1))
     return {
         "tick": (rig, 1, command[0], measurement[0], status[0], telemetry[0]),
         "twin_step": (twin, 1, telemetry[0], measurement[0]),
         "meet_hinges": (model, state.q, state.v, work),
-        "replay": (run, samples, Springs(np.zeros(2), np.zeros(2)), 1, points[None]),
+        "replay": (samples, ObserverGains(np.zeros(2), np.zeros(2)), 1, run, points[None]),
         "walk": (rig.control.smap, points, 0, (0.0, 0.0), 1, 1, points.copy(), np.zeros(1)),
         "settle": (rig.control.smap, points.copy(), points.copy(), 1),
         "fastest_progress": (points, points, np.ones(1), 1.0, np.ones(1)),

@@ -26,13 +26,13 @@ def growth(observer: Observer, sensing: Sensing, settings: np.void, used: int, u
     observer.u_hat[:] = u
     points_on(pose.q, observer.sensors, sensing.p)
     start = np.concatenate([pose.q.ravel(), pose.v.ravel()])
-    choose_gains(observer, settings)
+    choose_gains(settings, observer)
 
     def after(deviation: np.ndarray) -> np.ndarray:
         q, v = np.split(start + deviation, 2)
         state.q[:], state.v[:] = q.reshape(3, -1), v.reshape(3, -1)
         pressurise(observer)
-        pull(observer, sensing, observer.gains, used, observer.dt)
+        pull(sensing, observer.gains, used, observer.dt, observer)
         step(observer)
         return np.concatenate([state.q.ravel(), state.v.ravel()])
 

@@ -20,7 +20,7 @@ def report_estimate(control, observer, sensing, t_ns, measurement, telemetry):
             telemetry.markers[i, j] = sensing.p[i, j] if fresh else math.nan
         telemetry.p_meas[j] = telemetry.markers[last, j]
     telemetry.p_hat[0], telemetry.p_hat[1] = tip_of(observer.model, observer.state.q)
-    telemetry.residual = residual(observer, sensing, state.used)
+    telemetry.residual = residual(sensing, state.used, observer)
     points_on(observer.state.q, observer.backbone, telemetry.backbone)
     for j in range(4):
         telemetry.pressure_meas[j] = measurement.pressures[j]

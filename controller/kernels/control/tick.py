@@ -33,8 +33,8 @@ def tick(rig, t_ns, command, measurement, status, telemetry):
     control, observer, sensing = rig
     settings, state = command.settings, control.state[0]
     periods = begin(control, t_ns)
-    sense(control, sensing, observer, t_ns, settings, measurement)
-    observe(state, observer, sensing, settings, periods)
+    sense(observer, t_ns, settings, measurement, control, sensing)
+    observe(sensing, settings, periods, state, observer)
     report_estimate(control, observer, sensing, t_ns, measurement, telemetry)
     note_residual(control, telemetry.residual)
     supervise(control, t_ns, command, status, measurement, observer.u_hat)

@@ -11,7 +11,8 @@ from controller.errors import ParameterError
 from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.rod import RodModel, RodState, make_load
 from controller.kernels.model.statics import Places, at_rest, places, pose
-from controller.kernels.observer.replay import Replay, Samples, Springs, replay
+from controller.kernels.observer.observer import ObserverGains
+from controller.kernels.observer.replay import RecordedSamples, Replay, replay
 from controller.research.identification.motion.hold import held_pose, positions, torques_to
 from controller.research.identification.motion.small import mobility
 from controller.research.identification.plane import Motion
@@ -36,7 +37,7 @@ class Offline(NamedTuple):
     T: Array
     """Torques from the clamp to each body, on the rods (N,m) [1]."""
     tracking: Tracking
-    springs: Springs
+    gains: ObserverGains
     sensed: tuple[int, ...]
     """Sensed bodies, from 0."""
     substeps: int
@@ -56,10 +57,10 @@ def offline_observer(actuator: Actuator, sensed: Sequence[int], rods: int | None
     model = build_rod(actuator, rods or actuator.table_rods)
     arcs = np.array(tracking.arcs)
     sensors = places(model, np.minimum(arcs, actuator.length))
-    springs = Springs(np.array(tracking.K_o), np.array(tracking.B_o))
+    gains = ObserverGains(np.array(tracking.K_o), np.array(tracking.B_o))
     rest = positions(model, model.rest, sensors)
-    steps = substeps(model, seen_of(sensors, sensed), springs)
-    return Offline(model, sensors, rest, torques_to(model, arcs), tracking, springs, tuple(sensed), steps)
+    steps = substeps(model, seen_of(sensors, sensed), gains)
+    return Offline(model, sensors, rest, torques_to(model, arcs), tracking, gains, tuple(sensed), steps)
 
 
 def seen_of(sensors: Places, sensed: Sequence[int]) -> Places:
@@ -67,15 +68,15 @@ def seen_of(sensors: Places, sensed: Sequence[int]) -> Places:
     return Places(sensors.rod[list(sensed)], sensors.offset[list(sensed)])
 
 
-def substeps(model: RodModel, seen: Places, springs: Springs) -> int:
+def substeps(model: RodModel, seen: Places, gains: ObserverGains) -> int:
     """Steps into which a tick must be cut so that no held force overshoots the error that it answers."""
     for steps in range(1, MOST + 1):
         h = DT / steps
-        impulse = h * (float(springs.B_o.max()) + h * float(springs.K_o.max()))
+        impulse = h * (float(gains.B_o.max()) + h * float(gains.K_o.max()))
         if impulse * float(mobility(model, seen, h).sum()) <= FIRMEST:
             return steps
     raise ParameterError(
-        f"tracking.K_o = {springs.K_o.max():.4g} N/m and B_o = {springs.B_o.max():.4g} N s/m are too strong "
+        f"tracking.K_o = {gains.K_o.max():.4g} N/m and B_o = {gains.B_o.max():.4g} N s/m are too strong "
         f"for a body of {model.m.sum():.3g} kg"
     )
 
@@ -103,7 +104,7 @@ def estimate(offline: Offline, motion: Motion) -> Array:
         dt=DT / offline.substeps,
     )
     out = np.empty_like(p)
-    replay(run, _samples(motion.t, p, offline.substeps), offline.springs, sum(1 << body for body in pulled), out)
+    replay(_samples(motion.t, p, offline.substeps), offline.gains, sum(1 << body for body in pulled), run, out)
     return np.asarray(out - offline.rest)
 
 
@@ -118,9 +119,9 @@ def _start(offline: Offline, moved: Array) -> tuple[RodState, Array]:
     return state, held
 
 
-def _samples(t: Array, p: Array, steps: int) -> Samples:
+def _samples(t: Array, p: Array, steps: int) -> RecordedSamples:
     """Samples at t (n,) [s], each held until the next one comes; the last one as long as the one before it."""
     v = np.zeros_like(p)
     v[1:] = np.diff(p, axis=0) / np.diff(t)[:, None, None]
     grid = np.round(np.append(t, 2 * t[-1] - t[-2]) / DT).astype(np.int64)
-    return Samples(p, v, steps * np.diff(grid), np.zeros(1))
+    return RecordedSamples(p, v, steps * np.diff(grid), np.zeros(1))
