@@ -23,7 +23,7 @@ def homes() -> set[tuple[str, str, str]]:
 
 
 def test_the_table_names_every_equation_of_the_method() -> None:
-    names = "KKT BAUM RAY S FF DEAD LAG OBS FDES UFB HDOT".split()
+    names = "KKT BAUM RAY S FF COND DEAD LAG OBS FDES UFB SAT HDOT".split()
     assert {name for name, _, _ in TABLE} == {f"Eq. {name}" for name in names}
 
 

@@ -97,7 +97,7 @@ def run_loop(rig: Rig, twin: Twin, memory: LoopMemory, period_ns: int) -> None:
         status.pump_ns = memory.header[PUMP_NS]
         status.lateness_ns = t_ns - deadline
         telemetry.slot = slot
-        tick(rig, t_ns, memory.command[0], memory.measurement[0], status, telemetry)
+        tick(t_ns, memory.command[0], memory.measurement[0], status, rig, telemetry)
         status.step_ns = now_ns(clock) - t_ns
         twin_step(twin, t_ns, telemetry, memory.sensed[0])
         post(memory.measurements, memory.sensed_words)

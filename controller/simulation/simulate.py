@@ -66,5 +66,5 @@ def _run(rig, twin, first, records, rows):  # type: ignore[no-untyped-def]
         status.server_ns = status.pump_ns = t_ns
         command.presence += first[2]
         rows[n].slot = slot
-        tick(rig, t_ns, command, measurement, status, rows[n])
+        tick(t_ns, command, measurement, status, rig, rows[n])
         twin_step(twin, t_ns, rows[n], measurement)

@@ -18,7 +18,7 @@ from controller.build.rig import build_rig
 from controller.build.rod import build_rod
 from controller.build.twin import build_twin
 from controller.kernels.compiled import OPTIONS
-from controller.kernels.control.along import nearest_of, settle, walk
+from controller.kernels.control.along import invert_along, nearest_of, refine_each
 from controller.kernels.control.retime import fastest_progress
 from controller.kernels.control.tick import tick
 from controller.kernels.model.implicit import make_implicit_work, meet_hinges
@@ -77,12 +77,12 @@ def outermost() -> dict[str, tuple[Any, ...]]:
     )
     samples = RecordedSamples(points[None], points[None], np.ones(1, np.int64), np.zeros(1))
     return {
-        "tick": (rig, 1, command[0], measurement[0], status[0], telemetry[0]),
+        "tick": (1, command[0], measurement[0], status[0], rig, telemetry[0]),
         "twin_step": (twin, 1, telemetry[0], measurement[0]),
         "meet_hinges": (model, state.q, state.v, work),
         "replay": (samples, ObserverGains(np.zeros(2), np.zeros(2)), 1, run, points[None]),
-        "walk": (rig.control.smap, points, 0, (0.0, 0.0), 1, 1, points.copy(), np.zeros(1)),
-        "settle": (rig.control.smap, points.copy(), points.copy(), 1),
+        "invert_along": (rig.control.smap, points, 0, (0.0, 0.0), 1, 1, np.zeros(1), points.copy()),
+        "refine_each": (rig.control.smap, 1, points.copy(), points.copy()),
         "fastest_progress": (points, points, np.ones(1), 1.0, np.ones(1)),
         "nearest_of": (rig.control.smap, (0.0, 0.0), np.zeros(1, np.int64), 1),
     }
@@ -103,14 +103,14 @@ def calls_hidden(x: np.ndarray) -> float:
 
 def test_the_examples_reach_every_kernel() -> None:
     found = kernels()
-    assert {tick, twin_step, meet_hinges, replay, walk, settle, fastest_progress, nearest_of} == {
+    assert {tick, twin_step, meet_hinges, replay, invert_along, refine_each, fastest_progress, nearest_of} == {
         found[name] for name in outermost()
     }
     called = {inner for kernel in found.values() for inner in called_by(kernel)}
     assert {name for name, kernel in found.items() if kernel not in called} == outermost().keys()
 
 
-@pytest.mark.parametrize("name", ["tick", "twin_step", "meet_hinges", "replay", "walk", "nearest_of"])
+@pytest.mark.parametrize("name", ["tick", "twin_step", "meet_hinges", "replay", "invert_along", "nearest_of"])
 def test_the_machine_code_of_no_kernel_calls_an_allocator(name: str) -> None:
     assert allocators(kernels()[name].py_func, outermost()[name], UNCACHED) == set()
 

@@ -41,7 +41,7 @@ def advance(rig: Rig, twin: Twin, switches: Switches, now: np.ndarray, records: 
             status.server_ns = now[0]
         if switches.pump[0] != 0:
             status.pump_ns = now[0]
-        tick(rig, now[0], command, measurement, status, rows[n])
+        tick(now[0], command, measurement, status, rig, rows[n])
         states[n] = rig.control.state[0]
         twin_step(twin, now[0], rows[n], measurement)
         for j in range(4):

@@ -6,7 +6,7 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.control.along import nearest_of, walk
+from controller.kernels.control.along import invert_along, nearest_of
 from controller.kernels.control.inverse import MARGIN_NEARER, REFINE_STEPS, TOLERANCE
 from controller.kernels.model.statics import StaticMap
 from controller.reference.feasible.approach import EVERY, NEAR_SEEDS, SETTLE_STEPS, solutions
@@ -100,7 +100,7 @@ def carried(smap: StaticMap, p: Array, begin: Array) -> Carried:
     p = np.ascontiguousarray(p)  # one kind of array, so that the kernel is compiled once
     torques, distances, changes = np.empty_like(p), np.zeros(len(p)), []
     row, u = 0, (begin[0], begin[1])
-    while (row := walk(smap, p, row, u, every, REFINE_STEPS, torques, distances)) < len(p):
+    while (row := invert_along(smap, p, row, u, every, REFINE_STEPS, distances, torques)) < len(p):
         v, other = nearest(smap, p[row])
         if other < TOLERANCE or other < distances[row] - MARGIN_NEARER:
             torques[row], distances[row] = v, other

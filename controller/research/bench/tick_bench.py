@@ -50,7 +50,7 @@ def run_ticks(rig: Rig, twin: Twin, inputs: Inputs, telemetry: np.ndarray, spans
         command.presence += 1
         status.server_ns = status.pump_ns = t_ns
         start_ns = now_ns(clock)
-        tick(rig, t_ns, command, measurement, status, row)
+        tick(t_ns, command, measurement, status, rig, row)
         spans[i] = now_ns(clock) - start_ns
         twin_step(twin, t_ns, row, measurement)
 
