@@ -99,7 +99,7 @@ def run_loop(rig: Rig, twin: Twin, memory: LoopMemory, period_ns: int) -> None:
         telemetry.slot = slot
         tick(t_ns, memory.command[0], memory.measurement[0], status, rig, telemetry)
         status.step_ns = now_ns(clock) - t_ns
-        twin_step(twin, t_ns, telemetry, memory.sensed[0])
+        twin_step(t_ns, twin, telemetry, memory.sensed[0])
         post(memory.measurements, memory.sensed_words)
         ring_push(memory.header, memory.rows, memory.telemetry_words)
         end_ns = now_ns(clock)

@@ -67,4 +67,4 @@ def _run(rig, twin, first, records, rows):  # type: ignore[no-untyped-def]
         command.presence += first[2]
         rows[n].slot = slot
         tick(t_ns, command, measurement, status, rig, rows[n])
-        twin_step(twin, t_ns, rows[n], measurement)
+        twin_step(t_ns, twin, rows[n], measurement)

@@ -78,7 +78,7 @@ def outermost() -> dict[str, tuple[Any, ...]]:
     samples = RecordedSamples(points[None], points[None], np.ones(1, np.int64), np.zeros(1))
     return {
         "tick": (1, command[0], measurement[0], status[0], rig, telemetry[0]),
-        "twin_step": (twin, 1, telemetry[0], measurement[0]),
+        "twin_step": (1, twin, telemetry[0], measurement[0]),
         "meet_hinges": (model, state.q, state.v, work),
         "replay": (samples, ObserverGains(np.zeros(2), np.zeros(2)), 1, run, points[None]),
         "invert_along": (rig.control.smap, points, 0, (0.0, 0.0), 1, 1, np.zeros(1), points.copy()),

@@ -43,7 +43,7 @@ def advance(rig: Rig, twin: Twin, switches: Switches, now: np.ndarray, records: 
             status.pump_ns = now[0]
         tick(now[0], command, measurement, status, rig, rows[n])
         states[n] = rig.control.state[0]
-        twin_step(twin, now[0], rows[n], measurement)
+        twin_step(now[0], twin, rows[n], measurement)
         for j in range(4):
             if switches.pressures[j] != -1.0:
                 measurement.pressures[j] = switches.pressures[j]

@@ -69,9 +69,9 @@ def fade_bump(g_1: float, g_2: float, live: bool, switched: bool, fade: float, s
 
 @kernel
 def effort(state: Record, settings: Record, error: Array) -> Pair:
-    """Desired task-space effort f_des [m] of the law in force, for error (2,) [m]. Eq.
+    """Desired task-space effort f_des [m] of the law in force, for error (2,) [m].
 
-    FDES: paper, "Task-space PI control".
+    Eq. FDES: paper, "Task-space PI control".
     """
     P = settings.law == FF_P or settings.law == FF_PI
     I = settings.law == FF_I or settings.law == FF_PI  # noqa: E741

@@ -52,7 +52,7 @@ def run_ticks(rig: Rig, twin: Twin, inputs: Inputs, telemetry: np.ndarray, spans
         start_ns = now_ns(clock)
         tick(t_ns, command, measurement, status, rig, row)
         spans[i] = now_ns(clock) - start_ns
-        twin_step(twin, t_ns, row, measurement)
+        twin_step(t_ns, twin, row, measurement)
 
 
 class LoopTimes(NamedTuple):

@@ -63,4 +63,4 @@ def _drive(twin, records, setpoints, pressure):  # type: ignore[no-untyped-def]
     for n in range(setpoints.size):
         pressure[n] = measurement.pressures[0]
         asked.pressure_cmd[0] = setpoints[n]
-        twin_step(twin, START_NS + n * 1_000_000, asked, measurement)
+        twin_step(START_NS + n * 1_000_000, twin, asked, measurement)
