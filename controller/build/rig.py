@@ -16,7 +16,7 @@ from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.polygon import Polygon, admissible
 from controller.kernels.model.rod import RodModel, make_load, make_work
 from controller.kernels.model.statics import StaticMap, at_rest, places, points_on, static_tip
-from controller.kernels.observer.observer import Observer, ObserverGains, reset_observer, step
+from controller.kernels.observer.observer import Observer, ObserverGains, reset_observer, step_observer
 from controller.schema.actuator import Actuator
 from controller.schema.layout import to_record
 from controller.schema.modes import Cause, Integrator, RowKind
@@ -132,7 +132,7 @@ def largest_damping(observer: Observer) -> float:
     s, c = math.sin(observer.model.rest[last]), math.cos(observer.model.rest[last])
     observer.load.F[:, last] = -s, c
     kick = observer.state
-    step(observer)
+    step_observer(observer)
     tip = kick.v[:2, last] + (observer.model.L[last] - observer.model.arm[last]) * kick.v[2, last] * np.array([-s, c])
     observer.load.F[:] = 0.0
     reset_observer(observer)

@@ -32,7 +32,7 @@ PERIODIC = ("lag_deg_x", "lag_deg_y")
 
 
 @dataclass(frozen=True)
-class Task:
+class TrackTask:
     """What to run."""
 
     file: Path
@@ -81,7 +81,7 @@ class Facts:
 class Tracked:
     """A run and its metrics, or why it was broken off."""
 
-    task: Task
+    task: TrackTask
     reference: Facts
     seconds: float
     """Of this computation."""
@@ -99,7 +99,7 @@ def require_controller(name: str) -> None:
         raise ParameterError(f"controller = {name!r} is not one of {', '.join(CONTROLLERS)}")
 
 
-def track(task: Task) -> Tracked:
+def track(task: TrackTask) -> Tracked:
     """Run and measure; the same task gives the same bits.
 
     Raises DataError and ParameterError for a file or a number that cannot be used. A run that the rig breaks off is no

@@ -60,7 +60,7 @@ def run_live(case: Case, setup: Setup, marker: MarkerPath) -> Outcome:
     settings = live_settings(case, setup.gains)
     simulation = armed(parameters_of(case, setup), settings, case.seed)
     go_to(simulation, marker.p[0])
-    rows, goals = replay(simulation, marker)
+    rows, goals = replay_marker(simulation, marker)
     require_mode(rows, case.reference, Mode.FOLLOW)
     return outcome(case, Reference(case.reference, goals, start=0), rows)
 
@@ -78,7 +78,7 @@ def go_to(simulation: Simulation, p: Array) -> None:
     simulation.run(-int(simulation.rig.control.state["tick"][0]) % EVERY)
 
 
-def replay(simulation: Simulation, marker: MarkerPath) -> tuple[Rows, Array]:
+def replay_marker(simulation: Simulation, marker: MarkerPath) -> tuple[Rows, Array]:
     """Telemetry (n,) while the target follows `marker`, and the marker projected into the reach (n, 2) [m].
 
     The target is written as often as it is looked at: what comes in between at the file's own rate is never seen.

@@ -16,7 +16,7 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.kernels.compiled import inlined, kernel
-from controller.kernels.denormal import settled
+from controller.kernels.denormal import flushed
 from controller.kernels.model.block import Block, factorise, make_block, solve_blocks
 from controller.kernels.model.energy import (
     BAUMGARTE,
@@ -167,7 +167,7 @@ def follow_hinges(a: Array, omega: Array, out_v: Array) -> None:
     """
     x = y = 0.0
     for i in range(omega.size):
-        turn = settled(omega[i])
+        turn = flushed(omega[i])
         step_x, step_y = turn * a[0, i], turn * a[1, i]
         out_v[0, i], out_v[1, i], out_v[2, i] = x + step_x, y + step_y, turn
         x, y = x + 2.0 * step_x, y + 2.0 * step_y
@@ -195,7 +195,7 @@ def after_stages(dt: float, state: RodState, v: Array) -> None:
     for i in range(v.shape[1]):
         for row in range(3):
             v[row, i] = (1.0 - GAMMA) * v[row, i] + GAMMA * state.v[row, i]
-        state.q[2, i] = settled(state.q[2, i] + GAMMA * dt * state.v[2, i])
+        state.q[2, i] = flushed(state.q[2, i] + GAMMA * dt * state.v[2, i])
 
 
 @inlined

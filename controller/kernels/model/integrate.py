@@ -2,7 +2,7 @@
 
 from controller.arrays import Array
 from controller.kernels.compiled import inlined, kernel
-from controller.kernels.denormal import settled
+from controller.kernels.denormal import flushed
 from controller.kernels.model.rod import Load, RodModel, RodState, Work, accelerate
 
 
@@ -56,5 +56,5 @@ def finish_step(acc: Array, dt: float, state: RodState) -> None:
         for i in range(state.q.shape[1]):
             early = acc[0, row, i] + acc[1, row, i] + acc[2, row, i]
             late = acc[1, row, i] + acc[2, row, i] + acc[3, row, i]
-            state.q[row, i] = settled(state.q[row, i] + dt * state.v[row, i] + dt * dt / 6.0 * early)
-            state.v[row, i] = settled(state.v[row, i] + dt / 6.0 * (early + late))
+            state.q[row, i] = flushed(state.q[row, i] + dt * state.v[row, i] + dt * dt / 6.0 * early)
+            state.v[row, i] = flushed(state.v[row, i] + dt / 6.0 * (early + late))

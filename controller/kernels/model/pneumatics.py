@@ -4,7 +4,7 @@ import math
 
 from controller.arrays import Array
 from controller.kernels.compiled import kernel
-from controller.kernels.denormal import settled
+from controller.kernels.denormal import flushed
 
 
 @kernel
@@ -27,7 +27,7 @@ def chamber_pressure(u: Array, pascal_per_torque: Array, chamber: int) -> float:
 @kernel
 def first_order_lag(p: float, p_set: float, tau: float, dt: float) -> float:
     """p after dt [s] of dp/dt = (p_set - p) / tau, exactly. Eq. LAG: paper, "Dynamic observer", tau = 50 ms."""
-    return settled(p_set + (p - p_set) * math.exp(-dt / tau))  # Eq. LAG
+    return flushed(p_set + (p - p_set) * math.exp(-dt / tau))  # Eq. LAG
 
 
 @kernel

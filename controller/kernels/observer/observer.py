@@ -136,7 +136,7 @@ def observe(sensing: Sensing, settings: Record, ticks: int, state: Record, obser
         advance_pneumatics(state.u[0], state.u[1], observer)
         pressurise(observer)
         pull(sensing, observer.gains, state.used, observer.dt, observer)
-        step(observer)
+        step_observer(observer)
 
 
 @kernel
@@ -152,7 +152,7 @@ def choose_gains(settings: Record, observer: Observer) -> None:
 
 
 @kernel
-def step(observer: Observer) -> None:
+def step_observer(observer: Observer) -> None:
     """One period of the model under its load, and its energy ledger.
 
     Paper, "Dynamic observer", integrates the constrained model. In place: observer.

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from controller.arrays import Array, Pair, Words
 from controller.kernels.compiled import inlined, kernel
-from controller.kernels.denormal import settled
+from controller.kernels.denormal import flushed
 
 ATMOSPHERE = 101.325e3
 """What gauge pressures count from, and what the chambers exhaust to [Pa]."""
@@ -81,7 +81,7 @@ def fill_chambers(tick: int, setpoints: Array, dt: float, chambers: Chambers) ->
         p, e = chambers.pressure[j], chambers.line[take, j] - chambers.sensed[j]
         command, chambers.integral[j] = regulate(valve, e, chambers.integral[j], dt)
         if not chambers.broken[SPOOLS_STUCK] >> j & 1:
-            chambers.spool[j] = settled(command + (chambers.spool[j] - command) * valve.keep)
+            chambers.spool[j] = flushed(command + (chambers.spool[j] - command) * valve.keep)
         opening = min(1.0, max(-1.0, chambers.spool[j] + valve.offset))
         if chambers.broken[SUPPLY_LOST] != 0:
             opening = -max(abs(opening), OPEN_LINE)

@@ -8,7 +8,7 @@ import numpy as np
 from controller.arrays import Array
 from controller.errors import ParameterError
 from controller.kernels.model.statics import StaticMap
-from controller.reference.feasible.approach import blend, blended_torques
+from controller.reference.feasible.approach import blended_torques, quintic
 from controller.reference.feasible.bounds import Limits, standing, window_rows, worst
 from controller.reference.feasible.reach import static_tips
 
@@ -73,5 +73,5 @@ def eased(p_from: Array, p_to: Array, u: Array, dt: float) -> PointsAndTorques:
     """Rows from p_from (2,) on towards p_to (2,) [m], both held by u (2,) [N m], with a rest before and after."""
     still = np.zeros((window_rows(dt), 1))  # else one acceleration would be taken over both what ends and what begins
     apart = np.linalg.norm(p_to - p_from) >= SAME
-    share = np.vstack([still, blend(round(EASE / dt)), 1.0 + still]) if apart else still
+    share = np.vstack([still, quintic(round(EASE / dt)), 1.0 + still]) if apart else still
     return p_from + share * (p_to - p_from), np.tile(u, (len(share), 1))

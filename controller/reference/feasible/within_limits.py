@@ -16,7 +16,7 @@ from controller.kernels.control.along import refine_each
 from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE
 from controller.kernels.control.retime import fastest_progress
 from controller.kernels.model.statics import StaticMap
-from controller.reference.feasible.bounds import Limits, exceeding, place, standing, window_rows, worst
+from controller.reference.feasible.bounds import Limits, exceeding, place_of_row, standing, window_rows, worst
 from controller.reference.feasible.reach import static_tips
 from controller.reference.feasible.smoothing import continued
 from controller.reference.feasible.travel import Pose, joined
@@ -174,7 +174,7 @@ def retimed(smap: StaticMap, wished: Array, limits: Limits, dt: float) -> Follow
     found = together(rows)
     if excess := worst(standing(found.p, dt), standing(found.u, dt), limits, dt):
         at = min(max(0, excess.row - window_rows(dt)), len(found.p) - 1)
-        raise ParameterError(f"no timing keeps it within limits: {place(found.p, at, dt)}: {excess}")
+        raise ParameterError(f"no timing keeps it within limits: {place_of_row(found.p, at, dt)}: {excess}")
     moving = (len(found.p) - 1 - int(found.travel.sum())) * dt
     if moving > (len(wished) - 1) * dt + 0.01:
         said.insert(0, retimed_text((len(wished) - 1) * dt, moving, limits))
@@ -299,7 +299,7 @@ def slowed(smap: StaticMap, part: Points, limits: Limits, dt: float) -> Followed
             return found
         brake[near(progress[1], rows * (progress[1][-1] / max(1, len(found.p) - 1)), NEAR)] *= BRAKE
     excess = worst(standing(found.p, dt), standing(found.u, dt), limits, dt)
-    at = place(found.p, int(np.clip(rows[0], 0, len(found.p) - 1)), dt)
+    at = place_of_row(found.p, int(np.clip(rows[0], 0, len(found.p) - 1)), dt)
     raise ParameterError(f"no timing keeps it within limits: {at}: {excess}")
 
 

@@ -54,13 +54,13 @@ def require_reach(samples: Samples, path: Carried, p: Array, actuator: Actuator)
     if out.size:
         (x, y), distance = p[out[0]], 1e3 * path.distance[out[0]]
         raise ParameterError(
-            f"{place(samples, out[0] * DT)}: ({x:.6g}, {y:.6g}) m is {distance:.3g} mm out of the reach of "
+            f"{place_in_file(samples, out[0] * DT)}: ({x:.6g}, {y:.6g}) m is {distance:.3g} mm out of the reach of "
             f"{actuator.name}; {100 * out.size / len(p):.3g} % of the path is, by up to "
             f"{1e3 * path.distance.max():.3g} mm (--project follows the nearest points within reach)"
         )
 
 
-def place(samples: Samples, t: float) -> str:
+def place_in_file(samples: Samples, t: float) -> str:
     """File, line and time of the path `t` [s] after its first sample."""
     at = int(np.searchsorted(samples.t, samples.t[0] + t + JUST, "right")) - 1
     line = f"line {samples.lines[at]}"
@@ -75,7 +75,7 @@ def projected(smap: StaticMap, p: Array) -> Carried:
     Of equals the one of the least torque at p[0], as in the library; from u = 0 for a path that begins at rest.
     """
     best = None
-    for u in [np.zeros(2)] if at_rest(smap, p[0]) else solutions(smap, p[0]) or [np.array(nearest(smap, p[0])[0])]:
+    for u in [np.zeros(2)] if is_rest(smap, p[0]) else solutions(smap, p[0]) or [np.array(nearest(smap, p[0])[0])]:
         path = carried(smap, p, u)
         if not path.changes:
             return path
@@ -85,7 +85,7 @@ def projected(smap: StaticMap, p: Array) -> Carried:
     return best
 
 
-def at_rest(smap: StaticMap, p: Array) -> bool:
+def is_rest(smap: StaticMap, p: Array) -> bool:
     """Whether p (2,) [m] is the tip at rest."""
     return bool(np.linalg.norm(p - static_tips(smap, np.zeros(2))) < TOLERANCE)
 

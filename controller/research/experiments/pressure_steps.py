@@ -26,7 +26,7 @@ STARTED, MOST = 0.02, 1.0 - math.exp(-1.0)
 def pressure_steps(parameters: RigParameters) -> tuple[PressureStep, ...]:
     """Each step from one of SETPOINTS to the next, with its dead time and its lag."""
     ticks = round(HOLD / DT)
-    pressure = chamber_pressure(parameters, np.repeat(SETPOINTS, ticks)).reshape(len(SETPOINTS), ticks)
+    pressure = driven_pressure(parameters, np.repeat(SETPOINTS, ticks)).reshape(len(SETPOINTS), ticks)
     return tuple(
         measured(begin, end, answer) for (begin, end), answer in zip(pairwise(SETPOINTS), pressure[1:], strict=True)
     )
@@ -48,7 +48,7 @@ def first(found: np.ndarray) -> float:
     return DT * int(found.argmax()) if found.any() else math.nan
 
 
-def chamber_pressure(parameters: RigParameters, setpoints: Array) -> Array:
+def driven_pressure(parameters: RigParameters, setpoints: Array) -> Array:
     """Pressure (n,) [Pa] of the twin's first chamber at the ticks at which it is asked for `setpoints` (n,) [Pa]."""
     asked = np.zeros(1, record_dtype(Telemetry))
     pressure = np.empty(len(setpoints))

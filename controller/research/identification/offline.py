@@ -14,8 +14,8 @@ from controller.kernels.model.statics import Places, at_rest, places, pose
 from controller.kernels.observer.observer import ObserverGains
 from controller.kernels.observer.replay import RecordedSamples, Replay, replay
 from controller.research.identification.motion.hold import held_pose, positions, torques_to
-from controller.research.identification.motion.small import mobility
-from controller.research.identification.plane import Motion
+from controller.research.identification.motion.small import step_mobility
+from controller.research.identification.plane import PlaneMotion
 from controller.schema.actuator import Actuator, Tracking
 from controller.schema.parameters import DT
 
@@ -73,7 +73,7 @@ def substeps(model: RodModel, seen: Places, gains: ObserverGains) -> int:
     for steps in range(1, MOST + 1):
         h = DT / steps
         impulse = h * (float(gains.B_o.max()) + h * float(gains.K_o.max()))
-        if impulse * float(mobility(model, seen, h).sum()) <= FIRMEST:
+        if impulse * float(step_mobility(model, seen, h).sum()) <= FIRMEST:
             return steps
     raise ParameterError(
         f"tracking.K_o = {gains.K_o.max():.4g} N/m and B_o = {gains.B_o.max():.4g} N s/m are too strong "
@@ -81,7 +81,7 @@ def substeps(model: RodModel, seen: Places, gains: ObserverGains) -> int:
     )
 
 
-def estimate(offline: Offline, motion: Motion) -> Array:
+def estimate(offline: Offline, motion: PlaneMotion) -> Array:
     """Displacements of all bodies from the model's rest (n,m,2) [m], from those of the sensed bodies alone.
 
     The model starts in the static pose that the first sample of the sensed bodies suggests, and is let go as the
