@@ -47,7 +47,7 @@ def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
     fade_bump(g_1, g_2, live, switched, math.exp(-control.dt / BUMP_TIME), state)
     if not live or settings.law == FF or settings.law == FF_P:
         state.integral[0] = state.integral[1] = 0.0
-    note_tracking(control, telemetry.error, closed)
+    note_tracking(telemetry.error, closed, control)
 
 
 @kernel
@@ -156,7 +156,7 @@ def saturate(settings: Record, control: Control, telemetry: Record) -> None:
     sum_1, sum_2 = state.u_ff[0] + state.u_fb[0], state.u_ff[1] + state.u_fb[1]
     u1, u2 = nearest_admissible(control.smap.polygon, sum_1, sum_2)  # Eq. SAT
     if not math.isfinite(u1 + u2):
-        react(state, NUMBERS)
+        react(NUMBERS, state)
     if state.mode == HOLD or state.mode == FOLLOW:
         u1, u2 = towards(state.u, u1, u2, control.controller[0].torque_slew_max * control.dt)
     if state.mode == E_STOP:

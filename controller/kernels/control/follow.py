@@ -134,7 +134,7 @@ def follow_plan(control: Control) -> None:
     """
     state, plan = control.state[0], control.plan[0]
     if state.followed >= plan.ticks:
-        move(state, HOLD, REFERENCE_DONE)
+        move(HOLD, REFERENCE_DONE, state)
         anchor(state)
         return
     x, y = control.reference[state.index, 0], control.reference[state.index, 1]
