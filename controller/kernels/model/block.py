@@ -67,7 +67,7 @@ def factorise(a: Array, block: Block) -> None:
 def invert_block(a: Array, i: int, seen: Symmetric, block: Block) -> Symmetric:
     """S_i^-1, where `seen` is what S_i lacks of D_i.
 
-    Not in the paper: part of `implicit_step`. In place: block.S_inv, row i.
+    Not in the paper: part of `implicit_step`. In place: block.S_inv.
     """
     S_inv, mass = block.S_inv, block.w[i] + block.w[i + 1]
     s11, s12, s13 = block.H[i] - seen[0], a[0, i] - seen[1], a[1, i] - seen[2]
@@ -86,7 +86,7 @@ def invert_block(a: Array, i: int, seen: Symmetric, block: Block) -> Symmetric:
 def seen_from_tip(a: Array, i: int, seen: Symmetric, block: Block) -> Symmetric:
     """U_i^T S_i^-1 U_i: what block i+1 sees of the part eliminated up to block i.
 
-    Not in the paper: part of `implicit_step`. In place: block.S_inv, row i.
+    Not in the paper: part of `implicit_step`. In place: block.S_inv.
     """
     r11, r12, r13, r22, r23, r33 = invert_block(a, i, seen, block)
     a_x, a_y, w, h = a[0, i], a[1, i], block.w[i + 1], block.h[i + 1]
@@ -99,7 +99,7 @@ def seen_from_tip(a: Array, i: int, seen: Symmetric, block: Block) -> Symmetric:
 def seen_from_base(a: Array, i: int, seen: Symmetric, block: Block) -> Symmetric:
     """U_(i-1) S_i^-1 U_(i-1)^T: what block i-1 sees of the part eliminated down to block i.
 
-    Not in the paper: part of `implicit_step`. In place: block.S_inv, row i.
+    Not in the paper: part of `implicit_step`. In place: block.S_inv.
     """
     r11, r12, r13, r22, r23, r33 = invert_block(a, i, seen, block)
     a_x, a_y, w, h = a[0, i - 1], a[1, i - 1], block.w[i], block.h[i]

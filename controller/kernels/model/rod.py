@@ -238,7 +238,7 @@ def fold(model: RodModel, a: Array, at: tuple[int, int], seen: Seen, r: Array, o
     """Eliminate hinge at[0] and return what its neighbour sees across rod at[1] (see `eliminate`).
 
     Puts D^-1 E, entries 11, 12, 21, 22, into column at[0] of out_G (4,N). Nothing but one factor waits for the
-    division. Not in the paper: see `eliminate`. In place: r, whose column at[0] becomes D^-1 r.
+    division. Not in the paper: see `eliminate`. In place: r, as `eliminate` says.
     """
     i, rod = at
     J11, J12, J22 = mobility(model, a, rod)
