@@ -7,7 +7,8 @@ from controller.build.equilibrium import ChainStatics, settle
 from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.rod import make_load
 from controller.kernels.model.statics import at_rest, pose
-from controller.kernels.observer.replay import RecordedSamples, Replay, replay
+from controller.kernels.observer.observer import Replay
+from controller.kernels.observer.replay import RecordedSamples, replay
 from controller.research.identification.motion.decays import Decay
 from controller.research.identification.offline import offline_observer
 from controller.schema.actuator import PRESETS, Actuator, Tracking

@@ -24,8 +24,8 @@ from controller.kernels.control.tick import tick
 from controller.kernels.model.implicit import make_implicit_work, meet_hinges
 from controller.kernels.model.rod import make_load
 from controller.kernels.model.statics import at_rest, places
-from controller.kernels.observer.observer import ObserverGains
-from controller.kernels.observer.replay import RecordedSamples, Replay, replay
+from controller.kernels.observer.observer import ObserverGains, Replay
+from controller.kernels.observer.replay import RecordedSamples, replay
 from controller.kernels.plant.twin import twin_step
 from controller.research.bench.tick_bench import Inputs, run_ticks
 from controller.schema.layout import record_dtype, to_record

@@ -57,9 +57,8 @@ class ImplicitWork(NamedTuple):
 
 def make_implicit_work(rods: int) -> ImplicitWork:
     """Scratch arrays for a chain of `rods`."""
-    columns = [np.zeros((rows, rods)) for rows in (2, 3)]
-    projection = np.zeros((2, rods + 1)), np.zeros((4, rods)), np.zeros((2, rods))
-    return ImplicitWork(np.zeros(rods), *columns, make_block(rods), *projection, np.zeros(1))
+    a, v, G, r = (np.zeros((rows, rods)) for rows in (2, 3, 4, 2))
+    return ImplicitWork(np.zeros(rods), a, v, make_block(rods), np.zeros((2, rods + 1)), G, r, np.zeros(1))
 
 
 @kernel

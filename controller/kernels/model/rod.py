@@ -118,8 +118,9 @@ class Work(NamedTuple):
 
 def make_work(rods: int) -> Work:
     """Scratch arrays for a chain of `rods`."""
-    stages = [np.zeros((4, rows, rods)) for rows in (3, 3, 3, 2)]
-    return Work(*stages, np.zeros((4, 2, rods + 1)), *[np.zeros((rows, rods)) for rows in (3, 4, 2)])
+    q, v, acc, a = (np.zeros((4, rows, rods)) for rows in (3, 3, 3, 2))
+    free, G, r = (np.zeros((rows, rods)) for rows in (3, 4, 2))
+    return Work(q, v, acc, a, np.zeros((4, 2, rods + 1)), free, G, r)
 
 
 def make_load(rods: int) -> Load:

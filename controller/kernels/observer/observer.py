@@ -1,7 +1,7 @@
 """The dynamic observer: the rod model, driven by the sent torques and pulled to the markers by virtual forces."""
 
 import math
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from controller.arrays import Array, Record, Words
 from controller.kernels.compiled import kernel
@@ -58,17 +58,26 @@ class Observer(NamedTuple):
     """The model's position at the sensors (10,2) [m]."""
 
 
-class Pulled(Protocol):
-    """What virtual forces act on: an Observer, or the Replay of a recorded body."""
+class Replay(NamedTuple):
+    """The model of a recorded body and its memory, for `replay`; fields that it shares with Observer have its names."""
 
+    model: RodModel
     state: RodState
     load: Load
+    work: ImplicitWork
     sensors: Places
+    """Material points of the tracked bodies (m)."""
     points: Array
+    """The model's position there (m,2) [m]."""
+    held: Array
+    """Torques that held the pose before the release (N,) [N m]."""
+    release: Array
+    """(2,) when they begin to fade, and for how long they do [s]."""
+    dt: float
 
 
-class Markers(Protocol):
-    """What it is pulled to: the Sensing of the rig, or a HeldSample of a recording."""
+class HeldSample(NamedTuple):
+    """One sample of a recording, with the fields of Sensing that `pull` reads."""
 
     p: Array
     v: Array
@@ -96,7 +105,7 @@ def pressurise(observer: Observer) -> None:
 
 
 @kernel
-def pull(sensing: Markers, gains: ObserverGains, used: int, h: float, observer: Pulled) -> None:
+def pull(sensing: Sensing | HeldSample, gains: ObserverGains, used: int, h: float, observer: Observer | Replay) -> None:
     """Add the virtual forces of the used sensors to the load. Eq. OBS: paper, "Dynamic observer".
 
     The residual is taken at the sensor's arc length, the force enters the centre of the rod that holds it. For the tip

@@ -4,28 +4,9 @@ from typing import NamedTuple
 
 from controller.arrays import Array, Words
 from controller.kernels.compiled import inlined, kernel
-from controller.kernels.model.implicit import ImplicitWork, implicit_step
-from controller.kernels.model.rod import Load, RodModel, RodState
-from controller.kernels.model.statics import Places, points_on
-from controller.kernels.observer.observer import ObserverGains, pull
-
-
-class Replay(NamedTuple):
-    """The model of a recorded body and its memory. The fields that `pull` reads are named as in Observer."""
-
-    model: RodModel
-    state: RodState
-    load: Load
-    work: ImplicitWork
-    sensors: Places
-    """Material points of the tracked bodies (m)."""
-    points: Array
-    """The model's position there (m,2) [m]."""
-    held: Array
-    """Torques that held the pose before the release (N,) [N m]."""
-    release: Array
-    """(2,) when they begin to fade, and for how long they do [s]."""
-    dt: float
+from controller.kernels.model.implicit import implicit_step
+from controller.kernels.model.statics import points_on
+from controller.kernels.observer.observer import HeldSample, ObserverGains, Replay, pull
 
 
 class RecordedSamples(NamedTuple):
@@ -39,14 +20,6 @@ class RecordedSamples(NamedTuple):
     """For how many steps each sample is held (n,)."""
     age: Array
     """(1,) by how long it is carried on: 0, it is held [s]."""
-
-
-class HeldSample(NamedTuple):
-    """One sample, as `pull` reads it."""
-
-    p: Array
-    v: Array
-    age: Array
 
 
 @kernel

@@ -11,8 +11,8 @@ from controller.errors import ParameterError
 from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.rod import RodModel, RodState, make_load
 from controller.kernels.model.statics import Places, at_rest, places, pose
-from controller.kernels.observer.observer import ObserverGains
-from controller.kernels.observer.replay import RecordedSamples, Replay, replay
+from controller.kernels.observer.observer import ObserverGains, Replay
+from controller.kernels.observer.replay import RecordedSamples, replay
 from controller.research.identification.motion.hold import held_pose, positions, torques_to
 from controller.research.identification.motion.small import step_mobility
 from controller.research.identification.plane import PlaneMotion
