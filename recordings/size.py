@@ -5,13 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
+from controller.arrays import Rows
 from controller.reference import library
 from controller.schema.parameters import RigParameters, Settings
 from controller.simulation.run import run
 from recordings.format import tool
 from recordings.format.about import About
 from recordings.format.messages import Profile
-from recordings.format.profiles import PROFILES, Rows
+from recordings.format.profiles import PROFILES
 from recordings.write.rrd import RrdFile
 from recordings.write.run_file import simulated_rig
 

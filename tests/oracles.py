@@ -1,13 +1,11 @@
 """The paper's equations as plain dense numpy, written from the text and not from the kernels."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.kernels.model.rod import RodModel
-
-Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 @dataclass

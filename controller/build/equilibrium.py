@@ -4,8 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.model.rod import Array, RodModel
+from controller.kernels.model.rod import RodModel
 
 STAGES = 20
 """Gravity is brought up in this many steps: Newton then starts near the branch that the body really takes."""
@@ -14,7 +15,7 @@ DONE = 1e-12
 """A Newton step below this has converged [rad]."""
 
 
-class Body(NamedTuple):
+class ChainStatics(NamedTuple):
     """What of a rod chain (base first, N rods) decides its statics; symbols as in RodModel."""
 
     L: Array
@@ -25,7 +26,7 @@ class Body(NamedTuple):
     g: Array
 
 
-def equilibrium(body: Body, T_theta: Array) -> tuple[Array, Array]:
+def equilibrium(body: ChainStatics, T_theta: Array) -> tuple[Array, Array]:
     """Angles at rest (N,) [rad] and their slope by u, K^-1 T_theta (N,2) [rad/(N m)]; K contains gravity's stiffness.
 
     Without gravity the angles are linear in u and this is all of the static map; with it, it is its tangent at rest.
@@ -42,7 +43,7 @@ def equilibrium(body: Body, T_theta: Array) -> tuple[Array, Array]:
         ) from error
 
 
-def settle(body: Body, theta: Array) -> Array:
+def settle(body: ChainStatics, theta: Array) -> Array:
     """Newton's iteration from theta to where the torques of springs and gravity cancel; LinAlgError where it fails."""
     for _ in range(ITERATIONS):
         step = solve(body, theta, imbalance(body, theta))
@@ -52,7 +53,7 @@ def settle(body: Body, theta: Array) -> Array:
     raise np.linalg.LinAlgError("no convergence")
 
 
-def gravity_torque(body: Body | RodModel, theta: Array) -> tuple[Array, Array]:
+def gravity_torque(body: ChainStatics | RodModel, theta: Array) -> tuple[Array, Array]:
     """Generalised force on the angles (N,) [N m] and its slope (N,): each rod carries all that hangs on it."""
     beyond = np.cumsum(body.m[::-1])[::-1] - body.m
     arm = body.L * beyond + body.m * body.arm
@@ -60,13 +61,13 @@ def gravity_torque(body: Body | RodModel, theta: Array) -> tuple[Array, Array]:
     return np.asarray(arm * (body.g[1] * c - body.g[0] * s)), np.asarray(-arm * (body.g[0] * c + body.g[1] * s))
 
 
-def imbalance(body: Body, theta: Array) -> Array:
+def imbalance(body: ChainStatics, theta: Array) -> Array:
     """Torque on each angle (N,) [N m] of springs and gravity."""
     spring = body.k * (np.diff(theta, prepend=0.0) - body.bend)
     return np.asarray(gravity_torque(body, theta)[0] - spring + np.append(spring[1:], 0.0))
 
 
-def solve(body: Body, theta: Array, right: Array) -> Array:
+def solve(body: ChainStatics, theta: Array, right: Array) -> Array:
     """K^-1 right: K is tridiagonal, springs and gravity; LinAlgError where it is not positive definite."""
     outer = np.append(body.k[1:], 0.0)
     banded = np.stack([np.append(0.0, -body.k[1:]), body.k + outer - gravity_torque(body, theta)[1]])

@@ -5,18 +5,18 @@ import math
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.build.rod import build_rod, computable
 from controller.build.stability import require_stable
 from controller.errors import ParameterError
-from controller.kernels.control.inverse import StaticMap
-from controller.kernels.control.memory import PLAN, STATE, Control, Rig
+from controller.kernels.control.tick import Rig
+from controller.kernels.memory import PLAN, STATE, Control, Sensing
 from controller.kernels.model.energy import make_ledger, open_ledger
 from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.polygon import Polygon, admissible
-from controller.kernels.model.rod import Array, RodModel, make_load, make_work
-from controller.kernels.model.statics import at_rest, places, points_on, static_tip
-from controller.kernels.observer.observer import Observer, Springs, reset_observer, step
-from controller.kernels.observer.sensing import Sensing
+from controller.kernels.model.rod import RodModel, make_load, make_work
+from controller.kernels.model.statics import StaticMap, at_rest, places, points_on, static_tip
+from controller.kernels.observer.observer import Observer, ObserverGains, reset_observer, step_observer
 from controller.schema.actuator import Actuator
 from controller.schema.layout import to_record
 from controller.schema.modes import Cause, Integrator, RowKind
@@ -101,7 +101,7 @@ def build_observer(model: RodModel, controller: ControllerParameters) -> Observe
     """Observer of `model` at rest; one step of its integrator a period."""
     length, rods = float(model.L.sum()), model.L.size
     state, ledger = at_rest(model), make_ledger()
-    open_ledger(ledger, model, state)
+    open_ledger(model, state, ledger)
     observer = Observer(
         model=model,
         state=state,
@@ -111,7 +111,7 @@ def build_observer(model: RodModel, controller: ControllerParameters) -> Observe
         implicit_work=make_implicit_work(rods),
         ledger=ledger,
         dt=controller.dt,
-        gains=Springs(np.zeros(2), np.zeros(2)),
+        gains=ObserverGains(np.zeros(2), np.zeros(2)),
         B_max=math.inf,
         dead_time=np.zeros((round(controller.dead_time / controller.dt) + 1, 2)),
         head=np.zeros(1, np.int64),
@@ -132,7 +132,7 @@ def largest_damping(observer: Observer) -> float:
     s, c = math.sin(observer.model.rest[last]), math.cos(observer.model.rest[last])
     observer.load.F[:, last] = -s, c
     kick = observer.state
-    step(observer)
+    step_observer(observer)
     tip = kick.v[:2, last] + (observer.model.L[last] - observer.model.arm[last]) * kick.v[2, last] * np.array([-s, c])
     observer.load.F[:] = 0.0
     reset_observer(observer)

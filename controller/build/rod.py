@@ -5,9 +5,10 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from controller.build.equilibrium import Body, equilibrium
+from controller.arrays import Array
+from controller.build.equilibrium import ChainStatics, equilibrium
 from controller.errors import ParameterError
-from controller.kernels.model.rod import Array, RodModel
+from controller.kernels.model.rod import RodModel
 from controller.schema.actuator import Actuator
 
 FEWEST, MOST = 2, 1000
@@ -44,7 +45,7 @@ def build_rod(actuator: Actuator, rods: int, *, omega_B: float = 100.0, zeta_B: 
     k = joint_profile(profile(actuator.k, table), rods)
     T_theta = torque_map(actuator, rods)
     bend = rest_bend(actuator, rods)
-    rest, compliance = equilibrium(Body(L, arm, m, k, bend, np.array(actuator.gravity)), T_theta)
+    rest, compliance = equilibrium(ChainStatics(L, arm, m, k, bend, np.array(actuator.gravity)), T_theta)
     return RodModel(
         m=m,
         I=I,

@@ -5,9 +5,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.build.equilibrium import gravity_torque
 from controller.errors import ParameterError
-from controller.kernels.model.rod import Array, RodModel
+from controller.kernels.model.rod import RodModel
 from controller.schema.parameters import OBSERVER_GAIN_MAX
 
 DENSE_MAX = 60

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from controller.build.equilibrium import Body, equilibrium
+from controller.build.equilibrium import ChainStatics, equilibrium
 from controller.build.rod import build_rod, computable, profile
 from controller.build.stability import natural_modes, stable_substeps
 from controller.kernels.model.friction import Hysteresis, Sheet
@@ -121,7 +121,7 @@ def twin_model(actuator: Actuator, twin: TwinParameters) -> RodModel:
     """
     model = build_rod(bent(actuator, twin), twin.rods)
     k, g = model.k * twin.kappa * twin.stiffness_scale, model.g * twin.kappa
-    rest, _ = equilibrium(Body(model.L, model.arm, model.m, k, model.bend, g), model.T_theta)
+    rest, _ = equilibrium(ChainStatics(model.L, model.arm, model.m, k, model.bend, g), model.T_theta)
     loose = model._replace(k=k, b=np.zeros(twin.rods), alpha=0.0, g=g, rest=rest)
     omega = float(np.abs(natural_modes(loose, rest)).min())
     return loose._replace(b=TWIN_BETA * k, alpha=max(0.0, 2.0 * twin.zeta * omega - TWIN_BETA * omega**2))

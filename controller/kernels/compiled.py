@@ -5,15 +5,26 @@ one another are not counted, which took two fifths of a tick: the caller's refer
 the compiler fuse a product and a sum, and nothing else: sums keep their order.
 """
 
+from collections.abc import Callable
+from typing import Any, TypeVar
+
 from numba import njit
 
 from controller.system.kernel_cache import use
 
 use()
 
-OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract"}, "_nrt": False}
+OPTIONS: dict[str, Any] = {
+    "cache": True,
+    "nogil": True,
+    "error_model": "numpy",
+    "fastmath": {"contract"},
+    "_nrt": False,
+}
 
-kernel = njit(**OPTIONS)
+F = TypeVar("F", bound=Callable[..., Any])
+
+kernel: Callable[[F], F] = njit(**OPTIONS)
 """Decorator of a kernel."""
-inlined = njit(forceinline=True, **OPTIONS)
+inlined: Callable[[F], F] = njit(forceinline=True, **OPTIONS)
 """Decorator of a kernel that is part of its caller: what it is given stays in registers."""

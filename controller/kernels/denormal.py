@@ -6,6 +6,6 @@ TINY = 1e-60
 
 
 @inlined
-def settled(x):
-    """Return x rounded to a multiple of 1e-76; no branch, so a loop over it uses the vector unit."""
+def flushed(x: float) -> float:
+    """x rounded to a multiple of 1e-76; no branch, so a loop over it uses the vector unit. Not in the paper: speed."""
     return (x + TINY) - TINY

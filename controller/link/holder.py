@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 
 from controller.errors import RigHeld
-from controller.link.seal import Session
+from controller.link.seal import SealedSession
 
 SILENT = 2.0
 """Silence after which another server may command [s]; the rig itself holds long before, at `server_hold`."""
@@ -16,11 +16,11 @@ class Holder:
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
         self._now = now
-        self._session: Session | None = None
+        self._session: SealedSession | None = None
         self._since, self._heard = "", 0.0
         self._lock = threading.Lock()
 
-    def take(self, session: Session) -> None:
+    def take(self, session: SealedSession) -> None:
         """`session` commands from here on, or still; RigHeld names who does instead, and since when."""
         with self._lock:
             if self._session is not None and session.number != self._session.number:
@@ -34,7 +34,7 @@ class Holder:
                 self._session, self._since = session, time.strftime("%Y-%m-%d %H:%M:%S")
             self._heard = self._now()
 
-    def leave(self, session: Session) -> None:
+    def leave(self, session: SealedSession) -> None:
         """`session` commands no longer, if it did: the next one may at once."""
         with self._lock:
             if self._session is not None and self._session.number == session.number:

@@ -18,7 +18,7 @@ from controller.link.keys import REPLAY_MAX, Keys
 from controller.link.planned import PLANNED_MAX, PlannedRows, decoded
 from controller.link.proof import Prover, question
 from controller.link.refusals import Refusals
-from controller.link.seal import SEAL_BYTES, Seals, Session
+from controller.link.seal import SEAL_BYTES, SealedSession, Seals
 from controller.schema.layout import from_record, record_dtype
 from controller.schema.messages import Command, CommandReply, RigInfo, TwinFaults
 from controller.schema.modes import Request
@@ -109,7 +109,7 @@ class RigEnd:
         session = self._seals.admit(self._keys.command, payload, seal)
         return self._obey(session, read_command(payload)).model_dump_json().encode()
 
-    def _obey(self, session: Session, command: Command) -> CommandReply:
+    def _obey(self, session: SealedSession, command: Command) -> CommandReply:
         if command.request == Request.E_STOP:
             return self._service.stop((session.number, command.n))
         self._holder.take(session)

@@ -65,7 +65,7 @@ class Sealer:
 
 
 @dataclass(frozen=True)
-class Session:
+class SealedSession:
     """A server that the rig has met, and the last count it used on each key expression."""
 
     number: int
@@ -83,7 +83,7 @@ class Seals:
         """What the rig says is proven by the same key."""
         self._key, self._file = key, file
         self._next = secrets.randbits(61)  # not 1: a session of the last life must not be known in this one
-        self._sessions: dict[int, Session] = {}
+        self._sessions: dict[int, SealedSession] = {}
         self._lock = threading.Lock()
 
     @property
@@ -91,7 +91,7 @@ class Seals:
         """The number under which the next session is to be opened."""
         return self._next
 
-    def open(self, expression: str, payload: bytes, seal: bytes) -> Session:
+    def open(self, expression: str, payload: bytes, seal: bytes) -> SealedSession:
         """Open the session whose Introduction is `payload`; refuses another layout than ours with LayoutMismatch."""
         with self._lock:
             number, _ = self._verified(expression, payload, seal)
@@ -100,7 +100,7 @@ class Seals:
             self._next += 1
             return self._introduced(number, payload)
 
-    def admit(self, expression: str, payload: bytes, seal: bytes) -> Session:
+    def admit(self, expression: str, payload: bytes, seal: bytes) -> SealedSession:
         """The session that sealed this message; KeyRefused unless the key is ours and the message a new one."""
         with self._lock:
             number, count = self._parsed(seal)
@@ -114,13 +114,13 @@ class Seals:
             self._sessions[number] = self._sessions.pop(number)  # newest last
             return session
 
-    def _introduced(self, number: int, payload: bytes) -> Session:
+    def _introduced(self, number: int, payload: bytes) -> SealedSession:
         try:
             by = Introduction.model_validate_json(payload)
         except ValidationError as error:
             raise ParameterError(f"introduction: {sentence(error)}") from error
         require_same(by.who, by.version, by.layout, "this rig")
-        session = self._sessions[number] = Session(number, by.who)
+        session = self._sessions[number] = SealedSession(number, by.who)
         while len(self._sessions) > SESSIONS_MAX:
             del self._sessions[next(iter(self._sessions))]
         return session

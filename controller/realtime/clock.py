@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 from numba import types as numba_types
 
-from controller.realtime.compiled import Words, compiled
+from controller.arrays import Words
+from controller.realtime.compiled import compiled
 
 types: Any = numba_types
 SECOND = 1_000_000_000

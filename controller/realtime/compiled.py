@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
-import numpy as np
 from numba import njit, types
 from numba.core import cgutils as numba_cgutils
 from numba.extending import intrinsic as numba_intrinsic
@@ -16,8 +15,6 @@ use()
 cgutils: Any = numba_cgutils
 arrayobj: Any = numba_arrayobj
 intrinsic: Any = numba_intrinsic
-Words = np.ndarray[Any, np.dtype[np.int64]]
-"""8-byte words, one- or two-dimensional."""
 F = TypeVar("F", bound=Callable[..., Any])
 
 

@@ -5,11 +5,11 @@ import time
 
 import numpy as np
 
+from controller.arrays import Words
 from controller.errors import CommandRefused
-from controller.kernels.control.memory import Control
+from controller.kernels.memory import Control
 from controller.kernels.plant.faults import Faults
 from controller.link import PlannedRows
-from controller.realtime.compiled import Words
 from controller.realtime.followable import require_followable, require_sound
 from controller.realtime.mailbox import post, words
 from controller.realtime.ring import Ring

@@ -2,13 +2,13 @@
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import ParameterError
 from controller.kernels.control.inverse import TOLERANCE
-from controller.kernels.control.memory import Control
-from controller.kernels.model.rod import Array
+from controller.kernels.memory import Control
 from controller.link import PlannedRows
 from controller.reference.feasible.approach import follow
-from controller.reference.feasible.bounds import Limits, place, stretches, worst
+from controller.reference.feasible.bounds import Limits, place_of_row, stretches, worst
 from controller.reference.feasible.reach import static_tips
 from controller.schema.modes import RowKind
 from controller.schema.parameters import ControllerParameters
@@ -54,7 +54,7 @@ def require_followable(rows: PlannedRows, u: Array, control: Control, bounds: Co
     for row in stretches(len(rows.points), rows.again, rows.ticks or len(rows.points), bounds.dt):
         if found := worst(rows.points[row], torques[row], limits, bounds.dt):
             at = int(row[found.row])
-            raise ParameterError(f"points[{at}], {place(rows.points, at, bounds.dt)}: {found}, the rig's bound")
+            raise ParameterError(f"points[{at}], {place_of_row(rows.points, at, bounds.dt)}: {found}, the rig's bound")
 
 
 def _require_held(p: Array, u: Array, control: Control) -> None:

@@ -7,10 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Words
 from controller.kernels.control.tick import Rig, tick
 from controller.kernels.plant.twin import Twin, twin_step
 from controller.realtime.clock import now_ns, sleep_until, slots_missed
-from controller.realtime.compiled import Words, compiled, load_acquire, store_release
+from controller.realtime.compiled import compiled, load_acquire, store_release
 from controller.realtime.mailbox import mailbox, post, receive, words
 from controller.realtime.ring import (
     BASELINE_LOST,
@@ -96,9 +97,9 @@ def run_loop(rig: Rig, twin: Twin, memory: LoopMemory, period_ns: int) -> None:
         status.pump_ns = memory.header[PUMP_NS]
         status.lateness_ns = t_ns - deadline
         telemetry.slot = slot
-        tick(rig, t_ns, memory.command[0], memory.measurement[0], status, telemetry)
+        tick(t_ns, memory.command[0], memory.measurement[0], status, rig, telemetry)
         status.step_ns = now_ns(clock) - t_ns
-        twin_step(twin, t_ns, telemetry, memory.sensed[0])
+        twin_step(t_ns, twin, telemetry, memory.sensed[0])
         post(memory.measurements, memory.sensed_words)
         ring_push(memory.header, memory.rows, memory.telemetry_words)
         end_ns = now_ns(clock)

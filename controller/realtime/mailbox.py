@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from controller.realtime.compiled import Words, compiled, fence_acquire, fence_release, load_acquire, store_release
+from controller.arrays import Words
+from controller.realtime.compiled import compiled, fence_acquire, fence_release, load_acquire, store_release
 
 
 def mailbox(dtype: np.dtype[Any]) -> Words:

@@ -12,8 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
+from controller.arrays import Words
 from controller.errors import LayoutMismatch, RigUnreachable, TendrilError
-from controller.realtime.compiled import Words, compiled, fence_acquire, fence_release, load_acquire, store_release
+from controller.realtime.compiled import compiled, fence_acquire, fence_release, load_acquire, store_release
 from controller.schema.layout import layout_hash, record_dtype, require_same_layout
 from controller.schema.messages import Command, Telemetry
 from controller.system.whole_file import is_regular, set_aside

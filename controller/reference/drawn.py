@@ -5,14 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.build.rig import REFERENCE_ROWS
 from controller.errors import DataError, ParameterError
-from controller.kernels.control.inverse import StaticMap
-from controller.kernels.model.rod import Array
+from controller.kernels.model.statics import StaticMap
 from controller.reference.feasible.approach import approach
 from controller.reference.feasible.course import course, torn
 from controller.reference.feasible.from_rest import leaving_rest
-from controller.reference.feasible.within_reach import Carried, at_rest, projected, require_near, require_reach
+from controller.reference.feasible.within_reach import Carried, is_rest, projected, require_near, require_reach
 from controller.reference.library import APPROACH, static_map
 from controller.reference.path_file import Samples
 from controller.reference.reference import Reference
@@ -79,7 +79,7 @@ def drawn(samples: Samples, actuator: Actuator, wish: Wish) -> tuple[Reference, 
 
 def led(smap: StaticMap, p: Array, dt: float) -> tuple[Array, Carried]:
     """The approach (m, 2) [m] from rest, of no rows for a path that begins there, and p (n, 2) [m] within reach."""
-    if at_rest(smap, p[0]):
+    if is_rest(smap, p[0]):
         return np.empty((0, 2)), projected(smap, leaving_rest(smap, p))
     path = projected(smap, p)
     return approach(smap, path.u[0], round(APPROACH / dt)), path

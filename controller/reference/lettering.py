@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.model.rod import Array
 
 FONT = Path(__file__).parent / "data" / "roman_simplex.jhf"
 FIRST = 32

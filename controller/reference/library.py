@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.build.rig import build_static_map
 from controller.build.rod import build_rod
 from controller.errors import ParameterError
-from controller.kernels.control.inverse import StaticMap
-from controller.kernels.model.rod import Array
+from controller.kernels.model.statics import StaticMap
 from controller.reference import shapes
 from controller.reference.feasible.approach import approach, branch
 from controller.reference.reference import Reference

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import DataError
-from controller.kernels.model.rod import Array
 
 UNITS = {
     "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
@@ -42,7 +42,7 @@ class Samples:
     """(n,) the line of the file from which each came."""
 
 
-class Column(NamedTuple):
+class ColumnPlace(NamedTuple):
     """Where one of t, x, y is."""
 
     name: str
@@ -110,13 +110,13 @@ def _is_number(text: str) -> bool:
         return False
 
 
-def _columns(path: Path, first: list[str], units: Mapping[str, str]) -> list[Column]:
+def _columns(path: Path, first: list[str], units: Mapping[str, str]) -> list[ColumnPlace]:
     """Columns t, x, y, as the first row says."""
     if not _is_header(first):
         if len(first) != 3:
             raise DataError(f"{path} has no header and {len(first)} columns: three (t, x, y) are needed, or a header")
-        return [Column(name, index, UNITS[name][units[name]]) for index, name in enumerate("txy")]
-    found: dict[str, Column] = {}
+        return [ColumnPlace(name, index, UNITS[name][units[name]]) for index, name in enumerate("txy")]
+    found: dict[str, ColumnPlace] = {}
     strange: dict[str, str] = {}
     for index, title in enumerate(map(str.strip, first)):
         name, unit = _split(title, units)
@@ -125,7 +125,7 @@ def _columns(path: Path, first: list[str], units: Mapping[str, str]) -> list[Col
         elif name in found:
             raise DataError(f"{path}: the header names {name} twice ({found[name].name!r} and {title!r})")
         elif name:
-            found[name] = Column(title, index, UNITS[name][unit])
+            found[name] = ColumnPlace(title, index, UNITS[name][unit])
     for name in "txy":
         if name not in found:
             raise DataError(f"{path}: {_missing(name, strange, first)}")
@@ -154,7 +154,7 @@ def _begin(header: list[str]) -> str:
     return ", ".join(names) + (f", and {len(header) - len(names)} more" if len(header) > len(names) else "")
 
 
-def _number(where: str, column: Column, cells: list[str]) -> float:
+def _number(where: str, column: ColumnPlace, cells: list[str]) -> float:
     """The finite number in `column`."""
     if column.at >= len(cells):
         raise DataError(f"{where}: {len(cells)} values, but {column.name} is column {column.at + 1}")

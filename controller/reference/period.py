@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 
 REPEATS = 0.02
 """A path repeats where it is no further from its place in its last period than this share of that period's size."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 from controller.schema.modes import RowKind
 
 

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 
 BOX = 30e-3
 """Side of the square that bounds the digits 2 to 9, and height of the 1."""

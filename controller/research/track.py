@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from controller.arrays import Rows
 from controller.errors import DataError, ParameterError, TendrilError
 from controller.reference.drawn import Wish, drawn
 from controller.reference.feasible.within_reach import Carried
@@ -18,11 +19,10 @@ from controller.research.experiments.results import ResultRow
 from controller.research.report.result_json import row_json
 from controller.schema.actuator import Actuator
 from controller.schema.fit import GAIN_NAMES
-from controller.schema.parameters import RigParameters
+from controller.schema.parameters import DT, RigParameters
 from controller.simulation.case import Case, Setup, settings_of
-from controller.simulation.metrics import DT, UNITS, Window, measure
+from controller.simulation.metrics import UNITS, Window, measure
 from controller.simulation.run import run
-from controller.simulation.simulate import Rows
 
 CONTROLLERS = ("paper",)
 OFF_PATH = 1e-3
@@ -32,7 +32,7 @@ PERIODIC = ("lag_deg_x", "lag_deg_y")
 
 
 @dataclass(frozen=True)
-class Task:
+class TrackTask:
     """What to run."""
 
     file: Path
@@ -81,7 +81,7 @@ class Facts:
 class Tracked:
     """A run and its metrics, or why it was broken off."""
 
-    task: Task
+    task: TrackTask
     reference: Facts
     seconds: float
     """Of this computation."""
@@ -99,7 +99,7 @@ def require_controller(name: str) -> None:
         raise ParameterError(f"controller = {name!r} is not one of {', '.join(CONTROLLERS)}")
 
 
-def track(task: Task) -> Tracked:
+def track(task: TrackTask) -> Tracked:
     """Run and measure; the same task gives the same bits.
 
     Raises DataError and ParameterError for a file or a number that cannot be used. A run that the rig breaks off is no

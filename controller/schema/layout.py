@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
+from controller.arrays import Rows
 from controller.errors import LayoutMismatch
 
 M = typing.TypeVar("M", bound=BaseModel)
@@ -59,7 +60,7 @@ def record_dtype(model: type[BaseModel]) -> np.dtype[Any]:
     return np.dtype([_column(model, name) for name in model.model_fields])
 
 
-def to_record(value: BaseModel) -> np.ndarray[Any, Any]:
+def to_record(value: BaseModel) -> Rows:
     """`value` as an array of length 1 of its record dtype: what kernels and mailboxes take."""
     record = np.zeros(1, record_dtype(type(value)))
     write_record(value, record[0])

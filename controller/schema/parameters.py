@@ -20,6 +20,8 @@ of rod 6 of 10 and "rod 10" the tip, whatever the number of rods in the model.""
 BACKBONE_POINTS = 21
 """Backbone samples in telemetry, at arc lengths j L / 20: every second one is a sensor position."""
 
+DT = 1e-3
+"""Period of the loop unless it is started with another, and of the rows of every reference [s]."""
 
 Gain = Annotated[float, Bounds(ge=0.0, le=5.0)]
 IntegralGain = Annotated[float, Bounds(ge=0.0, le=20.0)]
@@ -59,7 +61,7 @@ class Settings(Model):
 class ControllerParameters(Model):
     """Fixed numbers of the loop. The paper's where it gives them, ours (marked) where it does not."""
 
-    dt: Annotated[float, Bounds(ge=1e-4, le=1e-2), Q("s", "dt")] = 1e-3
+    dt: Annotated[float, Bounds(ge=1e-4, le=1e-2), Q("s", "dt")] = DT
     rods: Annotated[int, Bounds(ge=2, le=1000), Q("1", "N")] = 10
     integrator: Integrator = Integrator.RK4
     """RK4 is refused where it is not stable with `dt`; more than some 10 rods need IMPLICIT at 1 ms."""

@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 
+from controller.arrays import Rows
 from controller.build.rig import build_rig
 from controller.build.twin import build_twin
 from controller.errors import ParameterError
@@ -14,7 +15,7 @@ from controller.kernels.model.statics import static_tip
 from controller.schema.messages import Command
 from controller.schema.modes import Cause, Mode, Request
 from controller.schema.parameters import RigParameters, Settings
-from controller.simulation.simulate import Rows, Simulation
+from controller.simulation.simulate import Simulation
 
 BOOT = 1
 STAGES = {Request.NONE: 0.1, Request.ARM: 0.9, Request.FOLLOW: 1.0}

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from functools import lru_cache
 
+from controller.arrays import Rows
 from controller.errors import DataError
 from controller.reference.library import reference
 from controller.reference.reference import Reference
@@ -12,7 +13,6 @@ from controller.schema.modes import Law
 from controller.schema.parameters import ControllerParameters, RigParameters, Settings, TwinParameters
 from controller.simulation.metrics import Window, measure
 from controller.simulation.run import run
-from controller.simulation.simulate import Rows
 
 LAWS = {"ff": Law.FF, "ff+p": Law.FF_P, "ff+i": Law.FF_I, "ff+pi": Law.FF_PI}
 SENSED = {"rod6": 1 << 5, "rod10": 1 << 9, "rod6+10": 1 << 5 | 1 << 9}

@@ -10,15 +10,14 @@ from pathlib import Path
 import numpy as np
 
 from controller import reference
-from controller.kernels.model.rod import Array
+from controller.arrays import Array, Rows
 from controller.reference.path_file import read_samples
 from controller.reference.reference import Reference
 from controller.schema.modes import Mode, Request
-from controller.schema.parameters import Settings
+from controller.schema.parameters import DT, Settings
 from controller.simulation.case import Case, Outcome, Setup, outcome, parameters_of, settings_of
-from controller.simulation.metrics import DT
 from controller.simulation.run import armed, request, require_mode
-from controller.simulation.simulate import Rows, Simulation
+from controller.simulation.simulate import Simulation
 
 LIVE_PATH_FILE = Path(reference.__file__).parent / "data" / "live_path.csv"
 INVERSE_PERIOD = 0.01
@@ -61,7 +60,7 @@ def run_live(case: Case, setup: Setup, marker: MarkerPath) -> Outcome:
     settings = live_settings(case, setup.gains)
     simulation = armed(parameters_of(case, setup), settings, case.seed)
     go_to(simulation, marker.p[0])
-    rows, goals = replay(simulation, marker)
+    rows, goals = replay_marker(simulation, marker)
     require_mode(rows, case.reference, Mode.FOLLOW)
     return outcome(case, Reference(case.reference, goals, start=0), rows)
 
@@ -79,7 +78,7 @@ def go_to(simulation: Simulation, p: Array) -> None:
     simulation.run(-int(simulation.rig.control.state["tick"][0]) % EVERY)
 
 
-def replay(simulation: Simulation, marker: MarkerPath) -> tuple[Rows, Array]:
+def replay_marker(simulation: Simulation, marker: MarkerPath) -> tuple[Rows, Array]:
     """Telemetry (n,) while the target follows `marker`, and the marker projected into the reach (n, 2) [m].
 
     The target is written as often as it is looked at: what comes in between at the file's own rate is never seen.

@@ -10,13 +10,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from controller.arrays import Array, Rows
 from controller.errors import DataError
-from controller.kernels.model.rod import Array
 from controller.reference.reference import Reference
-from controller.simulation.simulate import Rows
+from controller.schema.parameters import DT
 
-DT = 1e-3
-"""Period of a reference's rows [s]."""
 SETTLED = 0.1
 """Share of a step, at its end, in which its steady-state error is taken (paper, "final 10% of each step interval")."""
 SWING_MIN = 1e-3

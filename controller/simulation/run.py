@@ -2,16 +2,16 @@
 
 import numpy as np
 
+from controller.arrays import Rows
 from controller.build.rig import build_rig
 from controller.build.twin import build_twin
 from controller.errors import DataError, TendrilError
-from controller.kernels.control.memory import Control
+from controller.kernels.memory import Control
 from controller.reference.reference import Reference
 from controller.schema.messages import Command
 from controller.schema.modes import Cause, Mode, Request
-from controller.schema.parameters import RigParameters, Settings
-from controller.simulation.metrics import DT
-from controller.simulation.simulate import Rows, Simulation
+from controller.schema.parameters import DT, RigParameters, Settings
+from controller.simulation.simulate import Simulation
 
 BOOT = 1
 SETTLE, ARMED = 50, 50

@@ -1,21 +1,18 @@
 """The real tick and the real twin without a clock: every experiment, bench and preview runs through here."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numba import njit
 
-from controller.kernels.control.memory import Rig
-from controller.kernels.control.tick import tick
+from controller.arrays import Rows
+from controller.kernels.control.tick import Rig, tick
 from controller.kernels.plant.twin import Twin, twin_step
 from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry
 
 START_NS = 1_000_000_000
 """Clock of the first tick; 0 would mean that nothing has been measured yet."""
-
-Rows = np.ndarray[Any, np.dtype[np.void]]
 
 
 class Simulation:
@@ -69,5 +66,5 @@ def _run(rig, twin, first, records, rows):  # type: ignore[no-untyped-def]
         status.server_ns = status.pump_ns = t_ns
         command.presence += first[2]
         rows[n].slot = slot
-        tick(rig, t_ns, command, measurement, status, rows[n])
-        twin_step(twin, t_ns, rows[n], measurement)
+        tick(t_ns, command, measurement, status, rig, rows[n])
+        twin_step(t_ns, twin, rows[n], measurement)

@@ -8,7 +8,7 @@ from controller.errors import ParameterError
 from recordings.exporting.arrow import write_csv, write_parquet
 from recordings.exporting.matlab import write_mat
 from recordings.exporting.mcap_file import write_mcap
-from recordings.exporting.table import Choice, Rows, Table
+from recordings.exporting.table import Choice, RowReader, Table
 from recordings.format import frames
 
 Format = Literal["csv", "parquet", "mat", "mcap", "rrd"]
@@ -29,7 +29,7 @@ def export(source: Path, target: Path, kind: Format, choice: Choice) -> None:
         require_whole(choice)
         frames.copy_whole(source, target)
     else:
-        WRITERS[kind](Rows(source).pieces(choice), target)
+        WRITERS[kind](RowReader(source).pieces(choice), target)
 
 
 def require_whole(choice: Choice) -> None:

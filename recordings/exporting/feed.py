@@ -5,14 +5,15 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from controller.arrays import Values
 from recordings.exporting.survey import Survey
-from recordings.format.chunks import Array, Chunks, Part
+from recordings.format.chunks import Chunks, Part
 
-Piece = tuple[Array, Mapping[str, Part]]
+Piece = tuple[Values, Mapping[str, Part]]
 """Times (n,) since the start [ns] of the rows, and of each entity what it holds at some or all of them."""
 
 
-def feed(chunks: Chunks, survey: Survey, rows: Array, most: int) -> Iterator[Piece]:
+def feed(chunks: Chunks, survey: Survey, rows: Values, most: int) -> Iterator[Piece]:
     """`rows` (n,) of the survey's, n >= 1, in pieces of `most`; in memory is what a piece still has to wait for."""
     waiting: dict[str, list[Part]] = defaultdict(list)
     done = 0
@@ -30,7 +31,7 @@ def feed(chunks: Chunks, survey: Survey, rows: Array, most: int) -> Iterator[Pie
         yield rows[done:], {entity: _taken(parts, rows[done:]) for entity, parts in waiting.items()}
 
 
-def _taken(parts: list[Part], rows: Array) -> Part:
+def _taken(parts: list[Part], rows: Values) -> Part:
     """Take from `parts`, in the order of time, what is not later than the last of `rows`; what is at them."""
     t, tick, values = (np.concatenate([getattr(part, name) for part in parts]) for name in ("t", "tick", "values"))
     order = np.argsort(t, kind="stable")

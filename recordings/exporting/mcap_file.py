@@ -12,8 +12,8 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from mcap.writer import Writer
 
+from controller.arrays import Values
 from recordings.exporting.table import Column, Table
-from recordings.format.chunks import Array
 
 CHUNK_BYTES = 4 << 20
 """Of messages that are compressed together: a player reads so much at once."""
@@ -71,18 +71,18 @@ def _messages(table: Table, topic: Topic, begin: int) -> Iterator[tuple[int, byt
     yield from zip((t_ns + table.wall_ns).tolist(), texts.cast(pa.binary()).to_pylist(), strict=True)
 
 
-def _pairs(column: Column, values: Array) -> Any:
+def _pairs(column: Column, values: Values) -> Any:
     """`,"name":value` of each value (n,), "" where it is not known: Arrow's strings are made many at once."""
     pairs = pc.binary_join_element_wise(f',"{column.signal.name}":', _digits(values), "")
     known = np.isfinite(values)
     return pairs if known.all() else pc.if_else(pa.array(known), pairs, "")
 
 
-def _digits(values: Array) -> Any:
+def _digits(values: Values) -> Any:
     """Numbers as text that reads back exactly; float32 with the digits of the same float64."""
     wide = values.astype(np.float64) if values.dtype.kind == "f" else values
     return pa.array(wide, from_pandas=False).cast(pa.string())
 
 
-def _at(values: Array, rows: Array | None) -> Array:
+def _at(values: Values, rows: Values | None) -> Values:
     return values if rows is None else values[rows]

@@ -7,7 +7,8 @@ from functools import reduce
 
 import numpy as np
 
-from recordings.format.chunks import Array, Chunks, common
+from controller.arrays import Values
+from recordings.format.chunks import Chunks, common
 
 NEVER = np.iinfo(np.int64).max
 
@@ -18,18 +19,18 @@ class Survey:
 
     components: Mapping[str, str]
     """The entities that were looked at, each with the component that has its numbers."""
-    rows: Array
+    rows: Values
     """Times (n,) since the start [ns] of the rows that are whole, rising."""
-    known: Mapping[str, Array]
+    known: Mapping[str, Values]
     """Which numbers of an entity's rows have a value anywhere, (width,) of bool; entities without rows are left out."""
-    ahead: Array
+    ahead: Values
     """The earliest time [ns] in chunk i and all after it, (chunks + 1,): before it nothing more will come."""
 
 
 def surveyed(chunks: Chunks, components: Mapping[str, str], dense: set[str]) -> Survey:
     """Look at the entities in `components`; a row is whole if all of those in `dense` have it."""
-    times: dict[str, list[Array]] = defaultdict(list)
-    known: dict[str, Array] = {}
+    times: dict[str, list[Values]] = defaultdict(list)
+    known: dict[str, Values] = {}
     starts = []
     for entity, part in chunks.parts(components):
         starts.append(part.t.min(initial=NEVER))

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from controller.arrays import Values
 from controller.errors import ParameterError, RecordingError
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
@@ -14,7 +15,7 @@ from recordings.exporting.feed import feed
 from recordings.exporting.places import Layout, Place
 from recordings.exporting.signals import SIGNALS, TIP, Signal, chosen
 from recordings.exporting.survey import Survey, surveyed
-from recordings.format.chunks import Array, Chunks, Part, opened
+from recordings.format.chunks import Chunks, Part, opened
 from recordings.importing.tip import IMPORT_RIG
 from recordings.read.reader import about_of, origin_of
 
@@ -36,10 +37,10 @@ class Column:
     """The values (k,) of one signal at the rows `at` (k,) of its table, rising; None: at all rows."""
 
     signal: Signal
-    values: Array
-    at: Array | None
+    values: Values
+    at: Values | None
 
-    def part(self, first: int, end: int) -> tuple[Array, Array | None]:
+    def part(self, first: int, end: int) -> tuple[Values, Values | None]:
         """Values at the rows from `first` up to `end`, and those rows counted from `first`."""
         if self.at is None:
             return self.values[first:end], None
@@ -51,12 +52,12 @@ class Column:
 class Table:
     """Columns over the times `t_ns` (n,) since the recording's first row [ns, int64], which was at `wall_ns` [Unix]."""
 
-    t_ns: Array
+    t_ns: Values
     wall_ns: int
     columns: Sequence[Column]
 
     @cached_property
-    def t(self) -> Array:
+    def t(self) -> Values:
         """Times since the recording's first row (n,) [s]."""
         return np.asarray(self.t_ns / 1e9)
 
@@ -74,8 +75,8 @@ def joined(tables: Iterable[Table]) -> Table:
     return Table(np.concatenate([part.t_ns for part in parts]), parts[0].wall_ns, columns)
 
 
-class Rows:
-    """The rows of one recording, read from its file chunk by chunk."""
+class RowReader:
+    """Reads the rows of one recording from its file chunk by chunk."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -107,7 +108,7 @@ class Rows:
 class Piece:
     """Rows at the times `t` (n,) since `origin` [ns], as their entities hold them."""
 
-    t: Array
+    t: Values
     origin: int
     parts: Mapping[str, Part]
     clock: str
@@ -152,7 +153,7 @@ def _known(layout: Layout, signals: Sequence[Signal], survey: Survey) -> set[str
     }
 
 
-def _window(t_ns: Array, choice: Choice) -> slice:
+def _window(t_ns: Values, choice: Choice) -> slice:
     """Which rows, at `t_ns` (n,) since the first one, are asked for."""
     length = t_ns[-1] / 1e9
     start, stop = (choice.start or 0.0), (length if choice.stop is None else choice.stop)

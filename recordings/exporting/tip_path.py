@@ -6,10 +6,10 @@ from typing import Literal
 
 import numpy as np
 
+from controller.arrays import Values
 from controller.errors import ParameterError
 from controller.schema.parameters import SENSORS
-from recordings.exporting.table import Choice, Rows
-from recordings.format.chunks import Array
+from recordings.exporting.table import Choice, RowReader
 
 What = Literal["p_meas", "p_ref", "marker"]
 
@@ -24,10 +24,10 @@ class Wanted:
     stop: float | None = None
 
 
-def tip_path(source: Path, wanted: Wanted) -> tuple[Array, Array]:
+def tip_path(source: Path, wanted: Wanted) -> tuple[Values, Values]:
     """Times (k,) [s], from 0 on, and points (k, 2) [m] where it was seen, k >= 2; ParameterError without them."""
     name = f"markers_{wanted.rod}" if wanted.what == "marker" else wanted.what
-    table = Rows(source).table(Choice((f"{name}_x", f"{name}_y"), wanted.start, wanted.stop))
+    table = RowReader(source).table(Choice((f"{name}_x", f"{name}_y"), wanted.start, wanted.stop))
     x, y = table.columns
     t = table.t if x.at is None else table.t[x.at]
     p = np.stack([x.values, y.values], axis=1)

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from rerun.chunk import Chunk, RrdReader
 
+from controller.arrays import Values
 from controller.errors import RecordingError
 from recordings.format import frames
 
 # A file that is not closed is readable all the same. Said once for all threads: a context manager is not safe in them.
 warnings.filterwarnings("ignore", "RRD file has no footer")
 
-Array = np.ndarray[Any, Any]
 Batch = Any
 """A pyarrow RecordBatch (pyarrow has no types)."""
 INDEXED_MAX = 50_000
@@ -28,11 +28,11 @@ INDEXED_MAX = 50_000
 class Part:
     """Rows of one entity: times `t` (n,) since the start [ns], ticks (n,) and numbers (n, width)."""
 
-    t: Array
-    tick: Array
-    values: Array
+    t: Values
+    tick: Values
+    values: Values
 
-    def pick(self, rows: Array | slice) -> "Part":
+    def pick(self, rows: Values | slice) -> "Part":
         """A copy of some rows, which does not hold the others in memory."""
         return Part(*(np.array(values[rows]) for values in (self.t, self.tick, self.values)))
 
@@ -79,14 +79,14 @@ def part(batch: Batch, component: str) -> Part:
     return Part(t, tick, values.reshape(len(t), -1))
 
 
-def numbers(column: Any) -> Array:
+def numbers(column: Any) -> Values:
     """All numbers of nested lists, flat."""
     while hasattr(column.type, "value_type"):
         column = column.flatten()
     return np.asarray(column.to_numpy(zero_copy_only=False))
 
 
-def common(a: Array, b: Array) -> Array:
+def common(a: Values, b: Values) -> Values:
     """The times in both `a` (n,) and `b` (m,), each rising."""
     return a if np.array_equal(a, b) else np.intersect1d(a, b, assume_unique=True)  # numpy's unique takes seconds
 

@@ -6,11 +6,10 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
+from controller.arrays import Array32, Mask, Rows, Values, Words
 from controller.schema.actuator import Actuator
 from recordings.format.signals import MEASURED, OBSERVER, PLAN_PERIOD, REFERENCE, TWIN, YELLOW, rgba
 
-Rows = np.ndarray[Any, np.dtype[np.void]]
-Points = np.ndarray[Any, np.dtype[np.float32]]
 TimesOf = Callable[[Rows], list[rr.TimeColumn]]
 
 OBSERVER_BACKBONE, TWIN_BACKBONE = "/plan/observer", "/plan/twin"
@@ -20,12 +19,12 @@ GRID = 0.05
 """Distance of the grid lines [m]."""
 
 
-def on_grid(tick: np.ndarray[Any, np.dtype[np.int64]]) -> np.ndarray[Any, np.dtype[np.bool_]]:
+def on_grid(tick: Words) -> Mask:
     """Which ticks belong to the plan view's 100 Hz."""
     return np.asarray(tick % PLAN_PERIOD == 0)
 
 
-def flip(points: np.ndarray[Any, Any]) -> Points:
+def flip(points: Values) -> Array32:
     """Plane frame (y up) to rerun's 2-D frame (y down), and back: (..., 2)."""
     return np.asarray(points * (1.0, -1.0), np.float32)
 
@@ -59,7 +58,7 @@ def write_markers(stream: rr.RecordingStream, times: list[rr.TimeColumn], rows: 
     _send_points(stream, "/plan/markers", times, flip(rows["markers"]))
 
 
-def _send_points(stream: rr.RecordingStream, path: str, times: list[rr.TimeColumn], points: Points) -> None:
+def _send_points(stream: rr.RecordingStream, path: str, times: list[rr.TimeColumn], points: Array32) -> None:
     """`points` (rows, k, 2); those that are nan are left out."""
     seen = np.isfinite(points).all(axis=2)
     columns = rr.Points2D.columns(positions=points[seen])

@@ -4,16 +4,13 @@ A row of an rrd entity costs some 30 bytes before its first number (timelines, a
 puts what it keeps of every tick into one entity, and writes the entities that the viewer plots at 100 Hz.
 """
 
-from typing import Any
-
 import numpy as np
 
+from controller.arrays import Rows
 from controller.schema.layout import Model, quantity
 from controller.schema.messages import Telemetry
 from recordings.format.messages import Profile
 from recordings.format.signals import GROUPS, Group
-
-Rows = np.ndarray[Any, np.dtype[np.void]]
 
 RESOLUTION = {"m": 2.0**-17, "Pa": 8.0, "N m": 2.0**-17, "ns": 1024.0}
 """Steps to which `standard` rounds fields of these units: 7.6 um, 8 Pa, 7.6 uN m, 1 us. Powers of two compress best.

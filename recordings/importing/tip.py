@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from controller.arrays import Rows
 from controller.errors import DataError, RecordingError
 from controller.reference.path_file import Samples
 from controller.schema.layout import layout_hash, record_dtype
@@ -14,7 +15,7 @@ from controller.schema.parameters import RigParameters, Settings
 from recordings.format import sidecar
 from recordings.format.about import About
 from recordings.format.messages import Recording
-from recordings.write.rrd import Rows, write_whole
+from recordings.write.rrd import write_whole
 from recordings.write.session import check_room
 
 IMPORT_RIG = "import"

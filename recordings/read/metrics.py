@@ -4,22 +4,17 @@ Rows are what `recordings.read.reader.read_rows` gives. What a profile or an imp
 """
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
+from controller.arrays import Columns, Values
 from controller.schema.layout import Model
 from controller.schema.modes import Mode
-from controller.schema.parameters import SENSORS
-from controller.simulation.metrics import DT, feedback_share, ise, phase_lags, sse
+from controller.schema.parameters import DT, SENSORS
+from controller.simulation.metrics import feedback_share, ise, phase_lags, sse
 from recordings.format.messages import Metrics
 from recordings.read.period import Period, find_period
-
-Array = np.ndarray[Any, Any]
-Rows = Mapping[str, Array]
-
 
 FIELDS = (
     *("slot", "mode", "sensed", "p_ref", "p_meas", "u_ff", "u_fb", "saturated", "residual"),
@@ -35,13 +30,13 @@ class Measured(Model):
     cycles: tuple[Metrics, ...]
 
 
-def metrics_of(rows: Rows) -> Metrics:
+def metrics_of(rows: Columns) -> Metrics:
     """Of the whole recording: the rows in which a run was followed; of all where there was none."""
     part = followed(rows)
     return _metrics(part, _period(part)).model_copy(update={"approach": approach(rows)})
 
 
-def cycles_of(rows: Rows) -> list[Metrics]:
+def cycles_of(rows: Columns) -> list[Metrics]:
     """One for each whole period of a reference that was periodic to the end; none for any other."""
     part = followed(rows)
     found = _period(part)
@@ -51,7 +46,7 @@ def cycles_of(rows: Rows) -> list[Metrics]:
     return [_metrics(_only(part, slice(*cycle)), alone) for cycle in found.cycles(_count(part))]
 
 
-def followed(rows: Rows) -> Rows:
+def followed(rows: Columns) -> Columns:
     """The rows of runs that began in the recording, without those that are known to lead into them or to travel.
 
     Without any such note the rows in mode TRACK; all where no row is in that mode.
@@ -62,7 +57,7 @@ def followed(rows: Rows) -> Rows:
     return _only(rows, _led(rows, tracked) & ~rows["approach"] if "approach" in rows else tracked)
 
 
-def approach(rows: Rows) -> float | None:
+def approach(rows: Columns) -> float | None:
     """How long runs were led into [s], which `followed` leaves out; None where the recording does not say."""
     return float(np.count_nonzero(rows["approach"] & _tracked(rows))) * _dt(rows) if "approach" in rows else None
 
@@ -77,7 +72,7 @@ class ErrorSums:
     def __init__(self) -> None:
         self._count, self._ise, self._most = 0, 0.0, 0.0
 
-    def add(self, p_ref: Array, p_meas: Array) -> None:
+    def add(self, p_ref: Values, p_meas: Values) -> None:
         """Count the ticks (n, 2) [m]."""
         e = p_ref - p_meas
         e = e[np.isfinite(e).all(axis=1)]
@@ -96,7 +91,7 @@ class ErrorSums:
         return self._most if self._count else None
 
 
-def errors(p_ref: Array, p_meas: Array, dt: float) -> dict[str, float]:
+def errors(p_ref: Values, p_meas: Values, dt: float) -> dict[str, float]:
     """Of e = p_ref - p_meas (n, 2) [m] where the tip was seen; rows are dt [s] apart. Empty where it never was.
 
     rmse = sqrt(mean |e|^2), max_error = max |e|, sse = mean |e| over the last tenth, ise = dt sum |e|^2.
@@ -110,19 +105,19 @@ def errors(p_ref: Array, p_meas: Array, dt: float) -> dict[str, float]:
     return {"rmse": sums.rmse or 0.0, "max_error": sums.largest or 0.0, "sse": sse(e), "ise": ise(e, dt)}
 
 
-def saturated_share(saturated: Array) -> float | None:
+def saturated_share(saturated: Values) -> float | None:
     """Mean of the flags (n,): share of the ticks whose command was clamped."""
     return float(np.mean(saturated != 0)) if len(saturated) else None
 
 
-def rms(values: Array) -> float | None:
+def rms(values: Values) -> float | None:
     """sqrt(mean |v|^2) over the rows (n,) or (n, k) of `values` that are finite; None without any."""
     rows = values.reshape(len(values), math.prod(values.shape[1:]))
     seen = rows[np.isfinite(rows).all(axis=1)]
     return math.sqrt(float(np.mean(np.sum(seen**2, axis=1)))) if len(seen) else None
 
 
-def lost_ticks(slot: Array, tick: Array) -> tuple[int, float | None]:
+def lost_ticks(slot: Values, tick: Values) -> tuple[int, float | None]:
     """Slots without their tick, sum (d slot - d tick), and the share that had theirs, sum d tick / sum d slot.
 
     Counted between neighbouring rows, so ticks missing in the file are not lost; a restart of the rig is passed over.
@@ -133,14 +128,14 @@ def lost_ticks(slot: Array, tick: Array) -> tuple[int, float | None]:
     return all_slots - all_ticks, all_ticks / all_slots if all_slots else None
 
 
-def share_of_feedback(u_ff: Array, u_fb: Array) -> float | None:
+def share_of_feedback(u_ff: Values, u_fb: Values) -> float | None:
     """Mean |u_fb| / mean (|u_ff| + |u_fb|) over the rows (n, 2) [N m] that are known; None without any torque."""
     known = np.isfinite(u_ff).all(axis=1) & np.isfinite(u_fb).all(axis=1)
     u_ff, u_fb = u_ff[known], u_fb[known]
     return feedback_share(u_ff, u_fb) if u_ff.any() or u_fb.any() else None
 
 
-def unsensed_rms(rows: Rows) -> float | None:
+def unsensed_rms(rows: Columns) -> float | None:
     """sqrt(mean |r_i - r_i twin|^2) over the rods i that were not sensed, wherever both backbones are known [m]."""
     if "sensed" not in rows or not _count(rows, "backbone") or not _count(rows, "twin_backbone"):
         return None
@@ -152,7 +147,7 @@ def unsensed_rms(rows: Rows) -> float | None:
     return rms((ours[:, at].astype(np.float64) - twins[:, at])[unsensed])
 
 
-def _metrics(rows: Rows, period: Period | None) -> Metrics:
+def _metrics(rows: Columns, period: Period | None) -> Metrics:
     found: dict[str, float | None] = {}
     if "p_ref" in rows and "p_meas" in rows:
         found |= errors(rows["p_ref"], rows["p_meas"], _dt(rows)) | _lags(rows, period)
@@ -167,7 +162,7 @@ def _metrics(rows: Rows, period: Period | None) -> Metrics:
     return Metrics(**found, unsensed_rms=unsensed_rms(rows))
 
 
-def _lags(rows: Rows, period: Period | None) -> dict[str, float]:
+def _lags(rows: Columns, period: Period | None) -> dict[str, float]:
     """Phase lags over the rows that are periodic; a phase is the same whatever the time between two rows."""
     if period is None:
         return {}
@@ -175,11 +170,11 @@ def _lags(rows: Rows, period: Period | None) -> dict[str, float]:
     return phase_lags(rows["p_ref"][period.start :], rows["p_meas"][period.start :], (x, y))
 
 
-def _tracked(rows: Rows) -> Array:
+def _tracked(rows: Columns) -> Values:
     return np.asarray(rows["mode"] == Mode.TRACK) if "mode" in rows else np.zeros(_count(rows), bool)
 
 
-def _led(rows: Rows, tracked: Array) -> Array:
+def _led(rows: Columns, tracked: Values) -> Values:
     """Which of the `tracked` rows (n,) are of a run that began in this recording: their stretch has a noted approach.
 
     A recording begins with what was in memory, which may be the end of an earlier run.
@@ -190,20 +185,20 @@ def _led(rows: Rows, tracked: Array) -> Array:
     return np.asarray(tracked & np.isin(stretch, noted))
 
 
-def _period(rows: Rows) -> Period | None:
+def _period(rows: Columns) -> Period | None:
     return find_period(rows["p_ref"], _dt(rows)) if "p_ref" in rows else None
 
 
-def _dt(rows: Rows) -> float:
+def _dt(rows: Columns) -> float:
     """Usual time between two rows [s]."""
     return float(np.median(np.diff(rows["t_ns"]))) * 1e-9 if _count(rows, "t_ns") > 1 else DT
 
 
-def _count(rows: Rows, name: str = "tick") -> int:
+def _count(rows: Columns, name: str = "tick") -> int:
     return len(rows[name]) if name in rows else 0
 
 
-def _only(rows: Rows, which: Array | slice) -> Rows:
+def _only(rows: Columns, which: Values | slice) -> Columns:
     """The rows picked by `which`, and of the slower values, which have ticks of their own, those of their ticks."""
     slow = [name for name in rows if f"{name}_tick" in rows]
     slower = {*slow, *(f"{name}_tick" for name in slow)}

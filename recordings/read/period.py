@@ -2,14 +2,12 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from controller.arrays import Values
 from controller.reference.period import repeats_from, repetition, strongest
-from controller.simulation.metrics import DT
-
-Array = np.ndarray[Any, Any]
+from controller.schema.parameters import DT
 
 CYCLES_MIN = 2
 """So many whole cycles are to be there."""
@@ -45,7 +43,7 @@ class Period:
         return [(begin, begin + length) for begin in begins]
 
 
-def find_period(p_ref: Array, dt: float = DT) -> Period | None:
+def find_period(p_ref: Values, dt: float = DT) -> Period | None:
     """How p_ref (n, 2) [m], with rows every dt [s], repeats at its end as `repetition` sees it; None if it does not.
 
     It has to do so twice.
@@ -64,7 +62,7 @@ def find_period(p_ref: Array, dt: float = DT) -> Period | None:
     return Period(rows, start, (x, y))
 
 
-def find_phase(t: Array, x: Array | None, y: Array | None) -> tuple[float | None, float]:
+def find_phase(t: Values, x: Values | None, y: Values | None) -> tuple[float | None, float]:
     """Period [s] of the reference x, y (n,) [m] at t (n,) [s], and when its first cycle begins; (None, 0) for none."""
     if x is None or y is None or len(t) < CYCLES_MIN:
         return None, 0.0
@@ -79,13 +77,13 @@ def find_phase(t: Array, x: Array | None, y: Array | None) -> tuple[float | None
     return period, first + float((begin - first) % period)
 
 
-def last_cycle(p: Array, rows: float) -> Array:
+def last_cycle(p: Values, rows: float) -> Values:
     """The last `rows` rows of p (n, 2) as POINTS, evenly: (POINTS, 2)."""
     at = len(p) - 1 - rows * (1.0 - np.arange(POINTS) / POINTS)
     return np.column_stack([np.interp(at, np.arange(len(p)), p[:, axis]) for axis in range(2)])
 
 
-def cycle_start(cycle: Array) -> float:
+def cycle_start(cycle: Values) -> float:
     """The place [0, 1) in one cycle (n, 2) of a path at which it is said to begin, wherever that cycle was cut.
 
     A maximum of x, or of y where x does not swing so, in the lowest harmonic that is clear. Where that has several in

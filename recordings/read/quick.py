@@ -3,11 +3,12 @@
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from pydantic import ValidationError
 
+from controller.arrays import Array, Words
 from controller.errors import ParameterError
 from controller.schema.layout import Model, quantity
 from controller.schema.messages import Telemetry
@@ -18,7 +19,6 @@ from recordings.read import prepared
 from recordings.read.period import find_phase
 from recordings.read.reader import read_groups, read_modes
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 Numbers = list[float | None]
 """What is not a number is null."""
 
@@ -200,7 +200,7 @@ def _signal(series: Series, values: Array, points: int) -> QuickSignal:
     )
 
 
-def _track(name: str, columns: dict[str, Array], picked: np.ndarray[Any, np.dtype[np.int64]]) -> Track:
+def _track(name: str, columns: dict[str, Array], picked: Words) -> Track:
     x, y = (_rounded(columns[f"{name}.{axis}"][picked]) for axis in (0, 1))
     return Track(field=name, x=x, y=y)
 
@@ -213,7 +213,7 @@ def _bin_times(t: Array, points: int) -> Array:
     return np.array([t[a] + part * (t[b] - t[a]) for a, b in pairwise(edges) for part in (0.25, 0.75)])
 
 
-def _starts(count: int, points: int) -> np.ndarray[Any, np.dtype[np.int64]]:
+def _starts(count: int, points: int) -> Words:
     """First rows of points/2 bins of `count` rows, as equal as they can be."""
     return np.linspace(0, count, points // 2, endpoint=False).astype(np.int64)
 

@@ -9,13 +9,14 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from controller.arrays import Values
 from controller.errors import RecordingError
 from controller.schema.layout import record_dtype
 from controller.schema.messages import RigInfo, Telemetry
 from controller.schema.modes import Mode
 from controller.schema.parameters import Settings
 from recordings.format.about import word
-from recordings.format.chunks import Array, Batch, Chunks, common, numbers, opened
+from recordings.format.chunks import Batch, Chunks, common, numbers, opened
 from recordings.format.messages import Profile
 from recordings.format.plan import LINES, flip
 from recordings.format.profiles import SLOW_FIELDS, TICKS
@@ -37,7 +38,7 @@ class Origin(NamedTuple):
     profile: Profile
 
 
-def read_rows(path: Path, fields: Collection[str] = ()) -> dict[str, Array]:
+def read_rows(path: Path, fields: Collection[str] = ()) -> dict[str, Values]:
     """Recorded telemetry fields (n, ...) in the order of time, in Telemetry's own types and units; all without names.
 
     `markers`, `backbone` and `twin_backbone` are slower, and so are `profiles.SLOW_FIELDS` in the profile `standard`:
@@ -55,7 +56,7 @@ def read_rows(path: Path, fields: Collection[str] = ()) -> dict[str, Array]:
     tables = {group.path: _Table(found.get(group.path, []), SCALARS) for group in groups}
     whole = reduce(common, [table.t for table in tables.values()])
     clock = tables[groups[0].path].only(whole)
-    out: dict[str, Array] = {"tick": clock.tick, "t_ns": clock.t + origin}
+    out: dict[str, Values] = {"tick": clock.tick, "t_ns": clock.t + origin}
     for group in groups:
         _spread(tables[group.path].only(whole), group, out)
     if APPROACH in found:
@@ -68,14 +69,14 @@ def _holds(group: Group, fields: Collection[str]) -> bool:
     return any(series.field in fields for series in group.series)
 
 
-def read_times(path: Path) -> tuple[Array, Array]:
+def read_times(path: Path) -> tuple[Values, Values]:
     """Ticks and times since the start [ns] of the rows in the file: (n,), (n,); much cheaper than all rows."""
     found = _collect(path, [GROUPS[-1].path, TICKS.path])
     last = _Table(found.get(TICKS.path if TICKS.path in found else GROUPS[-1].path, []), SCALARS)
     return last.tick, last.t
 
 
-def read_groups(path: Path, groups: Sequence[Group]) -> dict[str, tuple[Array, Array]]:
+def read_groups(path: Path, groups: Sequence[Group]) -> dict[str, tuple[Values, Values]]:
     """Times since the start [ns] (n,) and series (n, series) of the `groups` that are in the file, by path."""
     found = _collect(path, [group.path for group in groups])
     out = {}
@@ -86,7 +87,7 @@ def read_groups(path: Path, groups: Sequence[Group]) -> dict[str, tuple[Array, A
     return out
 
 
-def read_modes(path: Path) -> tuple[Array, Array]:
+def read_modes(path: Path) -> tuple[Values, Values]:
     """Times since the start [ns] (k,) at which the mode changed, the first row's included, and `Mode` then (k,)."""
     component, modes = "StateChange:state", {word(mode): int(mode) for mode in Mode}
     batches = [batch for batch in _collect(path, [MODE]).get(MODE, []) if component in batch.schema.names]
@@ -137,11 +138,11 @@ class _Table:
         self._order = np.argsort(self.t, kind="stable")
         self.t, self.tick = self.t[self._order], self.tick[self._order]
 
-    def values(self, width: int) -> Array:
+    def values(self, width: int) -> Values:
         """The component's numbers, (rows, width)."""
         return np.asarray(self._flat.reshape(-1, width)[self._order])
 
-    def only(self, t: Array) -> "_Table":
+    def only(self, t: Values) -> "_Table":
         """The rows at the times `t`."""
         keep = np.isin(self.t, t, assume_unique=True)
         self.t, self.tick, self._order = self.t[keep], self.tick[keep], self._order[keep]
@@ -168,8 +169,8 @@ def _reading(path: Path, work: Callable[[Chunks], T]) -> T:
         return work(chunks)
 
 
-def _slow(found: dict[str, list[Batch]], wanted: Iterable[str]) -> dict[str, Array]:
-    out: dict[str, Array] = {}
+def _slow(found: dict[str, list[Batch]], wanted: Iterable[str]) -> dict[str, Values]:
+    out: dict[str, Values] = {}
     for entity in wanted:
         field, component = SLOW[entity]
         kind = _kind(field)
@@ -181,9 +182,9 @@ def _slow(found: dict[str, list[Batch]], wanted: Iterable[str]) -> dict[str, Arr
     return out
 
 
-def _thinned(found: dict[str, list[Batch]], groups: Iterable[Group]) -> dict[str, Array]:
+def _thinned(found: dict[str, list[Batch]], groups: Iterable[Group]) -> dict[str, Values]:
     """SLOW_FIELDS with their ticks, from the groups that are written at 100 Hz."""
-    out: dict[str, Array] = {}
+    out: dict[str, Values] = {}
     for group in groups:
         if slow := SLOW_FIELDS & {series.field for series in group.series}:
             table = _Table(found.get(group.path, []), SCALARS)
@@ -192,7 +193,7 @@ def _thinned(found: dict[str, list[Batch]], groups: Iterable[Group]) -> dict[str
     return {name: values for name, values in out.items() if name.removesuffix("_tick") in SLOW_FIELDS}
 
 
-def _spread(table: _Table, group: Group, out: dict[str, Array]) -> None:
+def _spread(table: _Table, group: Group, out: dict[str, Values]) -> None:
     """Put the group's columns into the telemetry fields (rows, ...) of `out` that they belong to."""
     for column, series in zip(table.values(len(group.series)).T, group.series, strict=True):
         kind = _kind(series.field)
@@ -207,5 +208,5 @@ def _kind(field: str) -> np.dtype[Any]:
     return record_dtype(Telemetry)[field]
 
 
-def _joined(parts: list[Array], kind: type) -> Array:
+def _joined(parts: list[Values], kind: type) -> Values:
     return np.concatenate(parts) if parts else np.empty(0, kind)

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 from rerun.chunk import RrdReader
 
+from controller.arrays import Values
 from controller.errors import RecordingError
 from controller.schema.actuator import Actuator
 from recordings.format.plan import LINES, flip
 from recordings.format.signals import GROUPS, MARKERS
 from recordings.read.reader import read_about
 
-Array = np.ndarray[Any, Any]
 PERIOD = 20
 """One tick of so many is kept."""
 PLAN = {group.path: group for group in GROUPS if group.path in ("/tip/x", "/tip/y", "/state")}
@@ -24,7 +24,7 @@ FIELDS = ("target", "p_ref", "p_meas", "mode", "sensed", "markers", "backbone", 
 class Tape:
     """Rows of FIELDS at times `t` (n,) [s] from the start, n >= 1, of a recording of `actuator`."""
 
-    def __init__(self, t: Array, fields: dict[str, Array], actuator: Actuator) -> None:
+    def __init__(self, t: Values, fields: dict[str, Values], actuator: Actuator) -> None:
         self.t, self.actuator = t, actuator
         self._fields = fields
 
@@ -33,12 +33,12 @@ class Tape:
         """Time of the last row [s]."""
         return float(self.t[-1])
 
-    def row(self, at: float) -> dict[str, Array]:
+    def row(self, at: float) -> dict[str, Values]:
         """The row in force at the time `at` [s]."""
         i = max(0, int(np.searchsorted(self.t, at, side="right")) - 1)
         return {name: values[i] for name, values in self._fields.items()}
 
-    def trail(self, at: float, seconds: float) -> Array:
+    def trail(self, at: float, seconds: float) -> Values:
         """The measured tip over the last `seconds` before `at`: (k,2) [m]."""
         first, end = np.searchsorted(self.t, [at - seconds, at], side="right")
         points = self._fields["p_meas"][first:end]
@@ -62,9 +62,9 @@ def read_tape(path: Path) -> Tape:
     return Tape((t - t[0]) * 1e-9, fields, info.parameters.actuator)
 
 
-def _collect(path: Path) -> dict[str, tuple[Array, Array, Array]]:
+def _collect(path: Path) -> dict[str, tuple[Values, Values, Values]]:
     """For each entity times [ns], ticks and float32 values (k, width) in the order of time, thinned chunk by chunk."""
-    parts: dict[str, list[tuple[Array, Array, Array]]] = defaultdict(list)
+    parts: dict[str, list[tuple[Values, Values, Values]]] = defaultdict(list)
     for chunk in RrdReader(path).stream().filter(content=[*WIDTHS]):
         batch, entity = chunk.to_record_batch(), str(chunk.entity_path)
         if "t" in batch.schema.names and (part := _thinned(batch, entity)) is not None:
@@ -72,7 +72,7 @@ def _collect(path: Path) -> dict[str, tuple[Array, Array, Array]]:
     return {entity: _joined(parts[entity], width) for entity, width in WIDTHS.items()}
 
 
-def _thinned(batch: Any, entity: str) -> tuple[Array, Array, Array] | None:
+def _thinned(batch: Any, entity: str) -> tuple[Values, Values, Values] | None:
     component = "LineStrips2D:strips" if entity in LINES else "Scalars:scalars"
     if component not in batch.schema.names:
         return None
@@ -86,7 +86,7 @@ def _thinned(batch: Any, entity: str) -> tuple[Array, Array, Array] | None:
     return t[keep], tick[keep], values[keep]
 
 
-def _joined(parts: list[tuple[Array, Array, Array]], width: int) -> tuple[Array, Array, Array]:
+def _joined(parts: list[tuple[Values, Values, Values]], width: int) -> tuple[Values, Values, Values]:
     if not parts:
         return np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, width), np.float32)
     t, tick, values = (np.concatenate(column) for column in zip(*parts, strict=True))
@@ -94,7 +94,7 @@ def _joined(parts: list[tuple[Array, Array, Array]], width: int) -> tuple[Array,
     return t[order], tick[order], values[order]
 
 
-def _at(column: tuple[Array, Array, Array], tick: Array) -> Array:
+def _at(column: tuple[Values, Values, Values], tick: Values) -> Values:
     """The values in force at `tick` (n,): the last written at or before it, nan before the first."""
     _, written, values = column
     at = np.searchsorted(written, tick, side="right") - 1
@@ -103,9 +103,9 @@ def _at(column: tuple[Array, Array, Array], tick: Array) -> Array:
     return np.where(at[:, None] >= 0, values[np.maximum(at, 0)], np.nan)
 
 
-def _scalars(tables: dict[str, Array]) -> dict[str, Array]:
+def _scalars(tables: dict[str, Values]) -> dict[str, Values]:
     """The FIELDS among the series of PLAN; vectors (n,2), numbers (n,)."""
-    out: dict[str, Array] = {}
+    out: dict[str, Values] = {}
     for path, values in tables.items():
         for column, series in enumerate(PLAN[path].series):
             if series.field not in FIELDS:

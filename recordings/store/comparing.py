@@ -2,16 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from controller.arrays import Values
 from recordings.format.messages import Metrics, Recording
 from recordings.read.metrics import FIELDS, metrics_of
 from recordings.read.reader import read_rows
 from recordings.store.store import Store
 
-Array = np.ndarray[Any, Any]
 Figures = dict[str, float | None]
 
 
@@ -26,7 +25,7 @@ class Compared:
 def compared(store: Store, ids: Sequence[str]) -> list[Compared]:
     """In the order of `ids`, the first of which is what the others are held against. RecordingError as `Store`."""
     found: list[Compared] = []
-    first: tuple[Array, Array] | None = None
+    first: tuple[Values, Values] | None = None
     for id in ids:
         recording = store.find(id)
         rows = read_rows(store.path(id), ("p_meas",) if recording.metrics else FIELDS)
@@ -37,13 +36,13 @@ def compared(store: Store, ids: Sequence[str]) -> list[Compared]:
     return found
 
 
-def seen_tip(rows: dict[str, Array]) -> tuple[Array, Array]:
+def seen_tip(rows: dict[str, Values]) -> tuple[Values, Values]:
     """Times (k,) [s] since the first row and points (k, 2) [m] at which the tip was seen."""
     seen = np.isfinite(rows["p_meas"]).all(axis=1)
     return (rows["t_ns"] - rows["t_ns"][:1])[seen] * 1e-9, rows["p_meas"][seen]
 
 
-def apart(first: tuple[Array, Array], other: tuple[Array, Array]) -> Figures:
+def apart(first: tuple[Values, Values], other: tuple[Values, Values]) -> Figures:
     """RMS and largest distance [m] of the other path from the first at the other's times that both have.
 
     The first is taken along straight lines between its points; null where they share no time.
@@ -58,6 +57,6 @@ def apart(first: tuple[Array, Array], other: tuple[Array, Array]) -> Figures:
     return {"apart_rms": float(np.sqrt((distance**2).mean())), "apart_max": float(distance.max())}
 
 
-def _metrics(rows: dict[str, Array], recording: Recording) -> Metrics:
+def _metrics(rows: dict[str, Values], recording: Recording) -> Metrics:
     """Those of a recording whose figures were not taken yet; of an imported one there are none."""
     return Metrics() if recording.imported else metrics_of(rows)

@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from controller.arrays import Values
 from controller.errors import CommandRefused, RecordingError
 from controller.system.whole_file import is_regular, sync_file, sync_folder
 from recordings.format import sidecar, tool
-from recordings.format.chunks import Array
 from recordings.format.messages import Recording
 from recordings.read import prepared
 from recordings.read.metrics import FIELDS, Measured, cycles_of, metrics_of
@@ -150,7 +150,7 @@ class Store:
         finally:
             shutil.rmtree(scratch, ignore_errors=True)
 
-    def _rows(self, id: str) -> dict[str, Array]:
+    def _rows(self, id: str) -> dict[str, Values]:
         path = self.path(id)
         if path.stat().st_size > MEASURED_BYTES_MAX:
             raise RecordingError(f"recording {id!r} is larger than {MEASURED_BYTES_MAX >> 20} MiB: it is not measured")

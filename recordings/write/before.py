@@ -1,11 +1,8 @@
 """The newest rows in memory, for a recording that begins before its button was pressed."""
 
 from collections import deque
-from typing import Any
 
-import numpy as np
-
-Rows = np.ndarray[Any, np.dtype[np.void]]
+from controller.arrays import Rows
 
 KEPT = 10_000
 """Rows: 10 s at 1 kHz, some 10 MB."""

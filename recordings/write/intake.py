@@ -9,8 +9,9 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import TypeVar
 
+from controller.arrays import Rows
 from controller.errors import RecordingError
-from recordings.write.before import Before, Rows
+from recordings.write.before import Before
 
 QUEUE_BATCHES = 6000
 """A minute of batches at 100 Hz. A recording whose queue is full has lost rows, and ends."""

@@ -2,12 +2,13 @@
 
 import threading
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import rerun as rr
 from rerun_bindings import flush_and_cleanup_orphaned_recordings
 
+from controller.arrays import Array, Mask, Rows
 from controller.errors import RecordingError
 from controller.schema.modes import Cause, Mode
 from controller.system.whole_file import sync_file
@@ -18,7 +19,6 @@ from recordings.format.profiles import TICKS, rounded
 from recordings.format.signals import APPROACH, GROUPS, MARKERS, Group
 from recordings.write.heap import give_back
 
-Rows = np.ndarray[Any, np.dtype[np.void]]
 Level = Literal["info", "warning", "error"]
 
 ABANDON_TIMEOUT = 2.0
@@ -179,7 +179,7 @@ def write_whole(path: Path, about: About, rows: Rows) -> None:
     sync_file(path)
 
 
-def _matrix(rows: Rows, group: Group) -> np.ndarray[Any, np.dtype[np.float64]]:
+def _matrix(rows: Rows, group: Group) -> Array:
     """The group's series side by side: (rows, series)."""
     out = np.empty((len(rows), len(group.series)))
     for column, series in enumerate(group.series):
@@ -188,7 +188,7 @@ def _matrix(rows: Rows, group: Group) -> np.ndarray[Any, np.dtype[np.float64]]:
     return out
 
 
-def _changed(rows: Rows, last: Rows | None, field: str) -> np.ndarray[Any, np.dtype[np.bool_]]:
+def _changed(rows: Rows, last: Rows | None, field: str) -> Mask:
     """Which rows differ from the row before in `field`, bit by bit (nan equals nan): (rows,) of bool."""
     now = np.ascontiguousarray(rows[field]).view(np.int64).reshape(len(rows), -1)
     change = np.ones(len(rows), np.bool_)

@@ -3,11 +3,12 @@
 from importlib.metadata import version
 from pathlib import Path
 
+from controller.arrays import Rows
 from controller.schema.layout import layout_hash
 from controller.schema.messages import Command, RigInfo, Telemetry
 from controller.schema.parameters import RigParameters, Settings
 from recordings.format.about import About
-from recordings.write.rrd import Rows, write_whole
+from recordings.write.rrd import write_whole
 
 THINNED = 5
 """One tick of so many is recorded: 200 Hz, a third of the size of them all."""

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from controller.arrays import Rows
 from controller.errors import RecordingError
 from controller.schema.layout import record_dtype
 from controller.schema.messages import RigInfo, Telemetry
@@ -17,7 +18,7 @@ from controller.schema.parameters import RigParameters, Settings
 from recordings.format import sidecar
 from recordings.format.about import About
 from recordings.format.messages import Hole, Profile, Recording, RecordingState, Restart
-from recordings.write.rrd import ABANDON_TIMEOUT, Level, Rows, RrdFile
+from recordings.write.rrd import ABANDON_TIMEOUT, Level, RrdFile
 from recordings.write.syncing import Syncer
 
 REPORT_SECONDS = 1.0

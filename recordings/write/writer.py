@@ -11,13 +11,14 @@ from pathlib import Path
 
 import numpy as np
 
+from controller.arrays import Rows
 from controller.errors import RecordingError
 from controller.schema.messages import RigInfo
 from controller.schema.parameters import Settings
 from controller.system.worker import Worker
 from recordings.format.messages import PATIENCE, SPLIT_BYTES, Recording, RecordingState
 from recordings.write.intake import Intake, Job, NoAnswer
-from recordings.write.rrd import Level, Rows
+from recordings.write.rrd import Level
 from recordings.write.session import Context, Session, warm_up
 
 BATCH_ROWS = 250

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from controller.arrays import Rows
 from controller.errors import RigUnreachable
 from controller.realtime.ring import find_ring, remove_rings
 from controller.realtime.settings import RigSettings
@@ -123,7 +124,7 @@ class Scene:
         """What the rig's ring says."""
         return Mode(trace.newest(self.rig)["mode"])
 
-    def since(self, t_ns: int) -> trace.Rows:
+    def since(self, t_ns: int) -> Rows:
         """The rig's rows from `t_ns` on."""
         return trace.since(self.rig, t_ns)
 

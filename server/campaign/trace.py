@@ -1,14 +1,13 @@
 """What the rig did, read from its own ring: rows since a time, and whether anything moved in them."""
 
 import time
-from typing import Any
 
 import numpy as np
 
+from controller.arrays import Rows
 from controller.realtime.ring import CAPACITY, find_ring
 from controller.schema.modes import Cause, Mode
 
-Rows = np.ndarray[Any, np.dtype[np.void]]
 MOVING = (Mode.FOLLOW, Mode.TRACK)
 STILL = 1e-6
 """Way of a reference that counts as none [m]."""

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from controller.research.calibration.calibrate import Task, calibrate
+from controller.research.calibration.calibrate import CalibrationTask, calibrate
 from controller.research.calibration.fit_file import Result, fit_text, ratio, require_toml
 from controller.research.calibration.search import Report, Stage
 from controller.research.calibration.spread import FITS_MIN
@@ -20,7 +20,7 @@ AT_BOUND = 0.01
 """Nearer to a bound than this share of the box counts as being there."""
 
 
-def run_calibrate(task: Task, out: Path | None, console: Console) -> None:
+def run_calibrate(task: CalibrationTask, out: Path | None, console: Console) -> None:
     """Search, write and show. Raises TendrilError for a file that cannot be written, before the search if possible."""
     if out is not None:
         require_toml(out)

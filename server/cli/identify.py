@@ -7,11 +7,11 @@ from rich.console import Console
 from rich.table import Table
 
 from controller.research.identification.fit import Fit
-from controller.research.identification.identify import Task, identify, save
+from controller.research.identification.identify import IdentificationTask, identify, save
 from controller.research.identification.report.report import number_text
 
 
-def run_identify(task: Task, out: Path, report: Path | None, console: Console) -> None:
+def run_identify(task: IdentificationTask, out: Path, report: Path | None, console: Console) -> None:
     """Fit, write and show; TendrilError says what is wrong with data, base or files."""
     with console.status("Fitting ..."):
         fits = identify(task)

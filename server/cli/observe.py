@@ -7,15 +7,15 @@ from rich.console import Console
 from rich.table import Table
 
 from controller.errors import ParameterError
-from controller.research.identification.observe import Request, Scores, observe
+from controller.research.identification.observe import ObserverTask, Scores, observe_decays
 from server.cli.files import require_file, write
 
 
-def run_observe(request: Request, json_file: Path | None, rrd: Path | None, console: Console) -> None:
+def run_observe(request: ObserverTask, json_file: Path | None, rrd: Path | None, console: Console) -> None:
     """Observe, show, and write what is asked for; TendrilError says what is wrong."""
     for path in filter(None, (json_file, rrd)):
         require_file(path)
-    observed = observe(request)
+    observed = observe_decays(request)
     show(observed.scores, console)
     if json_file is not None:
         write(json_file, json.dumps(observed.scores, indent=2) + "\n")

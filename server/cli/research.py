@@ -25,11 +25,11 @@ def identify(
     robust: Annotated[bool, typer.Option(help="Weigh down static values that lie far out.")] = False,
 ) -> None:
     """Fit stiffness and damping to measured data (docs/identification.md)."""
-    from controller.research.identification.identify import Task
+    from controller.research.identification.identify import IdentificationTask
     from controller.schema.actuator import read_actuator
     from server.cli.identify import run_identify
 
-    run_identify(Task(tuple(data), read_actuator(actuator), ids, profile, robust), out_file, report, out)
+    run_identify(IdentificationTask(tuple(data), read_actuator(actuator), ids, profile, robust), out_file, report, out)
 
 
 @app.command()
@@ -47,12 +47,12 @@ def observe(
     rrd: Annotated[Path | None, typer.Option(help="Write a recording for rerun to this file.")] = None,
 ) -> None:
     """Run the observer over recorded decays and score bodies that it does not see (docs/identification.md)."""
-    from controller.research.identification.observe import Request
+    from controller.research.identification.observe import ObserverTask
     from controller.schema.actuator import read_actuator
     from server.cli.observe import numbers, run_observe
 
     bodies = numbers("sense", sense), numbers("score", score)
-    run_observe(Request(data, read_actuator(actuator), *bodies, ids, from_s, rods), json_file, rrd, out)
+    run_observe(ObserverTask(data, read_actuator(actuator), *bodies, ids, from_s, rods), json_file, rrd, out)
 
 
 @app.command()
@@ -79,7 +79,7 @@ def calibrate(
     ] = False,
 ) -> None:
     """Fit the twin's unknowns and the gains to the paper's fit rows (docs/calibration.md)."""
-    from controller.research.calibration.calibrate import Task
+    from controller.research.calibration.calibrate import CalibrationTask
     from controller.research.calibration.margins import TRIALS
     from controller.research.calibration.problem import Problem
     from controller.research.calibration.search import QUICK, Effort, effort_of
@@ -88,7 +88,7 @@ def calibrate(
     effort = effort_of(QUICK if quick else Effort(), screen, starts, minutes)
     problem = Problem(trials=() if quick else TRIALS, seed=seed)
     command = shlex.join(["tendril", *sys.argv[1:]])
-    run_calibrate(Task(problem, effort, seed, workers, command), out_file, out)
+    run_calibrate(CalibrationTask(problem, effort, seed, workers, command), out_file, out)
 
 
 @app.command()
@@ -116,7 +116,7 @@ def track(
     """Follow any path on the twin and measure it like the paper's experiments (docs/tracking.md)."""
     from controller.reference.drawn import Wish
     from controller.research.experiments.plant_scale import scaled
-    from controller.research.track import Task, require_controller
+    from controller.research.track import TrackTask, require_controller
     from controller.schema.actuator import read_actuator
     from controller.schema.parameters import TwinParameters
     from controller.simulation.case import Setup
@@ -125,7 +125,7 @@ def track(
     require_controller(controller)
     wish = Wish(project, frequency, velocity_feedforward, start)
     setup = Setup(twin=scaled(TwinParameters(), plant_scale))
-    run_track(Task(reference, read_actuator(actuator), law, seed, wish, setup), json_file, out)
+    run_track(TrackTask(reference, read_actuator(actuator), law, seed, wish, setup), json_file, out)
 
 
 @app.command()

@@ -6,7 +6,7 @@ from pathlib import Path
 from rich.console import Console
 
 from controller.errors import TendrilError
-from controller.research.track import Facts, Task, Tracked, figures, track
+from controller.research.track import Facts, Tracked, TrackTask, figures, track
 from controller.simulation.metrics import UNITS
 from server.cli.files import require_file, write
 from server.cli.tables import empty, number
@@ -15,7 +15,7 @@ MENTIONED = 5
 """More times than so many are only counted."""
 
 
-def run_track(task: Task, json_file: Path | None, console: Console) -> None:
+def run_track(task: TrackTask, json_file: Path | None, console: Console) -> None:
     """Run, show, and write what is asked for; TendrilError says what is wrong, or why the rig broke the run off."""
     if json_file is not None:
         require_file(json_file)

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.control.inverse import StaticMap
-from controller.kernels.model.rod import Array
+from controller.kernels.model.statics import StaticMap
 from controller.reference import library
 from controller.reference.drawn import resampled
 from controller.reference.feasible.bounds import Limits
@@ -16,7 +16,7 @@ from controller.reference.feasible.smoothing import smoothed
 from controller.reference.feasible.timing import fastest, steady
 from controller.reference.feasible.travel import Pose, rest, travel
 from controller.reference.feasible.within_limits import Followed, within_limits
-from controller.reference.feasible.within_reach import at_rest
+from controller.reference.feasible.within_reach import is_rest
 from controller.reference.path_file import read_samples
 from controller.reference.reference import Reference
 from controller.reference.shapes import lengths
@@ -97,7 +97,7 @@ def led_within(
     smap: StaticMap, wished: Array, limits: Limits, dt: float, sampled: bool
 ) -> tuple[Followed, tuple[Array, Array]]:
     """The path `wished` (n, 2) [m] within reach and limits, and its approach from rest: none where it begins there."""
-    if at_rest(smap, wished[0]):
+    if is_rest(smap, wished[0]):
         return within_limits(smap, leaving_rest(smap, wished), limits, dt, sampled), (np.empty((0, 2)),) * 2
     path = within_limits(smap, wished, limits, dt, sampled)
     return path, travel(smap, rest(smap), Pose(path.p[0], path.u[0]), limits, dt, library.APPROACH)

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.model.rod import Array
 from controller.reference import library
 from controller.reference.reference import Reference
 from controller.schema.actuator import Actuator

@@ -1,18 +1,15 @@
 """How the loop and the pressure loops did in the last seconds, from every tick: GET /api/health/loop."""
 
 import threading
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
-import numpy.typing as npt
 
+from controller.arrays import Array, Rows
 from controller.schema.layout import Model, record_dtype
 from controller.schema.messages import Telemetry
-from controller.simulation.metrics import DT
+from controller.schema.parameters import DT
 from server.http.given import given
-
-Array = npt.NDArray[Any]
-Rows = np.ndarray[Any, Any]
 
 LOOP_TICKS = 10_000
 """Ticks that the timing is taken from: 10 s."""

@@ -17,6 +17,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
+from controller.arrays import Rows
 from controller.errors import (
     CommandRefused,
     KeyRefused,
@@ -33,7 +34,6 @@ from controller.system.worker import Worker
 from server.access.permit import STILLING, Permit, own
 from server.http.given import given
 from server.operate.stopper import Stopper
-from server.rig.channels import Rows
 
 REPEAT = 0.1
 """Seconds between repetitions of the command."""

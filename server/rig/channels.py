@@ -1,17 +1,14 @@
 """The signals that can be plotted: every number of a telemetry row but its time, and the norms of plane vectors."""
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
+from controller.arrays import Rows
 from controller.errors import ParameterError
 from controller.schema.layout import quantity, record_dtype
 from controller.schema.messages import Telemetry
 from controller.schema.parameters import BACKBONE_POINTS, SENSORS
 from server.rig.messages import PlotChannel
-
-Rows = np.ndarray[Any, Any]
 
 TITLES = {
     "p_ref": "reference",

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import numpy as np
 
+from controller.arrays import Rows
 from controller.errors import RigUnreachable
 from controller.link import PlannedRows, RigClient
 from controller.link.keys import REPLAY_MAX
@@ -16,7 +17,6 @@ from controller.system.keys import read_key
 from controller.system.worker import Worker
 from server.access.permit import Permit
 from server.http.given import given
-from server.rig.channels import Rows
 from server.rig.history import History
 from server.settings import ServerSettings
 

@@ -11,10 +11,11 @@ from typing import Annotated
 import numpy as np
 import numpy.typing as npt
 
+from controller.arrays import Rows
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from server.http.given import given
-from server.rig.channels import CHANNELS, Rows, column, extract
+from server.rig.channels import CHANNELS, column, extract
 from server.rig.messages import PlotChannel
 
 BIN_TICKS = 16

@@ -2,7 +2,7 @@
 
 import threading
 
-from server.rig.channels import Rows
+from controller.arrays import Rows
 
 ROWS = 30_000
 """Rows that wait at most, some 28 MB: 30 s at 1 kHz, as long as the rig's own ring holds them. A beat takes 17."""

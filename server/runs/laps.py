@@ -5,13 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.build.rig import REFERENCE_ROWS
 from controller.errors import ParameterError
-from controller.kernels.control.inverse import TOLERANCE, StaticMap
-from controller.kernels.model.rod import Array
+from controller.kernels.control.inverse import TOLERANCE
+from controller.kernels.model.statics import StaticMap
 from controller.link import ENDLESS
 from controller.reference import library
-from controller.reference.feasible.bounds import Limits, place, stretches, window_rows, worst
+from controller.reference.feasible.bounds import Limits, place_of_row, stretches, window_rows, worst
 from controller.reference.feasible.travel import Pose, held_by, travel
 from controller.reference.feasible.within_reach import projected
 from controller.reference.reference import Reference, row_kinds
@@ -285,7 +286,7 @@ def excess_of(leg: Leg, lap: Lap) -> str | None:
     for row in stretches(len(leg.p), leg.again, leg.ticks, lap.allowed.dt):
         found = worst(leg.p[row], leg.u[row], lap.allowed.shape, lap.allowed.dt, _steps(leg, lap, row))
         if found:
-            return f"{place(leg.p, int(row[found.row]), lap.allowed.dt)}: {found}"
+            return f"{place_of_row(leg.p, int(row[found.row]), lap.allowed.dt)}: {found}"
     return None
 
 

@@ -7,10 +7,10 @@ from typing import Annotated
 import numpy as np
 from numpy.lib.recfunctions import repack_fields
 
+from controller.arrays import Array, Rows
 from controller.build.rig import REFERENCE_ROWS
 from controller.errors import DataError, ParameterError, TendrilError
-from controller.kernels.control.inverse import StaticMap
-from controller.kernels.model.rod import Array
+from controller.kernels.model.statics import StaticMap
 from controller.reference.feasible.approach import blended_torques
 from controller.reference.feasible.reach import static_tips
 from controller.reference.library import static_map
@@ -19,7 +19,6 @@ from controller.schema.modes import Mode, Request
 from controller.schema.parameters import RigParameters, Settings
 from controller.simulation.metrics import true_tip
 from controller.simulation.run import armed, plan, request, require_mode
-from controller.simulation.simulate import Rows
 from server.drawing.messages import DURATION_MIN, DrawingBody, Duration
 from server.drawing.plan import Indices, spread
 from server.drawing.planned import wanted

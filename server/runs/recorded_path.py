@@ -9,11 +9,11 @@ import numpy as np
 from fastapi import APIRouter, Query
 from pydantic import ValidationError
 
+from controller.arrays import Values
 from controller.errors import ParameterError, sentence
 from controller.schema.parameters import SENSORS
 from recordings.exporting.apart import apart
 from recordings.exporting.tip_path import Wanted, What, tip_path
-from recordings.format.chunks import Array
 from server.drawing.messages import DrawingBody, Given
 from server.recorder.export_routes import From, To
 from server.recorder.folder import GivenFolder
@@ -41,7 +41,7 @@ def drawing_name(name: str) -> str:
     return " ".join(plain.split())[:NAME_LENGTH].strip(" .-") or "recorded"
 
 
-def _plain(values: Array) -> Any:
+def _plain(values: Values) -> Any:
     return np.round(values, DECIMALS).tolist()
 
 

@@ -6,10 +6,9 @@ from datetime import datetime
 
 import numpy as np
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array, Rows
 from controller.schema.modes import Cause, Mode
 from server.log.events import words
-from server.rig.channels import Rows
 from server.runs.laps import Lap, Leg, Place
 from server.runs.messages import RunResult, RunState
 from server.runs.phases import Event, Machine, Phase

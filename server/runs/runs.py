@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 from typing import Annotated, Any, TypeVar
 
 from controller.errors import CommandRefused, NotAllowed, RigUnreachable, TendrilError
-from controller.kernels.control.inverse import StaticMap
+from controller.kernels.model.statics import StaticMap
 from controller.reference.library import static_map
 from controller.schema.messages import RigInfo
 from controller.schema.modes import Request

@@ -4,10 +4,9 @@ from collections import deque
 
 import numpy as np
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array, Rows
 from controller.simulation.metrics import phase_lags
 from recordings.read.metrics import ErrorSums
-from server.rig.channels import Rows
 from server.runs.messages import Figures
 
 PHASE_ROWS = 100_000

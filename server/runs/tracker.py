@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from controller.arrays import Array, Rows
 from controller.errors import CommandRefused, RigUnreachable
-from controller.kernels.model.rod import Array
 from controller.link import PlannedRows
 from controller.realtime.desk import refused_text
 from controller.schema.messages import RigInfo
@@ -15,7 +15,6 @@ from controller.schema.modes import Cause, Law, Mode, Request
 from controller.schema.parameters import Settings
 from server.access.permit import Permit, own
 from server.operate.operator import Operator
-from server.rig.channels import Rows
 from server.rig.client import Rig
 from server.runs.laps import Leg
 from server.runs.run import Before

@@ -5,10 +5,9 @@ from typing import Any
 import numpy as np
 import viser
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array, Values
 from controller.schema.actuator import Actuator
 from controller.schema.modes import Mode
-from server.rig.channels import Rows
 from server.scene.chain import Chain
 from server.scene.colours import BASE, DANGER, OBSERVER, REFERENCE, TARGET, TWIN
 from server.scene.lines import Trail
@@ -54,7 +53,7 @@ class Body:
         for part in (self._target, self._disc):
             self._place(part, row["target"], mode == Mode.FOLLOW)
 
-    def _place(self, ball: Any, at: Rows, shown: bool) -> None:
+    def _place(self, ball: Any, at: Values, shown: bool) -> None:
         ball.visible = shown = shown and bool(np.isfinite(at).all())
         if shown:
             ball.position = (at[0], at[1], self._above)

@@ -7,8 +7,8 @@ observer would seem to lag behind the markers.
 import numpy as np
 import viser
 
+from controller.arrays import Values
 from controller.schema.parameters import SENSORS
-from server.rig.channels import Rows
 from server.scene.colours import Colour
 
 
@@ -23,7 +23,7 @@ class Chain:
         self._boxes = [scene.add_box(f"{name}{i + 1}", dimensions=box, color=color) for i in range(SENSORS)]
         self._z = z
 
-    def place(self, backbone: Rows) -> None:
+    def place(self, backbone: Values) -> None:
         """Box i lies between samples 2i and 2i + 2 of `backbone` (21,2) [m], its middle at 2i + 1; nan hides them."""
         known = bool(np.isfinite(backbone).all())
         for box in self._boxes:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import viser
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 from server.scene.colours import DANGER, GHOST, MEASURED, REFERENCE, Colour
 from server.scene.messages import Role
 

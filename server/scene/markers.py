@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import viser
 
+from controller.arrays import Values
 from controller.schema.parameters import BACKBONE_POINTS, SENSORS
-from server.rig.channels import Rows
 from server.scene.colours import MEASURED
 
 RESIDUAL_GAIN = 5.0
@@ -37,7 +37,7 @@ class Markers:
             self._place_ball(self._balls[i], at, used)
             self._place_arrow(self._arrows[i], backbone[STEP * (i + 1)], at, used)
 
-    def _place_ball(self, ball: Any, at: Rows, used: bool) -> None:
+    def _place_ball(self, ball: Any, at: Values, used: bool) -> None:
         ball.visible = bool(np.isfinite(at).all())
         if ball.visible:
             ball.position = (at[0], at[1], self._z)
@@ -45,7 +45,7 @@ class Markers:
         if ball.radius != radius:
             ball.color, ball.radius = color, radius
 
-    def _place_arrow(self, arrow: Any, observed: Rows, measured: Rows, used: bool) -> None:
+    def _place_arrow(self, arrow: Any, observed: Values, measured: Values, used: bool) -> None:
         """Its foot is a pose and in step with the body; its end may come an update later."""
         end = RESIDUAL_GAIN * (measured - observed)
         arrow.visible = used and bool(np.linalg.norm(end) >= SHORTEST)

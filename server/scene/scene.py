@@ -16,12 +16,11 @@ from typing import Annotated, Any
 import numpy as np
 import viser
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array, Rows
 from controller.schema.actuator import Actuator
 from controller.system.worker import Worker
 from server.http.given import given
 from server.http.who import Identity
-from server.rig.channels import Rows
 from server.scene.body import Body
 from server.scene.camera import Camera, camera_of
 from server.scene.gizmo import Gizmo, Point, gizmo_point

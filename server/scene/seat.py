@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import NotAllowed
-from controller.kernels.model.rod import Array
 from controller.schema.actuator import Actuator
 from server.http.who import Identity
 from server.scene.body import above

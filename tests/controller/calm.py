@@ -5,11 +5,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from controller.arrays import Rows
 from controller.realtime.desk import inject
 from controller.schema.fit import GAINS
 from controller.schema.messages import TwinFaults
 from controller.schema.parameters import SafetyLimits
-from controller.simulation.simulate import Rows
 from tests.controller.trial import Trial
 from tests.controller.whips import Gains, parameters
 

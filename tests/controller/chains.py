@@ -5,10 +5,11 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from controller.arrays import Array
 from controller.build.rod import build_rod
 from controller.kernels.model.energy import Ledger, ledger_step
 from controller.kernels.model.integrate import rk4_step
-from controller.kernels.model.rod import Array, Load, RodModel, RodState, Work, make_work
+from controller.kernels.model.rod import Load, RodModel, RodState, Work, make_work
 from controller.schema.actuator import PRESETS
 
 compiled: Any = njit(nogil=True, error_model="numpy")
@@ -40,7 +41,7 @@ def thrown(model: RodModel, seed: int, bend: float = 0.3, speed: float = 2.0) ->
 @compiled
 def steps(model: RodModel, state: RodState, load: Load, dt: float, work: Work, count: int) -> None:
     for _ in range(count):
-        rk4_step(model, state, load, dt, work)
+        rk4_step(model, load, dt, state, work)
 
 
 @compiled
@@ -49,8 +50,8 @@ def booked_steps(
 ) -> None:
     """One step for each row of `kept` (n,6), which becomes stored energy, ledger [J] and the four powers [W]."""
     for i in range(kept.shape[0]):
-        rk4_step(model, state, load, dt, work)
-        kept[i, 1] = ledger_step(ledger, model, state, load, u, dt, work)
+        rk4_step(model, load, dt, state, work)
+        kept[i, 1] = ledger_step(model, state, load, u, dt, work, ledger)
         kept[i, 0] = ledger.energy[0]
         kept[i, 2:] = ledger.power
 

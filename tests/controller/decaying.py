@@ -2,11 +2,13 @@
 
 import numpy as np
 
-from controller.build.equilibrium import Body, settle
+from controller.arrays import Array
+from controller.build.equilibrium import ChainStatics, settle
 from controller.kernels.model.implicit import make_implicit_work
-from controller.kernels.model.rod import Array, make_load
+from controller.kernels.model.rod import make_load
 from controller.kernels.model.statics import at_rest, pose
-from controller.kernels.observer.replay import Replay, Samples, replay
+from controller.kernels.observer.observer import Replay
+from controller.kernels.observer.replay import RecordedSamples, replay
 from controller.research.identification.motion.decays import Decay
 from controller.research.identification.offline import offline_observer
 from controller.schema.actuator import PRESETS, Actuator, Tracking
@@ -51,7 +53,7 @@ def _swing(actuator: Actuator, u: Array, samples: int) -> Array:
     model, held = fine.model, fine.T @ u
     bend = model.bend + np.cumsum(held[::-1])[::-1] / model.k
     state = at_rest(model)
-    pose(model, settle(Body(model.L, model.arm, model.m, model.k, bend, model.g), model.rest), state.q)
+    pose(model, settle(ChainStatics(model.L, model.arm, model.m, model.k, bend, model.g), model.rest), state.q)
     run = Replay(
         model, state, make_load(FINE), make_implicit_work(FINE), fine.sensors, np.zeros_like(fine.rest), held,
         np.array([0.05, 0.03]), 1e-3 / SUBSTEPS,
@@ -59,5 +61,5 @@ def _swing(actuator: Actuator, u: Array, samples: int) -> Array:
     nothing = np.zeros((samples, u.size, 2))
     ticks = np.full(samples, 10 * SUBSTEPS, np.int64)
     out = np.empty_like(nothing)
-    replay(run, Samples(nothing, nothing, ticks, np.zeros(1)), fine.springs, 0, out)
+    replay(RecordedSamples(nothing, nothing, ticks, np.zeros(1)), fine.gains, 0, run, out)
     return np.concatenate([out[:1], out[:-1]])

@@ -47,7 +47,7 @@ class Desk:
                 hum = HUM * (self.measurement["markers"][0, 0, 0] == self.markers[0, 0] and not self.still)
                 self.measurement["markers"] = self.markers + hum
             row = self.telemetry[0]
-            tick(self.rig, self.now, self.command[0], self.measurement[0], self.status[0], row)
+            tick(self.now, self.command[0], self.measurement[0], self.status[0], self.rig, row)
             if self.air:
                 differences = self.rig.observer.u_hat * self.rig.control.pascal_per_torque
                 self.measurement["pressures"] = (

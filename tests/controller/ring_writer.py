@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from controller.realtime.compiled import Words, compiled
+from controller.arrays import Words
+from controller.realtime.compiled import compiled
 from controller.realtime.ring import ROW_WORDS, Ring, ring_push
 
 

@@ -18,13 +18,14 @@ from controller.build.rig import build_rig
 from controller.build.rod import build_rod
 from controller.build.twin import build_twin
 from controller.kernels.compiled import OPTIONS
-from controller.kernels.control.along import nearest_of, settle, walk
+from controller.kernels.control.along import invert_along, nearest_of, refine_each
 from controller.kernels.control.retime import fastest_progress
 from controller.kernels.control.tick import tick
 from controller.kernels.model.implicit import make_implicit_work, meet_hinges
 from controller.kernels.model.rod import make_load
 from controller.kernels.model.statics import at_rest, places
-from controller.kernels.observer.replay import Replay, Samples, Springs, replay
+from controller.kernels.observer.observer import ObserverGains, Replay
+from controller.kernels.observer.replay import RecordedSamples, replay
 from controller.kernels.plant.twin import twin_step
 from controller.research.bench.tick_bench import Inputs, run_ticks
 from controller.schema.layout import record_dtype, to_record
@@ -74,14 +75,14 @@ def outermost() -> dict[str, tuple[Any, ...]]:
     run = Replay(
         model, state, make_load(10), work, places(model, np.array([0.1])), points, np.zeros(10), np.zeros(2), 1e-3
     )
-    samples = Samples(points[None], points[None], np.ones(1, np.int64), np.zeros(1))
+    samples = RecordedSamples(points[None], points[None], np.ones(1, np.int64), np.zeros(1))
     return {
-        "tick": (rig, 1, command[0], measurement[0], status[0], telemetry[0]),
-        "twin_step": (twin, 1, telemetry[0], measurement[0]),
+        "tick": (1, command[0], measurement[0], status[0], rig, telemetry[0]),
+        "twin_step": (1, twin, telemetry[0], measurement[0]),
         "meet_hinges": (model, state.q, state.v, work),
-        "replay": (run, samples, Springs(np.zeros(2), np.zeros(2)), 1, points[None]),
-        "walk": (rig.control.smap, points, 0, (0.0, 0.0), 1, 1, points.copy(), np.zeros(1)),
-        "settle": (rig.control.smap, points.copy(), points.copy(), 1),
+        "replay": (samples, ObserverGains(np.zeros(2), np.zeros(2)), 1, run, points[None]),
+        "invert_along": (rig.control.smap, points, 0, (0.0, 0.0), 1, 1, np.zeros(1), points.copy()),
+        "refine_each": (rig.control.smap, 1, points.copy(), points.copy()),
         "fastest_progress": (points, points, np.ones(1), 1.0, np.ones(1)),
         "nearest_of": (rig.control.smap, (0.0, 0.0), np.zeros(1, np.int64), 1),
     }
@@ -102,14 +103,14 @@ def calls_hidden(x: np.ndarray) -> float:
 
 def test_the_examples_reach_every_kernel() -> None:
     found = kernels()
-    assert {tick, twin_step, meet_hinges, replay, walk, settle, fastest_progress, nearest_of} == {
+    assert {tick, twin_step, meet_hinges, replay, invert_along, refine_each, fastest_progress, nearest_of} == {
         found[name] for name in outermost()
     }
     called = {inner for kernel in found.values() for inner in called_by(kernel)}
     assert {name for name, kernel in found.items() if kernel not in called} == outermost().keys()
 
 
-@pytest.mark.parametrize("name", ["tick", "twin_step", "meet_hinges", "replay", "walk", "nearest_of"])
+@pytest.mark.parametrize("name", ["tick", "twin_step", "meet_hinges", "replay", "invert_along", "nearest_of"])
 def test_the_machine_code_of_no_kernel_calls_an_allocator(name: str) -> None:
     assert allocators(kernels()[name].py_func, outermost()[name], UNCACHED) == set()
 

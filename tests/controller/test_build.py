@@ -5,11 +5,12 @@ import math
 import numpy as np
 import pytest
 
+from controller.arrays import Array
 from controller.build.rod import build_rod, torque_map
 from controller.build.stability import largest_step, natural_modes, stable_substeps
 from controller.build.twin import twin_model
 from controller.errors import ParameterError
-from controller.kernels.model.rod import Array, RodModel, make_load
+from controller.kernels.model.rod import RodModel, make_load
 from controller.kernels.model.statics import at_rest, static_tip
 from controller.schema.actuator import PRESETS, Actuator
 from controller.schema.parameters import TwinParameters

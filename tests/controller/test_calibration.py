@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from controller.errors import ParameterError, TendrilError
-from controller.research.calibration.fit_file import Origin, Result, fit_text, toml
+from controller.research.calibration.fit_file import FitOrigin, Result, fit_text, toml
 from controller.research.calibration.margins import GAIN_FACTOR, Margin, Trial
 from controller.research.calibration.predictions import BROKEN, row_residual
 from controller.research.calibration.problem import Evaluation, Problem
@@ -103,7 +103,7 @@ def result() -> Result:
     margin = Margin(Trial("P1", "stop", "gain"), 1e-3, 0.5, 1.0)
     best = Evaluation(z, tuple((row.paper or 0.0, 1.0) for row in FITTED), (margin,), np.ones(4))
     spread = tuple(row_spread(row, np.array([2.0, 1.0, np.nan, 4.0])) for row in JUDGED)
-    origin = Origin("2026-01-02", 'tendril calibrate --out "my fit.toml"', "0.1", 1.0, 1, 2, "finished")
+    origin = FitOrigin("2026-01-02", 'tendril calibrate --out "my fit.toml"', "0.1", 1.0, 1, 2, "finished")
     return Result(Problem(), best, (best,), spread, origin)
 
 

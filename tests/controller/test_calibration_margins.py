@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 from controller.research.calibration.margins import (
     GROWTH_MAX,
     MORE_DELAY,

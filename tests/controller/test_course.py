@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 from controller.reference.feasible.course import course, torn
 from controller.reference.library import reference
 from controller.schema.actuator import PRESETS

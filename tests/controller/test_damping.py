@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
+from controller.arrays import Array
 from controller.errors import DataError
-from controller.kernels.model.rod import Array
 from controller.research.identification.motion.damping import find_peaks, log_decrement, noise_of
 from controller.research.identification.motion.rayleigh import rayleigh, rayleigh_ratio
 

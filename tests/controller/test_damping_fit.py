@@ -9,7 +9,7 @@ from controller.build.rod import build_rod
 from controller.build.stability import natural_modes
 from controller.kernels.model.rod import make_load
 from controller.kernels.model.statics import tip_of
-from controller.research.identification.motion.damping_fit import Motion, fit_damping, model_modes
+from controller.research.identification.motion.damping_fit import FreeDecay, fit_damping, model_modes
 from controller.schema.actuator import PRESETS, Actuator
 from tests.controller.chains import advance, posed
 
@@ -18,7 +18,7 @@ STIFF = PRESETS["P1"].model_copy(update={"k": (0.3, 0.2)})
 TRUTH = STIFF.model_copy(update={"alpha": ALPHA, "b": tuple(BETA * k for k in STIFF.k)})
 
 
-def released(actuator: Actuator, bend: float, seed: int, rods: int = 14) -> Motion:
+def released(actuator: Actuator, bend: float, seed: int, rods: int = 14) -> FreeDecay:
     """Tip of a chain let go from a bent pose, at 100 Hz with 0.2 mm of noise, in a turned and moved frame."""
     model = build_rod(actuator, rods)
     theta = model.rest + bend * (model.compliance @ np.array([0.05, 0.05]))
@@ -26,7 +26,7 @@ def released(actuator: Actuator, bend: float, seed: int, rods: int = 14) -> Moti
     tips = [tip_of(model, advance(model, state, make_load(rods), 0.01, dt=1e-4).q) for _ in range(700)]
     turn = np.array([[0.6, -0.8], [0.8, 0.6]])
     noise = np.random.default_rng(seed).normal(0.0, 2e-4, (700, 2))
-    return Motion(f"decay {seed}", np.arange(700) * 0.01, np.array(tips) @ turn.T + 0.3 + noise)
+    return FreeDecay(f"decay {seed}", np.arange(700) * 0.01, np.array(tips) @ turn.T + 0.3 + noise)
 
 
 def first_mode(actuator: Actuator, rods: int) -> complex:

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from controller.arrays import Array
 from controller.errors import DataError, ParameterError
-from controller.kernels.control.inverse import StaticMap
-from controller.kernels.model.rod import Array
+from controller.kernels.model.statics import StaticMap
 from controller.reference.drawn import Wish, drawn
 from controller.reference.feasible.reach import reach_map
 from controller.reference.feasible.within_reach import Carried, projected

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from controller.arrays import Array
 from controller.kernels.model.energy import BAUMGARTE, OBSERVER, PNEUMATIC, make_ledger, open_ledger, stored_energy
-from controller.kernels.model.rod import Array, Load, RodModel, RodState, make_load, make_work
+from controller.kernels.model.rod import Load, RodModel, RodState, make_load, make_work
 from controller.kernels.model.statics import at_rest
 from tests.controller.chains import NO_TORQUE, booked_steps, preset, thrown
 from tests.oracles import Chain
@@ -13,7 +14,7 @@ from tests.oracles import Chain
 def booked(model: RodModel, state: RodState, load: Load, u: Array, dt: float, count: int) -> tuple[Array, Array, Array]:
     """Stored energy and ledger after each step (n,), and the powers of the last one (4,)."""
     ledger, kept = make_ledger(), np.zeros((count, 6))
-    open_ledger(ledger, model, state)
+    open_ledger(model, state, ledger)
     booked_steps(model, state, load, dt, make_work(model.L.size), ledger, u, kept)
     return kept[:, 0], kept[:, 1], ledger.power
 

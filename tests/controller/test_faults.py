@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from controller.arrays import Rows
 from controller.build.twin import build_twin
 from controller.errors import CommandRefused
 from controller.kernels.plant.faults import MARKER_LOSS, NOISE, SAMPLE_LOSS
@@ -13,7 +14,6 @@ from controller.realtime.desk import Desk, inject
 from controller.schema.messages import TwinFaults
 from controller.schema.modes import Cause, Freeze, Mode, Request
 from controller.schema.parameters import RigParameters, TwinParameters
-from controller.simulation.simulate import Rows
 from tests.controller.test_twin import run
 from tests.controller.trial import Trial, line
 

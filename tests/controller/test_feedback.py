@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from controller.kernels.control.feedback import FORGET_WAY, look_at_sensitivity
+from controller.kernels.control.feedback import FORGET_WAY, update_sensitivity
 from controller.kernels.model.statics import sensitivity, side_of
 from controller.reference.feasible.reach import static_tips
 from controller.reference.reference import Reference
@@ -173,7 +173,7 @@ def test_across_a_fold_feedback_does_not_lead_on_into_the_other_pose() -> None:
         shares = []
         for kind, u_ff in [(RowKind.DRAWN, here), (RowKind.DRAWN, across), (RowKind.KNOWN, here)]:
             state["kind"], state["u_ff"] = kind, u_ff
-            look_at_sensitivity(control)
+            update_sensitivity(control)
             shares.append(float(state["share"]))
         same, other = (0, 1) if u == here else (1, 0)
         assert shares[same] > 0.0 and shares[other] == 0.0 and shares[2] >= shares[same]

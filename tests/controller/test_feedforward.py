@@ -8,9 +8,9 @@ from scipy.optimize import LinearConstraint, minimize
 
 from controller.build.rig import build_static_map
 from controller.kernels.control.follow import limit_motion
-from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE, StaticMap, gauss_newton, invert, refine
+from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE, gauss_newton, invert, refine
 from controller.kernels.model.polygon import admissible, nearest_admissible
-from controller.kernels.model.statics import expand_tip, static_tip
+from controller.kernels.model.statics import StaticMap, expand_tip, static_tip
 from controller.schema.actuator import PRESETS
 from controller.schema.modes import Law, Request
 from controller.schema.parameters import ControllerParameters

@@ -24,7 +24,7 @@ def drags(twin: Any, v: np.ndarray, h: float, forces: np.ndarray) -> None:
     """Friction on the first rod for the velocities v (n,2) [m/s], each for h [s]."""
     for i in range(v.shape[0]):
         twin.state.v[0, 0], twin.state.v[1, 0] = v[i, 0], v[i, 1]
-        rub(twin.model, twin.sheet, twin.state.v, twin.load, h)
+        rub(twin.model, twin.state.v, h, twin.sheet, twin.load.F)
         forces[i] = twin.load.F[:, 0]
 
 
@@ -34,7 +34,7 @@ def torques(twin: Any, bends: np.ndarray, found: np.ndarray) -> None:
     for i in range(bends.size):
         twin.state.q[2, -1] = twin.state.q[2, -2] + bends[i]
         twin.load.Q_theta[:] = 0.0
-        resist_hysteresis(twin.model, twin.hysteresis, twin.state.q, twin.load)
+        resist_hysteresis(twin.model, twin.state.q, twin.hysteresis, twin.load.Q_theta)
         found[i] = twin.load.Q_theta[-1]
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from controller.arrays import Array
 from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE
-from controller.kernels.model.rod import Array
 from controller.reference.feasible.approach import branch, follow
 from controller.reference.feasible.from_rest import leaving_rest
 from controller.reference.library import reference, static_map

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
+from controller.arrays import Array
 from controller.build.rod import build_rod
 from controller.kernels.model.energy import BAUMGARTE, Ledger, make_ledger, open_ledger, stored_energy
 from controller.kernels.model.implicit import (
@@ -16,7 +17,7 @@ from controller.kernels.model.implicit import (
     make_implicit_work,
     meet_hinges,
 )
-from controller.kernels.model.rod import Array, Load, RodModel, RodState, make_load, make_work
+from controller.kernels.model.rod import Load, RodModel, RodState, make_load, make_work
 from controller.kernels.model.statics import at_rest, tip_of
 from controller.schema.actuator import PRESETS
 from tests.controller.chains import NO_TORQUE, booked_steps, compiled, posed, preset, steps, thrown
@@ -29,8 +30,8 @@ def implicit_steps(
 ) -> None:
     """One step for each row of `kept` (n,6): stored energy, ledger [J] and the four powers [W]."""
     for i in range(kept.shape[0]):
-        implicit_step(model, state, load, dt, work)
-        kept[i, 1] = book_implicit_step(ledger, model, state, load, u, dt, work)
+        implicit_step(model, load, dt, state, work)
+        kept[i, 1] = book_implicit_step(model, state, load, u, dt, work, ledger)
         kept[i, 0] = ledger.energy[0]
         kept[i, 2:] = ledger.power
 
@@ -38,7 +39,7 @@ def implicit_steps(
 def implicit(model: RodModel, state: RodState, load: Load, seconds: float, dt: float, u: Array = NO_TORQUE) -> Array:
     """Energy, ledger and powers after each step (n,6); `state` moves on."""
     kept, ledger = np.zeros((round(seconds / dt), 6)), make_ledger()
-    open_ledger(ledger, model, state)
+    open_ledger(model, state, ledger)
     implicit_steps(model, state, load, dt, make_implicit_work(model.L.size), ledger, u, kept)
     return kept
 

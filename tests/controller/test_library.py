@@ -10,9 +10,10 @@ from functools import cache
 import numpy as np
 import pytest
 
+from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.control.inverse import REFINE_STEPS, StaticMap
-from controller.kernels.model.rod import Array
+from controller.kernels.control.inverse import REFINE_STEPS
+from controller.kernels.model.statics import StaticMap
 from controller.reference.feasible.approach import follow
 from controller.reference.feasible.reach import static_tips
 from controller.reference.library import SWEEP, names, reference, static_map

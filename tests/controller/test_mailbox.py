@@ -2,7 +2,8 @@ import threading
 
 import numpy as np
 
-from controller.realtime.compiled import Words, compiled
+from controller.arrays import Words
+from controller.realtime.compiled import compiled
 from controller.realtime.mailbox import mailbox, post, receive, words
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Command

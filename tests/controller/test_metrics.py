@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
+from controller.arrays import Rows
 from controller.errors import DataError
 from controller.reference.reference import Reference
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.simulation import metrics
 from controller.simulation.metrics import Window, measure
-from controller.simulation.simulate import Rows
 
 TIME = np.arange(3000) * 1e-3
 

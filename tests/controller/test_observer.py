@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from controller.build.rig import build_rig
+from controller.kernels.memory import Sensing
 from controller.kernels.model.statics import points_on
-from controller.kernels.observer.observer import Observer, choose_gains, pressurise, pull, step
-from controller.kernels.observer.sensing import Sensing
+from controller.kernels.observer.observer import Observer, choose_gains, pressurise, pull, step_observer
 from controller.schema.actuator import PRESETS
 from controller.schema.layout import to_record
 from controller.schema.modes import Integrator, Law, Mode, Request
@@ -26,14 +26,14 @@ def growth(observer: Observer, sensing: Sensing, settings: np.void, used: int, u
     observer.u_hat[:] = u
     points_on(pose.q, observer.sensors, sensing.p)
     start = np.concatenate([pose.q.ravel(), pose.v.ravel()])
-    choose_gains(observer, settings)
+    choose_gains(settings, observer)
 
     def after(deviation: np.ndarray) -> np.ndarray:
         q, v = np.split(start + deviation, 2)
         state.q[:], state.v[:] = q.reshape(3, -1), v.reshape(3, -1)
         pressurise(observer)
-        pull(observer, sensing, observer.gains, used, observer.dt)
-        step(observer)
+        pull(sensing, observer.gains, used, observer.dt, observer)
+        step_observer(observer)
         return np.concatenate([state.q.ravel(), state.v.ravel()])
 
     columns = [(after(h * row) - after(-h * row)) / (2 * h) for row in np.eye(start.size)]

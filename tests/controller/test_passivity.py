@@ -10,6 +10,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
+from controller.arrays import Array
 from controller.build.rod import build_rod
 from controller.build.stability import natural_modes
 from controller.kernels.model.energy import (
@@ -21,7 +22,7 @@ from controller.kernels.model.energy import (
     open_ledger,
     stored_energy,
 )
-from controller.kernels.model.rod import Array, RodModel, make_load, make_work
+from controller.kernels.model.rod import RodModel, make_load, make_work
 from controller.kernels.model.statics import at_rest
 from controller.schema.actuator import PRESETS, Actuator
 from tests.controller.chains import booked_steps, thrown
@@ -75,7 +76,7 @@ def driven(model: RodModel, seed: int, torque: float, force: float, spans: int =
     random, count = np.random.default_rng(seed), model.L.size
     state, load, work, ledger = thrown(model, seed, 0.2, 1.0), make_load(count), make_work(count), make_ledger()
     dt = STEP / max(model.omega_B, float(np.abs(natural_modes(model, state.q[2])).max()))
-    open_ledger(ledger, model, state)
+    open_ledger(model, state, ledger)
     rows = np.zeros((spans * HOLD + 1, 6))
     rows[0, 0] = ledger.energy[0]
     for start in range(1, len(rows), HOLD):

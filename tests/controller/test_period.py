@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 from controller.reference.period import rhythm, strongest
 
 DT = 1e-3

@@ -26,7 +26,7 @@ def test_the_lag_follows_the_exponential_whatever_the_step() -> None:
 def test_a_torque_comes_out_of_the_line_after_its_dead_time(ticks: int) -> None:
     ring, head, out = np.zeros((ticks + 1, 2)), 0, []
     for n in range(ticks + 10):
-        u1, u2, head = delay(ring, head, n + 1.0, -1.0 - n)
+        u1, u2, head = delay(n + 1.0, -1.0 - n, head, ring)
         assert u1 == -u2
         out.append(u1)
     assert out == [0.0] * ticks + [n + 1.0 for n in range(10)]

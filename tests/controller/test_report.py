@@ -2,14 +2,17 @@ import re
 
 import numpy as np
 
-from controller.research.identification.fit import Estimate, Fit, Misfit, Plot, Series
+from controller.research.identification.fit import Estimate, Fit, Misfit, Plot, PlotSeries
 from controller.research.identification.report.report import number_text, report_page
 from controller.schema.actuator import PRESETS
 from tests.controller.balance import Balance
 
 t = np.linspace(0.0, 3.0, 4000)
 PLOT = Plot(
-    "Decay <1>", "time [s]", "y [mm]", (Series("measured", t, np.sin(t), "points"), Series("model", t, np.cos(t)))
+    "Decay <1>",
+    "time [s]",
+    "y [mm]",
+    (PlotSeries("measured", t, np.sin(t), "points"), PlotSeries("model", t, np.cos(t))),
 )
 FIT = Fit(
     title="Stiffness & damping",

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from numba import njit
 
+from controller.arrays import Array
 from controller.build.rod import build_rod
 from controller.kernels.model.energy import Ledger, ledger_step, make_ledger
 from controller.kernels.model.integrate import rk4_step
-from controller.kernels.model.rod import Array, RodModel, RodState, accelerate, make_load, make_work, sine_cosine
+from controller.kernels.model.rod import RodModel, RodState, accelerate, make_load, make_work, sine_cosine
 from controller.kernels.model.statics import at_rest, tip_of
 from controller.research.bench.mujoco_chain import MujocoChain
 from controller.schema.actuator import PRESETS
@@ -45,7 +46,7 @@ def test_accelerations_and_hinge_forces_solve_the_papers_dense_system(rods: int,
     work.q[0] = state.q + 1e-3 * random.normal(size=(3, rods))  # off the constraints: Baumgarte acts
     work.v[0] = state.v + 1e-2 * random.normal(size=(3, rods))
     load.F[:], load.Q_theta[:] = random.normal(size=(2, rods)), 0.05 * random.normal(size=rods)
-    accelerate(model, load, work, 0)
+    accelerate(model, load, 0, work)
     force = np.vstack([load.F, load.Q_theta]).T.ravel()
     acceleration, hinge = Chain(model).solve(work.q[0].T.ravel(), work.v[0].T.ravel(), force)
     assert_close(work.acc[0], acceleration.reshape(-1, 3).T, 1e-10)
@@ -120,11 +121,11 @@ def test_a_state_that_is_not_finite_stays_so_and_a_good_one_recovers_the_same_sc
     model, load, work = preset("P1"), make_load(10), make_work(10)
     bad, good = at_rest(model), thrown(model, 2)
     bad.q[2, 3] = math.nan
-    rk4_step(model, bad, load, 1e-3, work)
+    rk4_step(model, load, 1e-3, bad, work)
     assert not np.isfinite(bad.q).all()
-    rk4_step(model, good, load, 1e-3, work)
+    rk4_step(model, load, 1e-3, good, work)
     fresh = thrown(model, 2)
-    rk4_step(model, fresh, load, 1e-3, make_work(10))
+    rk4_step(model, load, 1e-3, fresh, make_work(10))
     assert np.array_equal(good.q, fresh.q)
     assert np.isfinite(good.v).all()
 
@@ -132,8 +133,8 @@ def test_a_state_that_is_not_finite_stays_so_and_a_good_one_recovers_the_same_sc
 def test_a_step_and_its_ledger_allocate_nothing() -> None:
     @njit(nogil=True, error_model="numpy")
     def step(model: RodModel, state: RodState, load: Any, work: Any, ledger: Ledger, u: Array) -> None:
-        rk4_step(model, state, load, 1e-3, work)
-        ledger_step(ledger, model, state, load, u, 1e-3, work)
+        rk4_step(model, load, 1e-3, state, work)
+        ledger_step(model, state, load, u, 1e-3, work, ledger)
 
     @njit
     def wasteful(u: Array) -> Array:

@@ -9,7 +9,7 @@ import pytest
 from controller.errors import KeyRefused, LayoutMismatch, ParameterError, RigHeld, SessionUnknown
 from controller.link.holder import SILENT, Holder
 from controller.link.refusals import PAUSE, Refusals
-from controller.link.seal import SESSIONS_MAX, Introduction, Sealer, Seals, Session
+from controller.link.seal import SESSIONS_MAX, Introduction, SealedSession, Sealer, Seals
 from controller.link.version import OURS
 from controller.system.keys import KEY_BYTES, key_path, made_key, read_key
 
@@ -103,7 +103,11 @@ def test_the_server_that_was_silent_longest_is_forgotten_first() -> None:
 
 def test_the_first_server_commands_until_it_leaves_or_was_silent() -> None:
     clock = [100.0]
-    holder, first, second = Holder(lambda: clock[0]), Session(1, "the server on a"), Session(2, "the server on b")
+    holder, first, second = (
+        Holder(lambda: clock[0]),
+        SealedSession(1, "the server on a"),
+        SealedSession(2, "the server on b"),
+    )
     holder.take(first)
     clock[0] += 0.9 * SILENT
     holder.take(first)

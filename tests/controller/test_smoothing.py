@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 from controller.reference.feasible.smoothing import smoothed
 from controller.reference.shapes import along, lengths
 

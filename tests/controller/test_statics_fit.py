@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from controller.arrays import Array
 from controller.build.rod import build_rod
 from controller.errors import DataError
-from controller.kernels.model.rod import Array, RodModel, make_load
+from controller.kernels.model.rod import RodModel, make_load
 from controller.research.identification.poses import Poses, marker_arcs, read_poses
 from controller.research.identification.statics import fit_statics
 from controller.research.identification.tables import read_table

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 from controller.reference.feasible.smoothing import smoothed
 from controller.reference.feasible.timing import Limits, fastest, steady
 from controller.reference.shapes import lengths

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from controller.arrays import Rows
 from controller.build.rod import build_rod
 from controller.build.twin import build_twin
 from controller.kernels.model.rod import make_load
@@ -26,7 +27,6 @@ IDEAL = {
     "marker_noise": 0.0,
 }
 STEP_NS = 1_000_000
-Rows = np.ndarray[Any, Any]
 
 
 @compiled
@@ -36,7 +36,7 @@ def walk(twin: Twin, pressures: np.ndarray, telemetry: np.ndarray, measurement: 
         measurement[i] = measurement[max(i - 1, 0)]
         for j in range(4):
             telemetry[i].pressure_cmd[j] = pressures[i, j]
-        twin_step(twin, (twin.ticks[0] + 1) * 1_000_000, telemetry[i], measurement[i])
+        twin_step((twin.ticks[0] + 1) * 1_000_000, twin, telemetry[i], measurement[i])
 
 
 def run(twin: Twin, pressures: np.ndarray) -> tuple[Rows, Rows]:
@@ -174,7 +174,7 @@ def test_the_plant_stays_finite_and_whole_under_the_wildest_valves(name: str) ->
 def test_a_step_of_the_twin_allocates_nothing() -> None:
     @compiled
     def step(twin: Twin, telemetry: np.ndarray, measurement: np.ndarray) -> None:
-        twin_step(twin, twin.ticks[0], telemetry[0], measurement[0])
+        twin_step(twin.ticks[0], twin, telemetry[0], measurement[0])
 
     step(twin_of(), np.zeros(1, record_dtype(Telemetry)), np.zeros(1, record_dtype(Measurement)))
     assert "NRT_MemInfo_alloc" not in "".join(step.inspect_llvm().values())

@@ -21,7 +21,7 @@ def walk(chambers: Chambers, setpoints: np.ndarray, pressures: np.ndarray, flows
     before = np.zeros(4)
     for i in range(setpoints.shape[0]):
         before[:] = chambers.pressure
-        fill_chambers(chambers, i, setpoints[i], 1e-3)
+        fill_chambers(i, setpoints[i], 1e-3, chambers)
         pressures[i] = chambers.pressure
         for j in range(4):
             flows[i, j] = valve_flow(chambers.valve, chambers.spool[j] + chambers.valve.offset, before[j])

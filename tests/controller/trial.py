@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from controller.arrays import Rows
 from controller.build.rig import build_rig
 from controller.build.twin import build_twin
 from controller.schema.actuator import PRESETS
@@ -11,7 +12,7 @@ from controller.schema.layout import write_record
 from controller.schema.messages import Command
 from controller.schema.modes import Request
 from controller.schema.parameters import ControllerParameters, RigParameters, Settings, TwinParameters
-from controller.simulation.simulate import Rows, Simulation
+from controller.simulation.simulate import Simulation
 
 BOOT = 7
 

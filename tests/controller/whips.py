@@ -11,12 +11,12 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 from scipy.signal import butter, sosfiltfilt
 
+from controller.arrays import Rows
 from controller.schema.actuator import PRESETS
 from controller.schema.modes import Cause, Mode, Request
 from controller.schema.parameters import ControllerParameters, RigParameters, SafetyLimits, Settings, TwinParameters
 from controller.simulation.case import planned
 from controller.simulation.run import attempt
-from controller.simulation.simulate import Rows
 from tests.controller.trial import Trial, true_tip
 
 FREE = SafetyLimits(

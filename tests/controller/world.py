@@ -4,10 +4,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from controller.arrays import Rows
 from controller.build.rig import build_rig
 from controller.build.twin import build_twin
-from controller.kernels.control.memory import STATE, Rig
-from controller.kernels.control.tick import tick
+from controller.kernels.control.tick import Rig, tick
+from controller.kernels.memory import STATE
 from controller.kernels.plant.twin import Twin, twin_step
 from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry
@@ -18,7 +19,6 @@ from tests.controller.chains import compiled
 BOOT, MS = 7, 1_000_000
 LIMITS = SafetyLimits(server_rest=1.0, pump_rest=1.0, error_time=0.5)
 """Waits of the real ones that would only take the test's time."""
-Rows = np.ndarray[Any, Any]
 
 
 class Switches(NamedTuple):
@@ -41,9 +41,9 @@ def advance(rig: Rig, twin: Twin, switches: Switches, now: np.ndarray, records: 
             status.server_ns = now[0]
         if switches.pump[0] != 0:
             status.pump_ns = now[0]
-        tick(rig, now[0], command, measurement, status, rows[n])
+        tick(now[0], command, measurement, status, rig, rows[n])
         states[n] = rig.control.state[0]
-        twin_step(twin, now[0], rows[n], measurement)
+        twin_step(now[0], twin, rows[n], measurement)
         for j in range(4):
             if switches.pressures[j] != -1.0:
                 measurement.pressures[j] = switches.pressures[j]

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from playwright.async_api import Browser, CDPSession, Page, async_playwright, expect
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 from controller.schema.modes import Mode
 from recordings.read.reader import read_rows
 from server.supervise.browser import FLAGS, find_chromium

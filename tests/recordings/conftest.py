@@ -5,10 +5,11 @@ from pathlib import Path
 
 import pytest
 
+from controller.arrays import Rows
 from controller.schema.parameters import Settings
 from recordings.format.messages import Recording
 from recordings.write.writer import Recorder
-from tests.recordings.synthetic import Rows, batches, rig_info
+from tests.recordings.synthetic import batches, rig_info
 
 
 @pytest.fixture

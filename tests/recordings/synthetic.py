@@ -1,16 +1,15 @@
 """Telemetry rows as a running rig sends them, without a rig: a tip on a circle, with noise, modes and lost slots."""
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
+from controller.arrays import Rows, Values
 from controller.schema.layout import layout_hash, record_dtype
 from controller.schema.messages import Command, RigInfo, Telemetry
 from controller.schema.modes import Cause, Mode
 from controller.schema.parameters import BACKBONE_POINTS, SENSORS, RigParameters
 
-Rows = np.ndarray[Any, np.dtype[np.void]]
 LENGTH = 0.253
 START_NS = 7_654_321_000_000_000
 LOST_AT = 1500
@@ -47,12 +46,12 @@ def batches(rows: Rows, size: int = 10) -> Iterator[Rows]:
         yield rows[start : start + size]
 
 
-def _noise(ticks: np.ndarray[Any, Any], salt: int) -> np.ndarray[Any, Any]:
+def _noise(ticks: Values, salt: int) -> Values:
     """Reproducible values in [-1, 1] with full mantissas, a function of the tick alone."""
     return np.sin(ticks * 12.9898 + salt * 78.233) * np.cos(ticks * 4.1414 + salt)
 
 
-def _fill_clock(rows: Rows, ticks: np.ndarray[Any, Any]) -> None:
+def _fill_clock(rows: Rows, ticks: Values) -> None:
     rows["tick"] = ticks
     rows["lost"] = ticks // LOST_AT
     rows["slot"] = ticks + rows["lost"]
@@ -61,7 +60,7 @@ def _fill_clock(rows: Rows, ticks: np.ndarray[Any, Any]) -> None:
     rows["step_ns"] = 9_000 + 900 * np.abs(_noise(ticks, 2))
 
 
-def _fill_state(rows: Rows, ticks: np.ndarray[Any, Any]) -> None:
+def _fill_state(rows: Rows, ticks: Values) -> None:
     rows["mode"] = np.select([ticks < 300, ticks < 800], [Mode.VENTED, Mode.HOLD], Mode.FOLLOW)
     rows["cause"] = np.where(ticks < 300, Cause.START, Cause.OPERATOR)
     rows["request_cause"] = Cause.NONE
@@ -76,12 +75,12 @@ def _fill_state(rows: Rows, ticks: np.ndarray[Any, Any]) -> None:
     rows["server_age"] = 1e-3 * (ticks % 8) + 1e-6 * np.abs(_noise(ticks, 5))
 
 
-def _circle(t: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+def _circle(t: Values) -> Values:
     turn = np.pi * t
     return np.stack([0.03 + 0.04 * np.cos(turn), 0.14 + 0.04 * np.sin(turn)], 1)
 
 
-def _fill_motion(rows: Rows, t: np.ndarray[Any, Any]) -> None:
+def _fill_motion(rows: Rows, t: Values) -> None:
     ticks, lag = rows["tick"], 0.03
     rows["target"] = _circle(ticks // 8 * 8e-3)
     rows["p_ref"] = _circle(t)
@@ -99,7 +98,7 @@ def _fill_motion(rows: Rows, t: np.ndarray[Any, Any]) -> None:
     rows["residual"] = np.linalg.norm(rows["p_meas"] - rows["p_hat"], axis=1)
 
 
-def _fill_power(rows: Rows, t: np.ndarray[Any, Any]) -> None:
+def _fill_power(rows: Rows, t: Values) -> None:
     ticks = rows["tick"]
     turn = 2 * np.pi * 0.5 * t
     rows["u_ff"] = 0.025 + 0.01 * np.stack([np.cos(turn), np.sin(turn)], 1)
@@ -113,7 +112,7 @@ def _fill_power(rows: Rows, t: np.ndarray[Any, Any]) -> None:
     rows["ledger"] = 1e-9 * t
 
 
-def arc(tip: np.ndarray[Any, Any], points: int) -> np.ndarray[Any, Any]:
+def arc(tip: Values, points: int) -> Values:
     """Circular arcs of the backbone's chord from the origin, tangent to +x, to each tip (n,2): (n,points,2) [m]."""
     chord = np.linalg.norm(tip, axis=1)[:, None]
     bend = np.arctan2(tip[:, 1], tip[:, 0])[:, None]

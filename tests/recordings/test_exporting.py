@@ -21,7 +21,7 @@ from controller.schema.parameters import Settings
 from recordings.exporting.apart import ExportKilled, apart
 from recordings.exporting.export import Format, export, require_whole
 from recordings.exporting.signals import offered
-from recordings.exporting.table import Choice, Rows, joined
+from recordings.exporting.table import Choice, RowReader, joined
 from recordings.exporting.tip_path import Wanted, tip_path, write_path
 from recordings.format import tool
 from recordings.format.messages import Profile, Recording
@@ -161,7 +161,7 @@ def test_small_pieces_come_to_what_is_read_at_once(tmp_path: Path, profile: Prof
         file.close()
     if end == "compacted":
         tool.run("rrd", "optimize", str(source), "-o", str(source), timeout=60)
-    rows, pieces = read_rows(source), [*Rows(source).pieces(Choice(), most=700)]
+    rows, pieces = read_rows(source), [*RowReader(source).pieces(Choice(), most=700)]
     assert [len(piece.t) for piece in pieces] == [700, 700, 700, 700, 410]
     np.testing.assert_array_equal(joined(pieces).t_ns, rows["t_ns"] - rows["t_ns"][0])
     for column in joined(pieces).columns:
@@ -210,7 +210,7 @@ def test_rrd_is_the_file_itself(source: Path) -> None:
 )
 def test_what_a_recording_does_not_have_is_named(source: Path, choice: Choice, told: str) -> None:
     with pytest.raises(ParameterError, match=told):
-        Rows(source).table(choice)
+        RowReader(source).table(choice)
 
 
 def test_a_rig_without_a_twin_offers_no_twin(record: Record, tmp_path: Path) -> None:
@@ -218,8 +218,8 @@ def test_a_rig_without_a_twin_offers_no_twin(record: Record, tmp_path: Path) -> 
     rows["twin_backbone"] = np.nan
     source = tmp_path / f"{record(rows).id}.rrd"
     with pytest.raises(ParameterError, match="twin_backbone: this recording has no such signal"):
-        Rows(source).table(Choice(("twin_backbone",)))
-    assert len(Rows(source).table(Choice(("backbone",))).columns) == 42
+        RowReader(source).table(Choice(("twin_backbone",)))
+    assert len(RowReader(source).table(Choice(("backbone",))).columns) == 42
 
 
 @pytest.mark.parametrize("twin", [True, False])
@@ -237,7 +237,7 @@ def test_ticks_that_begin_again_keep_their_own_markers(record: Record, tmp_path:
     after["t_ns"] += 10**9
     after["markers"] += 0.001
     source = tmp_path / f"{record(np.concatenate([before, after])).id}.rrd"
-    (column,) = Rows(source).table(Choice(("markers_10_x",))).columns
+    (column,) = RowReader(source).table(Choice(("markers_10_x",))).columns
     assert column.at is not None and column.at.tolist() == [*range(0, 95, 10), *range(95, 155, 10)]
 
 

@@ -9,7 +9,7 @@ from controller.errors import DataError, RecordingError
 from controller.reference.path_file import read_samples
 from recordings.exporting.export import export
 from recordings.exporting.signals import offered
-from recordings.exporting.table import Choice, Rows
+from recordings.exporting.table import Choice, RowReader
 from recordings.format import tool
 from recordings.format.messages import Recording
 from recordings.importing.tip import import_tip
@@ -48,7 +48,7 @@ def test_it_is_listed_verified_by_rerun_and_holds_what_was_measured(tmp_path: Pa
 def test_its_export_has_the_tip_and_nothing_that_was_not_measured(tmp_path: Path) -> None:
     done = imported(tmp_path, millimetres("t,x_mm,y_mm"))
     path = Store(tmp_path).path(done.id)
-    names = [column.signal.name for column in Rows(path).table(Choice()).columns]
+    names = [column.signal.name for column in RowReader(path).table(Choice()).columns]
     assert names == [signal.name for signal in offered(done)] == ["tick", "t_ns", "p_meas_x", "p_meas_y"]
     export(path, tmp_path / "again.csv", "csv", Choice(("p_meas",)))
     lines = (tmp_path / "again.csv").read_text().splitlines()

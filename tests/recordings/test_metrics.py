@@ -1,20 +1,18 @@
 """Metrics of a recording against numbers worked out by hand, and against a run's own result card."""
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
 
+from controller.arrays import Array, Rows
 from controller.schema.modes import Mode
 from recordings.format.messages import Metrics
 from recordings.read.metrics import cycles_of, followed, lost_ticks, metrics_of, rms, unsensed_rms
 from recordings.read.period import find_period
-from server.rig.channels import Rows as TelemetryRows
 from server.runs.tally import Tally
 from tests.recordings.synthetic import telemetry_rows
 
-Array = np.ndarray[Any, Any]
 MS = 1_000_000
 
 
@@ -172,7 +170,7 @@ def test_the_unsensed_rods_are_compared_where_both_backbones_are_known() -> None
 
 
 def test_a_run_has_the_figures_of_its_result_card() -> None:
-    rows: TelemetryRows = telemetry_rows(8000)
+    rows: Rows = telemetry_rows(8000)
     rows["mode"] = Mode.TRACK
     tally = Tally((0.5, 0.5))
     tally.add(rows)

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from controller.arrays import Rows
 from controller.schema.layout import quantity
 from controller.schema.messages import Telemetry
 from controller.schema.parameters import Settings
@@ -16,7 +17,7 @@ from recordings.size import megabytes_per_hour, twin_rows
 from recordings.store.store import Store
 from recordings.write.session import Context
 from recordings.write.writer import Recorder
-from tests.recordings.synthetic import Rows, batches, rig_info, telemetry_rows
+from tests.recordings.synthetic import batches, rig_info, telemetry_rows
 
 BACKBONES = {"markers", "backbone", "twin_backbone"}
 SENSOR = {"m": 1e-5, "Pa": 10.0, "N m": 1e-5, "ns": 1.1e3}

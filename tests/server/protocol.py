@@ -115,7 +115,7 @@ class Rig(Ticked):
         hum = 1e-9 * (self.measurement["markers"][0, 0, 0] == self.markers[0, 0])
         self.measurement["markers"] = self.markers + hum
         before, row = self.telemetry[0].copy(), self.telemetry[0]
-        tick(self.rig, self.now, self.command[0], self.measurement[0], self.status[0], row)
+        tick(self.now, self.command[0], self.measurement[0], self.status[0], self.rig, row)
         differences = self.rig.observer.u_hat * self.rig.control.pascal_per_torque
         self.measurement["pressures"] = np.column_stack([differences, -differences]).clip(min=0.0).ravel()
         ring_push(self.ring.header, self.ring.rows, words(self.telemetry))

@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from controller.arrays import Rows
 from controller.errors import RigUnreachable, TendrilError
 from controller.link import PlannedRows
 from controller.realtime.desk import refused_text
@@ -22,7 +23,6 @@ from controller.schema.modes import Cause, Mode, Request
 from controller.schema.parameters import RigParameters, Settings
 from controller.schema.states import MOVING, next_mode
 from server.access.permit import Permit
-from server.rig.channels import Rows
 
 PERIOD, BATCH = 0.02, 20
 SERVER_HOLD = 0.5

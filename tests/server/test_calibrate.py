@@ -11,7 +11,7 @@ from rich.console import Console
 
 from controller.errors import TendrilError
 from controller.research.calibration import calibrate, spread
-from controller.research.calibration.calibrate import Task, require_best
+from controller.research.calibration.calibrate import CalibrationTask, require_best
 from controller.research.calibration.problem import Problem
 from controller.research.calibration.search import Effort, Search
 from controller.research.calibration.space import Space
@@ -19,12 +19,12 @@ from controller.research.calibration.unknowns import Unknown
 from controller.research.experiments.paper_rows import FITTED, JUDGED
 from controller.research.experiments.pool import Pool
 from controller.schema.parameters import TwinParameters
-from server.cli import main as cli
 from server.cli.calibrate import run_calibrate
+from server.cli.main import main as cli
 
 UNKNOWNS = Unknown("torque_gain.0", 0.9, 1.3, 1.05, 5.0), Unknown("K_P", 0.1, 0.4, 0.15, 5.0, log=True)
 PROBLEM = Problem(Space(UNKNOWNS), FITTED[-1:], ())
-TASK = Task(
+TASK = CalibrationTask(
     PROBLEM, Effort(screen=2, starts=1, steps=1, generations=0, minutes=10.0), workers=1, command="tendril calibrate"
 )
 
@@ -84,7 +84,7 @@ def test_a_search_in_which_nothing_keeps_the_margins_says_how_it_ended() -> None
 
 
 def test_quick_asks_for_no_margins_and_the_command_is_quoted(monkeypatch: pytest.MonkeyPatch) -> None:
-    given: list[Task] = []
+    given: list[CalibrationTask] = []
     monkeypatch.setattr("server.cli.calibrate.run_calibrate", lambda task, out, console: given.append(task))
     monkeypatch.setattr(sys, "argv", ["tendril", "calibrate", "--out", "my fit.toml"])
     cli.app(["calibrate", "--quick", "--starts", "3"], standalone_mode=False)

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from controller.arrays import Array
 from controller.build.rod import build_rod
 from controller.build.stability import natural_modes
 from controller.errors import TendrilError
-from controller.kernels.model.rod import Array
 from controller.schema.actuator import PRESETS, read_actuator
 from server.cli.main import app
 from tests.oracles import Chain

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.model.rod import Array
 from controller.link import ENDLESS
 from controller.reference.feasible.reach import static_tips
 from controller.reference.library import reference, static_map

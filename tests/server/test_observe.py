@@ -9,7 +9,7 @@ import pytest
 
 from controller.errors import TendrilError
 from controller.research.identification.motion.decays import Decay, read_decays
-from controller.research.identification.observe import Request, observe
+from controller.research.identification.observe import ObserverTask, observe_decays
 from controller.schema.actuator import read_actuator
 from recordings.observed import write_observed
 from server.cli.main import app
@@ -68,7 +68,7 @@ def test_no_sample_of_an_unsensed_body_reaches_the_estimate(trunk: Path, tmp_pat
     for name, content in (("true", rows), ("shaken", shaken)):
         file = tmp_path / f"{name}.csv"
         file.write_text("\n".join([header, *(",".join(row) for row in content)]) + "\n")
-        estimates.append(observe(Request(file, read_actuator(trunk), (3,), (1, 2))).estimates[0])
+        estimates.append(observe_decays(ObserverTask(file, read_actuator(trunk), (3,), (1, 2))).estimates[0])
     assert np.array_equal(*estimates)
 
 
@@ -100,7 +100,7 @@ def test_samples_that_come_faster_than_ticks_are_observed_as_well_as_slow_ones(t
         t = np.arange(0.0, slow[0].t[-1] - 0.01, step)
         held = np.searchsorted(slow[0].t, t + 1e-9, "right") - 1
         file = written([Decay(18, t, slow[0].points[held])], tmp_path / "rate.csv")
-        observed = observe(Request(file, read_actuator(trunk), (3,), (2,)))
+        observed = observe_decays(ObserverTask(file, read_actuator(trunk), (3,), (2,)))
         errors.append(observed.scores["bodies"][0]["percent_of_motion"])
     assert errors[1] == pytest.approx(errors[0], rel=0.3)
 
@@ -110,11 +110,11 @@ def test_a_body_that_does_not_move_is_not_scored(trunk: Path, tmp_path: Path) ->
     decay.points[:, 0] = decay.points[0, 0]
     file = written([decay], tmp_path / "still.csv")
     with pytest.raises(TendrilError, match=r"score = 1: this body moves less than 1e-09 m from 0.0 s on"):
-        observe(Request(file, read_actuator(trunk), (3,), (1,)))
+        observe_decays(ObserverTask(file, read_actuator(trunk), (3,), (1,)))
 
 
 def test_a_recording_holds_measured_and_estimated_motion_of_every_body(trunk: Path, tmp_path: Path) -> None:
-    observed = observe(Request(TRUNK, read_actuator(trunk), (3,), (2,), "18-20"))
+    observed = observe_decays(ObserverTask(TRUNK, read_actuator(trunk), (3,), (2,), "18-20"))
     write_observed(observed, tmp_path / "run.rrd")
     assert (tmp_path / "run.rrd").read_bytes()[:3] == b"RRF"
     with pytest.raises(TendrilError, match="cannot be written"):

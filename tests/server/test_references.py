@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 from controller.reference import library
 from controller.schema.actuator import PRESETS
 from controller.schema.parameters import RigParameters

@@ -6,11 +6,11 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 
+from controller.arrays import Rows
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.schema.modes import Cause, Mode
 from controller.schema.parameters import RigParameters, Settings
-from server.rig.channels import Rows
 from server.runs.laps import Lap, Leg, allowed_by
 from server.runs.phases import Event, Machine
 from server.runs.run import About, Before, Run

@@ -7,6 +7,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from controller.arrays import Rows
 from controller.errors import CommandRefused
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
@@ -17,7 +18,6 @@ from server.access.permit import Permit
 from server.http.who import Identity
 from server.log.events import EventLog
 from server.recorder.automatic import Automatic
-from server.rig.channels import Rows
 from server.runs.laps import Leg
 from server.runs.messages import RunBody
 from server.runs.results import KEPT, Results

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from controller.arrays import Rows
 from controller.schema.modes import Mode
-from server.rig.channels import Rows
 from server.runs.results import Results
 from tests.server.live_server import Live, Page, TestServer, wait_for
 

@@ -13,8 +13,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.model.rod import Array
 from controller.reference.feasible.reach import static_tips
 from controller.reference.library import PLANS, static_map
 from controller.schema.actuator import PRESETS

@@ -2,32 +2,37 @@
 
 import math
 
+from controller.arrays import Array, Pair, Words
 from controller.kernels.compiled import kernel
 from controller.kernels.control.inverse import TOLERANCE, refine
-from controller.kernels.model.statics import static_tip
+from controller.kernels.model.statics import StaticMap, static_tip
 
 
 @kernel
-def walk(smap, p, row, u, every, steps, torques, distances):
-    """Follow p (n,2) [m] from `row` and u on: torques (n,2) [N m], and the distances (n,) [m] that they leave.
+def invert_along(
+    smap: StaticMap, p: Array, row: int, u: Pair, every: int, steps: int, distances: Array, out_torques: Array
+) -> int:
+    """Follow p (n,2) [m] from `row` and u [N m] on: torques (n,2) [N m], and the distances (n,) [m] that they leave.
 
-    Ends at the first row where another branch should be looked for, or at n: one that is out of reach, and comes after
-    one that is not, or is the next of `every`.
+    Pointwise along the reference: paper, "Quasi-Static Feedforward Control". Ends at the first row where another branch
+    should be looked for, or at n: one that is out of reach, and comes after one that is not, or is the next of `every`.
+    In place: distances.
     """
     u1, u2 = u
     for i in range(row, p.shape[0]):
         u1, u2, distances[i], _ = refine(smap, (p[i, 0], p[i, 1]), (u1, u2), steps)
-        torques[i, 0], torques[i, 1] = u1, u2
+        out_torques[i, 0], out_torques[i, 1] = u1, u2
         if distances[i] >= TOLERANCE and (i % every == 0 or distances[i - 1] < TOLERANCE):
             return i
     return p.shape[0]
 
 
 @kernel
-def settle(smap, p, torques, steps):
-    """Refine torques (n,2) [N m], each from itself, until they hold p (n,2) [m]; both in place.
+def refine_each(smap: StaticMap, steps: int, p: Array, torques: Array) -> None:
+    """Refine torques (n,2) [N m], each from itself, until they hold p (n,2) [m].
 
     A point that is out of the reach of its torques by TOLERANCE or more becomes the tip that they hold.
+    Paper, "Quasi-Static Feedforward Control". In place: p, torques.
     """
     for i in range(p.shape[0]):
         u1, u2, distance, _ = refine(smap, (p[i, 0], p[i, 1]), (torques[i, 0], torques[i, 1]), steps)
@@ -37,8 +42,11 @@ def settle(smap, p, torques, steps):
 
 
 @kernel
-def nearest_of(smap, target, starts, steps):
-    """The best that comes of the seeds `starts` (m,) for `target`: torques, and the distance [m]."""
+def nearest_of(smap: StaticMap, target: Pair, starts: Words, steps: int) -> tuple[float, float, float]:
+    """The best that comes of the seeds `starts` (m,) for `target` [m]: torques [N m], and the distance [m].
+
+    Not in the paper, whose inverse has one start.
+    """
     best, u1, u2 = math.inf, 0.0, 0.0
     for k in starts:
         v1, v2, distance, _ = refine(smap, target, (smap.seeds[k, 0], smap.seeds[k, 1]), steps)

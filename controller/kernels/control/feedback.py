@@ -2,9 +2,11 @@
 
 import math
 
+from controller.arrays import Array, Pair, Record
 from controller.kernels.compiled import kernel
 from controller.kernels.control.feedforward import OPEN_LOOP, towards
 from controller.kernels.control.inverse import way_down
+from controller.kernels.memory import Control
 from controller.kernels.model.polygon import nearest_admissible
 from controller.kernels.model.statics import sensitivity, side_of
 from controller.kernels.observer.observer import TIP
@@ -15,7 +17,7 @@ from controller.schema.modes import Law, RowKind
 FF, FF_P, FF_I, FF_PI = int(Law.FF), int(Law.FF_P), int(Law.FF_I), int(Law.FF_PI)
 KNOWN, TRAVEL = int(RowKind.KNOWN), int(RowKind.TRAVEL)
 BUMP_TIME = 0.2
-"""Time constant with which the jump of u at a switch is let go (ours) [s]."""
+"""Time constant with which the jump of u at a switch fades (ours) [s]."""
 FORGET_WAY = 0.4
 """On the way to another pose the integral, which fits the one that is left, is forgotten over this way (ours) [m]."""
 EXCESS = 1e-9
@@ -23,8 +25,11 @@ EXCESS = 1e-9
 
 
 @kernel
-def feed_back(control, settings, telemetry):
-    """Set the error and u_fb: the law's feedback, plus what keeps u continuous where the law has just been switched."""
+def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
+    """Set the error and u_fb: the law's feedback, plus what keeps u continuous where the law has just been switched.
+
+    Paper, "Task-space PI control": e = p_ref - p_data. In place: control.state, telemetry.error.
+    """
     state = control.state[0]
     live = is_live(state.mode) and settings.law != OPEN_LOOP
     closed = live and settings.law > FF and state.used != 0
@@ -33,21 +38,24 @@ def feed_back(control, settings, telemetry):
         tip = telemetry.p_meas[j] if measured else telemetry.p_hat[j]
         telemetry.error[j] = state.p_ref[j] - tip
     how = live + 2 * closed + 4 * (measured != 0) + 8 * (state.kind == KNOWN)
-    switched = scheme_changed(state, settings, how)
-    look_at_sensitivity(control)
+    switched = scheme_changed(settings, how, state)
+    update_sensitivity(control)
     f_1, f_2 = effort(state, settings, telemetry.error)
     g_1, g_2 = through_sensitivity(control, f_1, f_2)
     if not closed:
         g_1 = g_2 = 0.0
-    let_go(state, g_1, g_2, live, switched, math.exp(-control.dt / BUMP_TIME))
+    fade_bump(g_1, g_2, live, switched, math.exp(-control.dt / BUMP_TIME), state)
     if not live or settings.law == FF or settings.law == FF_P:
         state.integral[0] = state.integral[1] = 0.0
-    note_tracking(control, telemetry.error, closed)
+    note_tracking(telemetry.error, closed, control)
 
 
 @kernel
-def let_go(state, g_1, g_2, live, switched, fade):
-    """u_fb = feedback g + bump: at a switch the bump takes up the jump of u, then it fades."""
+def fade_bump(g_1: float, g_2: float, live: bool, switched: bool, fade: float, state: Record) -> None:
+    """u_fb = feedback g + bump [N m]: at a switch the bump takes up the jump of u, then it fades.
+
+    Not in the paper, which does not switch. In place: state.bump, state.u_fb.
+    """
     for j in range(2):
         raw = g_1 if j == 0 else g_2
         if not live:
@@ -60,8 +68,11 @@ def let_go(state, g_1, g_2, live, switched, fade):
 
 
 @kernel
-def effort(state, settings, error):
-    """Desired task-space effort f_des [m] of the law in force (paper, "Task-space PI control")."""
+def effort(state: Record, settings: Record, error: Array) -> Pair:
+    """Desired task-space effort f_des [m] of the law in force, for error (2,) [m].
+
+    Eq. FDES: paper, "Task-space PI control".
+    """
     P = settings.law == FF_P or settings.law == FF_PI
     I = settings.law == FF_I or settings.law == FF_PI  # noqa: E741
     f_1 = P * settings.K_P[0] * error[0] + I * settings.K_I[0] * state.integral[0]
@@ -70,12 +81,13 @@ def effort(state, settings, error):
 
 
 @kernel
-def look_at_sensitivity(control):
+def update_sensitivity(control: Control) -> None:
     """S at the observer's pose, its weakest direction in the task space, and how much feedback is let through along it.
 
     The share is (sigma_2 / (weak_ratio sigma_1))^2, at most 1: the torque per error then goes to zero with sigma_2,
     where the paper's law alone would ask for 1 / sigma_2. On a drawn path it is 0 where the arm is on the other side
     of a fold than its feedforward: there S leads on into the other pose, and away from the reference.
+    S online: paper, "Task-space PI control". The share is not in the paper. In place: control.state.
     """
     state, bounds = control.state[0], control.controller[0]
     ratio = bounds.weak_ratio if state.kind == KNOWN else bounds.weak_ratio_live
@@ -92,15 +104,21 @@ def look_at_sensitivity(control):
 
 
 @kernel
-def attainable(state, f_1, f_2):
-    """Task-space vector f with its part along the weakest direction faded."""
+def attainable(state: Record, f_1: float, f_2: float) -> Pair:
+    """Task-space vector f with its part along the weakest direction faded.
+
+    Not in the paper: see `update_sensitivity`.
+    """
     cut = (1.0 - state.share) * (state.weak[0] * f_1 + state.weak[1] * f_2)
     return f_1 - cut * state.weak[0], f_2 - cut * state.weak[1]
 
 
 @kernel
-def through_sensitivity(control, f_1, f_2):
-    """u_FB = (S^T S + epsilon I)^-1 S^T f_des [N m], S at the observer's pose (paper, "Task-space PI control")."""
+def through_sensitivity(control: Control, f_1: float, f_2: float) -> Pair:
+    """u_FB = (S^T S + epsilon I)^-1 S^T f_des [N m], S at the observer's pose.
+
+    Eq. UFB: paper, "Task-space PI control". f_des [m].
+    """
     state, epsilon = control.state[0], control.controller[0].epsilon
     S11, S12, S21, S22 = state.S
     f_1, f_2 = attainable(state, f_1, f_2)
@@ -111,8 +129,11 @@ def through_sensitivity(control, f_1, f_2):
 
 
 @kernel
-def scheme_changed(state, settings, how):
-    """Whether law, gains, source of the error or fading (`how`) differ from the last tick's; remembers them."""
+def scheme_changed(settings: Record, how: int, state: Record) -> bool:
+    """Whether law, gains, source of the error or fading (`how`) differ from the last tick's; remembers them.
+
+    Not in the paper, which does not switch. In place: state.scheme, state.gains.
+    """
     scheme = 16 * settings.law + how
     changed = scheme != state.scheme
     state.scheme = scheme
@@ -125,30 +146,32 @@ def scheme_changed(state, settings, how):
 
 
 @kernel
-def saturate(control, settings, telemetry):
-    """U = u_ff + u_fb, brought to the nearest admissible torque; the integral runs on, unless that would wind it up.
+def saturate(settings: Record, control: Control, telemetry: Record) -> None:
+    """u = u_ff + u_fb, brought to the nearest admissible torque; the integral runs on, unless that would wind it up.
 
-    Its rate is bounded but where a plan may step. Not a number ends here: E_STOP with u = 0.
+    Its rate is bounded but where a plan may step. Not a number ends here: E_STOP with u = 0. Eq. SAT: paper,
+    "Task-space PI control" and "Hardware setup". In place: control.state, telemetry.saturated.
     """
     state = control.state[0]
     sum_1, sum_2 = state.u_ff[0] + state.u_fb[0], state.u_ff[1] + state.u_fb[1]
-    u1, u2 = nearest_admissible(control.smap.polygon, sum_1, sum_2)
+    u1, u2 = nearest_admissible(control.smap.polygon, sum_1, sum_2)  # Eq. SAT
     if not math.isfinite(u1 + u2):
-        react(state, NUMBERS)
+        react(NUMBERS, state)
     if state.mode == HOLD or state.mode == FOLLOW:
         u1, u2 = towards(state.u, u1, u2, control.controller[0].torque_slew_max * control.dt)
     if state.mode == E_STOP:
         u1 = u2 = 0.0
     state.u[0], state.u[1] = u1, u2
     telemetry.saturated = max(abs(sum_1 - u1), abs(sum_2 - u2)) > EXCESS
-    integrate(control, settings, telemetry, sum_1 - u1, sum_2 - u2)
+    integrate(settings, telemetry, sum_1 - u1, sum_2 - u2, control)
 
 
 @kernel
-def integrate(control, settings, telemetry, excess_1, excess_2):
+def integrate(settings: Record, telemetry: Record, excess_1: float, excess_2: float, control: Control) -> None:
     """Let the integral run; held while saturated, but for steps that lead back (conditional anti-windup).
 
-    An error that no torque can change, as along the straight backbone, is not collected.
+    An error that no torque can change, as along the straight backbone, is not collected. The integral: paper,
+    "Task-space PI control". Anti-windup is not in the paper. In place: control.state.integral.
     """
     state, e = control.state[0], telemetry.error
     closed = state.scheme & 2

@@ -2,9 +2,11 @@
 
 import math
 
+from controller.arrays import Array, Pair, Record
 from controller.kernels.compiled import kernel
 from controller.kernels.control.follow import anchor
 from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE, refine
+from controller.kernels.memory import Control
 from controller.kernels.model.polygon import nearest_admissible
 from controller.kernels.model.statics import expand_tip, static_tip
 from controller.kernels.safety.safety import FAULT, FOLLOW, REST, TRACK, is_live
@@ -16,26 +18,30 @@ BLEND_MARGIN, BLEND_MARGIN_AT_GOAL = 3e-3, 5e-4
 
 
 @kernel
-def feed_forward(control, settings, due):
-    """Set u_ff, p_ref and p_ref_dot for this tick."""
+def feed_forward(settings: Record, due: bool, control: Control) -> None:
+    """Set u_ff, p_ref and p_ref_dot for this tick (paper, "Quasi-Static Feedforward Control").
+
+    In place: control.state.
+    """
     state = control.state[0]
     if is_live(state.mode) and settings.law != OPEN_LOOP:
         if state.blending:
-            blend(control, settings)
+            change_branch(settings, control)
         elif due:
-            solve(control, settings)
+            solve_inverse(settings, control)
         place_reference(control)
     else:
-        lead(control, settings)
+        lead(settings, control)
 
 
 @kernel
-def solve(control, settings):
+def solve_inverse(settings: Record, control: Control) -> None:
     """One update of the static inverse of the wish, warm-started on the present branch.
 
     A planned row that names its torques is solved from those. Where the branch ends short of the wish, a blend to the
     goal's branch begins. In FOLLOW the rate of u_ff is limited:
-    near a fold the inverse moves infinitely faster than the wish.
+    near a fold the inverse moves infinitely faster than the wish. Paper, "Quasi-Static Feedforward Control", and
+    "Task 5" for a live reference; branches and rates are not in the paper. In place: control.state.
     """
     state = control.state[0]
     begin = (state.u_ff[0], state.u_ff[1])
@@ -57,8 +63,11 @@ def solve(control, settings):
 
 
 @kernel
-def towards(u, u1, u2, step):
-    """The point on the way from u to (u1, u2) at most `step` further in the larger component [N m]."""
+def towards(u: Array, u1: float, u2: float, step: float) -> Pair:
+    """The point on the way from u to (u1, u2) at most `step` further in the larger component [N m].
+
+    Not in the paper, which bounds no rate.
+    """
     apart = max(abs(u1 - u[0]), abs(u2 - u[1]))
     if apart <= step:
         return u1, u2
@@ -66,8 +75,11 @@ def towards(u, u1, u2, step):
 
 
 @kernel
-def blend(control, settings):
-    """Move u_ff straight to u_goal, the change of branch: bounded rate of u, and bounded speed of the static tip."""
+def change_branch(settings: Record, control: Control) -> None:
+    """Move u_ff straight to u_goal, the change of branch: bounded rate of u, and bounded speed of the static tip.
+
+    Not in the paper, whose inverse has one branch. In place: control.state.
+    """
     state, dt = control.state[0], control.dt
     d1, d2 = state.u_goal[0] - state.u_ff[0], state.u_goal[1] - state.u_ff[1]
     apart = max(abs(d1), abs(d2))
@@ -86,8 +98,11 @@ def blend(control, settings):
 
 
 @kernel
-def place_reference(control):
-    """p_ref is the wish where u_ff reaches it, else the static tip of u_ff; its rate counts only where it is smooth."""
+def place_reference(control: Control) -> None:
+    """p_ref is the wish where u_ff reaches it, else the static tip of u_ff; its rate counts only where it is smooth.
+
+    p_ref' of the velocity feedforward: paper, "Task-space PI control". In place: control.state.
+    """
     state = control.state[0]
     x, y = state.wish[0], state.wish[1]
     if not state.reached:
@@ -99,10 +114,11 @@ def place_reference(control):
 
 
 @kernel
-def lead(control, settings):
+def lead(settings: Record, control: Control) -> None:
     """Where u leads and the reference is its static tip: vented, on the way to rest, open loop.
 
-    An open loop moves only in FOLLOW, like everything else that an operator moves.
+    An open loop moves only in FOLLOW, like everything else that an operator moves. Not in the paper: safety.
+    In place: control.state.
     """
     state, bounds, dt = control.state[0], control.controller[0], control.dt
     if state.mode == REST or state.mode == FAULT:

@@ -2,8 +2,10 @@
 
 import math
 
+from controller.arrays import Pair, Record
 from controller.kernels.compiled import kernel
 from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE, invert, refine
+from controller.kernels.memory import Control
 from controller.kernels.model.statics import static_tip
 from controller.kernels.safety.safety import FOLLOW, HOLD, TRACK, move
 from controller.schema.modes import Cause, RowKind
@@ -15,8 +17,11 @@ REFERENCE_DONE = int(Cause.REFERENCE_DONE)
 
 
 @kernel
-def refer(control, command, due):
-    """Set the goal and move the wish for this tick; in any other mode than FOLLOW and TRACK the wish stays."""
+def refer(command: Record, due: bool, control: Control) -> None:
+    """Set the goal and move the wish for this tick; in any other mode than FOLLOW and TRACK the wish stays.
+
+    p_ref: paper, "Task 5: Real-Time User-Defined Tracking". In place: control.state.
+    """
     state = control.state[0]
     if state.entered:
         anchor(state)
@@ -24,15 +29,15 @@ def refer(control, command, due):
         state.kind = DRAWN
     if state.mode == FOLLOW:
         if due:
-            aim(control, command.target[0], command.target[1])
-        approach_goal(state, command.settings, control.dt)
+            aim(command.target[0], command.target[1], control)
+        approach_goal(command.settings, control.dt, state)
     elif state.mode == TRACK:
-        track(control)
+        follow_plan(control)
 
 
 @kernel
-def anchor(state):
-    """Let the wish stand where the reference is, on the branch on which u_ff is."""
+def anchor(state: Record) -> None:
+    """Let the wish stand where the reference is, on the branch on which u_ff is. Not in the paper. In place: state."""
     state.blending, state.blend_rate = 0, 0.0
     state.reachable = state.reached = 1
     for j in range(2):
@@ -42,17 +47,23 @@ def anchor(state):
 
 
 @kernel
-def aim(control, x, y):
-    """Project the goal (x, y) [m] into the reach: u_goal, and p_goal, the goal itself where it can be reached."""
+def aim(x: float, y: float, control: Control) -> None:
+    """Project the goal (x, y) [m] into the reach: u_goal, and p_goal, the goal itself where it can be reached.
+
+    Paper, "Task 5: Real-Time User-Defined Tracking": projected onto the workspace. In place: control.state.
+    """
     state = control.state[0]
     search = state.tick % SEARCH_EVERY == 0
     u1, u2, distance = invert(control.smap, (x, y), (state.u_goal[0], state.u_goal[1]), search)
-    place(control, (x, y), (u1, u2, distance))
+    set_goal((x, y), (u1, u2, distance), control)
 
 
 @kernel
-def place(control, target, found):
-    """Take over u_goal and the distance [m] that it leaves to `target` (x, y) [m]; p_goal is where they lead."""
+def set_goal(target: Pair, found: tuple[float, float, float], control: Control) -> None:
+    """Take over u_goal and the distance [m] that it leaves to `target` (x, y) [m]; p_goal is where they lead.
+
+    Paper, "Task 5: Real-Time User-Defined Tracking". In place: control.state.
+    """
     state = control.state[0]
     state.u_goal[0], state.u_goal[1] = found[0], found[1]
     state.reachable = found[2] < TOLERANCE
@@ -62,11 +73,14 @@ def place(control, target, found):
 
 
 @kernel
-def approach_goal(state, settings, dt):
-    """Move the wish towards p_goal for one tick, unless u_ff is on its way to another branch: then the wish waits."""
+def approach_goal(settings: Record, dt: float, state: Record) -> None:
+    """Move the wish towards p_goal for one tick, unless u_ff is on its way to another branch: then the wish waits.
+
+    Not in the paper, whose live reference has no limits. In place: state.
+    """
     if state.blending:
         return
-    brake(state, settings)
+    brake(settings, state)
     p, v = limit_motion(
         (state.wish[0], state.wish[1]),
         (state.wish_dot[0], state.wish_dot[1]),
@@ -79,8 +93,11 @@ def approach_goal(state, settings, dt):
 
 
 @kernel
-def brake(state, settings):
-    """Take over the limit of acceleration; a lower one only when the wish can still stop at its goal under it."""
+def brake(settings: Record, state: Record) -> None:
+    """Take over the limit of acceleration; a lower one only when the wish can still stop at its goal under it.
+
+    Not in the paper: see `approach_goal`. In place: state.acceleration.
+    """
     a, speed = settings.acceleration_max, math.hypot(state.wish_dot[0], state.wish_dot[1])
     distance = math.hypot(state.p_goal[0] - state.wish[0], state.p_goal[1] - state.wish[1])
     if a >= state.acceleration or speed * speed <= 2.0 * a * distance:
@@ -88,10 +105,11 @@ def brake(state, settings):
 
 
 @kernel
-def limit_motion(p, v, goal, limits, dt):
+def limit_motion(p: Pair, v: Pair, goal: Pair, limits: Pair, dt: float) -> tuple[Pair, Pair]:
     """Position [m] and velocity [m/s] after dt of the fastest motion to `goal` within speed and acceleration `limits`.
 
     The speed is the highest from which it can still stop at the goal: v dt / 2 + v^2 / (2 a) = distance.
+    Not in the paper: see `approach_goal`.
     """
     speed_max, a = limits
     d_x, d_y = goal[0] - p[0], goal[1] - p[1]
@@ -108,14 +126,15 @@ def limit_motion(p, v, goal, limits, dt):
 
 
 @kernel
-def track(control):
+def follow_plan(control: Control) -> None:
     """Take the next row of the planned reference, which may repeat; after as many as are to be followed, HOLD.
 
     A row may name the torques that hold it, and is followed in that pose of the arm; else in that of the row before.
+    p_ref(t): paper, "Quasi-Static Feedforward Control"; poses are not in the paper. In place: control.state.
     """
     state, plan = control.state[0], control.plan[0]
     if state.followed >= plan.ticks:
-        move(state, HOLD, REFERENCE_DONE)
+        move(HOLD, REFERENCE_DONE, state)
         anchor(state)
         return
     x, y = control.reference[state.index, 0], control.reference[state.index, 1]
@@ -123,9 +142,9 @@ def track(control):
     state.guided = math.isfinite(u1) and math.isfinite(u2)
     if state.guided:
         u1, u2, distance, _ = refine(control.smap, (x, y), (u1, u2), REFINE_STEPS)
-        place(control, (x, y), (u1, u2, distance))
+        set_goal((x, y), (u1, u2, distance), control)
     else:
-        aim(control, x, y)
+        aim(x, y, control)
     state.kind = control.kinds[state.index]
     state.followed += 1
     state.index += 1

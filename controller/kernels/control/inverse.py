@@ -5,12 +5,11 @@ the admissible polygon and joined by a Newton step where it stalls; `invert` add
 """
 
 import math
-from typing import NamedTuple
 
+from controller.arrays import Pair
 from controller.kernels.compiled import kernel
-from controller.kernels.model.polygon import Polygon, admissible, lowest_on_edges, nearest_admissible
-from controller.kernels.model.rod import Array
-from controller.kernels.model.statics import expand_tip, static_tip
+from controller.kernels.model.polygon import admissible, lowest_on_edges, nearest_admissible
+from controller.kernels.model.statics import Expansion, StaticMap, expand_tip, static_tip
 
 DISTANCE_DONE = 1e-9
 """A residual below this is solved [m]."""
@@ -23,31 +22,16 @@ STRIDE = 0.25
 """Longest step of one iteration, as a share of u_max: a step must not leap over a fold to another branch."""
 
 
-class StaticMap(NamedTuple):
-    """The static map, where it may be used, and a grid of its points to start from."""
-
-    L: Array
-    """(N,) [m]."""
-    rest: Array
-    """(N,) [rad]."""
-    compliance: Array
-    """(N,2) [rad/(N m)]."""
-    polygon: Polygon
-    epsilon: float
-    rcond_min: float
-    seeds: Array
-    """Admissible torques (n,2) [N m]."""
-    seed_tips: Array
-    """Their tips (n,2) [m]."""
-
-
 @kernel
-def gauss_newton(smap, at, r1, r2):
-    """The paper's step -S^-1 r, or regularised where rcond(S) (1-norm) is too small; `at` expands the map."""
+def gauss_newton(smap: StaticMap, at: Expansion, r1: float, r2: float) -> Pair:
+    """The paper's step -S^-1 r [N m], or regularised where rcond(S) (1-norm) is too small; `at` expands the map.
+
+    Eq. FF, Eq. COND: paper, "Quasi-Static Feedforward Control", ill-conditioned below 1e-10. r [m].
+    """
     det = at.x_1 * at.y_2 - at.x_2 * at.y_1
     norm = max(abs(at.x_1) + abs(at.y_1), abs(at.x_2) + abs(at.y_2))
     norm_adjugate = max(abs(at.y_2) + abs(at.y_1), abs(at.x_2) + abs(at.x_1))
-    if abs(det) >= smap.rcond_min * norm * norm_adjugate and det != 0.0:
+    if abs(det) >= smap.rcond_min * norm * norm_adjugate and det != 0.0:  # Eq. COND
         return (at.x_2 * r2 - at.y_2 * r1) / det, (at.y_1 * r1 - at.x_1 * r2) / det  # Eq. FF
     H11, H12, H22 = normal_matrix(at, smap.epsilon)
     g1, g2 = at.x_1 * r1 + at.y_1 * r2, at.x_2 * r1 + at.y_2 * r2
@@ -56,16 +40,19 @@ def gauss_newton(smap, at, r1, r2):
 
 
 @kernel
-def normal_matrix(at, epsilon):
-    """S^T S + epsilon I: entries 11, 12, 22."""
+def normal_matrix(at: Expansion, epsilon: float) -> tuple[float, float, float]:
+    """S^T S + epsilon I: entries 11, 12, 22 (paper, "Quasi-Static Feedforward Control")."""
     H11 = at.x_1 * at.x_1 + at.y_1 * at.y_1 + epsilon
     H22 = at.x_2 * at.x_2 + at.y_2 * at.y_2 + epsilon
     return H11, at.x_1 * at.x_2 + at.y_1 * at.y_2, H22
 
 
 @kernel
-def gauss_newton_point(smap, at, u, r):
-    """Where the paper's step leads; if that is not admissible, the lowest point of its model on the polygon's edge."""
+def gauss_newton_point(smap: StaticMap, at: Expansion, u: Pair, r: Pair) -> Pair:
+    """Where the paper's step leads; if that is not admissible, the lowest point of its model on the polygon's edge.
+
+    The step: paper, "Quasi-Static Feedforward Control". Constraining it is not in the paper. u [N m], r [m].
+    """
     d1, d2 = gauss_newton(smap, at, r[0], r[1])
     if admissible(smap.polygon, u[0] + d1, u[1] + d2):
         return u[0] + d1, u[1] + d2
@@ -74,10 +61,11 @@ def gauss_newton_point(smap, at, u, r):
 
 
 @kernel
-def newton_point(smap, at, u, r):
+def newton_point(smap: StaticMap, at: Expansion, u: Pair, r: Pair) -> Pair:
     """Where Newton's step on |r|^2/2 leads, its matrix shifted to be positive; from a saddle, along the way down.
 
     Gauss-Newton alone stalls on a fold, and for ever where S^T r = 0: the straight pose with the residual along x.
+    Not in the paper.
     """
     H11, H12, H22 = normal_matrix(at, 0.0)
     size = H11 + H22 + smap.epsilon
@@ -100,8 +88,11 @@ def newton_point(smap, at, u, r):
 
 
 @kernel
-def way_down(H11, H12, H22, lowest, g1, g2):
-    """Unit eigenvector of (H11 H12; H12 H22) to its eigenvalue `lowest`, turned against the gradient g."""
+def way_down(H11: float, H12: float, H22: float, lowest: float, g1: float, g2: float) -> Pair:
+    """Unit eigenvector of (H11 H12; H12 H22) to its eigenvalue `lowest`, turned against the gradient g.
+
+    Not in the paper: part of `newton_point`.
+    """
     w1, w2 = H12, lowest - H11
     if abs(lowest - H22) > abs(lowest - H11):
         w1, w2 = lowest - H22, H12
@@ -114,8 +105,11 @@ def way_down(H11, H12, H22, lowest, g1, g2):
 
 
 @kernel
-def backtrack(smap, target, u, v, distance):
-    """Halve the step u -> v until the tip comes nearer to `target` than `distance`: u, distance; u itself if never."""
+def backtrack(smap: StaticMap, target: Pair, u: Pair, v: Pair, distance: float) -> tuple[float, float, float]:
+    """Halve the step u -> v until the tip comes nearer to `target` than `distance`: u, distance; u itself if never.
+
+    alpha_u: paper, "Quasi-Static Feedforward Control".
+    """
     d1, d2 = v[0] - u[0], v[1] - u[1]
     longest = max(abs(d1), abs(d2))
     share = min(1.0, STRIDE * smap.polygon.bounds[0] / longest) if longest > 0.0 else 0.0
@@ -130,7 +124,7 @@ def backtrack(smap, target, u, v, distance):
 
 
 @kernel
-def refine(smap, target, u, steps):
+def refine(smap: StaticMap, target: Pair, u: Pair, steps: int) -> tuple[float, float, float, bool]:
     """A few iterations of the constrained inverse from u: u, distance |p(u) - target| [m], whether it settled.
 
     Paper, "Quasi-Static Feedforward Control". The distance never grows; it settles at the target or at a local minimum
@@ -157,8 +151,11 @@ def refine(smap, target, u, steps):
 
 
 @kernel
-def other_seed(smap, target, u):
-    """The grid point whose tip is nearest to `target`, among those that are not neighbours of u."""
+def other_seed(smap: StaticMap, target: Pair, u: Pair) -> Pair:
+    """The grid point whose tip is nearest to `target`, among those that are not neighbours of u.
+
+    Not in the paper, whose inverse has one start.
+    """
     nearest, v1, v2 = 1e300, u[0], u[1]
     apart = STRIDE * smap.polygon.bounds[0]
     for k in range(smap.seeds.shape[0]):
@@ -172,11 +169,11 @@ def other_seed(smap, target, u):
 
 
 @kernel
-def invert(smap, target, u, search):
+def invert(smap: StaticMap, target: Pair, u: Pair, search: bool) -> tuple[float, float, float]:
     """Static inverse from the present branch's u: new u and the distance it leaves [m].
 
     If the present branch settled short of the target and `search` is set, another branch is tried; it is taken only
-    when it is nearer by a clear margin (hysteresis).
+    when it is nearer by a clear margin (hysteresis). Not in the paper, whose inverse has one branch.
     """
     u1, u2, distance, settled = refine(smap, target, u, REFINE_STEPS)
     if distance < TOLERANCE or not settled or not search:

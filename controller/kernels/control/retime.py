@@ -2,29 +2,33 @@
 
 import math
 
+from controller.arrays import Array
 from controller.kernels.compiled import kernel
 
 
 @kernel
-def fastest_progress(first, second, most, acceleration, x):
-    """Fill x (n,) [1/s^2] with the largest progress that is 0 at both ends, <= `most` (n,), and slow enough all along.
+def fastest_progress(first: Array, second: Array, most: Array, acceleration: float, out_x: Array) -> None:
+    """The largest progress x (n,) [1/s^2] that is 0 at both ends, <= `most` (n,), and slow enough all along.
 
     With derivatives q' and q'' (n,2) by the index, |q'' x + q' dx/2| <= `acceleration` has to hold; x is linear
-    between the indices. One pass each way finds it.
+    between the indices. One pass each way finds it. Not in the paper: Bobrow, Dubowsky, Gibson 1985.
     """
-    n = x.shape[0]
+    n = out_x.shape[0]
     for i in range(n):
-        x[i] = min(most[i], bend_limit(first, second, i, acceleration))
-    x[0] = x[n - 1] = 0.0
+        out_x[i] = min(most[i], bend_limit(first, second, i, acceleration))
+    out_x[0] = out_x[n - 1] = 0.0
     for i in range(n - 1):
-        x[i + 1] = min(x[i + 1], next_progress(first, second, i, 1.0, acceleration, x[i]))
+        out_x[i + 1] = min(out_x[i + 1], next_progress(first, second, i, 1.0, acceleration, out_x[i]))
     for i in range(n - 1, 0, -1):
-        x[i - 1] = min(x[i - 1], next_progress(first, second, i, -1.0, acceleration, x[i]))
+        out_x[i - 1] = min(out_x[i - 1], next_progress(first, second, i, -1.0, acceleration, out_x[i]))
 
 
 @kernel
-def bend_limit(first, second, i, acceleration):
-    """The largest x at index i that any change of it allows: the part of q'' across q' is all centripetal."""
+def bend_limit(first: Array, second: Array, i: int, acceleration: float) -> float:
+    """The largest x at index i that any change of it allows: the part of q'' across q' is all centripetal.
+
+    Not in the paper: Bobrow, Dubowsky, Gibson 1985.
+    """
     d, c = math.hypot(first[i, 0], first[i, 1]), math.hypot(second[i, 0], second[i, 1])
     across = abs(first[i, 0] * second[i, 1] - first[i, 1] * second[i, 0])
     if across > 0.0:
@@ -33,8 +37,11 @@ def bend_limit(first, second, i, acceleration):
 
 
 @kernel
-def next_progress(first, second, i, way, acceleration, x):
-    """The largest progress one index further (`way` 1) or back (-1) from x at i: largest y, q'' x + way q' y within."""
+def next_progress(first: Array, second: Array, i: int, way: float, acceleration: float, x: float) -> float:
+    """The largest progress one index further (`way` 1) or back (-1) from x at i: largest y, q'' x + way q' y within.
+
+    Not in the paper: Bobrow, Dubowsky, Gibson 1985.
+    """
     d2 = first[i, 0] ** 2 + first[i, 1] ** 2
     if d2 == 0.0:
         return math.inf

@@ -1,37 +1,49 @@
 """One period of the controller, stage by stage, as in the paper's block diagram."""
 
+from typing import NamedTuple
+
+from controller.arrays import Record
 from controller.kernels.compiled import kernel
 from controller.kernels.control.feedback import feed_back, saturate
 from controller.kernels.control.feedforward import feed_forward
 from controller.kernels.control.follow import refer
-from controller.kernels.control.memory import Rig as Rig
 from controller.kernels.control.report import report_command, report_estimate, report_loop
 from controller.kernels.control.timing import begin, feedforward_due
-from controller.kernels.observer.observer import observe
+from controller.kernels.memory import Control, Sensing
+from controller.kernels.observer.observer import Observer, observe
 from controller.kernels.observer.sensing import sense
 from controller.kernels.safety.oscillation import note_residual
 from controller.kernels.safety.safety import supervise
 
 
-@kernel
-def tick(rig, t_ns, command, measurement, status, telemetry):
-    """Advance the rig by one period and fill the `telemetry` row, but for `slot` and `twin_backbone`.
+class Rig(NamedTuple):
+    """Everything one tick needs beside its messages; built once by `build_rig`."""
 
-    `t_ns` is the clock at the start of the tick; the others are records (controller/schema/messages.py). Nothing
-    allocates, nothing raises, and the same inputs give the same row bit for bit.
+    control: Control
+    observer: Observer
+    sensing: Sensing
+
+
+@kernel
+def tick(t_ns: int, command: Record, measurement: Record, status: Record, rig: Rig, out_telemetry: Record) -> None:
+    """Advance the rig by one period and fill the row `out_telemetry`, but for `slot` and `twin_backbone`.
+
+    Paper, "Controller Architecture", the block diagram. `t_ns` is the clock at the start of the tick; the others are
+    records (controller/schema/messages.py). Nothing allocates, nothing raises, and the same inputs give the same row
+    bit for bit. In place: rig.
     """
     control, observer, sensing = rig
     settings, state = command.settings, control.state[0]
-    periods = begin(control, t_ns)
-    sense(control, sensing, observer, t_ns, settings, measurement)
-    observe(state, observer, sensing, settings, periods)
-    report_estimate(control, observer, sensing, t_ns, measurement, telemetry)
-    note_residual(control, telemetry.residual)
-    supervise(control, t_ns, command, status, measurement, observer.u_hat)
+    periods = begin(t_ns, control)
+    sense(observer, t_ns, settings, measurement, control, sensing)
+    observe(sensing, settings, periods, state, observer)
+    report_estimate(control, sensing, t_ns, measurement, observer, out_telemetry)
+    note_residual(out_telemetry.residual, control)
+    supervise(t_ns, command, status, measurement, observer.u_hat, control)
     due = feedforward_due(control, settings)
-    refer(control, command, due)
-    feed_forward(control, settings, due)
-    feed_back(control, settings, telemetry)
-    saturate(control, settings, telemetry)
-    report_command(control, command, telemetry)
-    report_loop(control, t_ns, command, status, telemetry)
+    refer(command, due, control)
+    feed_forward(settings, due, control)
+    feed_back(settings, control, out_telemetry)
+    saturate(settings, control, out_telemetry)
+    report_command(control, command, out_telemetry)
+    report_loop(t_ns, command, status, control, out_telemetry)

@@ -1,14 +1,19 @@
 """When the tick is: how many periods have passed, and whether the feedforward is due."""
 
+from controller.arrays import Record
 from controller.kernels.compiled import kernel
+from controller.kernels.memory import Control
 
 CATCH_UP_MAX = 100
 """At most so many observer steps in one tick: half of a period at 1 kHz."""
 
 
 @kernel
-def begin(control, t_ns):
-    """Periods since the tick before: 1, or the number that a stalled observer has to catch up, bounded."""
+def begin(t_ns: int, control: Control) -> int:
+    """Periods since the tick before: 1, or the number that a stalled observer has to catch up, bounded.
+
+    Not in the paper: safety. In place: control.state.
+    """
     state = control.state[0]
     if state.start_ns == 0:
         state.start_ns = state.last_ns = t_ns
@@ -17,7 +22,10 @@ def begin(control, t_ns):
 
 
 @kernel
-def feedforward_due(control, settings):
-    """Whether this tick solves the static inverse: every `feedforward_period`, and when a mode begins."""
+def feedforward_due(control: Control, settings: Record) -> bool:
+    """Whether this tick solves the static inverse: every `feedforward_period`, and when a mode begins.
+
+    Paper, "Task 5: Real-Time User-Defined Tracking": at 100 Hz there.
+    """
     every = max(int(settings.feedforward_period / control.dt + 0.5), 1)
     return control.state[0].tick % every == 0 or control.state[0].entered == 1

@@ -13,8 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.kernels.compiled import inlined
-from controller.kernels.model.rod import Array
+
+Symmetric = tuple[float, float, float, float, float, float]
+"""Entries 11, 12, 13, 22, 23, 33 of a symmetric 3x3 block."""
+Vector = tuple[float, float, float]
+"""Of one block: [theta, lambda_x, lambda_y]."""
 
 
 class Block(NamedTuple):
@@ -41,26 +46,29 @@ def make_block(rods: int) -> Block:
 
 
 @inlined
-def factorise(block, a):
+def factorise(a: Array, block: Block) -> None:
     """Inverses of S_i = D_i - (what is eliminated next to it), from both ends to the middle block.
 
     U_i = [[-h_(i+1), a_i^T], [0, w_i 1]] couples block i to i+1. Two independent sweeps fill the gaps that the
-    divisions of one would leave.
+    divisions of one would leave. Not in the paper: part of `implicit_step`. In place: block.S_inv.
     """
     last, middle = block.z.size - 1, block.z.size // 2
     base = tip = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for i in range(last - middle):
-        base = seen_from_tip(block, a, i, base)
-        tip = seen_from_base(block, a, last - i, tip)
+        base = seen_from_tip(a, i, base, block)
+        tip = seen_from_base(a, last - i, tip, block)
     if 2 * middle > last:
-        base = seen_from_tip(block, a, middle - 1, base)
+        base = seen_from_tip(a, middle - 1, base, block)
     seen = base[0] + tip[0], base[1] + tip[1], base[2] + tip[2], base[3] + tip[3], base[4] + tip[4], base[5] + tip[5]
-    invert_block(block, a, middle, seen)
+    invert_block(a, middle, seen, block)
 
 
 @inlined
-def invert_block(block, a, i, seen):
-    """S_i^-1, kept in block.S_inv, where `seen` is what S_i lacks of D_i (entries 11, 12, 13, 22, 23, 33)."""
+def invert_block(a: Array, i: int, seen: Symmetric, block: Block) -> Symmetric:
+    """S_i^-1, where `seen` is what S_i lacks of D_i.
+
+    Not in the paper: part of `implicit_step`. In place: block.S_inv.
+    """
     S_inv, mass = block.S_inv, block.w[i] + block.w[i + 1]
     s11, s12, s13 = block.H[i] - seen[0], a[0, i] - seen[1], a[1, i] - seen[2]
     s22, s23, s33 = -mass - seen[3], -seen[4], -mass - seen[5]
@@ -75,9 +83,12 @@ def invert_block(block, a, i, seen):
 
 
 @inlined
-def seen_from_tip(block, a, i, seen):
-    """U_i^T S_i^-1 U_i: what block i+1 sees of the part eliminated up to block i."""
-    r11, r12, r13, r22, r23, r33 = invert_block(block, a, i, seen)
+def seen_from_tip(a: Array, i: int, seen: Symmetric, block: Block) -> Symmetric:
+    """U_i^T S_i^-1 U_i: what block i+1 sees of the part eliminated up to block i.
+
+    Not in the paper: part of `implicit_step`. In place: block.S_inv.
+    """
+    r11, r12, r13, r22, r23, r33 = invert_block(a, i, seen, block)
     a_x, a_y, w, h = a[0, i], a[1, i], block.w[i + 1], block.h[i + 1]
     x1, x2 = r11 * a_x + w * r12, r12 * a_x + w * r22
     y1, y2, y3 = r11 * a_y + w * r13, r12 * a_y + w * r23, r13 * a_y + w * r33
@@ -85,9 +96,12 @@ def seen_from_tip(block, a, i, seen):
 
 
 @inlined
-def seen_from_base(block, a, i, seen):
-    """U_(i-1) S_i^-1 U_(i-1)^T: what block i-1 sees of the part eliminated down to block i."""
-    r11, r12, r13, r22, r23, r33 = invert_block(block, a, i, seen)
+def seen_from_base(a: Array, i: int, seen: Symmetric, block: Block) -> Symmetric:
+    """U_(i-1) S_i^-1 U_(i-1)^T: what block i-1 sees of the part eliminated down to block i.
+
+    Not in the paper: part of `implicit_step`. In place: block.S_inv.
+    """
+    r11, r12, r13, r22, r23, r33 = invert_block(a, i, seen, block)
     a_x, a_y, w, h = a[0, i - 1], a[1, i - 1], block.w[i], block.h[i]
     x1 = a_x * r12 + (a_y * r13 - h * r11)
     x2 = a_x * r22 + (a_y * r23 - h * r12)
@@ -96,8 +110,11 @@ def seen_from_base(block, a, i, seen):
 
 
 @inlined
-def solve_blocks(block, a):
-    """block.z from block.r: inwards from both ends, then outwards."""
+def solve_blocks(a: Array, block: Block) -> None:
+    """block.z from block.r: inwards from both ends, then outwards.
+
+    Not in the paper: part of `implicit_step`. In place: block.r, block.z.
+    """
     r, z = block.r, block.z
     last, middle = z.size - 1, z.size // 2
     base = tip = (0.0, 0.0, 0.0)
@@ -120,8 +137,11 @@ def solve_blocks(block, a):
 
 
 @inlined
-def without_base(block, a, i, y):
-    """r_i - U_(i-1)^T y: the right-hand side of block i without what y, of block i-1, brings."""
+def without_base(block: Block, a: Array, i: int, y: Vector) -> Vector:
+    """r_i - U_(i-1)^T y: the right-hand side of block i without what y, of block i-1, brings.
+
+    Not in the paper: part of `implicit_step`.
+    """
     r, before = block.r, max(i - 1, 0)
     w = block.w[i]
     x1, x2, x3 = y
@@ -133,16 +153,19 @@ def without_base(block, a, i, y):
 
 
 @inlined
-def without_tip(block, a, i, y):
-    """r_i - U_i y: the right-hand side of block i without what y, of block i+1, brings."""
+def without_tip(block: Block, a: Array, i: int, y: Vector) -> Vector:
+    """r_i - U_i y: the right-hand side of block i without what y, of block i+1, brings.
+
+    Not in the paper: part of `implicit_step`.
+    """
     r, w = block.r, block.w[i + 1]
     x1, x2, x3 = y
     return r[i, 0] + (block.h[i + 1] * x1 - (a[0, i] * x2 + a[1, i] * x3)), r[i, 1] - w * x2, r[i, 2] - w * x3
 
 
 @inlined
-def divided(block, i, r):
-    """S_i^-1 r."""
+def divided(block: Block, i: int, r: Vector) -> Vector:
+    """S_i^-1 r. Not in the paper: part of `implicit_step`."""
     S_inv = block.S_inv
     r1, r2, r3 = r
     return (

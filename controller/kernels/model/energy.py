@@ -1,4 +1,4 @@
-"""The energy ledger of the rod model: what it holds against what it was given.
+"""The energy ledger of the rod model: what it holds against what it was given (Eq. HDOT).
 
 Paper, "Stability and Passivity Analysis". Its proof leaves Baumgarte's term out and lets the observer's force act on
 p_N. Here Baumgarte's power is counted and every force works on the velocity of the point where it enters, so the
@@ -9,8 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.kernels.compiled import inlined, kernel
-from controller.kernels.model.rod import Array
+from controller.kernels.model.rod import Load, RodModel, RodState, Work
 
 DAMPING, PNEUMATIC, OBSERVER, BAUMGARTE = range(4)
 
@@ -32,8 +33,11 @@ def make_ledger() -> Ledger:
 
 
 @inlined
-def stored_energy(model, q, v):
-    """H = 1/2 q'^T M q' + 1/2 q^T K q - gravity's work from the origin [J]; K acts on the bend beyond that of rest."""
+def stored_energy(model: RodModel, q: Array, v: Array) -> float:
+    """H = 1/2 q'^T M q' + 1/2 q^T K q - gravity's work from the origin [J]; K acts on the bend beyond that of rest.
+
+    Paper, "Stability and Passivity Analysis"; gravity and rest bend are not in the paper.
+    """
     H = theta_before = 0.0
     for i in range(model.m.size):
         bend = q[2, i] - theta_before
@@ -45,8 +49,8 @@ def stored_energy(model, q, v):
 
 
 @inlined
-def damping_power(model, v):
-    """-q'^T B q' [W]: the hinges' dampers and the mass-proportional damping."""
+def damping_power(model: RodModel, v: Array) -> float:
+    """-q'^T B q' [W]: the hinges' dampers and mass-proportional damping, first term of Eq. HDOT."""
     P = omega_before = 0.0
     for i in range(model.m.size):
         rate = v[2, i] - omega_before
@@ -57,8 +61,8 @@ def damping_power(model, v):
 
 
 @inlined
-def pneumatic_power(model, u, v):
-    """(T^T q')^T u [W] of the torques u (2,) [N m]."""
+def pneumatic_power(model: RodModel, u: Array, v: Array) -> float:
+    """(T^T q')^T u [W] of the torques u (2,) [N m], second term of Eq. HDOT."""
     P = 0.0
     for i in range(model.m.size):
         P += v[2, i] * (model.T_theta[i, 0] * u[0] + model.T_theta[i, 1] * u[1])
@@ -66,8 +70,11 @@ def pneumatic_power(model, u, v):
 
 
 @inlined
-def load_power(load, v):
-    """Power of the whole load [W]; a force off the centre is in it as force and torque, so its own point counts."""
+def load_power(load: Load, v: Array) -> float:
+    """Power of the whole load [W]; a force off the centre is in it as force and torque, so its own point counts.
+
+    Less the pneumatic power it is the third term of Eq. HDOT, p_N'^T Q_obs.
+    """
     P = 0.0
     for i in range(load.Q_theta.size):
         P += load.F[0, i] * v[0, i] + load.F[1, i] * v[1, i] + load.Q_theta[i] * v[2, i]
@@ -75,8 +82,8 @@ def load_power(load, v):
 
 
 @inlined
-def baumgarte_power(a, lam, v):
-    """lambda^T A q' [W]: zero if the constraints held exactly."""
+def baumgarte_power(a: Array, lam: Array, v: Array) -> float:
+    """lambda^T A q' [W]: zero if the hinges held exactly, as the paper takes it, "Stability and Passivity Analysis"."""
     P = distal_x = distal_y = 0.0
     for i in range(a.shape[1]):
         swing_x, swing_y = a[0, i] * v[2, i], a[1, i] * v[2, i]
@@ -86,18 +93,22 @@ def baumgarte_power(a, lam, v):
 
 
 @kernel
-def open_ledger(ledger, model, state):
-    """Start the account with what `state` holds now: at the start and after every jump of the state."""
-    ledger.energy[0] = ledger.given[0] = stored_energy(model, state.q, state.v)
-    ledger.power[:] = 0.0
+def open_ledger(model: RodModel, state: RodState, out_ledger: Ledger) -> None:
+    """Start the account with what `state` holds now: at the start and after every jump of the state.
+
+    H(0): paper, "Stability and Passivity Analysis".
+    """
+    out_ledger.energy[0] = out_ledger.given[0] = stored_energy(model, state.q, state.v)
+    out_ledger.power[:] = 0.0
 
 
 @kernel
-def ledger_step(ledger, model, state, load, u, dt, work):
+def ledger_step(model: RodModel, state: RodState, load: Load, u: Array, dt: float, work: Work, ledger: Ledger) -> float:
     """Book the `rk4_step` of dt [s] just made, whose stages are in `work`; returns H - given [J], the ledger's error.
 
     The powers are integrated by the step's own rule (weights 1 2 2 1), so the error is of the integrator's order.
-    `u` (2,) [N m] is the part of the load that is pneumatic; the rest of it is the observer's.
+    `u` (2,) [N m] is the part of the load that is pneumatic; the rest of it is the observer's. Eq. HDOT, over one step.
+    In place: ledger.
     """
     ledger.power[:] = 0.0
     for stage in range(4):

@@ -14,20 +14,22 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.kernels.compiled import inlined, kernel
-from controller.kernels.denormal import settled
+from controller.kernels.denormal import flushed
 from controller.kernels.model.block import Block, factorise, make_block, solve_blocks
 from controller.kernels.model.energy import (
     BAUMGARTE,
     DAMPING,
     OBSERVER,
     PNEUMATIC,
+    Ledger,
     damping_power,
     load_power,
     pneumatic_power,
     stored_energy,
 )
-from controller.kernels.model.rod import Array, apply_hinges, eliminate, rotations, substitute
+from controller.kernels.model.rod import Load, RodModel, RodState, apply_hinges, eliminate, rotations, substitute
 
 GAMMA = 1.0 - math.sqrt(0.5)
 """The SDIRK method's diagonal: with it, two stages are of order 2 and L-stable."""
@@ -55,14 +57,13 @@ class ImplicitWork(NamedTuple):
 
 def make_implicit_work(rods: int) -> ImplicitWork:
     """Scratch arrays for a chain of `rods`."""
-    columns = [np.zeros((rows, rods)) for rows in (2, 3)]
-    projection = np.zeros((2, rods + 1)), np.zeros((4, rods)), np.zeros((2, rods))
-    return ImplicitWork(np.zeros(rods), *columns, make_block(rods), *projection, np.zeros(1))
+    a, v, G, r = (np.zeros((rows, rods)) for rows in (2, 3, 4, 2))
+    return ImplicitWork(np.zeros(rods), a, v, make_block(rods), np.zeros((2, rods + 1)), G, r, np.zeros(1))
 
 
 @kernel
-def implicit_step(model, state, load, dt, work):
-    """Advance `state` by dt [s] in place under a held load: linearly implicit, O(N), no iteration, no allocation.
+def implicit_step(model: RodModel, load: Load, dt: float, state: RodState, work: ImplicitWork) -> None:
+    """Advance `state` by dt [s] under a held load: linearly implicit, O(N), no iteration, no allocation.
 
     Order: 2 in the pose. state.v is carried in the directions that the hinges had at the middle of the step, so as the
     velocity at its end it is of order 1; `meet_hinges` gives that one, to order 2. Modes faster than the step die
@@ -73,26 +74,30 @@ def implicit_step(model, state, load, dt, work):
     reflection keeps H, the projection into the frozen directions lowers it, and the frozen motion y' = L y + f loses
     (GAMMA^2 dt^3 / 2) (GAMMA^2 dt |L^2 x|^2 - <L L x, L x>) >= 0 with x = (1 - GAMMA dt L)^-2 (y - its rest).
     Hinges stay closed to rounding, for ever.
+    Not in the paper, which has RK4 ("Hardware setup": ode4). In place: state, work.
     """
     half, g = 0.5 * dt, GAMMA * dt
     for i in range(work.theta.size):
         work.theta[i] = state.q[2, i] + half * state.v[2, i]
     rotations(state.q[2], model.arm, work.a)
-    turn_velocity(model, state.v, work, 2.0)
+    turn_velocity(model, 2.0, state.v, work)
     rotations(work.theta, model.arm, work.a)
     assemble(model, g, work.block)
-    factorise(work.block, work.a)
+    factorise(work.a, work.block)
     stage(model, state, load, g, work, work.v)
-    between_stages(state, dt, work.v)
+    between_stages(work.v, dt, state)
     stage(model, state, load, g, work, state.v)
-    after_stages(state, dt, work.v)
+    after_stages(dt, state, work.v)
     rotations(state.q[2], model.arm, work.a)
-    close_hinges(model, state, dt, work)
+    close_hinges(model, dt, state, work)
 
 
 @inlined
-def turn_velocity(model, v, work, share):
-    """Add share M^-1 A^T lambda to v, where A M^-1 A^T lambda = -A v: 1 projects v on A v = 0, 2 reflects it there."""
+def turn_velocity(model: RodModel, share: float, v: Array, work: ImplicitWork) -> None:
+    """Add share M^-1 A^T lambda to v, where A M^-1 A^T lambda = -A v: 1 projects v on A v = 0, 2 reflects it there.
+
+    Not in the paper: part of `implicit_step`. In place: v (3,N), work.
+    """
     a, r, lam = work.a, work.r, work.lam
     distal_x = distal_y = 0.0
     for i in range(r.shape[1]):
@@ -100,36 +105,42 @@ def turn_velocity(model, v, work, share):
         r[0, i] = share * (distal_x - (v[0, i] - end_x))
         r[1, i] = share * (distal_y - (v[1, i] - end_y))
         distal_x, distal_y = v[0, i] + end_x, v[1, i] + end_y
-    eliminate(model, a, work.G, r)
+    eliminate(model, a, r, work.G)
     substitute(work.G, r, lam)
     apply_hinges(model, a, v, lam, v)
 
 
 @kernel
-def meet_hinges(model, q, v, work):
-    """Project v (3,N) in place on the velocities that the hinges allow in the pose q; kinetic energy cannot rise."""
+def meet_hinges(model: RodModel, q: Array, v: Array, work: ImplicitWork) -> None:
+    """Project v (3,N) on the velocities that the hinges allow in the pose q (3,N); kinetic energy cannot rise.
+
+    A q' = 0: paper, "Stability and Passivity Analysis", of admissible velocities. In place: v, work.
+    """
     rotations(q[2], model.arm, work.a)
-    turn_velocity(model, v, work, 1.0)
+    turn_velocity(model, 1.0, v, work)
 
 
 @inlined
-def assemble(model, g, block):
-    """The matrix M + g B + g^2 K of a stage, g = GAMMA dt [s]; mass-proportional damping makes the masses heavier."""
+def assemble(model: RodModel, g: float, out_block: Block) -> None:
+    """The matrix M + g B + g^2 K of a stage, g = GAMMA dt [s]; mass-proportional damping makes the masses heavier.
+
+    Not in the paper: part of `implicit_step`. Sets out_block.H, .h and .w.
+    """
     heavier = 1.0 + g * model.alpha
     outer = 0.0
     for i in range(model.k.size - 1, -1, -1):
         inner = g * (model.b[i] + g * model.k[i])
-        block.H[i] = heavier * model.I[i] + inner + outer
-        block.h[i] = inner
-        block.w[i + 1] = model.m_inv[i] / heavier
+        out_block.H[i] = heavier * model.I[i] + inner + outer
+        out_block.h[i] = inner
+        out_block.w[i + 1] = model.m_inv[i] / heavier
         outer = inner
 
 
 @inlined
-def stage(model, state, load, g, work, v):
-    """Velocity V = v_c + g V' of a stage into `v` (3,N), where `state` holds v_c and the angles theta_c.
+def stage(model: RodModel, state: RodState, load: Load, g: float, work: ImplicitWork, out_v: Array) -> None:
+    """Velocity V = v_c + g V' (3,N) of a stage, where `state` holds v_c and the angles theta_c.
 
-    `v` may be state.v.
+    `out_v` may be state.v. Not in the paper: part of `implicit_step`. In place: work.
     """
     block, q = work.block, state.q
     last = block.z.size - 1
@@ -143,24 +154,30 @@ def stage(model, state, load, g, work, v):
         block.r[i, 0] = model.I[i] * state.v[2, i] + g * (load.Q_theta[i] + outer - inner)
         block.r[i, 1], block.r[i, 2] = x - before_x, y - before_y
         before_x, before_y, inner = x, y, outer
-    solve_blocks(block, work.a)
-    follow_hinges(work.a, block.z, v)
+    solve_blocks(work.a, block)
+    follow_hinges(work.a, block.z, out_v)
 
 
 @inlined
-def follow_hinges(a, omega, v):
-    """Velocities v (3,N) of a chain that turns by omega (N,) [rad/s] in the hinges' directions a."""
+def follow_hinges(a: Array, omega: Array, out_v: Array) -> None:
+    """Velocities (3,N) of a chain that turns by omega (N,) [rad/s] in the hinges' directions a (2,N) [m].
+
+    A q' = 0: paper, "Stability and Passivity Analysis", of admissible velocities.
+    """
     x = y = 0.0
     for i in range(omega.size):
-        turn = settled(omega[i])
+        turn = flushed(omega[i])
         step_x, step_y = turn * a[0, i], turn * a[1, i]
-        v[0, i], v[1, i], v[2, i] = x + step_x, y + step_y, turn
+        out_v[0, i], out_v[1, i], out_v[2, i] = x + step_x, y + step_y, turn
         x, y = x + 2.0 * step_x, y + 2.0 * step_y
 
 
 @inlined
-def between_stages(state, dt, v):
-    """v_c and theta_c of the second stage, (1 - GAMMA) dt along the slope of the first, whose velocity is `v`."""
+def between_stages(v: Array, dt: float, state: RodState) -> None:
+    """v_c and theta_c of the second stage, (1 - GAMMA) dt along the slope of the first, whose velocity is v (3,N).
+
+    Not in the paper: part of `implicit_step`. In place: state.
+    """
     share = (1.0 - GAMMA) / GAMMA
     for i in range(v.shape[1]):
         for row in range(3):
@@ -169,17 +186,23 @@ def between_stages(state, dt, v):
 
 
 @inlined
-def after_stages(state, dt, v):
-    """The step's last angles, and in `v`, which holds the first stage's velocity, the mean velocity of the step."""
+def after_stages(dt: float, state: RodState, v: Array) -> None:
+    """The step's last angles, and its mean velocity in place of the first stage's.
+
+    Not in the paper: part of `implicit_step`. In place: state.q, v (3,N).
+    """
     for i in range(v.shape[1]):
         for row in range(3):
             v[row, i] = (1.0 - GAMMA) * v[row, i] + GAMMA * state.v[row, i]
-        state.q[2, i] = settled(state.q[2, i] + GAMMA * dt * state.v[2, i])
+        state.q[2, i] = flushed(state.q[2, i] + GAMMA * dt * state.v[2, i])
 
 
 @inlined
-def close_hinges(model, state, dt, work):
-    """Put x and y where the angles say, and note gravity's work on what that adds to the frozen motion."""
+def close_hinges(model: RodModel, dt: float, state: RodState, work: ImplicitWork) -> None:
+    """Put x and y where the angles say, and note gravity's work on what that adds to the frozen motion.
+
+    phi_H(q) = 0: paper, "Constrained Dynamic Model". In place: state.q, work.lift.
+    """
     q, v, a, g_x, g_y = state.q, work.v, work.a, model.g[0], model.g[1]
     x = y = lift = 0.0
     for i in range(q.shape[1]):
@@ -192,12 +215,15 @@ def close_hinges(model, state, dt, work):
 
 
 @kernel
-def book_implicit_step(ledger, model, state, load, u, dt, work):
+def book_implicit_step(
+    model: RodModel, state: RodState, load: Load, u: Array, dt: float, work: ImplicitWork, ledger: Ledger
+) -> float:
     """Book the `implicit_step` of dt [s] just made; returns H - given [J], which only falls: minus numerical damping.
 
     The powers are those of the step's mean velocity: that makes the work of the held load exact and every step's share
     of H - given negative. In place of Baumgarte's power stands that of closing the hinges, -lift / dt. As in
-    `ledger_step`, `u` (2,) [N m] is the part of the load that is pneumatic.
+    `ledger_step`, `u` (2,) [N m] is the part of the load that is pneumatic. Paper, "Stability and Passivity Analysis",
+    but for what the method itself loses. In place: ledger.
     """
     power = ledger.power
     power[DAMPING] = damping_power(model, work.v)

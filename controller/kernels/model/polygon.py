@@ -1,9 +1,12 @@
-"""The admissible torques: a convex polygon, the box |u_j| <= u_max cut by the bend limit |c . u| <= bend_max."""
+"""The admissible torques: a convex polygon, the box |u_j| <= u_max cut by the bend limit |c . u| <= bend_max.
+
+Paper, "Hardware setup": saturation keeps to the operating range and prevents self-collision; its bounds are ours.
+"""
 
 from typing import NamedTuple
 
+from controller.arrays import Array, Pair
 from controller.kernels.compiled import kernel
-from controller.kernels.model.rod import Array
 
 
 class Polygon(NamedTuple):
@@ -18,8 +21,11 @@ class Polygon(NamedTuple):
 
 
 @kernel
-def admissible(polygon, u1, u2):
-    """Whether u [N m] is in the polygon; its edge belongs to it, within rounding."""
+def admissible(polygon: Polygon, u1: float, u2: float) -> bool:
+    """Whether u [N m] is in the polygon; its edge belongs to it, within rounding.
+
+    Paper, "Hardware setup": the operating range.
+    """
     for k in range(polygon.bounds.size):
         if not abs(polygon.normals[k, 0] * u1 + polygon.normals[k, 1] * u2) <= polygon.bounds[k] * (1.0 + 1e-12):
             return False
@@ -27,8 +33,11 @@ def admissible(polygon, u1, u2):
 
 
 @kernel
-def lowest_on_edges(polygon, u, g, H):
-    """Where g.(v - u) + (v - u).H (v - u)/2 is lowest on the polygon's edges; H = (H11, H12, H22) positive definite."""
+def lowest_on_edges(polygon: Polygon, u: Pair, g: Pair, H: tuple[float, float, float]) -> Pair:
+    """Where g.(v - u) + (v - u).H (v - u)/2 is lowest on the polygon's edges; H = (H11, H12, H22) positive definite.
+
+    Not in the paper, which saturates after its inverse: ours looks for the best of what is admissible.
+    """
     lowest, v1, v2 = 1e300, u[0], u[1]
     count = polygon.corners.shape[0]
     for k in range(count):
@@ -46,8 +55,8 @@ def lowest_on_edges(polygon, u, g, H):
 
 
 @kernel
-def nearest_admissible(polygon, u1, u2):
-    """The admissible point nearest to u [N m]; nan stays nan."""
+def nearest_admissible(polygon: Polygon, u1: float, u2: float) -> Pair:
+    """The admissible point nearest to u [N m]; nan stays nan. Not in the paper, which does not say how it saturates."""
     if admissible(polygon, u1, u2) or u1 != u1 or u2 != u2:
         return u1, u2
     return lowest_on_edges(polygon, (u1, u2), (0.0, 0.0), (1.0, 0.0, 1.0))

@@ -8,13 +8,12 @@ proximal end of rod i to its centre of mass is L_i/2; the last rod's differs whe
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.kernels.compiled import inlined
-
-Array = np.ndarray[Any, np.dtype[np.float64]]
 
 ROUND = 6755399441055744.0
 """1.5 * 2^52: adding and then subtracting it rounds a double to the nearest integer."""
@@ -37,6 +36,8 @@ COS = (
     -1.13596475577881948265e-11,
 )
 """Coefficients of h^3.. and h^4.. in fdlibm's sine and cosine on [-pi/4, pi/4]."""
+Seen = tuple[float, float, float, float, float]
+"""What a hinge sees of the chain beyond its neighbour (`eliminate`): entries 11, 12, 22 of D [1/kg], and two of r."""
 
 
 class RodModel(NamedTuple):
@@ -117,8 +118,9 @@ class Work(NamedTuple):
 
 def make_work(rods: int) -> Work:
     """Scratch arrays for a chain of `rods`."""
-    stages = [np.zeros((4, rows, rods)) for rows in (3, 3, 3, 2)]
-    return Work(*stages, np.zeros((4, 2, rods + 1)), *[np.zeros((rows, rods)) for rows in (3, 4, 2)])
+    q, v, acc, a = (np.zeros((4, rows, rods)) for rows in (3, 3, 3, 2))
+    free, G, r = (np.zeros((rows, rods)) for rows in (3, 4, 2))
+    return Work(q, v, acc, a, np.zeros((4, 2, rods + 1)), free, G, r)
 
 
 def make_load(rods: int) -> Load:
@@ -127,11 +129,11 @@ def make_load(rods: int) -> Load:
 
 
 @inlined
-def sine_cosine(theta):
+def sine_cosine(theta: float) -> tuple[float, float]:
     """(sin, cos) of theta [rad] to 4e-16 for |theta| < 1e4; no branches, so a loop over it uses the vector unit.
 
     theta = n pi + 2 h with |h| <= pi/4; minimax polynomials of h (fdlibm's), then the double-angle formulas. The C
-    library's pair takes half of a rod step.
+    library's pair takes half of a rod step. Not in the paper: speed.
     """
     n = (theta * (1.0 / math.pi) + ROUND) - ROUND
     h = 0.5 * ((theta - n * PI_HIGH) - n * PI_LOW)
@@ -144,42 +146,49 @@ def sine_cosine(theta):
 
 
 @inlined
-def rotations(theta, arm, a):
-    """a_i = c_i (-sin theta_i, cos theta_i) (2,N) [m] into `a`."""
+def rotations(theta: Array, arm: Array, out_a: Array) -> None:
+    """Directions of the hinges: a_i = c_i (-sin theta_i, cos theta_i) (2,N) [m].
+
+    They make up A, the Jacobian of phi_H (paper, "Constrained Dynamic Model").
+    """
     for i in range(theta.size):
         s, c = sine_cosine(theta[i])
-        a[0, i] = -arm[i] * s
-        a[1, i] = arm[i] * c
+        out_a[0, i] = -arm[i] * s
+        out_a[1, i] = arm[i] * c
 
 
 @inlined
-def free_acceleration(model, q, v, load, free):
-    """M^-1 Q (3,N): springs and dampers of the hinges, mass damping, gravity and load, without hinge forces."""
+def free_acceleration(model: RodModel, q: Array, v: Array, load: Load, out_free: Array) -> None:
+    """M^-1 Q (3,N) [m/s^2, rad/s^2]: springs, dampers, mass damping, gravity and load, without hinge forces.
+
+    Springs and dampers: paper, "Constrained Dynamic Model". alpha M and the hinges' b, for which beta K stands: Eq. RAY
+    (paper, "Parameter Estimation"). Gravity and rest bend: not in the paper.
+    """
     last, alpha = model.k.size - 1, model.alpha
     for axis in range(2):
         g = model.g[axis]
         for i in range(last + 1):
-            free[axis, i] = load.F[axis, i] * model.m_inv[i] + g - alpha * v[axis, i]
+            out_free[axis, i] = load.F[axis, i] * model.m_inv[i] + g - alpha * v[axis, i]  # Eq. RAY
     inner = model.k[0] * (q[2, 0] - model.bend[0]) + model.b[0] * v[2, 0]
     for i in range(last):
         stretch = q[2, i + 1] - q[2, i] - model.bend[i + 1]
         outer = model.k[i + 1] * stretch + model.b[i + 1] * (v[2, i + 1] - v[2, i])
-        free[2, i] = (outer - inner + load.Q_theta[i]) * model.I_inv[i] - alpha * v[2, i]
+        out_free[2, i] = (outer - inner + load.Q_theta[i]) * model.I_inv[i] - alpha * v[2, i]  # Eq. RAY
         inner = outer
-    free[2, last] = (load.Q_theta[last] - inner) * model.I_inv[last] - alpha * v[2, last]
+    out_free[2, last] = (load.Q_theta[last] - inner) * model.I_inv[last] - alpha * v[2, last]  # Eq. RAY
 
 
 @inlined
-def constraint_residual(model, q, v, a, free, r):
-    """Right-hand side -A' q' - 2 zeta_B omega_B A q' - omega_B^2 phi - A M^-1 Q (2,N) of the hinge forces.
+def constraint_residual(model: RodModel, q: Array, v: Array, a: Array, free: Array, out_r: Array) -> None:
+    """Right-hand side -A' q' - 2 zeta_B omega_B A q' - omega_B^2 phi - A M^-1 Q (2,N) of the hinge forces [m/s^2].
 
-    phi_i is a difference of two rod ends, so r_i is a difference of what each end brings: its free acceleration plus
-    Baumgarte's share of its velocity and position.
+    Eq. BAUM: paper, "Constrained Dynamic Model", the lower row. phi_i is a difference of two rod ends, so r_i is a
+    difference of what each end brings: its free acceleration plus Baumgarte's share of its velocity and position.
     """
     damp = 2.0 * model.zeta_B * model.omega_B
     pull = model.omega_B * model.omega_B
     distal_x = distal_y = 0.0
-    for i in range(r.shape[1]):
+    for i in range(out_r.shape[1]):
         ax, ay, omega = a[0, i], a[1, i], v[2, i]
         centre_x = free[0, i] + damp * v[0, i] + pull * q[0, i]
         centre_y = free[1, i] + damp * v[1, i] + pull * q[1, i]
@@ -187,30 +196,31 @@ def constraint_residual(model, q, v, a, free, r):
         stretch = pull - omega * omega
         end_x = swing * ax + stretch * ay
         end_y = swing * ay - stretch * ax
-        r[0, i] = distal_x - (centre_x - end_x)
-        r[1, i] = distal_y - (centre_y - end_y)
+        out_r[0, i] = distal_x - (centre_x - end_x)  # Eq. BAUM
+        out_r[1, i] = distal_y - (centre_y - end_y)  # Eq. BAUM
         distal_x = centre_x + end_x
         distal_y = centre_y + end_y
 
 
 @inlined
-def eliminate(model, a, G, r):
-    """Block elimination of the hinges from both ends towards the middle one; r (2,N) becomes D^-1 r, in place.
+def eliminate(model: RodModel, a: Array, r: Array, out_G: Array) -> None:
+    """Block elimination of the hinges from both ends towards the middle one; factors (4,N) as `fold` makes them.
 
     D_i = J_(i-1) + J_i and E_(i-1,i) = J_(i-1) - (2/m_(i-1)) 1, with J_i = (1/m_i) 1 + a_i a_i^T / I_i, how easily a
     force moves the end of rod i. Two independent sweeps fill the gaps that the divisions of one would leave.
     `base` and `tip` are what the next hinge sees of the part already eliminated: that part's block of D, entries 11,
-    12, 22, and what it takes from r. The clamp gives nothing, the free end has no hinge.
+    12, 22, and what it takes from r. The clamp gives nothing, the free end has no hinge. Not in the paper, which only
+    says that its matrix is sparse. In place: r (2,N) becomes D^-1 r.
     """
     last, middle = r.shape[1] - 1, r.shape[1] // 2
     base = (0.0, 0.0, 0.0, 0.0, 0.0)
     J11, J12, J22 = mobility(model, a, last)
     tip = (J11, J12, J22, 0.0, 0.0)
     for i in range(last - middle):
-        base = fold(model, a, G, r, (i, i), base)
-        tip = fold(model, a, G, r, (last - i, last - i - 1), tip)
+        base = fold(model, a, (i, i), base, r, out_G)
+        tip = fold(model, a, (last - i, last - i - 1), tip, r, out_G)
     if 2 * middle > last:
-        base = fold(model, a, G, r, (middle - 1, middle - 1), base)
+        base = fold(model, a, (middle - 1, middle - 1), base, r, out_G)
     D11, D12, D22 = base[0] + tip[0], base[1] + tip[1], base[2] + tip[2]
     x, y = r[0, middle] - base[3] - tip[3], r[1, middle] - base[4] - tip[4]
     det_inv = 1.0 / (D11 * D22 - D12 * D12)
@@ -218,17 +228,18 @@ def eliminate(model, a, G, r):
 
 
 @inlined
-def mobility(model, a, rod):
-    """J of `rod`, entries 11, 12, 22."""
+def mobility(model: RodModel, a: Array, rod: int) -> tuple[float, float, float]:
+    """How easily a force moves the end of `rod`: J, entries 11, 12, 22 [1/kg]. Not in the paper: see `eliminate`."""
     w, across, a_x, a_y = model.m_inv[rod], model.I_inv[rod], a[0, rod], a[1, rod]
     return w + a_x * a_x * across, a_x * a_y * across, w + a_y * a_y * across
 
 
 @inlined
-def fold(model, a, G, r, at, seen):
+def fold(model: RodModel, a: Array, at: tuple[int, int], seen: Seen, r: Array, out_G: Array) -> Seen:
     """Eliminate hinge at[0] and return what its neighbour sees across rod at[1] (see `eliminate`).
 
-    Keeps D^-1 E, entries 11, 12, 21, 22, in G (4,N) and D^-1 r in r. Nothing but one factor waits for the division.
+    Puts D^-1 E, entries 11, 12, 21, 22, into column at[0] of out_G (4,N). Nothing but one factor waits for the
+    division. Not in the paper: see `eliminate`. In place: r, as `eliminate` says.
     """
     i, rod = at
     J11, J12, J22 = mobility(model, a, rod)
@@ -238,7 +249,7 @@ def fold(model, a, G, r, at, seen):
     G11, G12 = D22 * E11 - D12 * E12, D22 * E12 - D12 * E22
     G21, G22 = D11 * E12 - D12 * E11, D11 * E22 - D12 * E12
     s_x, s_y = D22 * x - D12 * y, D11 * y - D12 * x
-    G[0, i], G[1, i], G[2, i], G[3, i] = det_inv * G11, det_inv * G12, det_inv * G21, det_inv * G22
+    out_G[0, i], out_G[1, i], out_G[2, i], out_G[3, i] = det_inv * G11, det_inv * G12, det_inv * G21, det_inv * G22
     r[0, i], r[1, i] = det_inv * s_x, det_inv * s_y
     J11 -= det_inv * (E11 * G11 + E12 * G21)
     J12 -= det_inv * (E11 * G12 + E12 * G22)
@@ -247,47 +258,54 @@ def fold(model, a, G, r, at, seen):
 
 
 @inlined
-def substitute(G, r, lam):
-    """Hinge forces lambda (2,N) from the middle outwards: each from its neighbour's."""
+def substitute(G: Array, r: Array, out_lam: Array) -> None:
+    """Hinge forces lambda (2,N) [N] from the middle outwards: each from its neighbour's.
+
+    Not in the paper: the way back of `eliminate`.
+    """
     last, middle = r.shape[1] - 1, r.shape[1] // 2
     base = tip = (r[0, middle], r[1, middle])
-    lam[0, middle], lam[1, middle] = base
+    out_lam[0, middle], out_lam[1, middle] = base
     for i in range(1, last - middle + 1):
         base = unfold(G, r, middle - i, base)
         tip = unfold(G, r, middle + i, tip)
-        lam[0, middle - i], lam[1, middle - i] = base
-        lam[0, middle + i], lam[1, middle + i] = tip
+        out_lam[0, middle - i], out_lam[1, middle - i] = base
+        out_lam[0, middle + i], out_lam[1, middle + i] = tip
     if 2 * middle > last:
-        lam[0, 0], lam[1, 0] = unfold(G, r, 0, base)
+        out_lam[0, 0], out_lam[1, 0] = unfold(G, r, 0, base)
 
 
 @inlined
-def unfold(G, r, i, neighbour):
-    """lambda_i = D_i^-1 r_i - D_i^-1 E lambda_neighbour."""
+def unfold(G: Array, r: Array, i: int, neighbour: tuple[float, float]) -> tuple[float, float]:
+    """lambda_i = D_i^-1 r_i - D_i^-1 E lambda_neighbour [N]. Not in the paper: see `substitute`."""
     x, y = neighbour
     return r[0, i] - (G[0, i] * x + G[1, i] * y), r[1, i] - (G[2, i] * x + G[3, i] * y)
 
 
 @inlined
-def apply_hinges(model, a, free, lam, acc):
-    """Accelerations q'' = M^-1 (Q + A^T lambda) (3,N) into `acc`."""
+def apply_hinges(model: RodModel, a: Array, free: Array, lam: Array, out_acc: Array) -> None:
+    """Accelerations q'' = M^-1 (Q + A^T lambda) (3,N): paper, "Constrained Dynamic Model", the upper row.
+
+    `out_acc` may be `free`.
+    """
     for i in range(free.shape[1]):
         sum_x, sum_y = lam[0, i] + lam[0, i + 1], lam[1, i] + lam[1, i + 1]
-        acc[0, i] = free[0, i] + (lam[0, i] - lam[0, i + 1]) * model.m_inv[i]
-        acc[1, i] = free[1, i] + (lam[1, i] - lam[1, i + 1]) * model.m_inv[i]
-        acc[2, i] = free[2, i] - (a[0, i] * sum_x + a[1, i] * sum_y) * model.I_inv[i]
+        out_acc[0, i] = free[0, i] + (lam[0, i] - lam[0, i + 1]) * model.m_inv[i]
+        out_acc[1, i] = free[1, i] + (lam[1, i] - lam[1, i + 1]) * model.m_inv[i]
+        out_acc[2, i] = free[2, i] - (a[0, i] * sum_x + a[1, i] * sum_y) * model.I_inv[i]
 
 
 @inlined
-def accelerate(model, load, work, stage):
+def accelerate(model: RodModel, load: Load, stage: int, work: Work) -> None:
     """Acceleration work.acc[stage] (3,N) and hinge forces work.lam[stage] at work.q[stage], work.v[stage].
 
-    Paper, "Constrained Dynamic Model". A state that is not finite gives accelerations that are not finite.
+    Eq. KKT: paper, "Constrained Dynamic Model". A state that is not finite gives accelerations that are not finite.
+    In place: work.
     """
     q, v, a, lam = work.q[stage], work.v[stage], work.a[stage], work.lam[stage]
     rotations(q[2], model.arm, a)
     free_acceleration(model, q, v, load, work.free)
     constraint_residual(model, q, v, a, work.free, work.r)
-    eliminate(model, a, work.G, work.r)
+    eliminate(model, a, work.r, work.G)
     substitute(work.G, work.r, lam)
     apply_hinges(model, a, work.free, lam, work.acc[stage])  # Eq. KKT

@@ -1,14 +1,38 @@
 """The static map of the actuator: linear in the angles, theta = rest + K_theta^-1 T_theta u; the tip is a sum.
 
-A `model` here is anything with `L` (N,) [m], `rest` (N,) [rad] and `compliance` = K_theta^-1 T_theta (N,2) [rad/(N m)].
+Paper, "Quasi-Static Feedforward Control". Rest angles other than zero are not in the paper.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array, Pair, Words
 from controller.kernels.compiled import kernel
-from controller.kernels.model.rod import Array, RodModel, RodState, sine_cosine
+from controller.kernels.model.polygon import Polygon
+from controller.kernels.model.rod import RodModel, RodState, sine_cosine
+
+
+class StaticMap(NamedTuple):
+    """The static map, where it may be used, and a grid of its points to start from."""
+
+    L: Array
+    """(N,) [m]."""
+    rest: Array
+    """(N,) [rad]."""
+    compliance: Array
+    """(N,2) [rad/(N m)]."""
+    polygon: Polygon
+    epsilon: float
+    rcond_min: float
+    seeds: Array
+    """Admissible torques (n,2) [N m]."""
+    seed_tips: Array
+    """Their tips (n,2) [m]."""
+
+
+StaticModel = RodModel | StaticMap
+"""What has a static map: L, rest and compliance."""
 
 
 class Expansion(NamedTuple):
@@ -34,7 +58,7 @@ class Expansion(NamedTuple):
 class Places(NamedTuple):
     """Material points of the backbone, given by arc length, as rod index and distance from that rod's centre."""
 
-    rod: np.ndarray
+    rod: Words
     """(n,) index."""
     offset: Array
     """(n,) along the rod, towards the tip [m]."""
@@ -55,19 +79,22 @@ def at_rest(model: RodModel) -> RodState:
 
 
 @kernel
-def pose(model, theta, q):
-    """Centres and angles (3,N) of the chain with the angles theta (N,) [rad], into `q`."""
+def pose(model: RodModel, theta: Array, out_q: Array) -> None:
+    """Centres and angles (3,N) of the chain with the angles theta (N,) [rad].
+
+    phi_H(q) = 0: paper, "Constrained Dynamic Model".
+    """
     x = y = 0.0
     for i in range(theta.size):
         s, c = sine_cosine(theta[i])
-        q[0, i], q[1, i], q[2, i] = x + model.arm[i] * c, y + model.arm[i] * s, theta[i]
+        out_q[0, i], out_q[1, i], out_q[2, i] = x + model.arm[i] * c, y + model.arm[i] * s, theta[i]
         x += model.L[i] * c
         y += model.L[i] * s
 
 
 @kernel
-def static_tip(model, u1, u2):
-    """Static tip p(u) = sum L_i (cos theta_i, sin theta_i) [m]."""
+def static_tip(model: StaticModel, u1: float, u2: float) -> Pair:
+    """Static tip p(u) = sum L_i (cos theta_i, sin theta_i) [m] (paper, "Quasi-Static Feedforward Control": p_model)."""
     x = y = 0.0
     for i in range(model.L.size):
         s, c = sine_cosine(model.rest[i] + model.compliance[i, 0] * u1 + model.compliance[i, 1] * u2)
@@ -77,8 +104,11 @@ def static_tip(model, u1, u2):
 
 
 @kernel
-def expand_tip(model, u1, u2):
-    """Tip, sensitivity and curvature of the static map at u [N m]."""
+def expand_tip(model: StaticModel, u1: float, u2: float) -> Expansion:
+    """Tip, sensitivity and curvature of the static map at u [N m].
+
+    Tip and S: paper, "Quasi-Static Feedforward Control". Curvature is not in the paper: `newton_point` needs it.
+    """
     x = y = x_1 = x_2 = y_1 = y_2 = 0.0
     x_11 = x_12 = x_22 = y_11 = y_12 = y_22 = 0.0
     for i in range(model.L.size):
@@ -94,8 +124,11 @@ def expand_tip(model, u1, u2):
 
 
 @kernel
-def sensitivity(model, theta):
-    """S = J(theta) K_theta^-1 T_theta [m/(N m)] at any pose theta (N,), row by row: S11, S12, S21, S22."""
+def sensitivity(model: StaticModel, theta: Array) -> tuple[float, float, float, float]:
+    """S = J(theta) K_theta^-1 T_theta [m/(N m)] at any pose theta (N,), by rows: S11, S12, S21, S22.
+
+    Eq. S: paper, "Quasi-Static Feedforward Control".
+    """
     S11 = S12 = S21 = S22 = 0.0
     for i in range(theta.size):
         s, c = sine_cosine(theta[i])
@@ -106,8 +139,11 @@ def sensitivity(model, theta):
 
 
 @kernel
-def side_of(model, u1, u2):
-    """Determinant of the static map's S at u [m^2/(N m)^2]: its sign tells on which side of a fold that pose is."""
+def side_of(model: StaticModel, u1: float, u2: float) -> float:
+    """Determinant of the static map's S at u [m^2/(N m)^2]: its sign tells on which side of a fold that pose is.
+
+    Not in the paper, which leaves the folds of the inverse open.
+    """
     x_1 = x_2 = y_1 = y_2 = 0.0
     for i in range(model.L.size):
         c1, c2 = model.compliance[i, 0], model.compliance[i, 1]
@@ -119,18 +155,21 @@ def side_of(model, u1, u2):
 
 
 @kernel
-def points_on(q, at, points):
-    """Positions (n,2) [m] of the material points `at` (Places) in the pose q (3,N), into `points`."""
+def points_on(q: Array, at: Places, out_points: Array) -> None:
+    """Positions (n,2) [m] of the material points `at` in the pose q (3,N).
+
+    Not in the paper, whose points are the rods' centres and the tip.
+    """
     for j in range(at.rod.size):
         i = at.rod[j]
         s, c = sine_cosine(q[2, i])
-        points[j, 0] = q[0, i] + at.offset[j] * c
-        points[j, 1] = q[1, i] + at.offset[j] * s
+        out_points[j, 0] = q[0, i] + at.offset[j] * c
+        out_points[j, 1] = q[1, i] + at.offset[j] * s
 
 
 @kernel
-def tip_of(model, q):
-    """Distal end of the last rod [m] in the pose q (3,N)."""
+def tip_of(model: RodModel, q: Array) -> Pair:
+    """Distal end of the last rod [m] in the pose q (3,N) (paper, "Dynamic observer": p_model)."""
     last = model.L.size - 1
     s, c = sine_cosine(q[2, last])
     beyond = model.L[last] - model.arm[last]

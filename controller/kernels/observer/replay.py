@@ -1,87 +1,54 @@
-"""The observer over recorded data: samples held, virtual forces at the sensed bodies, a held pose let go."""
+"""The observer over recorded data: samples held, virtual forces at the sensed bodies, a held pose released."""
 
 from typing import NamedTuple
 
-import numpy as np
-
+from controller.arrays import Array, Words
 from controller.kernels.compiled import inlined, kernel
-from controller.kernels.model.implicit import ImplicitWork, implicit_step
-from controller.kernels.model.rod import Array, Load, RodModel, RodState
-from controller.kernels.model.statics import Places, points_on
-from controller.kernels.observer.observer import pull
+from controller.kernels.model.implicit import implicit_step
+from controller.kernels.model.statics import points_on
+from controller.kernels.observer.observer import HeldSample, ObserverGains, Replay, pull
 
 
-class Replay(NamedTuple):
-    """The model of a recorded body and its memory. The fields that `pull` reads are named as in Observer."""
-
-    model: RodModel
-    state: RodState
-    load: Load
-    work: ImplicitWork
-    sensors: Places
-    """Material points of the tracked bodies (m)."""
-    points: Array
-    """The model's position there (m,2) [m]."""
-    held: Array
-    """Torques that held the pose before the release (N,) [N m]."""
-    release: Array
-    """(2,) when they begin to fade, and for how long they do [s]."""
-    dt: float
-
-
-class Samples(NamedTuple):
+class RecordedSamples(NamedTuple):
     """What was recorded, n samples of m bodies in the model's frame."""
 
     p: Array
     """Positions (n,m,2) [m]."""
     v: Array
     """Velocities by difference from the sample before (n,m,2) [m/s]."""
-    ticks: np.ndarray
+    ticks: Words
     """For how many steps each sample is held (n,)."""
     age: Array
     """(1,) by how long it is carried on: 0, it is held [s]."""
 
 
-class Held(NamedTuple):
-    """One sample, as `pull` reads it."""
-
-    p: Array
-    v: Array
-    age: Array
-
-
-class Springs(NamedTuple):
-    """Gains of the virtual forces, as `pull` reads them."""
-
-    K_o: Array
-    """(2,) along x and y [N/m]."""
-    B_o: Array
-    """(2,) [N s/m]."""
-
-
 @kernel
-def replay(run, samples, springs, used, out):
-    """Advance `run` through all samples, pulled to the bodies with a bit in `used`; estimates (n,m,2) [m] into `out`.
+def replay(samples: RecordedSamples, gains: ObserverGains, used: int, run: Replay, out_points: Array) -> None:
+    """Advance `run` through all samples, pulled to the bodies with a bit in `used`; estimates (n,m,2) [m].
 
     A held sample is its signal half a hold late, and so is the model that it draws along: the estimate for a sample is
-    the model's position in the middle of its hold.
+    the model's position in the middle of its hold. Paper, "Dynamic observer"; of recordings it says nothing.
+    In place: run.
     """
     tick = 0
     for k in range(samples.ticks.size):
-        points_on(run.state.q, run.sensors, out[k])  # stays where samples come faster than ticks
-        held = Held(samples.p[k], samples.v[k], samples.age)
+        points_on(run.state.q, run.sensors, out_points[k])  # stays where samples come faster than ticks
+        held = HeldSample(samples.p[k], samples.v[k], samples.age)
         for step in range(samples.ticks[k]):
-            release(run, tick * run.dt)
-            pull(run, held, springs, used, run.dt)
-            implicit_step(run.model, run.state, run.load, run.dt, run.work)
+            fade_hold(tick * run.dt, run)
+            pull(held, gains, used, run.dt, run)
+            implicit_step(run.model, run.load, run.dt, run.state, run.work)
             tick += 1
             if step == samples.ticks[k] // 2:
-                points_on(run.state.q, run.sensors, out[k])
+                points_on(run.state.q, run.sensors, out_points[k])
 
 
 @inlined
-def release(run, t):
-    """Load of the held pose at t [s]: whole before the release, then falling to zero on a line."""
+def fade_hold(t: float, run: Replay) -> None:
+    """Load of the held pose at t [s]: whole before the release, then falling to zero on a line.
+
+    Not in the paper: recorded decays begin from a held pose. In place: run.load.
+    """
     share = 1.0
     if t > run.release[0]:
         share = max(0.0, 1.0 - (t - run.release[0]) / run.release[1])

@@ -1,12 +1,11 @@
 """The markers: the newest sample, which of them are usable, and whether they move as an arm can."""
 
 import math
-from typing import NamedTuple
 
-import numpy as np
-
+from controller.arrays import Array, Record
 from controller.kernels.compiled import kernel
-from controller.kernels.model.rod import Array
+from controller.kernels.memory import Control, Sensing
+from controller.kernels.observer.observer import Observer
 from controller.kernels.safety.safety import is_live, speed_of
 
 WHIP = 2.0
@@ -15,36 +14,21 @@ WHIP_TIME = 0.1
 """Time constant with which it comes to rest after that [s]."""
 
 
-class Sensing(NamedTuple):
-    """The last sample of the markers, held for the controller, carried on to the present for the observer."""
-
-    sample_ns: np.ndarray
-    """(1,) its time of capture; 0 before the first."""
-    p: Array
-    """Positions (10,2) [m], nan where not seen, or where the marker jumped."""
-    v: Array
-    """Velocities by difference of the last two samples (10,2) [m/s], 0 where unknown."""
-    seen: Array
-    """Positions in the last sample (10,2) [m], used or not; nan where not seen."""
-    age: Array
-    """(1,) by how long the observer carries p on with v [s]."""
-    off: Array
-    """Each marker's distance from the model in the last sample that was used (10,2) [m]; nan before the first."""
-    fast: Array
-    """(1,) the highest speed of any marker or of the model's tip, fading [m/s]."""
-    met_ns: np.ndarray
-    """(10,) capture time of the last sample in which each marker was seen, used or not."""
-
-
 @kernel
-def sense(control, sensing, observer, t_ns, settings, measurement):
-    """Take over a new sample and note which of the switched-on sensors are usable now, as bits in `used`."""
+def sense(
+    observer: Observer, t_ns: int, settings: Record, measurement: Record, control: Control, sensing: Sensing
+) -> None:
+    """Take over a new sample and note which of the switched-on sensors are usable now, as bits in `used`.
+
+    Any subset of rods: paper, "Task 4: Reduced Sensing". Age and plausibility are not in the paper.
+    In place: control.state, sensing.
+    """
     state = control.state[0]
     usable = 0
     if measurement.t_ns > sensing.sample_ns[0]:
-        drop_jumps(control, sensing, observer.points, measurement)
-        note_motion(state, sensing, observer.u_hat, measurement)
-        take_sample(sensing, measurement, state.jumped)
+        drop_jumps(observer.points, measurement, control, sensing)
+        note_motion(sensing, observer.u_hat, measurement, state)
+        take_sample(measurement, state.jumped, sensing)
         state.jumped &= settings.sensed
     for i in range(sensing.p.shape[0]):
         if settings.sensed >> i & 1 and math.isfinite(sensing.p[i, 0] + sensing.p[i, 1]):
@@ -58,16 +42,17 @@ def sense(control, sensing, observer, t_ns, settings, measurement):
 
 
 @kernel
-def drop_jumps(control, sensing, points, measurement):
+def drop_jumps(points: Array, measurement: Record, control: Control, sensing: Sensing) -> None:
     """Find the markers that are neither where their own motion nor where the model's, `points`, would have led them.
 
     The distance from those, (10,2) [m], is compared with that when the marker was last used, so a constant error of the
     model does not count. A marker that jumped is used again once it jumped back, was out of sight, or the rig stopped:
-    without it the model drifts, in time by as much as the marker is off.
+    without it the model drifts, in time by as much as the marker is off. Not in the paper: safety.
+    In place: control.state.jumped, sensing.
     """
     state, limits = control.state[0], control.limits[0]
     state.jumped = 0
-    whip = max(0.0, fastest(control, sensing, measurement) - WHIP)
+    whip = max(0.0, top_speed(control, measurement, sensing) - WHIP)
     for i in range(points.shape[0]):
         x, y = measurement.markers[i, 0] - points[i, 0], measurement.markers[i, 1] - points[i, 1]
         if math.isfinite(x + y):
@@ -86,8 +71,8 @@ def drop_jumps(control, sensing, points, measurement):
 
 
 @kernel
-def fastest(control, sensing, measurement):
-    """The highest speed lately, of any marker or of the model's tip [m/s]."""
+def top_speed(control: Control, measurement: Record, sensing: Sensing) -> float:
+    """The highest speed lately, of any marker or of the model's tip [m/s]. Not in the paper. In place: sensing.fast."""
     fast = sensing.fast[0] * math.exp(-(measurement.t_ns - sensing.sample_ns[0]) * 1e-9 / WHIP_TIME)
     fast = max(fast, speed_of(control.v))
     for i in range(sensing.v.shape[0]):
@@ -97,15 +82,21 @@ def fastest(control, sensing, measurement):
 
 
 @kernel
-def off_course(sensing, measurement, i, since):
-    """How far marker i is from where its own motion had led it, `since` [s] after it was seen last [m]."""
+def off_course(sensing: Sensing, measurement: Record, i: int, since: float) -> float:
+    """How far marker i is from where its own motion had led it, `since` [s] after it was seen last [m].
+
+    Not in the paper: see `drop_jumps`.
+    """
     x = measurement.markers[i, 0] - sensing.seen[i, 0] - sensing.v[i, 0] * since
     return math.hypot(x, measurement.markers[i, 1] - sensing.seen[i, 1] - sensing.v[i, 1] * since)
 
 
 @kernel
-def note_motion(state, sensing, u_hat, measurement):
-    """Remember when any marker last moved, and the torque on the model then: no camera repeats all its numbers."""
+def note_motion(sensing: Sensing, u_hat: Array, measurement: Record, state: Record) -> None:
+    """Remember when any marker last moved, and the torque on the model then: no camera repeats all its numbers.
+
+    Not in the paper: safety. In place: state.moved_ns, state.u_moved.
+    """
     for i in range(sensing.p.shape[0]):
         for j in range(2):
             x = measurement.markers[i, j]
@@ -116,8 +107,11 @@ def note_motion(state, sensing, u_hat, measurement):
 
 
 @kernel
-def take_sample(sensing, measurement, jumped):
-    """Hold the markers of `measurement`, but for those in `jumped`, and their velocity since the sample before."""
+def take_sample(measurement: Record, jumped: int, sensing: Sensing) -> None:
+    """Hold the markers of `measurement`, but for those in `jumped`, and their velocity since the sample before.
+
+    p_data and its rate: paper, "Dynamic observer". In place: sensing.p, sensing.v, sensing.sample_ns.
+    """
     rate = 1e9 / (measurement.t_ns - sensing.sample_ns[0])
     for i in range(sensing.p.shape[0]):
         for j in range(2):

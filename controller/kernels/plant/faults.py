@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array, Seed, Words
 from controller.kernels.compiled import kernel
-from controller.kernels.model.rod import Array
 from controller.kernels.plant.noise import normal_pair, uniform
 
 NOISE, SAMPLE_LOSS, MARKER_LOSS, JUMP_X, JUMP_Y = range(5)
@@ -22,26 +22,29 @@ class Faults(NamedTuple):
     values: Array
     """(5,) added standard deviation of each coordinate [m]; probability to lose a sample, and to lose a marker; what
     is added to x and y [m]."""
-    rods: np.ndarray
-    """(1,) int64: bit i-1 set: noise, jump and loss of markers meet the marker of rod i."""
-    freeze: np.ndarray
-    """(1,) int64: a `Freeze`."""
-    pneumatics: np.ndarray
-    """(3,) int64: bits of stuck sensors, bits of stuck spools, whether the supply is lost (kernels/plant/valve.py)."""
-    seed: np.ndarray
-    """(1,) uint64 state of the faults' own randomness."""
+    rods: Words
+    """(1,) bit i-1 set: noise, jump and loss of markers meet the marker of rod i."""
+    freeze: Words
+    """(1,) a `Freeze`."""
+    pneumatics: Words
+    """(3,) bits of stuck sensors, bits of stuck spools, whether the supply is lost (kernels/plant/valve.py)."""
+    seed: Seed
+    """(1,) state of the faults' own randomness."""
 
 
 @kernel
-def sample_lost(faults):
-    """Whether the sample that is taken now gets lost whole."""
+def sample_lost(faults: Faults) -> bool:
+    """Whether the sample that is taken now gets lost whole. Not in the paper: a fault. In place: faults.seed."""
     share = faults.values[SAMPLE_LOSS]
     return share > 0.0 and uniform(faults.seed) <= share
 
 
 @kernel
-def spoil(faults, points):
-    """Displace the markers `points` (n,2) [m] in place, add noise, and make lost ones nan."""
+def spoil(faults: Faults, points: Array) -> None:
+    """Displace the markers, add noise, and make lost ones nan.
+
+    Not in the paper: faults. In place: faults.seed, points (n,2) [m].
+    """
     noise, share = faults.values[NOISE], faults.values[MARKER_LOSS]
     for i in range(points.shape[0]):
         if not faults.rods[0] >> i & 1:

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from controller.arrays import Pair, Seed
 from controller.kernels.compiled import kernel
 from controller.kernels.model.rod import sine_cosine
 
@@ -12,8 +13,11 @@ S30, S27, S31, S11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
 
 
 @kernel
-def uniform(seed):
-    """Next number in (0, 1] of the splitmix64 generator whose state is `seed` (1,) uint64."""
+def uniform(seed: Seed) -> float:
+    """Next number in (0, 1] of the splitmix64 generator whose state is `seed` (1,).
+
+    Not in the paper: the twin's noise. In place: seed.
+    """
     seed[0] += GOLDEN
     z = seed[0]
     z = (z ^ (z >> S30)) * MIX_1
@@ -23,8 +27,8 @@ def uniform(seed):
 
 
 @kernel
-def normal_pair(seed):
-    """Two independent standard normal numbers (Box and Muller)."""
+def normal_pair(seed: Seed) -> Pair:
+    """Two independent standard normal numbers. Not in the paper: Box and Muller. In place: seed (1,)."""
     radius = math.sqrt(-2.0 * math.log(uniform(seed)))
     s, c = sine_cosine(2.0 * math.pi * uniform(seed))
     return radius * c, radius * s

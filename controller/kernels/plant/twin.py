@@ -1,4 +1,4 @@
-"""The twin: a simulated actuator that stands in for the hardware, with its flaws (PHYSICS.md, "the twin").
+"""The twin: a simulated actuator that stands in for the hardware, with its flaws.
 
 A finer chain than the controller's model, stiffness and torque gain scaled together, creep and hysteresis, friction on
 the sheet, four chambers behind valves and air lines, and noisy markers at 100 Hz that arrive late.
@@ -7,12 +7,11 @@ the sheet, four chambers behind valves and air lines, and noisy markers at 100 H
 import math
 from typing import NamedTuple
 
-import numpy as np
-
+from controller.arrays import Array, Record, Seed, Words
 from controller.kernels.compiled import kernel
 from controller.kernels.model.friction import Hysteresis, Sheet, resist_hysteresis, rub
 from controller.kernels.model.integrate import rk4_step
-from controller.kernels.model.rod import Array, Load, RodModel, RodState, Work
+from controller.kernels.model.rod import Load, RodModel, RodState, Work
 from controller.kernels.model.statics import Places, points_on
 from controller.kernels.plant.faults import LOST, Faults, sample_lost, spoil
 from controller.kernels.plant.noise import normal_pair
@@ -44,7 +43,7 @@ class Camera(NamedTuple):
     """Ticks between samples."""
     latency: int
     """Ticks from capture to delivery."""
-    t_ns: np.ndarray
+    t_ns: Words
     """(n,) time of capture; LOST: this sample is never delivered."""
     points: Array
     """(n,10,2) [m]."""
@@ -68,45 +67,49 @@ class Twin(NamedTuple):
     faults: Faults
     backbone: Places
     """The telemetry's backbone points (21)."""
-    ticks: np.ndarray
+    ticks: Words
     """(1,) steps made."""
-    seed: np.ndarray
-    """(1,) uint64 state of the noise."""
+    seed: Seed
+    """(1,) state of the noise."""
 
 
 @kernel
-def twin_step(twin, t_ns, telemetry, measurement):
+def twin_step(t_ns: int, twin: Twin, telemetry: Record, out_measurement: Record) -> None:
     """Show the plant as it is at t_ns [ns], then advance it by dt under telemetry.pressure_cmd; E_STOP dumps the air.
 
-    Writes telemetry.twin_backbone, measurement.pressures and, when a sample is due, the markers and their capture time.
+    Sets out_measurement.pressures and, when a sample is due, its markers and their capture time. Not in the paper,
+    whose plant is the hardware ("Experimental Platform"). In place: twin, telemetry.twin_backbone.
     """
     points_on(twin.state.q, twin.backbone, telemetry.twin_backbone)
-    capture(twin, t_ns)
-    deliver(twin.camera, twin.ticks[0], measurement)
+    capture(t_ns, twin)
+    deliver(twin.camera, twin.ticks[0], out_measurement)
     if telemetry.mode == E_STOP:
-        dump(twin.chambers, twin.dt)
-    fill_chambers(twin.chambers, twin.ticks[0], telemetry.pressure_cmd, twin.dt)
+        dump(twin.dt, twin.chambers)
+    fill_chambers(twin.ticks[0], telemetry.pressure_cmd, twin.dt, twin.chambers)
     h = twin.dt / twin.substeps
     for _ in range(twin.substeps):
-        press(twin.model, twin.chambers, twin.load)
-        resist_creep(twin.model, twin.creep, twin.state.q, twin.load, h)
-        resist_hysteresis(twin.model, twin.hysteresis, twin.state.q, twin.load)
-        rub(twin.model, twin.sheet, twin.state.v, twin.load, h)
-        rk4_step(twin.model, twin.state, twin.load, h, twin.work)
+        press(twin.model, twin.chambers, twin.load.Q_theta)
+        resist_creep(twin.model, twin.state.q, h, twin.creep, twin.load.Q_theta)
+        resist_hysteresis(twin.model, twin.state.q, twin.hysteresis, twin.load.Q_theta)
+        rub(twin.model, twin.state.v, h, twin.sheet, twin.load.F)
+        rk4_step(twin.model, twin.load, h, twin.state, twin.work)
     for j in range(4):
-        measurement.pressures[j] = twin.chambers.sensed[j]
+        out_measurement.pressures[j] = twin.chambers.sensed[j]
     twin.ticks[0] += 1
 
 
 @kernel
-def capture(twin, t_ns):
-    """Take a noisy sample of all markers if one is due."""
+def capture(t_ns: int, twin: Twin) -> None:
+    """Take a noisy sample of all markers if one is due (paper, "Hardware setup": 100 Hz).
+
+    In place: twin.camera, twin.seed, twin.faults.seed.
+    """
     camera = twin.camera
     if twin.ticks[0] % camera.period != 0:
         return
     slot = twin.ticks[0] // camera.period % camera.t_ns.size
     if twin.faults.freeze[0] != FREEZE_OFF:
-        repeat(camera, slot, t_ns if twin.faults.freeze[0] == FRESH_TIME else LOST)
+        repeat(slot, t_ns if twin.faults.freeze[0] == FRESH_TIME else LOST, camera)
         return
     camera.t_ns[slot] = t_ns
     points = camera.points[slot]
@@ -121,8 +124,11 @@ def capture(twin, t_ns):
 
 
 @kernel
-def repeat(camera, slot, t_ns):
-    """Put the sample taken last into `slot` under another time of capture; LOST: it says nothing new."""
+def repeat(slot: int, t_ns: int, camera: Camera) -> None:
+    """Put the sample taken last into `slot` under another time of capture; LOST: it says nothing new.
+
+    Not in the paper: a fault. In place: camera.
+    """
     last = (slot - 1) % camera.t_ns.size
     camera.t_ns[slot] = t_ns
     for i in range(camera.points.shape[1]):
@@ -131,40 +137,43 @@ def repeat(camera, slot, t_ns):
 
 
 @kernel
-def deliver(camera, tick, measurement):
-    """Hand over the sample whose latency has passed in this tick."""
+def deliver(camera: Camera, tick: int, out_measurement: Record) -> None:
+    """Hand over the sample whose latency has passed in this tick. Not in the paper, which gives no latency."""
     taken = tick - camera.latency
     if taken < 0 or taken % camera.period != 0:
         return
     slot = taken // camera.period % camera.t_ns.size
     if camera.t_ns[slot] == LOST:
         return
-    measurement.t_ns = camera.t_ns[slot]
+    out_measurement.t_ns = camera.t_ns[slot]
     for i in range(camera.points.shape[1]):
         for j in range(2):
-            measurement.markers[i, j] = camera.points[slot, i, j]
+            out_measurement.markers[i, j] = camera.points[slot, i, j]
 
 
 @kernel
-def press(model, chambers, load):
-    """Torques of the differential pressures, into the load."""
+def press(model: RodModel, chambers: Chambers, out_Q_theta: Array) -> None:
+    """Torques (N,) [N m] of the differential pressures (paper, "Controller Architecture")."""
     p = chambers.pressure
     u1 = chambers.torque_per_pascal[0] * (p[0] - p[1])
     u2 = chambers.torque_per_pascal[1] * (p[2] - p[3])
-    for i in range(load.Q_theta.size):
-        load.Q_theta[i] = model.T_theta[i, 0] * u1 + model.T_theta[i, 1] * u2
+    for i in range(out_Q_theta.size):
+        out_Q_theta[i] = model.T_theta[i, 0] * u1 + model.T_theta[i, 1] * u2
 
 
 @kernel
-def resist_creep(model, creep, q, load, h):
-    """Torques of the Maxwell branches, added to the load; the branches relax towards the present bend for h [s]."""
+def resist_creep(model: RodModel, q: Array, h: float, creep: Creep, Q_theta: Array) -> None:
+    """Torques of the Maxwell branches; they relax towards the present bend of q (3,N) for h [s].
+
+    Not in the paper: a flaw of the twin. In place: creep.relaxed, Q_theta (N,) [N m], to which they are added.
+    """
     for branch in range(2):
         keep = math.exp(-h / creep.time[branch])
-        for i in range(load.Q_theta.size):
+        for i in range(Q_theta.size):
             bend = q[2, i] - q[2, i - 1] if i > 0 else q[2, 0]
             stretch = bend - creep.relaxed[branch, i]
             creep.relaxed[branch, i] = bend - keep * stretch
             torque = creep.share[branch] * model.k[i] * stretch
-            load.Q_theta[i] -= torque
+            Q_theta[i] -= torque
             if i > 0:
-                load.Q_theta[i - 1] += torque
+                Q_theta[i - 1] += torque

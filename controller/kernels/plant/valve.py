@@ -1,17 +1,15 @@
 """Four chambers, each behind a proportional 5/3 spool valve that a low-level pressure loop opens.
 
-The paper ("Experimental setup") names the valve, Festo MPYE-5-M5-010-B, and the loop, PI from pressure error to valve
+The paper ("Hardware setup") names the valve, Festo MPYE-5-M5-010-B, and the loop, PI from pressure error to valve
 command. Flow is that of ISO 6358: choked below the critical ratio of pressures, elliptic above. Air stays isothermal.
 """
 
 import math
 from typing import NamedTuple
 
-import numpy as np
-
+from controller.arrays import Array, Pair, Words
 from controller.kernels.compiled import inlined, kernel
-from controller.kernels.denormal import settled
-from controller.kernels.model.rod import Array
+from controller.kernels.denormal import flushed
 
 ATMOSPHERE = 101.325e3
 """What gauge pressures count from, and what the chambers exhaust to [Pa]."""
@@ -63,15 +61,18 @@ class Chambers(NamedTuple):
     line: Array
     """Ring of setpoints on their way (ticks of dead time + 1, 4) [Pa]."""
     valve: Valve
-    broken: np.ndarray
-    """(3,) int64: bits of chambers whose sensor is stuck, bits of those whose spool is, 1 where the supply is lost."""
+    broken: Words
+    """(3,) bits of chambers whose sensor is stuck, bits of those whose spool is, 1 where the supply is lost."""
     torque_per_pascal: Array
     """Real torque on a unit of T_theta per differential pressure of each pair (2,) [N m/Pa]."""
 
 
 @kernel
-def fill_chambers(chambers, tick, setpoints, dt):
-    """Advance the four chambers by dt [s]: dead time, pressure loop, spool, flow."""
+def fill_chambers(tick: int, setpoints: Array, dt: float, chambers: Chambers) -> None:
+    """Advance the four chambers by dt [s]: dead time, pressure loop, spool, flow; setpoints (4,) [Pa].
+
+    Paper, "Hardware setup": valves and pressure loops. In place: chambers.
+    """
     valve = chambers.valve
     slots = chambers.line.shape[0]
     put, take = tick % slots, (tick + 1) % slots
@@ -80,28 +81,32 @@ def fill_chambers(chambers, tick, setpoints, dt):
         p, e = chambers.pressure[j], chambers.line[take, j] - chambers.sensed[j]
         command, chambers.integral[j] = regulate(valve, e, chambers.integral[j], dt)
         if not chambers.broken[SPOOLS_STUCK] >> j & 1:
-            chambers.spool[j] = settled(command + (chambers.spool[j] - command) * valve.keep)
+            chambers.spool[j] = flushed(command + (chambers.spool[j] - command) * valve.keep)
         opening = min(1.0, max(-1.0, chambers.spool[j] + valve.offset))
         if chambers.broken[SUPPLY_LOST] != 0:
             opening = -max(abs(opening), OPEN_LINE)
-        chambers.pressure[j] = filled(valve, p, valve_flow(valve, opening, p), dt)
+        chambers.pressure[j] = pressure_after(valve, p, valve_flow(valve, opening, p), dt)
         if not chambers.broken[SENSORS_STUCK] >> j & 1:
             chambers.sensed[j] = chambers.pressure[j]
 
 
 @kernel
-def dump(chambers, dt):
-    """Let the air of all chambers out for dt [s], past the valves: what an E-STOP must do whatever is stuck."""
+def dump(dt: float, chambers: Chambers) -> None:
+    """Let the air of all chambers out for dt [s], past the valves: what an E-STOP must do whatever is stuck.
+
+    Not in the paper: safety. In place: chambers.pressure.
+    """
     for j in range(4):
         p = chambers.pressure[j]
-        chambers.pressure[j] = filled(chambers.valve, p, valve_flow(chambers.valve, -1.0, p), dt)
+        chambers.pressure[j] = pressure_after(chambers.valve, p, valve_flow(chambers.valve, -1.0, p), dt)
 
 
 @inlined
-def regulate(valve, e, integral, dt):
+def regulate(valve: Valve, e: float, integral: float, dt: float) -> Pair:
     """Valve command (-1..1) for a pressure error e [Pa], and the new integral: PI with two gains of P, one of I.
 
-    Anti-windup: the integral moves only near the setpoint and never beyond what the spool's offset needs.
+    Paper, "Hardware setup": the low-level loops. Anti-windup, ours: the integral moves only near the setpoint and never
+    beyond what the spool's offset needs.
     """
     command = e * (valve.inflate_gain if e > 0.0 else valve.exhaust_gain)
     if abs(e) < INTEGRAL_BAND:
@@ -111,8 +116,11 @@ def regulate(valve, e, integral, dt):
 
 
 @inlined
-def flow_share(ratio, b):
-    """Share of the choked flow that passes at `ratio` of absolute pressures, downstream to upstream (ISO 6358-1)."""
+def flow_share(ratio: float, b: float) -> float:
+    """Share of the choked flow that passes at `ratio` of absolute pressures, downstream to upstream.
+
+    Not in the paper: ISO 6358-1.
+    """
     if ratio <= b:
         return 1.0
     s = (ratio - b) / (1.0 - b)
@@ -120,8 +128,11 @@ def flow_share(ratio, b):
 
 
 @kernel
-def valve_flow(valve, opening, p):
-    """Flow into a chamber at gauge pressure p [Pa], in the reference atmosphere [m^3/s]; negative: out of it."""
+def valve_flow(valve: Valve, opening: float, p: float) -> float:
+    """Flow into a chamber at gauge pressure p [Pa], in the reference atmosphere [m^3/s]; negative: out of it.
+
+    Not in the paper: ISO 6358-1.
+    """
     up, down = valve.supply, p
     if opening < 0.0:
         up, down = p, 0.0
@@ -131,10 +142,10 @@ def valve_flow(valve, opening, p):
 
 
 @inlined
-def filled(valve, p, flow, dt):
+def pressure_after(valve: Valve, p: float, flow: float, dt: float) -> float:
     """Gauge pressure [Pa] after `flow` [m^3/s] for dt [s], isothermal: V dp = REFERENCE_PRESSURE flow dt.
 
-    Flow ends where pressures are equal, which a tick would step over: its slope has no bound there.
+    Flow ends where pressures are equal, which a tick would step over: its slope has no bound there. Not in the paper.
     """
     p += REFERENCE_PRESSURE * flow * dt / valve.volume
     return min(p, valve.supply) if flow > 0.0 else max(p, 0.0)

@@ -1,6 +1,8 @@
 """What the watchdog of the chambers looks at: how long the pressures have not been those that the torques ask for."""
 
+from controller.arrays import Array, Record
 from controller.kernels.compiled import kernel
+from controller.kernels.memory import Control
 from controller.kernels.model.pneumatics import chamber_pressure
 
 FADES = 0.5
@@ -16,21 +18,27 @@ more than 57 ms while it was off by half of the limit.
 
 
 @kernel
-def note_chambers(control, measurement, u_hat, driven):
-    """Count the time [s] for which the pressures are off those of u_hat (2,) [N m]; 0 unless chambers are driven."""
+def note_chambers(measurement: Record, u_hat: Array, driven: bool, control: Control) -> None:
+    """Count the time [s] for which the pressures are off those of u_hat (2,) [N m]; 0 unless chambers are driven.
+
+    Not in the paper. In place: control.state.
+    """
     state, limits = control.state[0], control.limits[0]
     p, off = measurement.pressures, 0.0
     for j in range(2):
         off = max(off, abs(p[2 * j] - p[2 * j + 1] - u_hat[j] * control.pascal_per_torque[j]))
     for chamber in range(p.shape[0]):
-        note_reading(control, chamber, p[chamber], chamber_pressure(u_hat, control.pascal_per_torque, chamber), driven)
+        note_reading(chamber, p[chamber], chamber_pressure(u_hat, control.pascal_per_torque, chamber), driven, control)
     change = control.dt if off > limits.pressure_off_max else -FADES * control.dt
     state.pressure_off = max(0.0, state.pressure_off + change) if driven else 0.0
 
 
 @kernel
-def note_reading(control, chamber, shown, asked, driven):
-    """Count the time [s] for which a reading stands still and is off what is asked, which has moved since [Pa]."""
+def note_reading(chamber: int, shown: float, asked: float, driven: bool, control: Control) -> None:
+    """Count the time [s] for which a reading stands still and is off what is asked, which has moved since [Pa].
+
+    Not in the paper. In place: control.state.
+    """
     state, bound = control.state[0], STILL * control.limits[0].pressure_off_max
     if not driven or not abs(shown - state.chamber_shown[chamber]) <= STIRS:
         state.chamber_shown[chamber], state.chamber_asked[chamber] = shown, asked
@@ -40,20 +48,20 @@ def note_reading(control, chamber, shown, asked, driven):
 
 
 @kernel
-def chambers_broken(state, limits):
-    """Whether one has been off, or has stood still, for too long."""
+def chambers_broken(state: Record, limits: Record) -> bool:
+    """Whether one has been off, or has stood still, for too long. Not in the paper."""
     return state.pressure_off > limits.pressure_off_time or longest_still(state) > STILL * limits.pressure_off_time
 
 
 @kernel
-def chambers_follow(state):
-    """Whether nothing speaks against any of them."""
+def chambers_follow(state: Record) -> bool:
+    """Whether nothing speaks against any of them. Not in the paper."""
     return state.pressure_off == 0.0 and longest_still(state) == 0.0
 
 
 @kernel
-def longest_still(state):
-    """The most of the times for which a reading has stood still [s]."""
+def longest_still(state: Record) -> float:
+    """The most of the times for which a reading has stood still [s]. Not in the paper."""
     longest = 0.0
     for chamber in range(state.chamber_still.shape[0]):
         longest = max(longest, state.chamber_still[chamber])

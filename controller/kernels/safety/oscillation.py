@@ -5,7 +5,9 @@ Windows are exponential: a window of T seconds forgets what is older than some T
 
 import math
 
+from controller.arrays import Array, Record
 from controller.kernels.compiled import kernel
+from controller.kernels.memory import Control
 from controller.kernels.safety.chamber_watch import chambers_follow
 from controller.kernels.safety.safety import is_live
 
@@ -18,16 +20,17 @@ HELD_TIME = 0.4
 
 
 @kernel
-def note_tracking(control, error, closed):
+def note_tracking(error: Array, closed: bool, control: Control) -> None:
     """Update the swings of error and reference and the windowed rms with this tick's error [m], closed loop or not.
 
     Means follow always, so that closing a loop is no swing; while it is open, what was seen fades. A loop that closes
     has its reference stepped from the tip to where it is: an arm that still falls, or is far off, answers that.
+    Not in the paper. In place: control.state.
     """
     state, limits, dt = control.state[0], control.limits[0], control.dt
-    count_off_time(control, error, closed)
+    count_off_time(error, closed, control)
     if not is_live(state.mode):
-        forget_tracking(state, error)
+        forget_tracking(error, state)
     if not closed:
         state.error_first = error[0] ** 2 + error[1] ** 2
     slow, square, held, window = dt / MEAN_TIME, dt / SWING_TIME, dt / HELD_TIME, dt / limits.error_rms_time
@@ -51,8 +54,11 @@ def note_tracking(control, error, closed):
 
 
 @kernel
-def forget_tracking(state, error):
-    """Start anew from the present error: nothing swings, and the reference comes from where the tip is."""
+def forget_tracking(error: Array, state: Record) -> None:
+    """Start anew from the present error: nothing swings, and the reference comes from where the tip is.
+
+    Not in the paper. In place: state.
+    """
     state.swing = state.swing_ref = state.swing_held = state.swing_off = state.error_square = 0.0
     for j in range(2):
         state.error_slow[j] = state.error_mean[j] = error[j]
@@ -62,10 +68,11 @@ def forget_tracking(state, error):
 
 
 @kernel
-def count_off_time(control, error, closed):
+def count_off_time(error: Array, closed: bool, control: Control) -> None:
     """Count the time for which a closed loop is off by more than the limit; out of reach, off the nearest point in it.
 
     Time within the limit counts back: a loop that swings through its reference is off most of the time, not always.
+    Not in the paper. In place: control.state.off_time.
     """
     state = control.state[0]
     off = math.hypot(error[0], error[1]) > control.limits[0].error_max
@@ -74,8 +81,11 @@ def count_off_time(control, error, closed):
 
 
 @kernel
-def note_residual(control, residual):
-    """Count the time for which the observer is off the markers by more than the limit [m]; nan, no marker: nothing."""
+def note_residual(residual: float, control: Control) -> None:
+    """Count the time for which the observer is off the markers by more than the limit [m]; nan, no marker: nothing.
+
+    Not in the paper. In place: control.state.residual_off.
+    """
     state, limits = control.state[0], control.limits[0]
     change = control.dt if residual > limits.residual_max else -control.dt
     state.residual_off = max(0.0, state.residual_off + change) if is_live(state.mode) else 0.0

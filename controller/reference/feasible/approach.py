@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.control.inverse import TOLERANCE, StaticMap, refine
-from controller.kernels.model.rod import Array
+from controller.kernels.control.inverse import TOLERANCE, refine
+from controller.kernels.model.statics import StaticMap
 from controller.reference.feasible.reach import static_tips
 
 NEAR_SEEDS, SETTLE_STEPS = 60, 30
@@ -29,11 +30,11 @@ def blended(smap: StaticMap, u_from: Array, u_to: Array, ticks: int) -> Array:
 
 def blended_torques(u_from: Array, u_to: Array, ticks: int) -> Array:
     """The torques (ticks, 2) [N m] that hold the tips of `blended`."""
-    found: Array = u_from + blend(ticks) * (u_to - u_from)
+    found: Array = u_from + quintic(ticks) * (u_to - u_from)
     return found
 
 
-def blend(ticks: int) -> Array:
+def quintic(ticks: int) -> Array:
     """Shares (ticks, 1) of a quintic that rests at 0 and at the 1 that would be the next."""
     s = np.arange(ticks)[:, None] / ticks
     found: Array = s**3 * (10.0 - 15.0 * s + 6.0 * s * s)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 
 WINDOW = 0.02
 """Time over which an acceleration is taken [s]: sampling and a camera's noise have none, and a corner a finite one."""
@@ -123,7 +123,7 @@ def exceeding(p: Array, u: Array, limits: Limits, dt: float) -> np.ndarray:
     return np.unique(np.concatenate(rows))
 
 
-def place(p: Array, row: int, dt: float) -> str:
+def place_of_row(p: Array, row: int, dt: float) -> str:
     """Where and when a row of p (n, 2) [m] is."""
     x, y = 1e3 * p[row]
     return f"at {row * dt:.3f} s, ({x:.1f}, {y:.1f}) mm"

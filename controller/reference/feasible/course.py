@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 from controller.reference.period import Rhythm, repeats_from, rhythm, size, strongest
 
 JUMP_SPEED, JUMP_TIME = 0.5, 0.1

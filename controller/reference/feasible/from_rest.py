@@ -6,8 +6,9 @@ them. One of them may need three times the torque further on, or end before the 
 
 import numpy as np
 
-from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE, StaticMap
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
+from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE
+from controller.kernels.model.statics import StaticMap
 from controller.reference.feasible.approach import EVERY, follow, solutions
 from controller.reference.feasible.reach import static_tips
 

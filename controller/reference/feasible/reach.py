@@ -4,11 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.build.rig import build_static_map
 from controller.build.rod import build_rod
-from controller.kernels.control.inverse import StaticMap
 from controller.kernels.model.polygon import Polygon
-from controller.kernels.model.rod import Array, RodModel
+from controller.kernels.model.rod import RodModel
+from controller.kernels.model.statics import StaticMap
 from controller.schema.parameters import RigParameters
 
 

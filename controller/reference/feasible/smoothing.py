@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 from controller.reference.shapes import along, lengths
 
 HALF_WIDTH = 3.0

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.model.rod import Array
 from controller.reference.feasible.bounds import Limits
 from controller.reference.shapes import along, lengths
 

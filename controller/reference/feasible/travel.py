@@ -5,14 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.control.inverse import StaticMap
-from controller.kernels.model.rod import Array
-from controller.reference.feasible.approach import blend, blended_torques
+from controller.kernels.model.statics import StaticMap
+from controller.reference.feasible.approach import blended_torques, quintic
 from controller.reference.feasible.bounds import Limits, standing, window_rows, worst
 from controller.reference.feasible.reach import static_tips
 
-Rows = tuple[Array, Array]
+PointsAndTorques = tuple[Array, Array]
 """Places (n, 2) [m] and the torques (n, 2) [N m] that hold them."""
 SHORTEST = 0.1
 """No travel takes less time [s]."""
@@ -40,7 +40,9 @@ def held_by(smap: StaticMap, u: Array) -> Pose:
     return Pose(static_tips(smap, u[None])[0], u)
 
 
-def travel(smap: StaticMap, start: Pose, end: Pose, limits: Limits, dt: float, least: float = SHORTEST) -> Rows:
+def travel(
+    smap: StaticMap, start: Pose, end: Pose, limits: Limits, dt: float, least: float = SHORTEST
+) -> PointsAndTorques:
     """Rows from `start` on towards `end`, which would be the next row, and their torques [N m].
 
     A quintic in u, as `blended`, in `least` [s] or in as much more as `limits` ask for: what lies between two
@@ -58,7 +60,7 @@ def travel(smap: StaticMap, start: Pose, end: Pose, limits: Limits, dt: float, l
     raise ParameterError(f"no way within limits to another pose of the arm: {excess}")
 
 
-def joined(start: Pose, rows: Rows, end: Pose, dt: float) -> Rows:
+def joined(start: Pose, rows: PointsAndTorques, end: Pose, dt: float) -> PointsAndTorques:
     """`rows`, and those that lead from `start` to their first and from their last to `end`, standing still at both.
 
     A row's place may be off the tip that its torques hold by a tolerance that, in one tick, would exceed every limit.
@@ -67,9 +69,9 @@ def joined(start: Pose, rows: Rows, end: Pose, dt: float) -> Rows:
     return np.vstack([p for p, _ in parts]), np.vstack([u for _, u in parts])
 
 
-def eased(p_from: Array, p_to: Array, u: Array, dt: float) -> Rows:
+def eased(p_from: Array, p_to: Array, u: Array, dt: float) -> PointsAndTorques:
     """Rows from p_from (2,) on towards p_to (2,) [m], both held by u (2,) [N m], with a rest before and after."""
     still = np.zeros((window_rows(dt), 1))  # else one acceleration would be taken over both what ends and what begins
     apart = np.linalg.norm(p_to - p_from) >= SAME
-    share = np.vstack([still, blend(round(EASE / dt)), 1.0 + still]) if apart else still
+    share = np.vstack([still, quintic(round(EASE / dt)), 1.0 + still]) if apart else still
     return p_from + share * (p_to - p_from), np.tile(u, (len(share), 1))

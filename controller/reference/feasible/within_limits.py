@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.control.along import settle
-from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE, StaticMap
+from controller.kernels.control.along import refine_each
+from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE
 from controller.kernels.control.retime import fastest_progress
-from controller.kernels.model.rod import Array
-from controller.reference.feasible.bounds import Limits, exceeding, place, standing, window_rows, worst
+from controller.kernels.model.statics import StaticMap
+from controller.reference.feasible.bounds import Limits, exceeding, place_of_row, standing, window_rows, worst
 from controller.reference.feasible.reach import static_tips
 from controller.reference.feasible.smoothing import continued
 from controller.reference.feasible.travel import Pose, joined
@@ -173,7 +174,7 @@ def retimed(smap: StaticMap, wished: Array, limits: Limits, dt: float) -> Follow
     found = together(rows)
     if excess := worst(standing(found.p, dt), standing(found.u, dt), limits, dt):
         at = min(max(0, excess.row - window_rows(dt)), len(found.p) - 1)
-        raise ParameterError(f"no timing keeps it within limits: {place(found.p, at, dt)}: {excess}")
+        raise ParameterError(f"no timing keeps it within limits: {place_of_row(found.p, at, dt)}: {excess}")
     moving = (len(found.p) - 1 - int(found.travel.sum())) * dt
     if moving > (len(wished) - 1) * dt + 0.01:
         said.insert(0, retimed_text((len(wished) - 1) * dt, moving, limits))
@@ -298,7 +299,7 @@ def slowed(smap: StaticMap, part: Points, limits: Limits, dt: float) -> Followed
             return found
         brake[near(progress[1], rows * (progress[1][-1] / max(1, len(found.p) - 1)), NEAR)] *= BRAKE
     excess = worst(standing(found.p, dt), standing(found.u, dt), limits, dt)
-    at = place(found.p, int(np.clip(rows[0], 0, len(found.p) - 1)), dt)
+    at = place_of_row(found.p, int(np.clip(rows[0], 0, len(found.p) - 1)), dt)
     raise ParameterError(f"no timing keeps it within limits: {at}: {excess}")
 
 
@@ -338,7 +339,7 @@ def sampled_rows(smap: StaticMap, part: Points, progress: tuple[Array, Array], d
     tau = at - t[i]
     along = i + np.clip(np.sqrt(x[i]) * tau + 0.25 * (x[i + 1] - x[i]) * tau**2, 0.0, 1.0)
     p, u = between(part.path.p, along), between(part.path.u, along)
-    settle(smap, p, u, REFINE_STEPS)
+    refine_each(smap, REFINE_STEPS, p, u)
     wished = between(part.wished, along)
     off = np.hypot(*(wished - p).T)
     return Followed(p, u, wished, np.where(off >= TOLERANCE, off, 0.0), np.zeros(len(at), bool))

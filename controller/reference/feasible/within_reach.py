@@ -4,22 +4,21 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.control.along import nearest_of, walk
-from controller.kernels.control.inverse import MARGIN_NEARER, REFINE_STEPS, TOLERANCE, StaticMap
-from controller.kernels.model.rod import Array
+from controller.kernels.control.along import invert_along, nearest_of
+from controller.kernels.control.inverse import MARGIN_NEARER, REFINE_STEPS, TOLERANCE
+from controller.kernels.model.statics import StaticMap
 from controller.reference.feasible.approach import EVERY, NEAR_SEEDS, SETTLE_STEPS, solutions
 from controller.reference.feasible.reach import static_tips
 from controller.reference.path_file import Samples
 from controller.schema.actuator import Actuator
-from controller.schema.parameters import ControllerParameters
+from controller.schema.parameters import DT
 
 FAR = 3.0
 """A point further from the base than so many lengths is in other units."""
 LOOK = 1e-3
 """Out of reach another branch is looked for once in so much of the path [m], or at every so many rows."""
-DT = ControllerParameters().dt
-"""Period of a path's rows [s]."""
 JUST = 1e-9
 """Rounding of times [s]."""
 
@@ -55,13 +54,13 @@ def require_reach(samples: Samples, path: Carried, p: Array, actuator: Actuator)
     if out.size:
         (x, y), distance = p[out[0]], 1e3 * path.distance[out[0]]
         raise ParameterError(
-            f"{place(samples, out[0] * DT)}: ({x:.6g}, {y:.6g}) m is {distance:.3g} mm out of the reach of "
+            f"{place_in_file(samples, out[0] * DT)}: ({x:.6g}, {y:.6g}) m is {distance:.3g} mm out of the reach of "
             f"{actuator.name}; {100 * out.size / len(p):.3g} % of the path is, by up to "
             f"{1e3 * path.distance.max():.3g} mm (--project follows the nearest points within reach)"
         )
 
 
-def place(samples: Samples, t: float) -> str:
+def place_in_file(samples: Samples, t: float) -> str:
     """File, line and time of the path `t` [s] after its first sample."""
     at = int(np.searchsorted(samples.t, samples.t[0] + t + JUST, "right")) - 1
     line = f"line {samples.lines[at]}"
@@ -76,7 +75,7 @@ def projected(smap: StaticMap, p: Array) -> Carried:
     Of equals the one of the least torque at p[0], as in the library; from u = 0 for a path that begins at rest.
     """
     best = None
-    for u in [np.zeros(2)] if at_rest(smap, p[0]) else solutions(smap, p[0]) or [np.array(nearest(smap, p[0])[0])]:
+    for u in [np.zeros(2)] if is_rest(smap, p[0]) else solutions(smap, p[0]) or [np.array(nearest(smap, p[0])[0])]:
         path = carried(smap, p, u)
         if not path.changes:
             return path
@@ -86,7 +85,7 @@ def projected(smap: StaticMap, p: Array) -> Carried:
     return best
 
 
-def at_rest(smap: StaticMap, p: Array) -> bool:
+def is_rest(smap: StaticMap, p: Array) -> bool:
     """Whether p (2,) [m] is the tip at rest."""
     return bool(np.linalg.norm(p - static_tips(smap, np.zeros(2))) < TOLERANCE)
 
@@ -101,7 +100,7 @@ def carried(smap: StaticMap, p: Array, begin: Array) -> Carried:
     p = np.ascontiguousarray(p)  # one kind of array, so that the kernel is compiled once
     torques, distances, changes = np.empty_like(p), np.zeros(len(p)), []
     row, u = 0, (begin[0], begin[1])
-    while (row := walk(smap, p, row, u, every, REFINE_STEPS, torques, distances)) < len(p):
+    while (row := invert_along(smap, p, row, u, every, REFINE_STEPS, distances, torques)) < len(p):
         v, other = nearest(smap, p[row])
         if other < TOLERANCE or other < distances[row] - MARGIN_NEARER:
             torques[row], distances[row] = v, other

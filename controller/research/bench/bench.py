@@ -10,12 +10,12 @@ from controller.kernels.model.statics import at_rest, tip_of
 from controller.research.bench.elastica_rod import ElasticaFigures, beside_elastica
 from controller.research.bench.mujoco_chain import MujocoChain
 from controller.research.bench.proof_bench import ProofFigures, time_proofs
-from controller.research.bench.scaling import DT, Scaling, run_steps, step_us, time_chains
+from controller.research.bench.scaling import Scaling, run_steps, step_us, time_chains
 from controller.research.bench.stopwatch import time_steps
 from controller.research.bench.tick_bench import closed_loop
 from controller.schema.actuator import PRESETS
 from controller.schema.modes import Integrator
-from controller.schema.parameters import ControllerParameters, RigParameters
+from controller.schema.parameters import DT, ControllerParameters, RigParameters
 
 TORQUE = 0.02
 """Step of torque on the last rod [N m]."""

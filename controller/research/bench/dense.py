@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.kernels.model.implicit import GAMMA
 from controller.kernels.model.integrate import fill_first_stage, fill_stage, finish_step
 from controller.kernels.model.rod import (
-    Array,
     Load,
     RodModel,
     RodState,
@@ -61,9 +61,9 @@ def dense_step(model: RodModel, state: RodState, load: Load, dt: float, work: Wo
     fill_first_stage(state, work)
     dense_accelerate(model, load, work, 0)
     for stage in range(1, 4):
-        fill_stage(state, work, stage, dt if stage == 3 else 0.5 * dt)
+        fill_stage(state, stage, dt if stage == 3 else 0.5 * dt, work)
         dense_accelerate(model, load, work, stage)
-    finish_step(state, work.acc, dt)
+    finish_step(work.acc, dt, state)
 
 
 @compiled

@@ -16,10 +16,11 @@ from controller.kernels.model.rod import RodModel, make_load, make_work
 from controller.kernels.model.statics import at_rest, tip_of
 from controller.research.bench.scaling import run_steps
 from controller.schema.actuator import PRESETS
+from controller.schema.parameters import DT
 
 RODS, TORQUE, SECONDS = 10, 0.02, 2.0
 """Step of torque on the last rod [N m], and the time simulated after it [s]."""
-DT, ELASTICA_DT = 1e-3, 2e-4
+ELASTICA_DT = 2e-4
 """Steps [s]. PyElastica's is explicit; with this radius it diverges at 5e-4 s."""
 RADIUS = 0.005
 """Radius of PyElastica's rod [m]; bending stiffness and mass do not depend on it, shear and stretch do."""

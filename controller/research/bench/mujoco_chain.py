@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import TendrilError
-from controller.kernels.model.rod import Array, RodModel
+from controller.kernels.model.rod import RodModel
 
 
 def import_mujoco() -> Any:

@@ -16,8 +16,8 @@ from controller.realtime.compiled import compiled
 from controller.research.bench.dense import dense_step, solve_dense_stages
 from controller.research.bench.stopwatch import time_steps
 from controller.schema.actuator import PRESETS
+from controller.schema.parameters import DT
 
-DT = 1e-3
 RODS = (10, 20, 50, 100, 300, 1000)
 DENSE_MAX = 300
 """Largest chain that the dense solver is asked for: 0.4 s a step."""
@@ -83,14 +83,14 @@ class Chain:
 def run_steps(model: RodModel, state: RodState, load: Load, dt: float, work: Work, count: int) -> None:
     """`count` RK4 steps of dt [s]."""
     for _ in range(count):
-        rk4_step(model, state, load, dt, work)
+        rk4_step(model, load, dt, state, work)
 
 
 @compiled
 def run_implicit_steps(model: RodModel, state: RodState, load: Load, dt: float, work: ImplicitWork, count: int) -> None:
     """`count` implicit steps of dt [s]."""
     for _ in range(count):
-        implicit_step(model, state, load, dt, work)
+        implicit_step(model, load, dt, state, work)
 
 
 @compiled

@@ -5,14 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Words
 from controller.build.rig import build_rig
 from controller.build.twin import build_twin
 from controller.errors import TendrilError
-from controller.kernels.control.memory import Rig
-from controller.kernels.control.tick import tick
+from controller.kernels.control.tick import Rig, tick
 from controller.kernels.plant.twin import Twin, twin_step
 from controller.realtime.clock import now_ns
-from controller.realtime.compiled import Words, compiled
+from controller.realtime.compiled import compiled
 from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry
 from controller.schema.modes import Mode, Request
@@ -50,9 +50,9 @@ def run_ticks(rig: Rig, twin: Twin, inputs: Inputs, telemetry: np.ndarray, spans
         command.presence += 1
         status.server_ns = status.pump_ns = t_ns
         start_ns = now_ns(clock)
-        tick(rig, t_ns, command, measurement, status, row)
+        tick(t_ns, command, measurement, status, rig, row)
         spans[i] = now_ns(clock) - start_ns
-        twin_step(twin, t_ns, row, measurement)
+        twin_step(t_ns, twin, row, measurement)
 
 
 class LoopTimes(NamedTuple):

@@ -8,7 +8,7 @@ from importlib.metadata import version
 
 from controller.errors import TendrilError
 from controller.research.calibration.evolve import evolve
-from controller.research.calibration.fit_file import Origin, Result
+from controller.research.calibration.fit_file import FitOrigin, Result
 from controller.research.calibration.problem import Evaluation, Problem
 from controller.research.calibration.search import Effort, Report, Search, Stage, ending
 from controller.research.calibration.spread import RowSpread, held_out, near_equal, walk
@@ -20,7 +20,7 @@ CUT_SHORT = ("interrupted", "a worker died")
 
 
 @dataclass(frozen=True)
-class Task:
+class CalibrationTask:
     """What to search, how hard, and how it is named in the file."""
 
     problem: Problem
@@ -30,7 +30,7 @@ class Task:
     command: str = "tendril calibrate"
 
 
-def calibrate(task: Task, report: Report) -> Result:
+def calibrate(task: CalibrationTask, report: Report) -> Result:
     """The fit. An interrupt ends what is being done, not the command: what has been found is taken.
 
     Raises TendrilError if no point of the search kept the margins.
@@ -47,7 +47,7 @@ def calibrate(task: Task, report: Report) -> Result:
         fits = near_equal(search, search.best() or best)
         done = told(report, len(fits), search.best_cost)
         ended = worse(ended, ending(lambda: spread.extend(held_out(task.problem, fits, pool, done))))
-    origin = Origin(
+    origin = FitOrigin(
         date=date.today().isoformat(),
         command=task.command,
         version=version("tendril"),

@@ -7,7 +7,7 @@ the shape of the valley finds its way on.
 import cma
 import numpy as np
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 from controller.research.calibration.problem import Evaluation, Problem
 from controller.research.calibration.search import Search, Stage, ranked
 

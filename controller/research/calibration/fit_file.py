@@ -20,7 +20,7 @@ HEADER = "# What `tendril calibrate` found: the twin's unknowns and the gains th
 
 
 @dataclass(frozen=True)
-class Origin:
+class FitOrigin:
     """How a fit was found."""
 
     date: str
@@ -42,7 +42,7 @@ class Result:
     fits: tuple[Evaluation, ...]
     """Near-equal ones, the best among them."""
     spread: tuple[RowSpread, ...]
-    origin: Origin
+    origin: FitOrigin
 
 
 def require_toml(out: Path) -> None:

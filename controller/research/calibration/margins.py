@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 from controller.reference.reference import Reference
 from controller.research.calibration.predictions import BROKEN, attempt
 from controller.schema.actuator import PRESETS

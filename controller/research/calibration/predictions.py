@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array, Rows
 from controller.reference.reference import Reference
 from controller.research.experiments.paper_rows import DIGITS, PaperRow, window_of
 from controller.schema.modes import Mode
@@ -14,7 +14,6 @@ from controller.schema.parameters import RigParameters, Settings
 from controller.simulation import run
 from controller.simulation.case import Case, Setup, parameters_of, planned, settings_of
 from controller.simulation.metrics import measure
-from controller.simulation.simulate import Rows
 
 RATIO_SCALE = 0.1
 """Standard deviation of ln(ours / paper): a tenth of the paper's number."""

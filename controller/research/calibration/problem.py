@@ -7,8 +7,8 @@ from typing import TypeVar
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import TendrilError
-from controller.kernels.model.rod import Array
 from controller.research.calibration.margins import TRIALS, Margin, Trial, measure_margins
 from controller.research.calibration.predictions import Predicted, predict, row_residuals
 from controller.research.calibration.space import Space

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 from controller.research.calibration.problem import HOPELESS, Evaluation, Problem, evaluate, keeps_margins
 from controller.research.experiments.pool import OutOfTime, Pool, WorkerDied
 

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from scipy.stats import norm, qmc
 
+from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.model.rod import Array
 from controller.research.calibration.unknowns import UNKNOWNS, Unknown
 from controller.schema.fit import GAIN_NAMES
 from controller.schema.parameters import Settings, TwinParameters

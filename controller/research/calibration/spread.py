@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 from controller.research.calibration.predictions import Predicted, predict
 from controller.research.calibration.problem import Evaluation, Problem, keeps_margins
 from controller.research.calibration.search import Search, Stage, distance

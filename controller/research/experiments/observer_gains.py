@@ -10,7 +10,7 @@ from controller.simulation.case import Case, Setup
 from controller.simulation.metrics import Window
 
 
-class Choice(NamedTuple):
+class ObserverChoice(NamedTuple):
     """An observer."""
 
     B_o: float
@@ -22,7 +22,12 @@ class Choice(NamedTuple):
 
 
 CASES = ("circle_1hz", "vertical_1hz", "horizontal_1hz")
-TRIED = (Choice(0.0, 100.0, False), Choice(0.0, 200.0, True), Choice(0.0, 400.0, True), Choice(1.0, 100.0, True))
+TRIED = (
+    ObserverChoice(0.0, 100.0, False),
+    ObserverChoice(0.0, 200.0, True),
+    ObserverChoice(0.0, 400.0, True),
+    ObserverChoice(1.0, 100.0, True),
+)
 """Beside the setup's own. The first, which is the paper's, is all that a quick reproduction tries, on the circle."""
 
 
@@ -34,22 +39,22 @@ def observer_jobs(cases: Sequence[Case], setup: Setup, quick: bool) -> tuple[Job
     return tuple(Job(case, with_observer(setup, choice)) for choice in choices for case in among)
 
 
-def with_observer(setup: Setup, choice: Choice) -> Setup:
+def with_observer(setup: Setup, choice: ObserverChoice) -> Setup:
     """`setup` with another observer."""
     gains = setup.gains.model_copy(update={"K_o": (choice.K_o,) * 2, "B_o": (choice.B_o,) * 2})
     return Setup(setup.twin, setup.controller.model_copy(update={"carry_on": choice.carry_on}), gains)
 
 
-def observer_of(setup: Setup) -> Choice:
+def observer_of(setup: Setup) -> ObserverChoice:
     """The observer of `setup`."""
-    return Choice(setup.gains.B_o[0], setup.gains.K_o[0], setup.controller.carry_on)
+    return ObserverChoice(setup.gains.B_o[0], setup.gains.K_o[0], setup.controller.carry_on)
 
 
 def observer_gains(
     jobs: Sequence[Job], runs: Sequence[Run], setup: Setup, own: Sequence[Run]
 ) -> tuple[ObserverGain, ...]:
     """The error at the tip with each observer: `runs` are those of `jobs`, `own` among others those on `setup`."""
-    found: dict[Choice, dict[str, float]] = {}
+    found: dict[ObserverChoice, dict[str, float]] = {}
     for job, run in zip(jobs, runs, strict=True):
         found.setdefault(observer_of(job.setup), {})[run.case.reference] = observer_rmse(run)
     if found:

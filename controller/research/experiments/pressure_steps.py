@@ -6,14 +6,13 @@ from itertools import pairwise
 import numpy as np
 from numba import njit
 
+from controller.arrays import Array
 from controller.build.twin import build_twin
-from controller.kernels.model.rod import Array
 from controller.kernels.plant.twin import twin_step
 from controller.research.experiments.results import PressureStep
 from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Measurement, Telemetry
-from controller.schema.parameters import RigParameters
-from controller.simulation.metrics import DT
+from controller.schema.parameters import DT, RigParameters
 from controller.simulation.simulate import START_NS
 
 SETPOINTS = (0.0, 60e3, 0.0, 120e3, 60e3, 80e3, 60e3)
@@ -27,7 +26,7 @@ STARTED, MOST = 0.02, 1.0 - math.exp(-1.0)
 def pressure_steps(parameters: RigParameters) -> tuple[PressureStep, ...]:
     """Each step from one of SETPOINTS to the next, with its dead time and its lag."""
     ticks = round(HOLD / DT)
-    pressure = chamber_pressure(parameters, np.repeat(SETPOINTS, ticks)).reshape(len(SETPOINTS), ticks)
+    pressure = driven_pressure(parameters, np.repeat(SETPOINTS, ticks)).reshape(len(SETPOINTS), ticks)
     return tuple(
         measured(begin, end, answer) for (begin, end), answer in zip(pairwise(SETPOINTS), pressure[1:], strict=True)
     )
@@ -49,7 +48,7 @@ def first(found: np.ndarray) -> float:
     return DT * int(found.argmax()) if found.any() else math.nan
 
 
-def chamber_pressure(parameters: RigParameters, setpoints: Array) -> Array:
+def driven_pressure(parameters: RigParameters, setpoints: Array) -> Array:
     """Pressure (n,) [Pa] of the twin's first chamber at the ticks at which it is asked for `setpoints` (n,) [Pa]."""
     asked = np.zeros(1, record_dtype(Telemetry))
     pressure = np.empty(len(setpoints))
@@ -64,4 +63,4 @@ def _drive(twin, records, setpoints, pressure):  # type: ignore[no-untyped-def]
     for n in range(setpoints.size):
         pressure[n] = measurement.pressures[0]
         asked.pressure_cmd[0] = setpoints[n]
-        twin_step(twin, START_NS + n * 1_000_000, asked, measurement)
+        twin_step(START_NS + n * 1_000_000, twin, asked, measurement)

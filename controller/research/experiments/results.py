@@ -5,17 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array, Array32, Rows
 from controller.reference.reference import Reference
 from controller.research.experiments.paper_rows import PaperRow
 from controller.schema.parameters import TwinParameters
 from controller.simulation.case import Case, Setup
 from controller.simulation.metrics import Window, true_tip
-from controller.simulation.simulate import Rows
 
 THINNED = 5
 """A trace keeps one tick of so many: 200 Hz draws everything that the arm does."""
-Array32 = np.ndarray[Any, np.dtype[np.float32]]
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Literal
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 from controller.schema.actuator import Actuator
 
 
@@ -30,7 +30,7 @@ class Misfit:
 
 
 @dataclass(frozen=True)
-class Series:
+class PlotSeries:
     """One curve or cloud of a plot: x, y (n,) in the units that the axes say."""
 
     label: str
@@ -46,7 +46,7 @@ class Plot:
     title: str
     x_label: str
     y_label: str
-    series: tuple[Series, ...]
+    series: tuple[PlotSeries, ...]
     equal_axes: bool = False
     """One metre is as long on both axes: for shapes in the plane."""
     log_x: bool = False

@@ -12,19 +12,19 @@ from controller.build.rod import build_rod
 from controller.build.stability import require_stable
 from controller.errors import DataError, ParameterError, TendrilError, sentence
 from controller.research.identification.fit import Estimate, Fit
-from controller.research.identification.motion.damping_fit import Motion, fit_damping
+from controller.research.identification.motion.damping_fit import FreeDecay, fit_damping
 from controller.research.identification.motion.decays import Decay, decays_in, is_decay, long_ones
 from controller.research.identification.motion.modal_fit import fit_modes
 from controller.research.identification.poses import is_static, read_poses
 from controller.research.identification.report.report import number_text, report_page
 from controller.research.identification.statics import fit_statics
-from controller.research.identification.tables import Table, read_table
+from controller.research.identification.tables import MeasuredTable, read_table
 from controller.schema.actuator import Actuator, write_actuator
 from controller.schema.parameters import ControllerParameters
 
 
 @dataclass(frozen=True)
-class Task:
+class IdentificationTask:
     """What a user asks for."""
 
     data: tuple[Path, ...]
@@ -35,7 +35,7 @@ class Task:
     robust: bool = False
 
 
-def identify(task: Task) -> list[Fit]:
+def identify(task: IdentificationTask) -> list[Fit]:
     """The fits that the data of `task` allow, each upon the one before: the last one's actuator has them all."""
     tables = [read_table(path) for path in task.data]
     statics, decays = [t for t in tables if is_static(t)], [t for t in tables if is_decay(t)]
@@ -59,9 +59,9 @@ def decay_fits(decays: Sequence[Decay], base: Actuator) -> list[Fit]:
     return [fit_damping(outermost(decays), base)]
 
 
-def outermost(decays: Sequence[Decay]) -> list[Motion]:
+def outermost(decays: Sequence[Decay]) -> list[FreeDecay]:
     """The motion of the body that is farthest out."""
-    return [Motion(f"ID {one.id}", one.t, one.points[:, -1]) for one in decays]
+    return [FreeDecay(f"ID {one.id}", one.t, one.points[:, -1]) for one in decays]
 
 
 @contextmanager
@@ -84,7 +84,7 @@ def finished(fits: Sequence[Fit], out: Path) -> Actuator:
         raise ParameterError(f"the identified actuator is out of bounds: {sentence(error)}") from error
 
 
-def save(task: Task, fits: Sequence[Fit], out: Path, report: Path | None) -> tuple[str, ...]:
+def save(task: IdentificationTask, fits: Sequence[Fit], out: Path, report: Path | None) -> tuple[str, ...]:
     """Write the actuator file and, if asked for, the report; what to tell the user about the whole."""
     if out.suffix != ".toml":
         raise ParameterError(f"out = {str(out)!r} does not end in .toml")
@@ -99,7 +99,12 @@ def save(task: Task, fits: Sequence[Fit], out: Path, report: Path | None) -> tup
     return _step_note(actuator)
 
 
-def _refuse(tables: Sequence[Table], statics: Sequence[Table], decays: Sequence[Table], task: Task) -> None:
+def _refuse(
+    tables: Sequence[MeasuredTable],
+    statics: Sequence[MeasuredTable],
+    decays: Sequence[MeasuredTable],
+    task: IdentificationTask,
+) -> None:
     for table in tables:
         if not (is_static(table) or is_decay(table)):
             raise DataError(
@@ -123,12 +128,12 @@ def _step_note(actuator: Actuator) -> tuple[str, ...]:
     return ()
 
 
-def _about(task: Task) -> str:
+def _about(task: IdentificationTask) -> str:
     ids = f", IDs {task.ids}" if task.ids else ""
     return f"Data: {', '.join(path.name for path in task.data)}{ids}. Based on actuator {task.base.name}. SI units."
 
 
-def _remark(task: Task, fits: Sequence[Fit]) -> str:
+def _remark(task: IdentificationTask, fits: Sequence[Fit]) -> str:
     lines = [_about(task), *(_line(one) for fit in fits for one in fit.parameters)]
     return "\n".join(lines)
 

@@ -7,17 +7,17 @@ from typing import TypedDict
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import DataError, ParameterError
-from controller.kernels.model.rod import Array
 from controller.research.identification.motion.decays import Decay, long_ones, read_decays
 from controller.research.identification.offline import estimate, offline_observer
-from controller.research.identification.plane import Motion, project
-from controller.research.identification.score import Score, Task, score
+from controller.research.identification.plane import PlaneMotion, project
+from controller.research.identification.score import Score, ScoringTask, score
 from controller.schema.actuator import Actuator, Tracking
 
 
 @dataclass(frozen=True)
-class Request:
+class ObserverTask:
     """What a user asks for; bodies count from 1, as in the file's header."""
 
     data: Path
@@ -42,13 +42,13 @@ class Scores(TypedDict):
 class Observed:
     """Measured and estimated displacements from rest, decay by decay."""
 
-    motions: tuple[Motion, ...]
+    motions: tuple[PlaneMotion, ...]
     estimates: tuple[Array, ...]
     """(n,bodies,2) [m] each."""
     scores: Scores
 
 
-def observe(request: Request) -> Observed:
+def observe_decays(request: ObserverTask) -> Observed:
     """Run the observer over every chosen decay of more than 150 samples, and score it.
 
     Raises DataError or ParameterError that names field, value and bound.
@@ -65,7 +65,7 @@ def observe(request: Request) -> Observed:
     motions = [project(one, axis, max(offline.sensed)) for one in decays]
     estimates = [estimate(offline, one) for one in motions]
     _refuse_runaway(motions, estimates)
-    task = Task(offline.sensed, scored, _starts(request.from_s))
+    task = ScoringTask(offline.sensed, scored, _starts(request.from_s))
     return Observed(
         tuple(motions),
         tuple(estimates),
@@ -99,7 +99,7 @@ def _starts(from_s: float) -> tuple[float, ...]:
     return (0.0, from_s) if from_s else (0.0,)
 
 
-def _refuse_runaway(motions: Sequence[Motion], estimates: Sequence[Array]) -> None:
+def _refuse_runaway(motions: Sequence[PlaneMotion], estimates: Sequence[Array]) -> None:
     """A kernel cannot raise: it returns nan."""
     for motion, found in zip(motions, estimates, strict=True):
         if not np.isfinite(found).all():

@@ -5,19 +5,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.build.rod import build_rod
 from controller.errors import ParameterError
 from controller.kernels.model.implicit import make_implicit_work
-from controller.kernels.model.rod import Array, RodModel, RodState, make_load
+from controller.kernels.model.rod import RodModel, RodState, make_load
 from controller.kernels.model.statics import Places, at_rest, places, pose
-from controller.kernels.observer.replay import Replay, Samples, Springs, replay
+from controller.kernels.observer.observer import ObserverGains, Replay
+from controller.kernels.observer.replay import RecordedSamples, replay
 from controller.research.identification.motion.hold import held_pose, positions, torques_to
-from controller.research.identification.motion.small import mobility
-from controller.research.identification.plane import Motion
+from controller.research.identification.motion.small import step_mobility
+from controller.research.identification.plane import PlaneMotion
 from controller.schema.actuator import Actuator, Tracking
+from controller.schema.parameters import DT
 
-TICK = 1e-3
-"""Samples are held on this grid, as in the live observer [s]."""
 FIRMEST = 1.0
 """A held force changes the velocity of its point in one step by at most this share of the error that it answers; from
 2 on it would overshoot for ever."""
@@ -36,7 +37,7 @@ class Offline(NamedTuple):
     T: Array
     """Torques from the clamp to each body, on the rods (N,m) [1]."""
     tracking: Tracking
-    springs: Springs
+    gains: ObserverGains
     sensed: tuple[int, ...]
     """Sensed bodies, from 0."""
     substeps: int
@@ -56,10 +57,10 @@ def offline_observer(actuator: Actuator, sensed: Sequence[int], rods: int | None
     model = build_rod(actuator, rods or actuator.table_rods)
     arcs = np.array(tracking.arcs)
     sensors = places(model, np.minimum(arcs, actuator.length))
-    springs = Springs(np.array(tracking.K_o), np.array(tracking.B_o))
+    gains = ObserverGains(np.array(tracking.K_o), np.array(tracking.B_o))
     rest = positions(model, model.rest, sensors)
-    steps = substeps(model, seen_of(sensors, sensed), springs)
-    return Offline(model, sensors, rest, torques_to(model, arcs), tracking, springs, tuple(sensed), steps)
+    steps = substeps(model, seen_of(sensors, sensed), gains)
+    return Offline(model, sensors, rest, torques_to(model, arcs), tracking, gains, tuple(sensed), steps)
 
 
 def seen_of(sensors: Places, sensed: Sequence[int]) -> Places:
@@ -67,20 +68,20 @@ def seen_of(sensors: Places, sensed: Sequence[int]) -> Places:
     return Places(sensors.rod[list(sensed)], sensors.offset[list(sensed)])
 
 
-def substeps(model: RodModel, seen: Places, springs: Springs) -> int:
+def substeps(model: RodModel, seen: Places, gains: ObserverGains) -> int:
     """Steps into which a tick must be cut so that no held force overshoots the error that it answers."""
     for steps in range(1, MOST + 1):
-        h = TICK / steps
-        impulse = h * (float(springs.B_o.max()) + h * float(springs.K_o.max()))
-        if impulse * float(mobility(model, seen, h).sum()) <= FIRMEST:
+        h = DT / steps
+        impulse = h * (float(gains.B_o.max()) + h * float(gains.K_o.max()))
+        if impulse * float(step_mobility(model, seen, h).sum()) <= FIRMEST:
             return steps
     raise ParameterError(
-        f"tracking.K_o = {springs.K_o.max():.4g} N/m and B_o = {springs.B_o.max():.4g} N s/m are too strong "
+        f"tracking.K_o = {gains.K_o.max():.4g} N/m and B_o = {gains.B_o.max():.4g} N s/m are too strong "
         f"for a body of {model.m.sum():.3g} kg"
     )
 
 
-def estimate(offline: Offline, motion: Motion) -> Array:
+def estimate(offline: Offline, motion: PlaneMotion) -> Array:
     """Displacements of all bodies from the model's rest (n,m,2) [m], from those of the sensed bodies alone.
 
     The model starts in the static pose that the first sample of the sensed bodies suggests, and is let go as the
@@ -100,10 +101,10 @@ def estimate(offline: Offline, motion: Motion) -> Array:
         points=np.zeros_like(offline.rest),
         held=held,
         release=np.array(offline.tracking.release),
-        dt=TICK / offline.substeps,
+        dt=DT / offline.substeps,
     )
     out = np.empty_like(p)
-    replay(run, _samples(motion.t, p, offline.substeps), offline.springs, sum(1 << body for body in pulled), out)
+    replay(_samples(motion.t, p, offline.substeps), offline.gains, sum(1 << body for body in pulled), run, out)
     return np.asarray(out - offline.rest)
 
 
@@ -118,9 +119,9 @@ def _start(offline: Offline, moved: Array) -> tuple[RodState, Array]:
     return state, held
 
 
-def _samples(t: Array, p: Array, steps: int) -> Samples:
+def _samples(t: Array, p: Array, steps: int) -> RecordedSamples:
     """Samples at t (n,) [s], each held until the next one comes; the last one as long as the one before it."""
     v = np.zeros_like(p)
     v[1:] = np.diff(p, axis=0) / np.diff(t)[:, None, None]
-    grid = np.round(np.append(t, 2 * t[-1] - t[-2]) / TICK).astype(np.int64)
-    return Samples(p, v, steps * np.diff(grid), np.zeros(1))
+    grid = np.round(np.append(t, 2 * t[-1] - t[-2]) / DT).astype(np.int64)
+    return RecordedSamples(p, v, steps * np.diff(grid), np.zeros(1))

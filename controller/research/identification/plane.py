@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import DataError
-from controller.kernels.model.rod import Array
 from controller.research.identification.motion.decays import Decay
 
 REST_SAMPLES = 20
@@ -17,7 +17,7 @@ FARTHEST = 2.0
 
 
 @dataclass(frozen=True)
-class Motion:
+class PlaneMotion:
     """Displacements from rest in the main plane."""
 
     id: int
@@ -72,7 +72,7 @@ def body_arcs(decays: Sequence[Decay], axis: Array) -> Array:
     return np.asarray(arcs)
 
 
-def project(decay: Decay, axis: Array, body: int) -> Motion:
+def project(decay: Decay, axis: Array, body: int) -> PlaneMotion:
     """`decay` in the plane through the axis in which its body number `body` (from 0) moves most."""
     moved = decay.points - rest_of(decay)
     along = moved @ axis
@@ -82,4 +82,4 @@ def project(decay: Decay, axis: Array, body: int) -> Motion:
     if lateral[np.argmax(np.abs(lateral[:, body])), body] < 0.0:
         lateral = -lateral
     outside = float(size[1] / size[0]) if size[0] > 0.0 else 0.0
-    return Motion(decay.id, decay.t, np.stack([along, lateral], axis=-1), outside)
+    return PlaneMotion(decay.id, decay.t, np.stack([along, lateral], axis=-1), outside)

@@ -5,11 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from controller.build.equilibrium import Body, settle
+from controller.arrays import Array
+from controller.build.equilibrium import ChainStatics, settle
 from controller.build.rod import build_rod
 from controller.errors import DataError, ParameterError
-from controller.kernels.model.rod import Array, RodModel
-from controller.research.identification.tables import Table, points_in
+from controller.kernels.model.rod import RodModel
+from controller.research.identification.tables import MeasuredTable, points_in
 from controller.schema.actuator import Actuator
 
 FINE = 40
@@ -37,12 +38,12 @@ class Poses:
     """Arc length of each marker (m,) [m]."""
 
 
-def is_static(table: Table) -> bool:
+def is_static(table: MeasuredTable) -> bool:
     """True for a table of pressures and markers."""
     return "p1" in table.columns
 
 
-def read_poses(table: Table, actuator: Actuator) -> Poses:
+def read_poses(table: MeasuredTable, actuator: Actuator) -> Poses:
     """The poses in `table`; DataError names the column or the line that cannot be used."""
     points = points_in(table, "xy")
     known = {f"{axis}{i + 1}" for axis in "xy" for i in range(points.shape[1])} | {"p1", "p2", "p3", "p4"}
@@ -84,7 +85,7 @@ def backbones(model: RodModel, u: Array) -> Array:
     """Joints and tip (n,2,N+1) [m] of the static poses under u (n,2) [N m]."""
     joint_torque = np.cumsum(model.T_theta[::-1], axis=0)[::-1] @ u.T
     bends = model.bend[:, None] + joint_torque / model.k[:, None]
-    body = Body(model.L, model.arm, model.m, model.k, model.bend, model.g)
+    body = ChainStatics(model.L, model.arm, model.m, model.k, model.bend, model.g)
     theta = np.cumsum(bends, axis=0)
     if model.g.any():
         theta = np.stack([_loaded(body, model.rest, bend) for bend in bends.T], axis=1)
@@ -93,7 +94,7 @@ def backbones(model: RodModel, u: Array) -> Array:
     return np.moveaxis(joints, -1, 0)
 
 
-def _loaded(body: Body, rest: Array, bend: Array) -> Array:
+def _loaded(body: ChainStatics, rest: Array, bend: Array) -> Array:
     """Angles (N,) with the rest bend moved to `bend` (N,), which is what torques do, at once or step by step."""
     for stages in (1, STAGES):
         theta = rest

@@ -7,8 +7,8 @@ import numpy as np
 from scipy import stats
 from scipy.optimize import least_squares
 
+from controller.arrays import Array
 from controller.errors import DataError
-from controller.kernels.model.rod import Array
 from controller.research.identification.fit import Estimate
 
 CONFIDENCE = 0.95

@@ -5,9 +5,9 @@ from typing import NamedTuple, TypedDict
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.model.rod import Array
-from controller.research.identification.plane import Motion
+from controller.research.identification.plane import PlaneMotion
 from controller.schema.actuator import Tracking
 
 STARTS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.75, 1.0, 1.5)
@@ -20,7 +20,7 @@ SAME = 1e-6
 """Times nearer than this are the same [s]."""
 
 
-class Task(NamedTuple):
+class ScoringTask(NamedTuple):
     """Which bodies (from 0) are sensed, which are scored, and from when."""
 
     sensed: tuple[int, ...]
@@ -41,7 +41,7 @@ class Score(TypedDict):
     fixed_ratio_percent: float
 
 
-def products(motions: Sequence[Motion]) -> tuple[tuple[float, ...], ...]:
+def products(motions: Sequence[PlaneMotion]) -> tuple[tuple[float, ...], ...]:
     """For each of STARTS the mean products of the lateral motions (bodies x bodies, row by row) [m^2]."""
     pooled = [np.concatenate([_late(one, one.lateral, start) for one in motions]) for start in STARTS]
     kept = [y for y in pooled if len(y)]
@@ -69,7 +69,9 @@ def constant_curvature(sensed: int, body: int) -> float:
     return ((body + 1) / (sensed + 1)) ** 2
 
 
-def score(motions: Sequence[Motion], estimates: Sequence[Array], tracking: Tracking, task: Task) -> list[Score]:
+def score(
+    motions: Sequence[PlaneMotion], estimates: Sequence[Array], tracking: Tracking, task: ScoringTask
+) -> list[Score]:
     """Each scored body from each start; `estimates` are the lateral motions (n,bodies) [m] that the model gives.
 
     Errors and motions of all decays are pooled before their rms is taken. Raises ParameterError when no decay lasts
@@ -79,7 +81,12 @@ def score(motions: Sequence[Motion], estimates: Sequence[Array], tracking: Track
 
 
 def _score(
-    motions: Sequence[Motion], estimates: Sequence[Array], tracking: Tracking, task: Task, body: int, start: float
+    motions: Sequence[PlaneMotion],
+    estimates: Sequence[Array],
+    tracking: Tracking,
+    task: ScoringTask,
+    body: int,
+    start: float,
 ) -> Score:
     true = np.concatenate([_late(one, one.lateral, start) for one in motions])
     if not len(true):
@@ -105,7 +112,7 @@ def _score(
     )
 
 
-def _late(motion: Motion, values: Array, start: float) -> Array:
+def _late(motion: PlaneMotion, values: Array, start: float) -> Array:
     return np.asarray(values[motion.t >= start - SAME])
 
 

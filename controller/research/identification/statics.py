@@ -4,8 +4,8 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.model.rod import Array
 from controller.research.identification.fit import Estimate, Fit
 from controller.research.identification.poses import Poses, fine, predict
 from controller.research.identification.regression import Solution, exponential, solve

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import DataError
-from controller.kernels.model.rod import Array
 
 UNITS = {"pa": 1.0, "kpa": 1e3, "m": 1.0, "mm": 1e-3, "s": 1.0, "ms": 1e-3}
 """What a column's suffix multiplies: `p1_kpa` is p1 in kPa. Without a suffix a column is in SI units."""
@@ -20,7 +20,7 @@ FITTING = {"p": ("pa", "kpa"), "t": ("s", "ms"), **dict.fromkeys("xyz", ("m", "m
 
 
 @dataclass(frozen=True)
-class Table:
+class MeasuredTable:
     """Columns (n,) by name in SI units, and the line of the file that each row came from."""
 
     path: Path
@@ -39,7 +39,7 @@ class Table:
             raise DataError(f"{self.path}: {self.lines.size} rows are too few, {what} needs at least {least}")
 
 
-def read_table(path: Path) -> Table:
+def read_table(path: Path) -> MeasuredTable:
     """The whole file; DataError names file, line, column and value of the first thing that is not a finite number."""
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
@@ -55,10 +55,10 @@ def read_table(path: Path) -> Table:
     rows = [_numbers(path, number, names, line) for number, line in lines[1:]]
     values = np.array(rows, np.float64).reshape(len(rows), len(names)) * [_unit(name) for name in names]
     at = np.array([number for number, _ in lines[1:]], np.float64)
-    return Table(path, dict(zip(columns, values.T, strict=True)), at)
+    return MeasuredTable(path, dict(zip(columns, values.T, strict=True)), at)
 
 
-def points_in(table: Table, axes: str) -> Array:
+def points_in(table: MeasuredTable, axes: str) -> Array:
     """Tracked points (n, bodies, len(axes)) [m] from columns x1, y1, .. x2, y2, ..; DataError where one is missing."""
     numbers = {int(name[1:]) for name in table.columns if name[0] in axes and name[1:].isdecimal()} - {0}
     if not numbers:

@@ -1,13 +1,9 @@
 """Which rows of a run's trace are drawn, as masks (n,)."""
 
-from typing import Any
-
-import numpy as np
-
+from controller.arrays import Mask
 from controller.research.experiments.results import Finished
-from controller.simulation.metrics import DT
+from controller.schema.parameters import DT
 
-Mask = np.ndarray[Any, np.dtype[np.bool_]]
 THERE_AND_BACK = ("vertical", "horizontal", "sweep")
 """Shapes that come back on their own path: half a cycle shows all of it, and its dashes stay dashes."""
 HAIR = 1e-9

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy import stats
 
+from controller.arrays import Array
 from controller.errors import DataError
-from controller.kernels.model.rod import Array
 
 RESOLUTION = 1e-4
 """Noise is taken to be at least this share of the highest displacement."""

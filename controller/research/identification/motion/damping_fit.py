@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.build.rod import build_rod
 from controller.build.stability import natural_modes
-from controller.kernels.model.rod import Array
 from controller.research.identification.fit import Estimate, Fit, Misfit
 from controller.research.identification.motion.damping import Decrement, log_decrement
 from controller.research.identification.motion.rayleigh import Rayleigh, rayleigh
@@ -38,7 +38,7 @@ Signal = tuple[Array, Array]
 """t (n,) [s] and displacement from rest (n,) [m]."""
 
 
-class Motion(NamedTuple):
+class FreeDecay(NamedTuple):
     """A free decay of one tracked body."""
 
     label: str
@@ -48,12 +48,12 @@ class Motion(NamedTuple):
     """(n,2) or (n,3) [m]."""
 
 
-def measure_damping(motions: Sequence[Motion], base: Actuator) -> Fit:
+def measure_damping(motions: Sequence[FreeDecay], base: Actuator) -> Fit:
     """Damping ratio and frequency of the dominant mode; `base` stays as it is."""
     return _described(motions, *_decrement(motions), base)
 
 
-def fit_damping(motions: Sequence[Motion], base: Actuator) -> Fit:
+def fit_damping(motions: Sequence[FreeDecay], base: Actuator) -> Fit:
     """`measure_damping`, and alpha and b = beta k of `base` that give the model's first mode the measured ratio.
 
     The band of interest is from the model's first to its second mode; between them the ratio is lower.
@@ -74,7 +74,7 @@ def fit_damping(motions: Sequence[Motion], base: Actuator) -> Fit:
     )
 
 
-def _described(motions: Sequence[Motion], decays: Sequence[Signal], found: Decrement, base: Actuator) -> Fit:
+def _described(motions: Sequence[FreeDecay], decays: Sequence[Signal], found: Decrement, base: Actuator) -> Fit:
     return Fit(
         title="Damping from free decays",
         method=(
@@ -89,7 +89,7 @@ def _described(motions: Sequence[Motion], decays: Sequence[Signal], found: Decre
     )
 
 
-def _decrement(motions: Sequence[Motion]) -> tuple[list[Signal], Decrement]:
+def _decrement(motions: Sequence[FreeDecay]) -> tuple[list[Signal], Decrement]:
     decays = [(motion.t, main_displacement(motion.points)) for motion in motions]
     return decays, log_decrement(decays)
 

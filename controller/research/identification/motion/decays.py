@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import DataError
-from controller.kernels.model.rod import Array
-from controller.research.identification.tables import Table, choose_ids, points_in, read_table
+from controller.research.identification.tables import MeasuredTable, choose_ids, points_in, read_table
 
 PERIOD = 0.01
 """Between samples, where the file has no column t [s]."""
@@ -28,7 +28,7 @@ class Decay:
     """(n,bodies,2) or (n,bodies,3) [m]."""
 
 
-def is_decay(table: Table) -> bool:
+def is_decay(table: MeasuredTable) -> bool:
     """True for a table of free decays."""
     return "ID" in table.columns
 
@@ -38,7 +38,7 @@ def read_decays(path: Path, ids: str | None = None) -> list[Decay]:
     return decays_in(read_table(path), ids)
 
 
-def decays_in(table: Table, ids: str | None = None) -> list[Decay]:
+def decays_in(table: MeasuredTable, ids: str | None = None) -> list[Decay]:
     """The decays in `table` that `ids` names; each one's rows must stand together."""
     column = table.need("ID")
     table.need_rows(1, "a decay")
@@ -66,7 +66,7 @@ def long_ones(decays: list[Decay], what: str, path: Path) -> list[Decay]:
     return kept
 
 
-def _times(table: Table, rows: slice) -> Array:
+def _times(table: MeasuredTable, rows: slice) -> Array:
     if "t" not in table.columns:
         return PERIOD * np.arange(rows.stop - rows.start)
     t = table.columns["t"][rows]
@@ -76,7 +76,7 @@ def _times(table: Table, rows: slice) -> Array:
     return np.asarray(t - t[0])
 
 
-def _refuse_split(table: Table, column: Array, starts: Sequence[int]) -> None:
+def _refuse_split(table: MeasuredTable, column: Array, starts: Sequence[int]) -> None:
     seen: set[float] = set()
     for row in starts:
         if column[row] in seen:
@@ -84,7 +84,7 @@ def _refuse_split(table: Table, column: Array, starts: Sequence[int]) -> None:
         seen.add(float(column[row]))
 
 
-def _refuse_strangers(table: Table, axes: str, bodies: int) -> None:
+def _refuse_strangers(table: MeasuredTable, axes: str, bodies: int) -> None:
     known = {"ID", "t"} | {f"{axis}{i + 1}" for axis in axes for i in range(bodies)}
     if strange := [name for name in table.columns if name not in known]:
         raise DataError(f"{table.path}: column {strange[0]} is unknown in free decays (ID[, t], x1, y1[, z1], ..)")

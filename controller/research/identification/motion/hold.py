@@ -3,8 +3,9 @@
 import numpy as np
 from scipy.linalg import LinAlgError
 
-from controller.build.equilibrium import Body, settle, solve
-from controller.kernels.model.rod import Array, RodModel
+from controller.arrays import Array
+from controller.build.equilibrium import ChainStatics, settle, solve
+from controller.kernels.model.rod import RodModel
 from controller.kernels.model.statics import Places, points_on, pose
 
 NEAR = 2e-3
@@ -28,7 +29,7 @@ def held_pose(model: RodModel, T: Array, seen: Places, moved: Array, scatter: Ar
     with the standard deviations `scatter` (m,) [N m] hold the pose: least squares of the misfit over NEAR and of
     u / scatter, by Gauss-Newton. Two coordinates of one body do not determine m torques; the scatter decides the rest.
     """
-    body = Body(model.L, model.arm, model.m, model.k, model.bend, model.g)
+    body = ChainStatics(model.L, model.arm, model.m, model.k, model.bend, model.g)
     goal = moved + positions(model, model.rest, seen)
     u, theta = np.zeros(scatter.size), model.rest
     for _ in range(ITERATIONS):
@@ -60,7 +61,7 @@ def slopes(model: RodModel, theta: Array, at: Places) -> Array:
     return np.stack([-reach * np.sin(theta), reach * np.cos(theta)], axis=1).reshape(-1, theta.size)
 
 
-def _settled(body: Body, model: RodModel, T: Array, theta: Array, u: Array, step: Array) -> tuple[Array, Array]:
+def _settled(body: ChainStatics, model: RodModel, T: Array, theta: Array, u: Array, step: Array) -> tuple[Array, Array]:
     """Pose after as much of the step of u as leads to a stable one, and that much; torques are bends of the hinges."""
     for share in (1.0, 0.5, 0.25, 0.1):
         bend = body.bend + np.cumsum((T @ (u + share * step))[::-1])[::-1] / model.k

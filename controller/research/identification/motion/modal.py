@@ -7,14 +7,15 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.optimize import minimize_scalar
 
+from controller.arrays import Array
 from controller.build.rod import build_rod
 from controller.errors import DataError
-from controller.kernels.model.rod import Array, RodModel
+from controller.kernels.model.rod import RodModel
 from controller.kernels.model.statics import places
 from controller.research.identification.motion.damping import log_decrement
 from controller.research.identification.motion.hold import slopes
 from controller.research.identification.motion.small import rest_matrices
-from controller.research.identification.plane import Motion
+from controller.research.identification.plane import PlaneMotion
 from controller.research.identification.poses import fine
 from controller.schema.actuator import Actuator, Tracking
 
@@ -33,7 +34,7 @@ than 100 Hz sampling, faster than the modes that a trunk shows. Chosen on the re
 scored decays in view (docs/identification.md)."""
 
 
-class Mode(NamedTuple):
+class FirstMode(NamedTuple):
     """First mode, in each decay that shows it (n,): frequency and damping of small motion."""
 
     omegas: Array
@@ -72,7 +73,7 @@ class Shape(NamedTuple):
     """ln of the ratio of the scatter at the outermost and the innermost body, halved."""
 
 
-def small_mode(motions: Sequence[Motion], length: float) -> Mode:
+def small_mode(motions: Sequence[PlaneMotion], length: float) -> FirstMode:
     """From the last body; DataError when no decay swings to and fro while it is small.
 
     A real body is slower and more damped in large motions; the linear model is that of small ones.
@@ -84,10 +85,10 @@ def small_mode(motions: Sequence[Motion], length: float) -> Mode:
             f"({100 * SMALL:.0f} % of the last body's arc length): no mode can be read"
         )
     omegas, zetas = np.array(found).T
-    return Mode(omegas, zetas, mode_ratios(motions))
+    return FirstMode(omegas, zetas, mode_ratios(motions))
 
 
-def _mode_of(motion: Motion, small: float) -> tuple[float, float] | None:
+def _mode_of(motion: PlaneMotion, small: float) -> tuple[float, float] | None:
     s = motion.lateral[:, -1]
     large = np.flatnonzero(np.abs(s) >= small)
     begin = int(large[-1]) + 1 if large.size else 0
@@ -98,21 +99,21 @@ def _mode_of(motion: Motion, small: float) -> tuple[float, float] | None:
     return found.omega, found.zeta.value
 
 
-def mode_ratios(motions: Sequence[Motion]) -> Array:
+def mode_ratios(motions: Sequence[PlaneMotion]) -> Array:
     """Lateral motions of the inner bodies over the last one's in each decay (n,bodies-1), from LATE on."""
     late = [one.lateral[one.t >= LATE] for one in motions]
     moving = [y for y in late if np.any(y[:, -1])]
     return np.array([y[:, :-1].T @ y[:, -1] / (y[:, -1] @ y[:, -1]) for y in moving])
 
 
-class Body:
+class IdentifiedBody:
     """A base actuator with what frame and first mode say of it; `shaped` adds the rest.
 
     Decays in which only gravity and inertia act fix ratios of masses and stiffness, not their scale: the base
     actuator's mass does. Its tip load is taken as known, too, if it has one.
     """
 
-    def __init__(self, base: Actuator, frame: Tracking, mode: Mode) -> None:
+    def __init__(self, base: Actuator, frame: Tracking, mode: FirstMode) -> None:
         """`base` says masses and gravity, `frame` where the bodies sit."""
         known = {"length": frame.arcs[-1], "rest_curvature": (0.0,), "tracking": None, "alpha": 0.0}
         self._base = base.model_copy(update=known)

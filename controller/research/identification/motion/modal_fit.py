@@ -5,14 +5,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.errors import DataError
-from controller.kernels.model.rod import Array
 from controller.research.identification.fit import Estimate, Fit, Misfit
 from controller.research.identification.motion.decays import Decay
-from controller.research.identification.motion.modal import LATE, SMALL, Body, Mode, small_mode
+from controller.research.identification.motion.modal import LATE, SMALL, FirstMode, IdentifiedBody, small_mode
 from controller.research.identification.motion.modal_solve import Found, at_limit, fit_shape
 from controller.research.identification.offline import estimate, offline_observer
-from controller.research.identification.plane import Motion, body_arcs, hanging_axis, project, rest_of
+from controller.research.identification.plane import PlaneMotion, body_arcs, hanging_axis, project, rest_of
 from controller.research.identification.report.modal_plots import modal_plots
 from controller.research.identification.score import STARTS, products
 from controller.schema.actuator import Actuator, Tracking
@@ -37,7 +37,7 @@ def fit_modes(decays: Sequence[Decay], base: Actuator) -> Fit:
     frame = _frame(decays, motions, axis)
     base = hanging(base, decays[0].points.shape[2])
     mode = small_mode(motions, frame.arcs[-1])
-    body = Body(base, frame, mode)
+    body = IdentifiedBody(base, frame, mode)
     found = fit_shape(motions, body)
     actuator = body.shaped(found.shape)
     lateral = [estimate(offline_observer(actuator, [len(frame.arcs) - 1]), one)[..., 1] for one in motions]
@@ -57,7 +57,7 @@ def hanging(base: Actuator, dims: int) -> Actuator:
     return base.model_copy(update={"gravity": (9.81, 0.0)}) if dims == 3 and not any(base.gravity) else base
 
 
-def _frame(decays: Sequence[Decay], motions: Sequence[Motion], axis: Array) -> Tracking:
+def _frame(decays: Sequence[Decay], motions: Sequence[PlaneMotion], axis: Array) -> Tracking:
     """Clamp, axis and bodies in the file's coordinates, and the products for fixed ratios."""
     rest = np.mean([rest_of(one)[0] for one in decays], axis=0)
     sums = products(motions)
@@ -70,7 +70,7 @@ def _frame(decays: Sequence[Decay], motions: Sequence[Motion], axis: Array) -> T
     )
 
 
-def _method(motions: Sequence[Motion], frame: Tracking) -> str:
+def _method(motions: Sequence[PlaneMotion], frame: Tracking) -> str:
     last = len(frame.arcs)
     return (
         f"{len(motions)} decays, each in the plane in which body {last} moves most. Frequency and damping ratio: "
@@ -81,7 +81,7 @@ def _method(motions: Sequence[Motion], frame: Tracking) -> str:
     )
 
 
-def _estimates(mode: Mode, found: Found, actuator: Actuator, load_known: bool) -> tuple[Estimate, ...]:
+def _estimates(mode: FirstMode, found: Found, actuator: Actuator, load_known: bool) -> tuple[Estimate, ...]:
     shape, tracking = found.shape, actuator.tracking
     half = dict(zip(shape._fields, found.t * np.sqrt(np.diag(found.covariance)), strict=True))
 
@@ -119,7 +119,7 @@ def _median(name: str, values: Array, unit: str) -> Estimate:
     return Estimate(name, float(middle), float(middle) - half, float(middle) + half, unit, note)
 
 
-def _misfits(motions: Sequence[Motion], lateral: Sequence[Array]) -> tuple[Misfit, ...]:
+def _misfits(motions: Sequence[PlaneMotion], lateral: Sequence[Array]) -> tuple[Misfit, ...]:
     off = np.concatenate([found - one.lateral for one, found in zip(motions, lateral, strict=True)])
     last = off.shape[1]
     names = [f"body {i + 1} from body {last}" for i in range(last - 1)] + [f"body {last}, sensed"]
@@ -127,7 +127,7 @@ def _misfits(motions: Sequence[Motion], lateral: Sequence[Array]) -> tuple[Misfi
     return tuple(Misfit(name, float(one), "mm", len(off)) for name, one in zip(names, rms, strict=True))
 
 
-def _notes(motions: Sequence[Motion]) -> tuple[str, ...]:
+def _notes(motions: Sequence[PlaneMotion]) -> tuple[str, ...]:
     tilted = [f"ID {one.id}: {100 * one.outside:.0f} %" for one in motions if one.outside > TILTED]
     if not tilted:
         return ()

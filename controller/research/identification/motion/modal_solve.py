@@ -7,11 +7,11 @@ import numpy as np
 from scipy import stats
 from scipy.optimize import least_squares
 
+from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.kernels.model.rod import Array
-from controller.research.identification.motion.modal import LATE, Body, Shape
+from controller.research.identification.motion.modal import LATE, IdentifiedBody, Shape
 from controller.research.identification.offline import estimate, offline_observer
-from controller.research.identification.plane import Motion
+from controller.research.identification.plane import PlaneMotion
 
 FITTED = 1.5
 """Time after the first sample that is fitted [s]: the rest is noise."""
@@ -45,7 +45,7 @@ class Found(NamedTuple):
     """Whether the search moved and came to an end by itself; if not, covariance and interval mean nothing."""
 
 
-def fit_shape(motions: Sequence[Motion], body: Body) -> Found:
+def fit_shape(motions: Sequence[PlaneMotion], body: IdentifiedBody) -> Found:
     """Least squares of `errors`, drawn a little to the first mode's ratios and the expected shape."""
     motions = [_cut(one) for one in motions]
     start, spread = np.array(body.start(START)), np.array(SPREAD)
@@ -80,7 +80,7 @@ def at_limit(shape: Shape, field: str) -> bool:
     return bool(abs(off) > 0.99 * LIMIT * getattr(SPREAD, field))
 
 
-def errors(motions: Sequence[Motion], body: Body, shape: Shape) -> list[Array]:
+def errors(motions: Sequence[PlaneMotion], body: IdentifiedBody, shape: Shape) -> list[Array]:
     """For each decay the errors of the inner bodies' lateral motion, whole and late, over the norm of that motion.
 
     So every decay counts the same, however far it swings.
@@ -108,7 +108,7 @@ def clustered(J: Array, r: Array, sizes: Sequence[int]) -> Array:
     return np.asarray(inverse @ (few * sum(np.outer(g, g) for g in gradients) + alone.T @ alone) @ inverse)
 
 
-def _error(motion: Motion, lateral: Array) -> Array:
+def _error(motion: PlaneMotion, lateral: Array) -> Array:
     rows = []
     for start in (0.0, LATE):
         late = motion.t >= start
@@ -120,9 +120,9 @@ def _error(motion: Motion, lateral: Array) -> Array:
     return np.concatenate(rows) if rows else np.zeros(0)
 
 
-def _cut(motion: Motion) -> Motion:
+def _cut(motion: PlaneMotion) -> PlaneMotion:
     keep = motion.t <= motion.t[0] + FITTED
-    return Motion(motion.id, motion.t[keep], motion.moved[keep], motion.outside)
+    return PlaneMotion(motion.id, motion.t[keep], motion.moved[keep], motion.outside)
 
 
 def _shape(values: Array) -> Shape:

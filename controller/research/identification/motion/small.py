@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.build.equilibrium import gravity_torque
 from controller.build.stability import centre_jacobian
-from controller.kernels.model.rod import Array, RodModel
+from controller.kernels.model.rod import RodModel
 from controller.kernels.model.statics import Places
 from controller.research.identification.motion.hold import slopes
 
@@ -17,7 +18,7 @@ def rest_matrices(model: RodModel) -> tuple[Array, Array, Array]:
     return M, hinge.T * model.k @ hinge, -np.diag(gravity_torque(model, model.rest)[1])
 
 
-def mobility(model: RodModel, at: Places, dt: float) -> Array:
+def step_mobility(model: RodModel, at: Places, dt: float) -> Array:
     """Velocity that a unit impulse across the body at each point (s,) gives it in one implicit step [1/kg].
 
     The hinges' springs and dampers take part in a step of dt [s] as additional inertia.

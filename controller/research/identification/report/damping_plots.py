@@ -2,12 +2,11 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
-from controller.kernels.model.rod import Array
-from controller.research.identification.fit import Plot, Series
+from controller.arrays import Array, Mask
+from controller.research.identification.fit import Plot, PlotSeries
 from controller.research.identification.motion.damping import Decrement, Peaks, local_ratios
 from controller.research.identification.motion.rayleigh import Rayleigh, rayleigh_ratio
 
@@ -23,7 +22,7 @@ MILLI = 1e3
 def decays_plot(labels: Sequence[str], decays: Sequence[tuple[Array, Array]]) -> Plot:
     """Displacement of the first few decays over time."""
     drawn = list(zip(labels, decays, strict=True))[:DRAWN]
-    lines = [Series(label, t - t[0], MILLI * s) for label, (t, s) in drawn]
+    lines = [PlotSeries(label, t - t[0], MILLI * s) for label, (t, s) in drawn]
     return Plot("Displacement from rest", "time [s]", "displacement [mm]", tuple(lines))
 
 
@@ -41,7 +40,7 @@ def peaks_plot(found: Decrement) -> Plot:
         "Logarithmic decrement",
         "half periods",
         "ln(peak / start of the line) [1]",
-        (Series("peaks", turns, np.concatenate(logs), "points"), Series("fit", line, -slope * line)),
+        (PlotSeries("peaks", turns, np.concatenate(logs), "points"), PlotSeries("fit", line, -slope * line)),
     )
 
 
@@ -54,8 +53,8 @@ def amplitudes_plot(found: Decrement) -> Plot:
         "peak [mm]",
         "zeta of two peaks [1]",
         (
-            Series("two neighbouring peaks", MILLI * height, ratio, "points"),
-            Series("fit", MILLI * line, np.full(line.size, found.zeta.value)),
+            PlotSeries("two neighbouring peaks", MILLI * height, ratio, "points"),
+            PlotSeries("fit", MILLI * line, np.full(line.size, found.zeta.value)),
         ),
         log_x=True,
     )
@@ -71,8 +70,8 @@ def ratios_plot(found: Decrement, band: Rayleigh, first: float, second: float) -
         "frequency [Hz]",
         "zeta [1]",
         (
-            Series("its first two modes", modes / math.tau, np.full(2, found.zeta.value), "points"),
-            Series("alpha / (2 omega) + beta omega / 2", omega / math.tau, ratio),
+            PlotSeries("its first two modes", modes / math.tau, np.full(2, found.zeta.value), "points"),
+            PlotSeries("alpha / (2 omega) + beta omega / 2", omega / math.tau, ratio),
         ),
     )
 
@@ -83,5 +82,5 @@ def neighbours(found: Decrement) -> tuple[Array, Array]:
     return np.concatenate([height for height, _ in pairs]), np.concatenate([ratio for _, ratio in pairs])
 
 
-def _clear(one: Peaks) -> np.ndarray[Any, np.dtype[np.bool_]]:
+def _clear(one: Peaks) -> Mask:
     return np.asarray(np.abs(one.s) > FAR * one.noise)

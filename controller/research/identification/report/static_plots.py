@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.build.rod import build_rod, profile
-from controller.kernels.model.rod import Array
-from controller.research.identification.fit import Misfit, Plot, Series
+from controller.research.identification.fit import Misfit, Plot, PlotSeries
 from controller.research.identification.poses import Poses, backbones, fine
 from controller.research.identification.regression import spread
 from controller.schema.actuator import Actuator
@@ -64,8 +64,8 @@ def _shapes(poses: Poses, actuator: Actuator) -> Plot:
         "x [mm]",
         "y [mm]",
         (
-            Series("measured", points[..., 0].ravel(), points[..., 1].ravel(), "points"),
-            Series("model", gaps[:, 0].ravel(), gaps[:, 1].ravel()),
+            PlotSeries("measured", points[..., 0].ravel(), points[..., 1].ravel(), "points"),
+            PlotSeries("model", gaps[:, 0].ravel(), gaps[:, 1].ravel()),
         ),
         equal_axes=True,
     )
@@ -76,8 +76,8 @@ def _parity(poses: Poses, residual: Array) -> Plot:
     measured = MILLI * poses.points
     model = measured + MILLI * residual.reshape(poses.points.shape)
     ends = np.array([measured.min(), measured.max()])
-    axes = [Series(axis, model[..., i].ravel(), measured[..., i].ravel(), "points") for i, axis in enumerate("xy")]
-    return Plot("All markers", "model [mm]", "measured [mm]", (*axes, Series("equal", ends, ends)))
+    axes = [PlotSeries(axis, model[..., i].ravel(), measured[..., i].ravel(), "points") for i, axis in enumerate("xy")]
+    return Plot("All markers", "model [mm]", "measured [mm]", (*axes, PlotSeries("equal", ends, ends)))
 
 
 def _residuals(poses: Poses, residual: Array) -> Plot:
@@ -88,14 +88,14 @@ def _residuals(poses: Poses, residual: Array) -> Plot:
         "Residuals, model minus measured",
         "p1 + p2 [kPa]",
         "residual [mm]",
-        tuple(Series(axis, total, off[..., i].ravel(), "points") for i, axis in enumerate("xy")),
+        tuple(PlotSeries(axis, total, off[..., i].ravel(), "points") for i, axis in enumerate("xy")),
     )
 
 
 def _stiffness(actuator: Actuator) -> Plot:
     k = MILLI * profile(actuator.k, actuator.table_rods)
     joint = np.arange(1.0, k.size + 1)
-    return Plot("Joint stiffness", "joint, from the base", "k [mN m/rad]", (Series("", joint, k),))
+    return Plot("Joint stiffness", "joint, from the base", "k [mN m/rad]", (PlotSeries("", joint, k),))
 
 
 def _rms(values: Array) -> float:

@@ -10,7 +10,8 @@ from controller.research.experiments.results import Finished, Results
 from controller.research.report.figures.look import MM, REFERENCE, TIP, in_plane, key, over_time, plane
 from controller.research.report.figures.plate import FIFTH, Panel, Plate, first, panel, plate_of, why_missing
 from controller.research.report.spans import after_approach
-from controller.simulation.metrics import DT, Window
+from controller.schema.parameters import DT
+from controller.simulation.metrics import Window
 
 DIGIT_BOUND, VU_BOUND = 5.0, 4.0
 """Largest error of any axis in the paper [mm]."""

@@ -5,7 +5,7 @@ from typing import Any, Literal
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 
 MM = 1e3
 """Millimetres in a metre."""

@@ -6,11 +6,12 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from controller.arrays import Mask
 from controller.research.experiments.paper_rows import window_of
 from controller.research.experiments.results import Finished, Results
 from controller.research.report.figures.look import MM, OBSERVER, REFERENCE, TIP, in_plane, key, over_time, plane
 from controller.research.report.figures.plate import TALL, Panel, Plate, panel, plate_of
-from controller.research.report.spans import Mask, last_cycles, once
+from controller.research.report.spans import last_cycles, once
 from controller.simulation.metrics import Window
 
 CYCLES = 4
@@ -20,7 +21,7 @@ ZOOM = (8.1, 8.4)
 
 
 def tracking_plate(results: Results, reference: str, actuator: str, what: str) -> Plate:
-    """X and y over time, and the last cycles."""
+    """x and y over time, and the last cycles."""
     caption = f"{what}, {actuator} under FF+PI. Left: x and y over time. Right: the last {CYCLES} cycles in the plane."
     return plate_of(results, reference, actuator, caption, _tracking)
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from controller.kernels.model.rod import Array
+from controller.arrays import Array
 from controller.research.experiments.results import Finished, Results
 from controller.research.report.figures.look import MM, OBSERVER, REFERENCE, TIP, in_plane, plane
 from controller.research.report.figures.plate import Panel, Plate, panel, plate_of

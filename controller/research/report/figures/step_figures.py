@@ -10,7 +10,7 @@ from controller.research.experiments.paper_rows import STEP_LAWS
 from controller.research.experiments.results import Finished, Results
 from controller.research.report.figures.look import LAW_NAMES, LAWS, MM, REFERENCE, in_plane, key, over_time, plane
 from controller.research.report.figures.plate import TALL, Panel, Plate, first, panel, why_missing
-from controller.simulation.metrics import DT
+from controller.schema.parameters import DT
 
 LEAD = 0.5
 """Time shown before the first step [s]."""

@@ -1,13 +1,11 @@
-"""What the controller remembers from tick to tick, and the parcel of arrays that every stage of the tick is handed."""
+"""What the controller remembers from tick to tick, and the parcels of arrays that the stages of the tick are handed."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from controller.kernels.control.inverse import StaticMap
-from controller.kernels.model.rod import Array
-from controller.kernels.observer.observer import Observer
-from controller.kernels.observer.sensing import Sensing
+from controller.arrays import Array, Rows, Words
+from controller.kernels.model.statics import StaticMap
 
 STATE = np.dtype(
     [
@@ -89,9 +87,9 @@ class Control(NamedTuple):
 
     dt: float
     """Period of the tick [s]."""
-    controller: np.ndarray
+    controller: Rows
     """ControllerParameters, one record."""
-    limits: np.ndarray
+    limits: Rows
     """SafetyLimits, one record."""
     pascal_per_torque: Array
     """Chamber pressure per u_j (2,) [Pa/(N m)]."""
@@ -106,15 +104,28 @@ class Control(NamedTuple):
     """Torques (rows,2) [N m] that hold the tip at the rows of `reference`; nan where the tick is to find them."""
     kinds: np.ndarray
     """RowKind (rows,) of the rows of `reference`."""
-    plan: np.ndarray
+    plan: Rows
     """PLAN, one record; like the reference written only while the rig is not in TRACK."""
-    state: np.ndarray
+    state: Rows
     """STATE, one record."""
 
 
-class Rig(NamedTuple):
-    """Everything one tick needs beside its messages; built once by `build_rig`."""
+class Sensing(NamedTuple):
+    """The last sample of the markers, held for the controller, carried on to the present for the observer."""
 
-    control: Control
-    observer: Observer
-    sensing: Sensing
+    sample_ns: Words
+    """(1,) its time of capture; 0 before the first."""
+    p: Array
+    """Positions (10,2) [m], nan where not seen, or where the marker jumped."""
+    v: Array
+    """Velocities by difference of the last two samples (10,2) [m/s], 0 where unknown."""
+    seen: Array
+    """Positions in the last sample (10,2) [m], used or not; nan where not seen."""
+    age: Array
+    """(1,) by how long the observer carries p on with v [s]."""
+    off: Array
+    """Each marker's distance from the model in the last sample that was used (10,2) [m]; nan before the first."""
+    fast: Array
+    """(1,) the highest speed of any marker or of the model's tip, fading [m/s]."""
+    met_ns: Words
+    """(10,) capture time of the last sample in which each marker was seen, used or not."""
