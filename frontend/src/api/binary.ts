@@ -1,4 +1,4 @@
-import { LayoutError } from "./record";
+import { LayoutError } from "../rig/record";
 
 /** First word of a binary message (server/messages.py, `Kind`). */
 const KIND = { FRAME: 1, PLOT: 2 } as const;

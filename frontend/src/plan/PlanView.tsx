@@ -1,12 +1,12 @@
 import { Button, useComputedColorScheme } from "@mantine/core";
 import { useEffect, useRef } from "react";
-import { DrawHint } from "../panels/DrawHint";
-import { DrawToolbar } from "../panels/DrawToolbar";
-import { useDashboard, usePage } from "../panels/context";
-import { useDrawKeys } from "../panels/useDrawKeys";
-import { useRuns } from "../panels/useDrawing";
-import { publishProbe } from "../testing";
-import { RESIDUAL_GAIN } from "./figure";
+import { DrawHint } from "../drawing/tools/DrawHint";
+import { DrawToolbar } from "../drawing/tools/DrawToolbar";
+import { useDashboard, usePage } from "../ui/context";
+import { useDrawKeys } from "../drawing/tools/useDrawKeys";
+import { useRuns } from "../drawing/useDrawing";
+import { publishProbe } from "./probe";
+import { RESIDUAL_GAIN } from "./paint/figure";
 import { Plan } from "./plan";
 
 /** The plan view: canvases that follow the stream by themselves, and the tools and words around them. */

@@ -1,9 +1,9 @@
 import { expect, test } from "vitest";
-import { gridFor, lengthLabel, ticks } from "./grid";
-import { hull, reachQuads, signedArea } from "./reach";
+import { gridFor, lengthLabel, ticks } from "./paint/grid";
+import { hull, reachQuads, signedArea } from "./paint/reach";
 import type { Point } from "../api/types";
-import { arrowEnd, markersOf, residualOf, type PointSource } from "./residual";
-import { missOf } from "./truth";
+import { arrowEnd, markersOf, residualOf, type PointSource } from "../sensing/residual";
+import { missOf } from "../sensing/truth";
 
 /** Ten sensors on a straight backbone of 21 samples; markers 3 mm beside it, the fourth not seen. */
 const source: PointSource = {

@@ -1,13 +1,13 @@
 import type { Point, Workspace } from "../api/types";
-import { INK, type Scheme } from "../roles";
-import type { Dashboard } from "../state/dashboard";
-import { resize, sheetOf, type Sheet } from "./canvas";
-import { handleRadius, paintFigure } from "./figure";
-import { paintPaper, reachOf, type Reach } from "./paper";
-import { SketchLayer } from "./layer";
-import { gestureOf, type Gesture } from "./pens";
-import { PlanPointer, type PointerTarget } from "./pointer";
-import { reachQuads } from "./reach";
+import { INK, type Scheme } from "../ui/colours";
+import type { Dashboard } from "../app/dashboard";
+import { resize, sheetOf, type Sheet } from "./paint/canvas";
+import { handleRadius, paintFigure } from "./paint/figure";
+import { paintPaper, reachOf, type Reach } from "./paint/paper";
+import { SketchLayer } from "./paint/sketchLayer";
+import { gestureOf, type Gesture } from "./pointer/pens";
+import { PlanPointer, type PointerTarget } from "./pointer/pointer";
+import { reachQuads } from "./paint/reach";
 import { boundingBox, fit, pan, toPixel, toPlane, type Box, type Size, type View } from "./transform";
 
 const FIT_MARGIN_PX = 26;

@@ -1,18 +1,18 @@
 import { useCallback, useEffect, useMemo, useState } from "react";
 import "./plots.css";
-import { useDashboard } from "../panels/context";
-import { useStore } from "../state/store";
-import { ChartBox } from "./ChartBox";
+import { useDashboard } from "../ui/context";
+import { useStore } from "../ui/store";
+import { ChartBox } from "./chart/ChartBox";
 import { PlotsBar } from "./PlotsBar";
 import { SignalChooser } from "./SignalChooser";
-import { chartOf } from "./charts";
+import { chartOf } from "./chart/charts";
 import { askForCsv, csvOfBins, csvUrl, download } from "./csv";
-import type { Gesture } from "./gestures";
+import type { Gesture } from "./chart/gestures";
 import { channelsOf, withoutPlot, withSignals } from "./layout";
-import type { ChartPainter } from "./painter";
-import { Painting } from "./painting";
+import type { ChartPainter } from "./chart/painter";
+import { Painting } from "./chart/painting";
 import { useLayout } from "./useLayout";
-import { FOLLOWING, paused, visible } from "./view";
+import { FOLLOWING, paused, visible } from "./chart/view";
 
 const FRAMES_PER_SECOND = 60;
 /** As often as a number can be read. */

@@ -1,7 +1,7 @@
 import { useEffect, useState } from "react";
 import { rest } from "../api/rest";
 import type { PlotLayout } from "../api/types";
-import { useDashboard } from "../panels/context";
+import { useDashboard } from "../ui/context";
 import { DEFAULT_LAYOUT, LAST, layoutName } from "./layout";
 
 const SAVE_AFTER_MS = 800;

@@ -1,0 +1,70 @@
+import "@mantine/core/styles.css";
+import "@mantine/notifications/styles.css";
+import "uplot/dist/uPlot.min.css";
+import "./index.css";
+import { createTheme, MantineProvider, Menu, Popover } from "@mantine/core";
+import { Notifications, notifications } from "@mantine/notifications";
+import { createRoot } from "react-dom/client";
+import { App } from "./App";
+import { DashboardContext } from "../ui/context";
+import { markLayout } from "../ui/narrow";
+import { StopBar } from "../operate/stop/StopBar";
+import { followAddress } from "../recorder/place";
+import { Dashboard } from "./dashboard";
+import type { Notify } from "../operate/operations";
+
+const COLOUR = { info: "blue", warning: "yellow", error: "red" } as const;
+
+/** What opens beside a control leaves the upper edge to state and E-STOP [px]. */
+const BESIDE_STOP = { top: 60, right: 5, bottom: 5, left: 5 };
+
+const notify: Notify = (level, title, text) => {
+  notifications.show({
+    id: `${title} ${text}`,
+    color: COLOUR[level],
+    title,
+    message: text,
+    autoClose: level === "error" ? 12_000 : 5000,
+  });
+};
+
+const theme = createTheme({
+  fontFamily: "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif",
+  defaultRadius: "sm",
+  cursorType: "pointer",
+  primaryShade: 8,
+  components: {
+    // Its placeholder for the focus is no child that a menu may have.
+    Menu: Menu.extend({ defaultProps: { withInitialFocusPlaceholder: false } }),
+    Popover: Popover.extend({
+      defaultProps: { middlewares: { flip: { padding: BESIDE_STOP }, shift: true } },
+    }),
+  },
+});
+
+const dashboard = new Dashboard(notify, localStorage);
+followAddress(dashboard.page);
+void dashboard.connection.start();
+dashboard.gamepads.start();
+
+markLayout();
+
+// A root of its own, and first: nothing that fails or is laid over the page takes the E-STOP with it.
+const edge = document.getElementById("edge");
+if (edge)
+  createRoot(edge).render(
+    <DashboardContext value={dashboard}>
+      <StopBar />
+    </DashboardContext>,
+  );
+
+const root = document.getElementById("root");
+if (root)
+  createRoot(root).render(
+    <MantineProvider theme={theme} defaultColorScheme="auto">
+      <Notifications position="bottom-right" limit={4} className="notices" />
+      <DashboardContext value={dashboard}>
+        <App />
+      </DashboardContext>
+    </MantineProvider>,
+  );

@@ -1,0 +1,63 @@
+import { Button, Select } from "@mantine/core";
+import { useMemo } from "react";
+import { chosenInfo } from "./references";
+import { factsOf, menuOf } from "./reference";
+import { ReferenceThumbnail } from "./ReferenceThumbnail";
+import { RunFacts } from "../../ui/Facts";
+import { RunSource } from "../Source";
+import { useDashboard, usePage } from "../../ui/context";
+
+/** Choose a reference by task or by typing; it is drawn on the plan, and nothing moves. */
+export function ReferencePanel() {
+  const { references } = useDashboard();
+  const known = usePage((page) => page.references);
+  const chosen = usePage((page) => page.chosen);
+  const menu = useMemo(() => menuOf(known), [known]);
+  return (
+    <>
+      <div className="row run-row">
+        <RunSource />
+        <ReferenceThumbnail />
+        <Select
+          size="xs"
+          w={230}
+          aria-label="Reference shown on the plan"
+          placeholder={known.length === 0 ? "Waiting for the rig" : "None: choose or type"}
+          data-testid="reference"
+          data={menu}
+          value={chosen}
+          searchable
+          nothingFoundMessage="No reference of this name"
+          maxDropdownHeight={260}
+          onChange={(name) => void references.choose(name)}
+        />
+        <Button
+          size="xs"
+          variant="default"
+          disabled={chosen === null}
+          data-testid="reference-clear"
+          onClick={() => void references.choose(null)}
+        >
+          Clear
+        </Button>
+      </div>
+      <Facts />
+    </>
+  );
+}
+
+function Facts() {
+  const info = usePage(chosenInfo);
+  if (!info)
+    return <p className="note">The paper's shapes, placed for this actuator, and a recorded live path.</p>;
+  return (
+    <>
+      <RunFacts facts={factsOf(info)} testId="reference-facts" />
+      {info.reachable ? null : (
+        <p className="out-of-reach" role="status" data-testid="reference-reason">
+          ⚠ This actuator cannot follow it: {info.reason}
+        </p>
+      )}
+    </>
+  );
+}
