@@ -1,17 +1,18 @@
 import { Button, Paper, PasswordInput, Title } from "@mantine/core";
 import { useState } from "react";
-import { useDashboard } from "../ui/context";
+import { Connection } from "../live/connection";
+import { useService } from "../ui/services";
 
 /** Asks for the access token that `tendril up` prints. */
 export function Login() {
-  const dashboard = useDashboard();
+  const connection = useService(Connection);
   const [token, setToken] = useState("");
   const [problem, setProblem] = useState("");
   const [entering, setEntering] = useState(false);
   const enter = async () => {
     setEntering(true);
     try {
-      await dashboard.connection.login(token.trim());
+      await connection.login(token.trim());
     } catch (error) {
       setProblem(error instanceof Error ? error.message : String(error));
     }

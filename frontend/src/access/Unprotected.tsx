@@ -1,6 +1,6 @@
 import { Tooltip } from "@mantine/core";
 import { IconLockOpen } from "@tabler/icons-react";
-import { usePage } from "../ui/context";
+import { usePage } from "../live/page";
 
 const MEANING =
   "Other machines reach this server without TLS: who is in the network can read and change what is said, tokens included";

@@ -1,27 +1,28 @@
 import { Loader, Tabs } from "@mantine/core";
-import { lazy, Suspense, useState, type ComponentType } from "react";
-import { ActuatorPanel } from "../presets/ActuatorPanel";
-import { Asking } from "../operate/lease/Asking";
-import { Banner } from "../operate/Banner";
-import { ControlPanel } from "../operate/ControlPanel";
-import { GainsPanel } from "../presets/GainsPanel";
-import { Guide } from "./Guide";
-import { Header } from "./Header";
+import { lazy, Suspense, useEffect, useState, type ComponentType } from "react";
+import { Login } from "../access/Login";
 import { HealthPanel } from "../health/HealthPanel";
 import { HealthStrip } from "../health/HealthStrip";
-import { KeyHelp } from "./KeyHelp";
+import { PageStore, usePage } from "../live/page";
 import { LogPanel } from "../log/LogPanel";
-import { Login } from "../access/Login";
-import { Part } from "../ui/Part";
+import { Banner } from "../operate/Banner";
+import { ControlPanel } from "../operate/ControlPanel";
+import { Asking } from "../operate/lease/Asking";
+import { PlanView } from "../plan/PlanView";
+import { PlotStrip } from "../plots/PlotStrip";
+import { ActuatorPanel } from "../presets/ActuatorPanel";
+import { GainsPanel } from "../presets/GainsPanel";
 import { RunPanel } from "../runs/RunPanel";
 import { Scene3D } from "../scene/Scene3D";
 import { SensingPanel } from "../sensing/SensingPanel";
-import { Starting } from "./Starting";
-import { useDashboard, usePage } from "../ui/context";
 import { useNarrow } from "../ui/narrow";
-import { PlanView } from "../plan/PlanView";
-import { PlotStrip } from "../plots/PlotStrip";
+import { Part } from "../ui/Part";
+import { useService } from "../ui/services";
+import { Guide } from "./Guide";
+import { Header } from "./Header";
+import { KeyHelp } from "./KeyHelp";
 
+const SLOW_MS = 1500;
 const Review = lazy(() => import("../recorder/Review"));
 
 export function App() {
@@ -30,9 +31,28 @@ export function App() {
   return session === "absent" ? <Login /> : <Bench />;
 }
 
+/** Before the server's first answer. */
+function Starting() {
+  const [slow, setSlow] = useState(false);
+  useEffect(() => {
+    const timer = setTimeout(() => {
+      setSlow(true);
+    }, SLOW_MS);
+    return () => {
+      clearTimeout(timer);
+    };
+  }, []);
+  return (
+    <main className="starting" role="status" data-testid="starting">
+      <Loader aria-hidden />
+      <p>{slow ? "The server does not answer yet. This page goes on trying." : "Connecting"}</p>
+    </main>
+  );
+}
+
 /** Live and Review. The live half stays mounted (hidden) while reviewing: nothing reloads on return. */
 function Bench() {
-  const { page } = useDashboard();
+  const page = useService(PageStore);
   const view = usePage((state) => state.view);
   const help = usePage((state) => state.help);
   return (

@@ -1,8 +1,9 @@
 import { Button } from "@mantine/core";
 import { useEffect, useRef, useState } from "react";
+import { type Page, usePage } from "../live/page";
 import { isMovable, MODE } from "../rig/modes";
-import type { Page } from "../live/page";
-import { useDashboard, usePage } from "../ui/context";
+import { useService } from "../ui/services";
+import { Ticker } from "../ui/ticker";
 import { place } from "./guidePlace";
 
 const SEEN = "tendril-guide";
@@ -58,7 +59,7 @@ interface CardProps {
 }
 
 function Card({ index, onNext, onSkip }: CardProps) {
-  const { ticker } = useDashboard();
+  const ticker = useService(Ticker);
   const { title, text, at, done } = STEPS[index];
   const isDone = usePage(done);
   const card = useRef<HTMLElement>(null);

@@ -6,11 +6,11 @@ import {
   useMantineColorScheme,
 } from "@mantine/core";
 import { IconKeyboard, IconMoon, IconSun } from "@tabler/icons-react";
-import { LeaseControl } from "../operate/lease/LeaseControl";
-import { RecordButton } from "../recorder/RecordButton";
-import { Latch } from "../operate/StatePill";
 import { Unprotected } from "../access/Unprotected";
-import { usePage } from "../ui/context";
+import { usePage } from "../live/page";
+import { LeaseControl } from "../operate/lease/LeaseControl";
+import { Latch } from "../operate/StatePill";
+import { RecordButton } from "../recorder/RecordButton";
 
 export type View = "live" | "review";
 

@@ -5,13 +5,17 @@ import "./index.css";
 import { createTheme, MantineProvider, Menu, Popover } from "@mantine/core";
 import { Notifications, notifications } from "@mantine/notifications";
 import { createRoot } from "react-dom/client";
-import { App } from "./App";
-import { DashboardContext } from "../ui/context";
-import { markLayout } from "../ui/narrow";
-import { StopBar } from "../operate/stop/StopBar";
-import { followAddress } from "../recorder/place";
-import { Dashboard } from "./dashboard";
+import { Connection } from "../live/connection";
+import { PageStore } from "../live/page";
 import type { Notify } from "../operate/operations";
+import { StopBar } from "../operate/stop/StopBar";
+import { Gamepads } from "../operate/target/gamepads";
+import { followAddress } from "../recorder/place";
+import { markLayout } from "../ui/narrow";
+import { ServicesContext } from "../ui/services";
+import { App } from "./App";
+import { hearKeys } from "./keys";
+import { wire } from "./wiring";
 
 const COLOUR = { info: "blue", warning: "yellow", error: "red" } as const;
 
@@ -42,10 +46,11 @@ const theme = createTheme({
   },
 });
 
-const dashboard = new Dashboard(notify, localStorage);
-followAddress(dashboard.page);
-void dashboard.connection.start();
-dashboard.gamepads.start();
+const services = wire(notify, localStorage);
+followAddress(services.get(PageStore));
+void services.get(Connection).start();
+services.get(Gamepads).start();
+hearKeys(services);
 
 markLayout();
 
@@ -53,9 +58,9 @@ markLayout();
 const edge = document.getElementById("edge");
 if (edge)
   createRoot(edge).render(
-    <DashboardContext value={dashboard}>
+    <ServicesContext value={services}>
       <StopBar />
-    </DashboardContext>,
+    </ServicesContext>,
   );
 
 const root = document.getElementById("root");
@@ -63,8 +68,8 @@ if (root)
   createRoot(root).render(
     <MantineProvider theme={theme} defaultColorScheme="auto">
       <Notifications position="bottom-right" limit={4} className="notices" />
-      <DashboardContext value={dashboard}>
+      <ServicesContext value={services}>
         <App />
-      </DashboardContext>
+      </ServicesContext>
     </MantineProvider>,
   );

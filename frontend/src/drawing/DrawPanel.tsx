@@ -1,12 +1,11 @@
 import { Checkbox, NativeSelect } from "@mantine/core";
-import { sketchOf } from "./drawing";
+import { Facts } from "../ui/Facts";
+import { useService } from "../ui/services";
+import { Drawing, sketchOf, useDrawing } from "./drawing";
 import { DrawNumber } from "./DrawNumber";
 import { DrawPlace } from "./DrawPlace";
 import { DrawSaved } from "./DrawSaved";
-import { drawingFacts, TIMINGS, timingOf } from "./facts";
-import { RunFacts } from "../ui/Facts";
-import { useDashboard } from "../ui/context";
-import { useDrawing } from "./useDrawing";
+import { drawingFacts, timingOf, TIMINGS } from "./facts";
 
 /** The drawing in numbers: how it would be followed, where it is kept, where its selected piece lies. */
 export function DrawPanel() {
@@ -14,7 +13,7 @@ export function DrawPanel() {
   return (
     <>
       <DrawSaved />
-      <RunFacts facts={drawingFacts(plan)} testId="drawing-facts" />
+      <Facts facts={drawingFacts(plan)} testId="drawing-facts" />
       <Manners />
       <Trouble />
       <DrawPlace />
@@ -42,7 +41,7 @@ function Trouble() {
 }
 
 function Manners() {
-  const { drawing } = useDashboard();
+  const drawing = useService(Drawing);
   const { timing, smoothing, outside } = useDrawing((state) => state.manner);
   const closed = useDrawing((state) => sketchOf(state).closed);
   const timed = useDrawing((state) => sketchOf(state).pieces.at(0)?.times != null);
@@ -105,7 +104,7 @@ function Manners() {
 
 /** The number that goes with the timing; its place is kept where there is none. */
 function Pace() {
-  const { drawing } = useDashboard();
+  const drawing = useService(Drawing);
   const timing = useDrawing((state) => state.manner.timing);
   switch (timing.kind) {
     case "speed":

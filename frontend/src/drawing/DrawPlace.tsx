@@ -1,9 +1,8 @@
+import { useService } from "../ui/services";
+import { Drawing, type DrawingState, sketchOf, useDrawing } from "./drawing";
+import { DrawNumber } from "./DrawNumber";
 import type { Piece, Placement } from "./piece";
 import { halfSize } from "./piece";
-import { sketchOf, type DrawingState } from "./drawing";
-import { DrawNumber } from "./DrawNumber";
-import { useDashboard } from "../ui/context";
-import { useDrawing } from "./useDrawing";
 
 interface Field {
   readonly label: string;
@@ -45,7 +44,7 @@ const FIELDS: readonly Field[] = [
 
 /** Place, size and turn of the selected piece, for those who do not drag its handles. */
 export function DrawPlace() {
-  const { drawing } = useDashboard();
+  const drawing = useService(Drawing);
   const piece = useDrawing(selectedPiece);
   const index = useDrawing((state) => sketchOf(state).selected);
   if (!piece || index === null) return null;

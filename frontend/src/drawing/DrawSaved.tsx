@@ -1,18 +1,19 @@
 import { ActionIcon, Button, Popover, TextInput, Tooltip } from "@mantine/core";
 import { IconDownload, IconFolderOpen, IconTrash } from "@tabler/icons-react";
 import { useState } from "react";
-import { drawingUrl } from "../api/rest";
-import { sketchOf } from "./drawing";
-import { millimetres } from "../ui/format";
-import { useStore } from "../ui/store";
 import { ControlButton } from "../operate/ControlButton";
-import { RunSource } from "./Source";
-import { useDashboard, useWhyNot } from "../ui/context";
-import { useDrawing } from "./useDrawing";
+import { useWhyNot } from "../operate/permission";
+import { millimetres } from "../ui/format";
+import { useService } from "../ui/services";
+import { useStore } from "../ui/store";
+import { Drawing, sketchOf, useDrawing } from "./drawing";
+import { drawingUrl, SavedDrawings } from "./saved";
+import { SourceChoice } from "./SourceChoice";
 
 /** Name and save the drawing; the drawings kept by the server. */
 export function DrawSaved() {
-  const { drawing, saved } = useDashboard();
+  const drawing = useService(Drawing);
+  const saved = useService(SavedDrawings);
   const name = useDrawing((state) => state.name);
   const reason = useDrawing((state) =>
     sketchOf(state).pieces.length === 0
@@ -25,7 +26,7 @@ export function DrawSaved() {
   const [opened, setOpened] = useState(false);
   return (
     <div className="row run-row">
-      <RunSource />
+      <SourceChoice />
       <TextInput
         size="xs"
         w={150}
@@ -78,7 +79,7 @@ export function DrawSaved() {
 }
 
 function SavedList({ onLoad }: { readonly onLoad: (name: string) => void }) {
-  const { saved } = useDashboard();
+  const saved = useService(SavedDrawings);
   const list = useStore(saved.store, (store) => store.list);
   if (list.length === 0) return <p className="note">Nothing saved yet</p>;
   return (
@@ -119,7 +120,7 @@ function SavedList({ onLoad }: { readonly onLoad: (name: string) => void }) {
 
 /** Asks once more before it deletes. */
 function Delete({ name }: { readonly name: string }) {
-  const { saved } = useDashboard();
+  const saved = useService(SavedDrawings);
   const [sure, setSure] = useState(false);
   const reason = useWhyNot("settings");
   const label = reason ?? (sure ? `Really delete ${name}?` : `Delete ${name}`);

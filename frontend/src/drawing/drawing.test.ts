@@ -1,13 +1,11 @@
 import { expect, test } from "vitest";
 import type { DrawingBody, DrawingPlan, Point } from "../api/types";
-import { bodyOf, Drawing, isPlanned, sketchOf } from "./drawing";
-import { ImportError, parseCsv } from "./tools/csv";
-import { begun, recorded, redone, undone } from "./history";
-import { dragged, frameOf, gripAt, pathOf, pieceAt, pieceOf, placed, thinned } from "./piece";
-import { Planner } from "./planner";
-import { planePoint, unitOf } from "./tools/svg";
 import { EMPTY_PAGE, type Page } from "../live/page";
 import { Store } from "../ui/store";
+import { bodyOf, Drawing, isPlanned, sketchOf } from "./drawing";
+import { begun, recorded, redone, undone } from "./history";
+import { dragged, frameOf, gripAt, pathOf, pieceAt, pieceOf, placed, stretches, thinned } from "./piece";
+import { Planner } from "./planner";
 
 const square: Point[] = [[0.1, 0.1], [0.12, 0.1], [0.12, 0.12], [0.1, 0.12]]; // prettier-ignore
 
@@ -103,30 +101,6 @@ test("a file's own times go with the drawing as long as it is that file alone", 
   expect(bodyOf(drawing.store.get())).toMatchObject({ times: null, timing: { kind: "speed" } });
 });
 
-test("a CSV is read in the unit of its header, else in mm where metres make no sense", () => {
-  expect(parseCsv("t [s],x [mm],y [mm]\n5,1,2\n6,1.5,2\n")).toEqual({
-    points: [[1e-3, 2e-3], [1.5e-3, 2e-3]], // prettier-ignore
-    times: [0, 1],
-  });
-  expect(parseCsv("# a comment\nx;y\n100;50\n100;60").points.map((p) => p[0])).toEqual([0.1, 0.1]);
-  expect(parseCsv("0.1 0.05\n0.2 0.05").points).toEqual([[0.1, 0.05], [0.2, 0.05]]); // prettier-ignore
-  expect(parseCsv("x_m,y_m\n1,1\n1,1.5").points[1]).toEqual([1, 1.5]);
-});
-
-test("a file that is no path says why", () => {
-  expect(() => parseCsv("hello")).toThrow(ImportError);
-  expect(() => parseCsv("1,2\n3,x")).toThrow('Row 2: "x" is not a number');
-  expect(() => parseCsv("0,1,1\n0,2,2")).toThrow("Times do not rise");
-  expect(() => parseCsv("1,2,3,4\n1,2,3,4")).toThrow("4 columns");
-});
-
-test("an SVG unit is a millimetre unless its width says otherwise, and y turns upward", () => {
-  expect(unitOf(null, "0 0 100 100")).toBe(1);
-  expect(unitOf("100%", "0 0 100 100")).toBe(1);
-  expect(unitOf("5cm", "0 0 100 100")).toBe(0.5);
-  expectPoints([planePoint({ a: 2, b: 0, c: 0, d: 1, e: 10, f: 5 }, 0.5, 20, 30)], [[0.025, -0.0175]]);
-});
-
 /** A planner whose clock and server are in the test's hand. */
 function planning() {
   const [drawing, page] = [new Drawing(), new Store<Page>(EMPTY_PAGE)];
@@ -147,6 +121,7 @@ function planning() {
   };
   return { drawing, asked, rest };
 }
+
 const plan = { length: 0.1 } as DrawingPlan;
 
 test("the server is asked once when the drawing rests, and a late answer is dropped", async () => {
@@ -171,4 +146,9 @@ test("a refusal is shown in the server's words until the drawing changes", async
   asked[0].refuse();
   await new Promise((resolve) => setTimeout(resolve));
   expect(drawing.store.get()).toMatchObject({ plan: null, problem: "speed is outside" });
+});
+
+test("stretches begin one point earlier, so that a single point is seen", () => {
+  const points: [number, number][] = [[0, 0], [1, 0], [2, 0], [3, 0], [4, 0]]; // prettier-ignore
+  expect(stretches(points, (i) => i === 0 || i === 3)).toEqual([[[0, 0]], [[2, 0], [3, 0]]]); // prettier-ignore
 });

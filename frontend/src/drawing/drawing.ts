@@ -1,17 +1,18 @@
 import type { DrawingBody, DrawingPlan, Point } from "../api/types";
-import { begun, recorded, redone, undone, type History } from "./history";
+import { useService } from "../ui/services";
+import { Store, useStore } from "../ui/store";
+import { begun, type History, recorded, redone, undone } from "./history";
 import {
   distance,
   isSamePlace,
   pathOf,
+  type Piece,
   pieceOf,
   placed,
+  type Placement,
   POINTS_MAX,
   thinned,
-  type Piece,
-  type Placement,
 } from "./piece";
-import { Store } from "../ui/store";
 
 /** What the pointer does on the plan. */
 export type Tool = "drag" | "freehand" | "polyline";
@@ -34,7 +35,11 @@ export interface Manner {
   readonly outside: DrawingBody["outside"];
 }
 
+/** What is to be followed: a reference of the library, or what is drawn. */
+export type Source = "library" | "drawing";
+
 export interface DrawingState {
+  readonly source: Source;
   readonly tool: Tool;
   readonly history: History<Sketch>;
   /** The sketch in the middle of a gesture, before it counts. */
@@ -60,6 +65,7 @@ const COPY_OFFSET = 0.01;
 const UNNAMED = "Drawing";
 
 export const EMPTY_DRAWING: DrawingState = {
+  source: "library",
   tool: "drag",
   history: begun(EMPTY),
   draft: null,
@@ -109,6 +115,10 @@ export interface Kept {
 /** The editor: every change that counts can be undone. */
 export class Drawing {
   readonly store = new Store<DrawingState>(EMPTY_DRAWING);
+
+  chooseSource(source: Source): void {
+    this.store.patch({ source });
+  }
 
   choose(tool: Tool): void {
     this.store.patch({ tool, stroke: [] });
@@ -221,6 +231,11 @@ export class Drawing {
   private record(sketch: Sketch): void {
     this.store.patch({ history: recorded(this.store.get().history, sketch), draft: null });
   }
+}
+
+/** Follow a part of the drawing. */
+export function useDrawing<S>(select: (drawing: DrawingState) => S): S {
+  return useStore(useService(Drawing).store, select);
 }
 
 /** Ends that lie near each other against the way between them. */

@@ -1,7 +1,8 @@
 import { expect, test } from "vitest";
 import type { Point } from "../api/types";
+import type { Shelf } from "../ui/shelf";
 import { bodyOf, Drawing, sketchOf } from "./drawing";
-import { CHARACTERS_MAX, keepDrawing, KEY, parseKept, type Shelf } from "./kept";
+import { CHARACTERS_MAX, keepDrawing, KEY, parseKept } from "./kept";
 import { pieceOf } from "./piece";
 
 const line: Point[] = [[0.1, 0.1], [0.12, 0.1], [0.12, 0.12]]; // prettier-ignore

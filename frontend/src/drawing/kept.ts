@@ -1,9 +1,7 @@
 import type { Point } from "../api/types";
+import { quietly, type Shelf } from "../ui/shelf";
 import type { Drawing, Kept, Manner, Sketch, Timing } from "./drawing";
 import type { Piece, Placement } from "./piece";
-
-/** Where a browser keeps texts; each call may throw where it keeps none, or has no room. */
-export type Shelf = Pick<Storage, "getItem" | "setItem" | "removeItem">;
 
 export const KEY = "tendril-drawing";
 /** Longest text that is kept: some 50 000 points, and well under the 5 MB of a browser. */
@@ -53,15 +51,6 @@ function put(shelf: Shelf, text: string): string {
     return true;
   });
   return kept ? "" : "This browser has no room for it";
-}
-
-/** A browser that keeps nothing is no trouble: the drawing then lasts as long as the page. */
-export function quietly<T>(action: () => T): T | null {
-  try {
-    return action();
-  } catch {
-    return null;
-  }
 }
 
 function isKept(value: unknown): value is Kept {

@@ -101,6 +101,17 @@ export function pathOf(pieces: readonly Piece[]): Point[] {
   return path;
 }
 
+/** The stretches of points that are `marked`, each begun one point earlier so that it is seen. */
+export function stretches(points: readonly Point[], marked: (index: number) => boolean): Point[][] {
+  const found: Point[][] = [];
+  for (let i = 0; i < points.length; i++) {
+    if (!marked(i)) continue;
+    if (i === 0 || !marked(i - 1)) found.push(points.slice(Math.max(0, i - 1), i));
+    found[found.length - 1].push(points[i]);
+  }
+  return found;
+}
+
 /** At most `most` of the values, evenly chosen, first and last among them. */
 export function thinned<T>(values: readonly T[], most: number): T[] {
   if (values.length <= most) return [...values];

@@ -1,13 +1,14 @@
+import { call } from "../api/rest";
 import type { DrawingBody, DrawingPlan } from "../api/types";
-import { bodyOf, sketchOf, type DrawingState } from "./drawing";
 import type { Page } from "../live/page";
 import type { Store } from "../ui/store";
+import { bodyOf, type DrawingState, sketchOf } from "./drawing";
 
-/** What the planner needs from outside, so that tests can answer and hold the clock. */
-export interface PlanPort {
-  plan(body: DrawingBody): Promise<DrawingPlan>;
-  later(action: () => void, delay: number): void;
-}
+/** Who plans, and the clock: tests have others. */
+const server = {
+  plan: (body: DrawingBody) => call<DrawingPlan>("POST", "/api/drawings/plan", body),
+  later: (action: () => void, delay: number): unknown => setTimeout(action, delay),
+};
 
 const QUIET_MS = 150;
 
@@ -19,7 +20,7 @@ export class Planner {
   constructor(
     private readonly drawing: Store<DrawingState>,
     private readonly page: Store<Page>,
-    private readonly port: PlanPort,
+    private readonly port = server,
   ) {
     drawing.subscribe(() => {
       this.look();

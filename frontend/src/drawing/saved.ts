@@ -1,14 +1,14 @@
+import { call } from "../api/rest";
 import type { DrawingBody, DrawingInfo } from "../api/types";
-import { bodyOf, type Drawing } from "./drawing";
 import type { Operations } from "../operate/operations";
 import { Store } from "../ui/store";
+import { bodyOf, type Drawing } from "./drawing";
 
-/** Where drawings are kept, so that tests can answer. */
-export interface DrawingKeeper {
-  drawings(): Promise<DrawingInfo[]>;
-  drawing(name: string): Promise<DrawingBody>;
-  saveDrawing(body: DrawingBody): Promise<unknown>;
-  deleteDrawing(name: string): Promise<unknown>;
+const DRAWINGS = "/api/drawings";
+
+/** Address of the saved drawing `name`; with ".csv" behind it, of its download. */
+export function drawingUrl(name: string): string {
+  return `${DRAWINGS}/${encodeURIComponent(name)}`;
 }
 
 /** The drawings kept by the server. */
@@ -17,13 +17,12 @@ export class SavedDrawings {
 
   constructor(
     private readonly drawing: Drawing,
-    private readonly keeper: DrawingKeeper,
     private readonly operations: Pick<Operations, "attempt">,
   ) {}
 
   async learn(): Promise<void> {
     await this.operations.attempt("Drawings not listed", async () => {
-      this.store.patch({ list: await this.keeper.drawings() });
+      this.store.patch({ list: await call("GET", DRAWINGS) });
     });
   }
 
@@ -31,18 +30,18 @@ export class SavedDrawings {
   async save(): Promise<void> {
     const body = bodyOf(this.drawing.store.get());
     if (!body) return;
-    await this.operations.attempt("Drawing not saved", () => this.keeper.saveDrawing(body));
+    await this.operations.attempt("Drawing not saved", () => call("PUT", drawingUrl(body.name), body));
     await this.learn();
   }
 
   async load(name: string): Promise<void> {
     await this.operations.attempt("Drawing not loaded", async () => {
-      this.drawing.load(await this.keeper.drawing(name));
+      this.drawing.load(await call<DrawingBody>("GET", drawingUrl(name)));
     });
   }
 
   async remove(name: string): Promise<void> {
-    await this.operations.attempt("Drawing not deleted", () => this.keeper.deleteDrawing(name));
+    await this.operations.attempt("Drawing not deleted", () => call("DELETE", drawingUrl(name)));
     await this.learn();
   }
 }

@@ -2,11 +2,12 @@ import { Button, NumberInput, Popover } from "@mantine/core";
 import { IconAdjustments } from "@tabler/icons-react";
 import { useState } from "react";
 import { ALARM_BOUNDS } from "../api/bounds";
-import { rest } from "../api/rest";
 import type { AlarmLimits } from "../api/types";
-import type { Alarm, Limits } from "./health";
-import { useDashboard, usePage } from "../ui/context";
+import { usePage } from "../live/page";
 import { rounded } from "../operate/settings";
+import { useService } from "../ui/services";
+import { Alarms } from "./alarms";
+import type { Alarm, Limits } from "./health";
 
 interface Shown {
   readonly alarm: Alarm;
@@ -29,7 +30,7 @@ const COLOURS = ["amber", "red"] as const;
 
 /** From where on the figures are amber and red for me; kept on the server. */
 export function HealthLimits() {
-  const { operations } = useDashboard();
+  const stored = useService(Alarms);
   const alarms = usePage((page) => page.alarms);
   if (!alarms) return null;
   return (
@@ -61,12 +62,7 @@ export function HealthLimits() {
           </tbody>
         </table>
         <p className="note">Yours alone. While you operate, the log says when a figure turns red.</p>
-        <Button
-          size="xs"
-          variant="default"
-          data-testid="alarm-reset"
-          onClick={() => void operations.setAlarms("Limits not reset", rest.resetAlarms)}
-        >
+        <Button size="xs" variant="default" data-testid="alarm-reset" onClick={() => void stored.reset()}>
           Defaults
         </Button>
       </Popover.Dropdown>
@@ -96,7 +92,7 @@ interface FieldProps {
 
 /** Sent on Enter or when the field is left; what the server refuses is put back, with its reason in a notice. */
 function LimitField({ shown: { alarm, name, unit, scale, step }, alarms, colour }: FieldProps) {
-  const { operations } = useDashboard();
+  const stored = useService(Alarms);
   const [draft, setDraft] = useState<number | string | null>(null);
   const value = rounded(alarms[alarm][colour] * scale);
   const { minimum, maximum } = ALARM_BOUNDS[alarm];
@@ -104,7 +100,7 @@ function LimitField({ shown: { alarm, name, unit, scale, step }, alarms, colour 
   const send = async () => {
     if (typeof draft === "number" && draft !== value) {
       const limits = { ...alarms, [alarm]: { ...alarms[alarm], [colour]: draft / scale } };
-      await operations.setAlarms(`Limit of ${alarm} not changed`, () => rest.keepAlarms(limits));
+      await stored.keep(`Limit of ${alarm} not changed`, limits);
     }
     setDraft(null);
   };

@@ -1,14 +1,18 @@
 import { Tooltip } from "@mantine/core";
+import { useEffect, useState } from "react";
+import { call } from "../api/rest";
 import type { LoopHealth } from "../api/types";
-import { DASH, microseconds, milliseconds, percent, plain, wholeNumber } from "../ui/format";
-import { GAUGES, gradeOf, meaningOf, type Measure } from "./health";
+import { Live } from "../live/live";
+import { usePage } from "../live/page";
 import type { TelemetryField } from "../rig/telemetry";
+import { DASH, microseconds, milliseconds, percent, plain, wholeNumber } from "../ui/format";
+import { useService } from "../ui/services";
+import { GAUGES, gradeOf, meaningOf, type Measure } from "./health";
 import { HealthHistogram } from "./HealthHistogram";
 import { HealthLimits } from "./HealthLimits";
 import { GradeWord } from "./HealthReading";
-import { useDashboard, usePage } from "../ui/context";
-import { useLoopHealth } from "./useLoopHealth";
 
+const PERIOD_MS = 1000;
 const POWERS = ["damping", "pneumatic", "observer", "Baumgarte"] as const;
 
 interface Line {
@@ -22,7 +26,7 @@ type Read = (name: TelemetryField, index?: number) => number;
 
 /** Everything that tells whether the rig can be trusted now: timing, ages, observer, pressure loops, energy. */
 export function HealthPanel() {
-  const { live } = useDashboard();
+  const live = useService(Live);
   const alive = usePage((page) => page.online && page.rigLive);
   const link = usePage((page) => page.health?.link_rtt ?? NaN);
   const held = usePage((page) => page.lease.held);
@@ -120,4 +124,23 @@ function millijoules(energy: number): string {
 function milliwatts(power: number): string {
   const text = plain(power * 1e3, 2);
   return text === DASH ? text : `${text} mW`;
+}
+
+/** The server's judgement of the loop, asked for once a second while it is shown; null while it does not answer. */
+function useLoopHealth(): LoopHealth | null {
+  const [health, setHealth] = useState<LoopHealth | null>(null);
+  useEffect(() => {
+    let shown = true;
+    const ask = async () => {
+      const answer = await call<LoopHealth>("GET", "/api/health/loop").catch(() => null);
+      if (shown) setHealth(answer);
+    };
+    const timer = setInterval(() => void ask(), PERIOD_MS);
+    void ask();
+    return () => {
+      shown = false;
+      clearInterval(timer);
+    };
+  }, []);
+  return health;
 }

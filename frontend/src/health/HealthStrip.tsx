@@ -1,11 +1,14 @@
 import { Tooltip } from "@mantine/core";
 import { useMemo, type ReactNode } from "react";
-import { wholeNumber } from "../ui/format";
-import { meaningOf, Peak, type Measure } from "./health";
-import { useStore } from "../ui/store";
+import { Live } from "../live/live";
+import { usePage } from "../live/page";
 import type { TelemetryField } from "../rig/telemetry";
+import { wholeNumber } from "../ui/format";
+import { Painters } from "../ui/painters";
+import { useService } from "../ui/services";
+import { useStore } from "../ui/store";
+import { meaningOf, type Measure, Peak } from "./health";
 import { HealthReading } from "./HealthReading";
-import { useDashboard, usePage } from "../ui/context";
 
 interface ItemProps {
   readonly name: string;
@@ -46,7 +49,7 @@ function Gauge({ name, measure, also = "", minor = false, ...reading }: GaugePro
 
 /** Timing and trust in numbers, always on screen. */
 export function HealthStrip() {
-  const { live } = useDashboard();
+  const live = useService(Live);
   const alive = usePage((page) => page.online && page.rigLive);
   const policy = usePage((page) => page.rig?.policy ?? "");
   const viewers = usePage((page) => page.health?.viewers ?? NaN);
@@ -97,7 +100,7 @@ export function HealthStrip() {
 
 /** What failed to draw: the rest goes on, and it is tried again. */
 function NotDrawn() {
-  const { painters } = useDashboard();
+  const painters = useService(Painters);
   const names = useStore(painters.failed, (failed) => failed.names);
   if (names.length === 0) return null;
   return (

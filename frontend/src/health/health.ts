@@ -1,6 +1,6 @@
 import { ALARM_BOUNDS } from "../api/bounds";
 import type { AlarmLimits } from "../api/types";
-import { DASH, microseconds, milliseconds, millimetres, percent, seconds, wholeNumber } from "../ui/format";
+import { DASH, microseconds, millimetres, milliseconds, percent, seconds, wholeNumber } from "../ui/format";
 
 export type Grade = "good" | "warning" | "bad" | "unknown";
 

@@ -1,12 +1,11 @@
-import { LayoutError } from "../rig/record";
-import { Refusal, rest } from "../api/rest";
-import { LiveSocket, socketUrl } from "../api/socket";
-import type { FromBrowser, FromServer, Session } from "../api/types";
-import type { Live } from "./live";
+import { call, Refusal } from "../api/rest";
+import { LayoutError, type LiveSocket } from "../api/socket";
+import type { FromServer, Session, Workspace } from "../api/types";
 import { asCause, asMode } from "../rig/modes";
-import { keep, withLines, type Page } from "./page";
-import type { PageName } from "./presence/presence";
 import type { Store } from "../ui/store";
+import type { Live } from "./live";
+import { keep, type Page, withLines } from "./page";
+import type { PageName } from "./presence/presence";
 
 const CHECK_MS = 100;
 const RIG_SILENT_MS = 700;
@@ -32,7 +31,6 @@ type Answered = Pick<Extract<FromServer, { type: "reply" | "refused" }>, "id" | 
 
 /** The page's one live connection: what arrives goes to `live` (the stream) and `page` (what controls show). */
 export class Connection {
-  private readonly socket: LiveSocket;
   private readonly tabs = new BroadcastChannel(TABS);
   private signingIn: Promise<void> | null = null;
   /** How the server names this page, while its live socket is open. */
@@ -43,9 +41,10 @@ export class Connection {
   constructor(
     private readonly live: Live,
     private readonly page: Store<Page>,
+    private readonly socket: LiveSocket,
     private readonly listener: ConnectionListener,
   ) {
-    this.socket = new LiveSocket(socketUrl(window.location, "/ws/live"), {
+    socket.tell({
       opened: () => {
         page.patch({ online: true, shutOut: "" });
       },
@@ -85,7 +84,7 @@ export class Connection {
   }
 
   private async signIn(token: string): Promise<void> {
-    await rest.login(token);
+    await call<Session>("POST", "/api/session", { token });
     this.tabs.postMessage(null);
     await this.enter();
   }
@@ -109,19 +108,15 @@ export class Connection {
     document.addEventListener("freeze", leave);
   }
 
-  send(message: FromBrowser): boolean {
-    return this.socket.send(message);
-  }
-
   /** Have the server send these channels (keys) and no others, now and after every reconnection. */
   plot(keys: readonly string[]): void {
-    this.send(this.live.plot(keys));
+    this.socket.send(this.live.plot(keys));
   }
 
   /** Connect as the session of this browser's cookie; a socket of the session before, from another tab, ends. */
   private async enter(): Promise<void> {
     try {
-      const session = await rest.session();
+      const session = await call<Session>("GET", "/api/session");
       const { session: before, me } = this.page.get();
       this.page.patch({ session: "present", me: mine(session) });
       if (before === "present" && (me.name !== session.name || me.role !== session.role))
@@ -145,7 +140,7 @@ export class Connection {
   /** No socket came about: the session may be over, or there are too many pages. */
   private async askWhy(): Promise<void> {
     try {
-      await rest.mayLookOn();
+      await call("GET", "/api/live");
       this.page.patch({ shutOut: "" });
     } catch (error) {
       this.page.patch({ shutOut: error instanceof Refusal ? error.message : "" });
@@ -162,7 +157,7 @@ export class Connection {
         this.name = message.page;
         this.guard(() => {
           this.live.describe(message.layout, message.channels);
-          this.send(this.live.choice());
+          this.socket.send(this.live.choice());
         });
         this.page.patch({
           me: keep(page.me, mine(message.session)),
@@ -231,7 +226,7 @@ export class Connection {
 
   private async learnReach(): Promise<void> {
     try {
-      this.page.patch({ workspace: await rest.workspace() });
+      this.page.patch({ workspace: await call<Workspace>("GET", "/api/workspace") });
     } catch (error) {
       this.listener.failed("Reach not known", error);
     }
@@ -251,7 +246,7 @@ export class Connection {
   private ping(): void {
     const { roundTrip } = this.live;
     const known = Number.isFinite(roundTrip) ? roundTrip : null;
-    this.send({ type: "ping", t: performance.now(), round_trip: known });
+    this.socket.send({ type: "ping", t: performance.now(), round_trip: known });
   }
 
   /** Say so when the rig falls silent; a check that itself came late proves nothing. */

@@ -1,10 +1,10 @@
-import { decodeBinary } from "../api/binary";
+import { decodeBinary } from "../api/socket";
 import type { Field, PlotChannel, PlotChoice } from "../api/types";
-import { Ring } from "./ring";
+import { Telemetry } from "../rig/telemetry";
+import { Store } from "../ui/store";
 import { OnTime } from "./onTime";
 import { keep } from "./page";
-import { Store } from "../ui/store";
-import { Telemetry } from "../rig/telemetry";
+import { Ring } from "./ring";
 import { Trail } from "./trail";
 
 /** Ten minutes of the server's 16 ms bins. */

@@ -17,8 +17,14 @@ import type {
   Settings,
   Workspace,
 } from "../api/types";
-import type { StopNews } from "../operate/stop/stop";
-import type { Situation } from "../operate/permission";
+import { useService } from "../ui/services";
+import { Store, useStore } from "../ui/store";
+
+/** What became of the last E-STOP, for the operator. */
+export interface StopNews {
+  readonly phase: "sent" | "arrived" | "lost";
+  readonly text: string;
+}
 
 export interface LogLine extends Event {
   readonly key: number;
@@ -29,7 +35,7 @@ export interface Page {
   readonly view: "live" | "review";
   /** The list of keys is open. */
   readonly help: boolean;
-  /** What became of the last E-STOP, while that is news. */
+  /** Null once it is no news. */
   readonly stop: StopNews | null;
   /** The recording that is open in Review. */
   readonly reviewed: string | null;
@@ -139,8 +145,13 @@ export function keep<T>(old: T, next: T): T {
   return JSON.stringify(old) === JSON.stringify(next) ? old : next;
 }
 
-/** The part of the page that decides what is allowed. */
-export function situation(page: Page): Situation {
-  const { online, rigLive, mode, lease, me, recording } = page;
-  return { online, rigLive, mode, ...lease, role: me.role, recording: recording.recording };
+export class PageStore extends Store<Page> {
+  constructor() {
+    super(EMPTY_PAGE);
+  }
+}
+
+/** Follow a part of the page's state; `select` gives a primitive or an object that is kept. */
+export function usePage<S>(select: (page: Page) => S): S {
+  return useStore(useService(PageStore), select);
 }

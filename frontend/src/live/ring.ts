@@ -1,4 +1,4 @@
-import type { PlotBins } from "../api/binary";
+import type { PlotBins } from "../api/socket";
 
 interface Column {
   readonly low: Float32Array;

@@ -1,9 +1,8 @@
 import { SegmentedControl } from "@mantine/core";
 import { useState } from "react";
 import type { Event } from "../api/types";
+import { type LogLine, usePage } from "../live/page";
 import { localTime, timeOfDay } from "../ui/format";
-import type { LogLine } from "../live/page";
-import { usePage } from "../ui/context";
 
 const MARK = { info: "", warning: "▲ ", error: "✖ " } as const;
 const RANK = { info: 0, warning: 1, error: 2 } as const;

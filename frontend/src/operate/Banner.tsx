@@ -5,11 +5,12 @@ import {
   IconLock,
   IconPlugConnectedX,
 } from "@tabler/icons-react";
-import { seconds } from "../ui/format";
+import { Live } from "../live/live";
+import { type Page, usePage } from "../live/page";
 import { CAUSE_TEXT, isLatched, MODE, remedy } from "../rig/modes";
-import type { Page } from "../live/page";
+import { seconds } from "../ui/format";
 import { LiveText } from "../ui/LiveText";
-import { useDashboard, usePage } from "../ui/context";
+import { useService } from "../ui/services";
 
 /** What the plan lies under: nothing, no link, no place, a rig that is not there or obeys others, a latched state. */
 type Trouble =
@@ -71,7 +72,7 @@ function Refused({ trouble }: { readonly trouble: "refused" | "shutOut" }) {
 }
 
 function Missing({ trouble }: { readonly trouble: Trouble }) {
-  const { live } = useDashboard();
+  const live = useService(Live);
   const waiting = trouble === "connecting" || trouble === "noRig";
   const Glyph = waiting ? IconLoader2 : IconPlugConnectedX;
   return (

@@ -1,7 +1,6 @@
 import { Button, Tooltip, VisuallyHidden, type ButtonProps } from "@mantine/core";
 import { useId, type ReactNode } from "react";
-import type { Control } from "./permission";
-import { useWhyNot } from "../ui/context";
+import { type Control, useWhyNot } from "./permission";
 
 interface Props extends Omit<ButtonProps, "disabled"> {
   readonly control: Control;

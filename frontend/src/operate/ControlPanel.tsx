@@ -1,13 +1,14 @@
 import { Switch, TextInput, Tooltip } from "@mantine/core";
 import type { CommandBody, Settings } from "../api/types";
-import { CLUTCHED } from "./target/aim";
+import { type Page, PageStore, usePage } from "../live/page";
 import { CAUSE_TEXT, isLatched, isSwing, MODE, remedy } from "../rig/modes";
-import type { Page } from "../live/page";
-import type { Control } from "./permission";
+import { useService } from "../ui/services";
 import { ControlButton } from "./ControlButton";
+import { Operations } from "./operations";
+import { type Control, useWhyNot } from "./permission";
 import { NumberField } from "./SettingField";
-import { useDashboard, usePage, useWhyNot } from "../ui/context";
 import { limits, rounded, SCALARS } from "./settings";
+import { Aim, CLUTCHED } from "./target/aim";
 
 interface Step {
   readonly control: Control;
@@ -59,13 +60,15 @@ function nextControl({ lease, mode }: Page): Control | null {
 
 /** Arm, follow, hold, disarm, clear; how a target is followed; the name of the next recording. */
 export function ControlPanel() {
-  const dashboard = useDashboard();
+  const aim = useService(Aim);
+  const operations = useService(Operations);
+  const page = useService(PageStore);
   const text = usePage(advice);
   const next = usePage(nextControl);
   const name = usePage((page) => page.recordingName);
   const clutch = usePage((page) => page.lease.clutch);
   const run = (request: CommandBody["request"]) => {
-    void (request === "follow" ? dashboard.aim.follow() : dashboard.operations.command({ request }));
+    void (request === "follow" ? aim.follow() : operations.command({ request }));
   };
   return (
     <div className="panel">
@@ -101,7 +104,7 @@ export function ControlPanel() {
         data-testid="recording-name"
         value={name}
         onChange={(event) => {
-          dashboard.page.patch({ recordingName: event.currentTarget.value });
+          page.patch({ recordingName: event.currentTarget.value });
         }}
       />
     </div>
@@ -149,7 +152,7 @@ function Limit({ settings, name, title }: LimitProps) {
 
 /** Held clutch, and the gamepad that is heard. */
 function FollowHand() {
-  const dashboard = useDashboard();
+  const aim = useService(Aim);
   const clutch = usePage((page) => page.lease.clutch);
   const gamepad = usePage((page) => page.gamepad);
   const reason = useWhyNot("settings");
@@ -162,7 +165,7 @@ function FollowHand() {
           data-testid="clutch"
           checked={clutch}
           disabled={reason !== null}
-          onChange={(event) => void dashboard.aim.setClutch(event.currentTarget.checked)}
+          onChange={(event) => void aim.setClutch(event.currentTarget.checked)}
         />
       </Tooltip>
       <span className="note" data-testid="gamepad">

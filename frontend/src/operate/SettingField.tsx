@@ -1,7 +1,9 @@
 import { NumberInput, Tooltip } from "@mantine/core";
 import { useState } from "react";
-import { useDashboard, useWhyNot } from "../ui/context";
 import type { Settings } from "../api/types";
+import { useService } from "../ui/services";
+import { Operations } from "./operations";
+import { useWhyNot } from "./permission";
 
 interface Props {
   readonly label: string;
@@ -18,14 +20,14 @@ interface Props {
 
 /** A live number: what is typed is sent on Enter or when the field is left, and what the rig has stands there after. */
 export function NumberField({ label, value, min, max, step, unit, testId, change }: Props) {
-  const dashboard = useDashboard();
+  const operations = useService(Operations);
   const reason = useWhyNot("settings");
   const [draft, setDraft] = useState<number | string | null>(null);
   const wrong = typeof draft === "number" && (draft < min || draft > max);
   const send = async () => {
     const wanted = draft;
     if (typeof wanted === "number" && wanted !== value)
-      await dashboard.operations.changeSettings(`${label} not changed`, change(wanted));
+      await operations.changeSettings(`${label} not changed`, change(wanted));
     setDraft(null);
   };
   return (

@@ -10,9 +10,11 @@ import {
 } from "@tabler/icons-react";
 import type { Icon } from "@tabler/icons-react";
 import type { Mode } from "../api/types";
+import { usePage } from "../live/page";
 import { CAUSE_TEXT, isLatched, isUnasked, MODE, MODE_MEANING, MODE_WORD } from "../rig/modes";
+import { useService } from "../ui/services";
 import { ControlButton } from "./ControlButton";
-import { useDashboard, usePage } from "../ui/context";
+import { Operations } from "./operations";
 
 const LOOK: Record<Mode, { icon: Icon; colour: string }> = {
   0: { icon: IconWind, colour: "grey" },
@@ -69,7 +71,7 @@ function Unknown({ mode, word }: UnknownProps) {
 
 /** A cause that nobody asked for, and the way out of a latch. */
 export function Latch() {
-  const { operations } = useDashboard();
+  const operations = useService(Operations);
   const mode = usePage(({ mode, online, rigLive }) => (online && rigLive ? mode : null));
   const cause = usePage((page) => page.cause);
   if (mode === null) return null;

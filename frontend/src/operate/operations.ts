@@ -1,8 +1,8 @@
-import { Refusal, rest } from "../api/rest";
-import type { AlarmLimits, CommandBody, Event, Lease, Settings } from "../api/types";
-import { keep, situation, withLines, type Page } from "../live/page";
-import { whyNot, type Control } from "./permission";
+import { call, type Method, Refusal } from "../api/rest";
+import type { CommandBody, Event, Lease, Settings } from "../api/types";
+import { keep, type Page, withLines } from "../live/page";
 import type { Store } from "../ui/store";
+import { type Control, situation, whyNot } from "./permission";
 
 export type Notify = (level: Event["level"], title: string, text: string) => void;
 
@@ -13,7 +13,7 @@ export class Operations {
 
   constructor(
     private readonly page: Store<Page>,
-    private readonly notify: Notify,
+    readonly notify: Notify,
   ) {}
 
   whyNot(control: Control): string | null {
@@ -22,7 +22,7 @@ export class Operations {
 
   /** Ask the rig for another mode. */
   async command(body: CommandBody): Promise<void> {
-    await this.attempt("Refused", () => rest.command(body));
+    await this.attempt("Refused", () => call("POST", "/api/command", body));
   }
 
   /** Esc: HOLD where that means something; elsewhere it is only the first half of Esc Esc. */
@@ -31,30 +31,30 @@ export class Operations {
   }
 
   async takeLease(): Promise<void> {
-    await this.pass("Control not taken", rest.takeLease);
+    await this.pass("Control not taken", "POST");
   }
 
   async releaseLease(): Promise<void> {
-    await this.pass("Control not released", rest.releaseLease);
+    await this.pass("Control not released", "DELETE");
   }
 
   /** Give control to the session `tag`. */
   async handOver(tag: string): Promise<void> {
-    await this.pass("Control not handed over", () => rest.handOver(tag));
+    await this.pass("Control not handed over", "POST", "/hand-over", { tag });
   }
 
   /** Take control from the session `tag`. */
   async takeOver(tag: string): Promise<void> {
-    await this.pass("Control not taken over", () => rest.takeOver(tag));
+    await this.pass("Control not taken over", "POST", "/take-over", { tag });
   }
 
   async refuseRequest(tag: string): Promise<void> {
-    await this.pass("Request not refused", () => rest.refuseRequest(tag));
+    await this.pass("Request not refused", "POST", "/refuse", { tag });
   }
 
   /** Ask whoever operates for control, or ask no longer. */
   async askForLease(wanted: boolean): Promise<void> {
-    await this.pass("Control not asked for", wanted ? rest.askForLease : rest.withdrawRequest);
+    await this.pass("Control not asked for", wanted ? "POST" : "DELETE", "/request");
   }
 
   /** The lease came or went without this page's doing. */
@@ -64,10 +64,10 @@ export class Operations {
     else this.notify("warning", "You no longer operate", holder === "" ? "" : `${holder} operates now.`);
   }
 
-  private async pass(title: string, action: () => Promise<Lease>): Promise<void> {
+  private async pass(title: string, method: Method, path = "", body?: unknown): Promise<void> {
     this.passing += 1;
     await this.attempt(title, async () => {
-      this.page.patch({ lease: await action() });
+      this.page.patch({ lease: await call<Lease>(method, `/api/lease${path}`, body) });
     });
     this.passing -= 1;
   }
@@ -75,38 +75,16 @@ export class Operations {
   /** Held clutch: letting go of the target holds the rig. */
   async setClutch(clutch: boolean): Promise<void> {
     await this.attempt("Clutch not changed", async () => {
-      this.page.patch({ lease: await rest.setClutch(clutch) });
+      this.page.patch({ lease: await call<Lease>("PATCH", "/api/lease", { clutch }) });
     });
   }
 
   /** Change live settings; what the rig then has is shown. */
   async changeSettings(title: string, changes: Partial<Settings>): Promise<void> {
     await this.attempt(title, async () => {
-      const settings = await rest.changeSettings(changes);
+      const settings = await call<Settings>("PATCH", "/api/settings", { changes });
       this.page.patch({ settings: keep(this.page.get().settings, settings) });
     });
-  }
-
-  async learnAlarms(): Promise<void> {
-    await this.setAlarms("Limits not known", rest.alarms);
-  }
-
-  /** Change my limits of the health figures; what the server then keeps is shown. */
-  async setAlarms(title: string, action: () => Promise<AlarmLimits>): Promise<void> {
-    await this.attempt(title, async () => {
-      this.page.patch({ alarms: await action() });
-    });
-  }
-
-  async toggleRecording(): Promise<void> {
-    const reason = this.whyNot("record");
-    const { recording, recordingName, recordingProfile } = this.page.get();
-    if (reason !== null) this.notify("warning", "Recording", reason);
-    else if (recording.recording) await this.attempt("Recording not stopped", () => rest.stopRecording());
-    else
-      await this.attempt("Recording not started", async () => {
-        this.page.patch({ recording: await rest.startRecording(recordingName, recordingProfile) });
-      });
   }
 
   /** Run `action`; a refusal is shown under `title`, with the server's text. */

@@ -1,4 +1,5 @@
 import type { Mode, Role } from "../api/types";
+import { type Page, usePage } from "../live/page";
 import { isLatched, isMovable, MODE, MODE_WORD } from "../rig/modes";
 
 export type Control =
@@ -28,6 +29,16 @@ export interface Situation {
   readonly holder: string;
   readonly recording: boolean;
   readonly role: Role;
+}
+
+/** The part of the page that decides what is allowed. */
+export function situation({ online, rigLive, mode, lease, me, recording }: Page): Situation {
+  return { online, rigLive, mode, ...lease, role: me.role, recording: recording.recording };
+}
+
+/** Why `control` does not work now; null when it does. */
+export function useWhyNot(control: Control): string | null {
+  return usePage((page) => whyNot(control, situation(page)));
 }
 
 /** Why a viewer's session may not. */

@@ -1,5 +1,7 @@
+import { Live } from "../live/live";
+import { Aim } from "../operate/target/aim";
+import type { Services } from "../ui/services";
 import type { Plan } from "./plan";
-import type { Dashboard } from "../app/dashboard";
 
 /** What browser tests may read of the running page, as `window.__tendril`; millimetres and window pixels. */
 export interface Probe {
@@ -21,8 +23,8 @@ declare global {
   }
 }
 
-export function publishProbe(dashboard: Dashboard, plan: Plan): void {
-  const { live } = dashboard;
+export function publishProbe(services: Services, plan: Plan): void {
+  const [aim, live] = [services.get(Aim), services.get(Live)];
   window.__tendril = {
     get frame() {
       return live.frames === 0 || !live.telemetry ? null : live.telemetry.snapshot();
@@ -30,14 +32,14 @@ export function publishProbe(dashboard: Dashboard, plan: Plan): void {
     get frames() {
       return live.frames;
     },
-    roundTrips: dashboard.aim.targets.roundTrips,
+    roundTrips: aim.targets.roundTrips,
     toPixel: (xMm, yMm) => plan.clientOf([xMm / 1e3, yMm / 1e3]),
     toPlane: (px, py) => {
       const [x, y] = plan.planeOf([px, py]);
       return [x * 1e3, y * 1e3];
     },
     handle: () => {
-      const handle = dashboard.aim.handle(performance.now());
+      const handle = aim.handle(performance.now());
       return handle && plan.clientOf(handle.point);
     },
   };

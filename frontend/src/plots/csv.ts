@@ -1,5 +1,5 @@
-import type { PlotChannel } from "../api/types";
 import { Refusal, refusalText, Unreachable } from "../api/rest";
+import type { PlotChannel } from "../api/types";
 import type { Ring } from "../live/ring";
 import type { Range } from "./chart/view";
 

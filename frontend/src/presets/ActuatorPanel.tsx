@@ -1,18 +1,24 @@
 import { FileButton, Loader } from "@mantine/core";
 import { IconFileUpload } from "@tabler/icons-react";
 import { useEffect, useState } from "react";
-import { presets, type ActuatorBody, type ActuatorChoice } from "./presets";
-import { MODE } from "../rig/modes";
+import type { RigInfo } from "../api/types";
+import { usePage } from "../live/page";
 import { ControlButton } from "../operate/ControlButton";
-import { actuatorFacts } from "./actuatorFacts";
-import { useDashboard, usePage } from "../ui/context";
+import { Operations } from "../operate/operations";
+import { MODE } from "../rig/modes";
+import { Facts } from "../ui/Facts";
+import { kilopascals, millimetres, plain } from "../ui/format";
+import { useService } from "../ui/services";
+import { type ActuatorBody, type ActuatorChoice, presets } from "./presets";
 
+type Actuator = RigInfo["parameters"]["actuator"];
+const GRAM = 1e3;
 /** Longest file that is read. */
 const FILE_MAX = 400_000;
 
 /** The rig's actuator, and others to start it with. */
 export function ActuatorPanel() {
-  const { operations } = useDashboard();
+  const operations = useService(Operations);
   const rig = usePage((page) => page.rig);
   const online = usePage((page) => page.online);
   const boot = rig?.boot;
@@ -37,14 +43,7 @@ export function ActuatorPanel() {
   return (
     <div className="panel">
       <Choice choice={choice} current={rig.parameters.actuator.name} waiting={waiting} change={change} />
-      <dl className="facts" data-testid="actuator-facts">
-        {actuatorFacts(rig.parameters.actuator).map(([name, value]) => (
-          <div key={name}>
-            <dt>{name}</dt>
-            <dd className="number">{value}</dd>
-          </div>
-        ))}
-      </dl>
+      <Facts facts={actuatorFacts(rig.parameters.actuator)} testId="actuator-facts" />
     </div>
   );
 }
@@ -59,7 +58,7 @@ interface ChoiceProps {
 function Choice({ choice, current, waiting, change }: ChoiceProps) {
   const mode = usePage((page) => page.mode);
   const rigLive = usePage((page) => page.rigLive);
-  const { operations } = useDashboard();
+  const operations = useService(Operations);
   const because = !choice
     ? "Waiting for the server"
     : choice.reason !== ""
@@ -126,4 +125,26 @@ function Choice({ choice, current, waiting, change }: ChoiceProps) {
       </p>
     </>
   );
+}
+
+/** What is said about an actuator: name and value of each fact. */
+function actuatorFacts(actuator: Actuator): [string, string][] {
+  const { name, length, width, height, mass, u_max, pressure_max, tip_load, k } = actuator;
+  const facts: [string, string][] = [
+    ["Name", name],
+    ["Length", millimetres(length, 0)],
+    ["Width × height", `${plain(width * 1e3, 1)} × ${millimetres(height)}`],
+    ["Mass", `${plain(mass * GRAM, 0)} g`],
+    ["Joint stiffness", `${range(k)} N m/rad`],
+    ["Torque limit", `${plain(u_max * 1e3, 0)} mN m`],
+    ["Highest pressure", kilopascals(pressure_max)],
+  ];
+  if (tip_load > 0) facts.push(["Tip load", `${plain(tip_load * GRAM, 0)} g`]);
+  return facts;
+}
+
+/** A profile as one number, or from its lowest to its highest. */
+function range(profile: readonly number[]): string {
+  const [low, high] = [Math.min(...profile), Math.max(...profile)].map((value) => value.toPrecision(3));
+  return low === high ? low : `${low} … ${high}`;
 }

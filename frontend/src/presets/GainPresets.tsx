@@ -1,16 +1,18 @@
 import { ActionIcon, Button, Menu, ScrollArea, TextInput } from "@mantine/core";
 import { IconFolderOpen, IconTrash } from "@tabler/icons-react";
 import { useCallback, useState } from "react";
-import { presets, type GainPreset } from "./presets";
 import { ControlButton } from "../operate/ControlButton";
-import { useDashboard, useWhyNot } from "../ui/context";
+import { Operations } from "../operate/operations";
+import { useWhyNot } from "../operate/permission";
 import { gainsOf } from "../operate/settings";
+import { useService } from "../ui/services";
+import { type GainPreset, presets } from "./presets";
 
 const NAME = /^[\p{L}\p{N}_ .+-]{1,60}$/u;
 
 /** Gains kept on the server by name: load, save the ones in force, delete. */
 export function GainPresets() {
-  const { operations } = useDashboard();
+  const operations = useService(Operations);
   const [list, setList] = useState<readonly GainPreset[]>([]);
   const update = useCallback(
     (title: string, action: () => Promise<readonly GainPreset[]>) =>
@@ -54,7 +56,7 @@ interface ListProps {
 }
 
 function Saved({ list, update }: ListProps) {
-  const { operations } = useDashboard();
+  const operations = useService(Operations);
   const reason = useWhyNot("settings");
   return (
     <ScrollArea.Autosize mah={200}>

@@ -1,21 +1,24 @@
 import { NativeSelect, Slider, Tooltip } from "@mantine/core";
 import type { Law, Settings } from "../api/types";
-import { LAW_TEXT } from "../rig/modes";
+import { usePage } from "../live/page";
 import { ControlButton } from "../operate/ControlButton";
+import { Operations } from "../operate/operations";
+import { useWhyNot } from "../operate/permission";
 import { NumberField } from "../operate/SettingField";
-import { useDashboard, usePage, useWhyNot } from "../ui/context";
-import { GainPresets } from "./GainPresets";
 import {
   boundsText,
   defaultGains,
   limits,
   OPEN_LOOP,
+  type PairName,
   PAIRS,
   rounded,
   SCALARS,
-  type PairName,
   type Shown,
 } from "../operate/settings";
+import { LAW_TEXT } from "../rig/modes";
+import { useService } from "../ui/services";
+import { GainPresets } from "./GainPresets";
 
 const OPEN: Law = 0;
 const LAWS: readonly Law[] = [4, 3, 2, 1, 0];
@@ -24,7 +27,7 @@ const AXES = ["x", "y"] as const;
 /** Law, gains and limits as the rig has them; every change is sent at once. */
 export function GainsPanel() {
   const settings = usePage((page) => page.settings);
-  const dashboard = useDashboard();
+  const operations = useService(Operations);
   if (!settings) return <p className="panel note">Waiting for the settings.</p>;
   return (
     <div className="panel">
@@ -35,7 +38,7 @@ export function GainsPanel() {
           variant="default"
           testId="gains-reset"
           meaning="Put law, gains and limits back to their defaults"
-          onClick={() => void dashboard.operations.changeSettings("Gains not reset", defaultGains())}
+          onClick={() => void operations.changeSettings("Gains not reset", defaultGains())}
         >
           Reset to defaults
         </ControlButton>
@@ -63,7 +66,7 @@ export function GainsPanel() {
 }
 
 function LawSelect({ law }: { readonly law: Law }) {
-  const dashboard = useDashboard();
+  const operations = useService(Operations);
   const reason = useWhyNot("settings");
   return (
     <Tooltip label={reason ?? "Which terms make the command"} openDelay={reason === null ? 500 : 0}>
@@ -76,8 +79,7 @@ function LawSelect({ law }: { readonly law: Law }) {
         data={LAWS.map((value) => ({ value: String(value), label: LAW_TEXT[value] }))}
         onChange={(event) => {
           const chosen = LAWS.find((value) => String(value) === event.currentTarget.value);
-          if (chosen !== undefined)
-            void dashboard.operations.changeSettings("Law not changed", { law: chosen });
+          if (chosen !== undefined) void operations.changeSettings("Law not changed", { law: chosen });
         }}
       />
     </Tooltip>
@@ -162,13 +164,13 @@ interface TorqueProps {
 }
 
 function TorqueSlider({ index, value, torque, settings }: TorqueProps) {
-  const dashboard = useDashboard();
+  const operations = useService(Operations);
   const reason = useWhyNot("settings");
   const { scale, step, unit, meaning } = OPEN_LOOP;
   const send = (wanted: number) => {
     const [first, second] = settings.u_open;
     const u_open: [number, number] = index === 0 ? [wanted / scale, second] : [first, wanted / scale];
-    void dashboard.operations.changeSettings("Command not changed", { u_open });
+    void operations.changeSettings("Command not changed", { u_open });
   };
   return (
     <Tooltip label={reason ?? `${meaning} ${index === 0 ? "of the rear pair" : "of the top pair"}`}>

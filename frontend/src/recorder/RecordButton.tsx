@@ -1,16 +1,19 @@
 import { Button, Menu } from "@mantine/core";
 import { IconChevronDown, IconPlayerRecordFilled, IconPlayerStopFilled } from "@tabler/icons-react";
 import { useState } from "react";
-import { recordings } from "./recordings";
 import type { ProfileInfo } from "../api/types";
-import { bytes, clock } from "../ui/format";
-import { isProfile } from "./profile";
+import { PageStore, usePage } from "../live/page";
 import { ControlButton } from "../operate/ControlButton";
-import { useDashboard, usePage } from "../ui/context";
+import { Operations } from "../operate/operations";
+import { bytes, clock } from "../ui/format";
+import { useService } from "../ui/services";
+import { isProfile } from "./profile";
+import { Recorder } from "./recorder";
+import { recordings } from "./recordings";
 
 /** Starts and stops a recording; beside it, how much of every tick it is to keep. */
 export function RecordButton() {
-  const { operations } = useDashboard();
+  const recorder = useService(Recorder);
   const recording = usePage((page) => page.recording.recording);
   const time = usePage((page) => clock(page.recording.seconds));
   const gaps = usePage((page) => page.recording.gaps);
@@ -32,7 +35,7 @@ export function RecordButton() {
             <IconPlayerRecordFilled size={14} color="#e03131" />
           )
         }
-        onClick={() => void operations.toggleRecording()}
+        onClick={() => void recorder.toggle()}
       >
         <span className="number record-label">
           {recording ? `REC ${time}` : profile === "full" ? "Record full" : "Record"}
@@ -45,7 +48,8 @@ export function RecordButton() {
 
 /** What the next recording keeps, each with its size. */
 function ProfileMenu() {
-  const { operations, page } = useDashboard();
+  const operations = useService(Operations);
+  const page = useService(PageStore);
   const profile = usePage((state) => state.recordingProfile);
   const [profiles, setProfiles] = useState<readonly ProfileInfo[]>([]);
   const learn = () =>

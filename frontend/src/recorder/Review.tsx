@@ -1,15 +1,16 @@
 import { Button, Loader } from "@mantine/core";
 import { useState } from "react";
-import { useDashboard, usePage } from "../ui/context";
+import { PageStore, usePage } from "../live/page";
+import { useService } from "../ui/services";
 import { Compare } from "./compare/Compare";
 import { Detail } from "./detail/Detail";
 import { NEWEST } from "./list/listing";
 import { RecordingList, SHELF } from "./list/RecordingList";
-import { useRecordings, type Search } from "./useRecordings";
+import { type Search, useRecordings } from "./useRecordings";
 
 /** The recordings: as a list, one, or up to four side by side. */
 export default function Review() {
-  const { page } = useDashboard();
+  const page = useService(PageStore);
   const reviewed = usePage((state) => state.reviewed);
   const compared = usePage((state) => state.compared);
   const [search, setSearch] = useState<Search>({ query: "", order: NEWEST, limit: SHELF });

@@ -1,6 +1,6 @@
 import type { Profile } from "../api/types";
-import { quietly, type Shelf } from "../drawing/kept";
 import type { Page } from "../live/page";
+import { quietly, type Shelf } from "../ui/shelf";
 import type { Store } from "../ui/store";
 
 const KEY = "tendril-record-profile";

@@ -60,6 +60,14 @@ export function exportUrl(id: string, format: Format, { signals, from, to }: Exp
   return recordingUrl(id, `/export?${query.toString()}`);
 }
 
+/** Address of rerun's own viewer, showing the recording at `url`; with null it shows nothing yet. */
+export function viewerUrl(url: string | null, theme: "dark" | "light", renderer: string | null): string {
+  const query = new URLSearchParams();
+  if (url !== null) query.set("url", url);
+  if (renderer !== null) query.set("renderer", renderer);
+  return `/rerun/?${query.toString()}&hide_welcome_screen&persist=0&theme=${theme}`;
+}
+
 export const recordings = {
   /** The first `limit` of those with every word of `search`, in the order `sort`: a column, "-" before it falls. */
   list: async (search: string, sort: string, limit: number): Promise<Listed> => {

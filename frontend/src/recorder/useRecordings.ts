@@ -1,10 +1,12 @@
 import { useDebouncedValue } from "@mantine/hooks";
 import { useCallback, useEffect, useRef, useState } from "react";
-import { recordings, type Listed, type RecordingChanges } from "./recordings";
 import { Refusal } from "../api/rest";
 import type { Recording } from "../api/types";
-import { useDashboard, usePage } from "../ui/context";
-import { isSettled, sortOf, type Order } from "./list/listing";
+import { usePage } from "../live/page";
+import { Operations } from "../operate/operations";
+import { useService } from "../ui/services";
+import { isSettled, type Order, sortOf } from "./list/listing";
+import { type Listed, type RecordingChanges, recordings } from "./recordings";
 
 export interface Search {
   readonly query: string;
@@ -34,7 +36,7 @@ type Opened = Readonly<Record<string, Recording | null>>;
 
 /** The list that was searched, or the `opened` recordings; read again when a recording starts, grows or is measured. */
 export function useRecordings(search: Search, opened: readonly string[]): Recordings {
-  const { operations } = useDashboard();
+  const operations = useService(Operations);
   const active = useActive();
   const [listed, setListed] = useState<Listed | null>(null);
   const [known, setKnown] = useState<Opened>({});

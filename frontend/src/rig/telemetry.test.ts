@@ -1,9 +1,8 @@
 import { expect, test } from "vitest";
-import golden from "./__fixtures__/golden.json";
-import { decodeBinary } from "../api/binary";
-import { LayoutError, RecordReader } from "./record";
+import { decodeBinary, LayoutError } from "../api/socket";
 import type { Field } from "../api/types";
-import { Telemetry } from "./telemetry";
+import { RecordReader, Telemetry } from "./telemetry";
+import golden from "./__fixtures__/golden.json";
 
 const layout = golden.layout as Field[];
 const values = golden.values as Record<string, (number | null)[]>;

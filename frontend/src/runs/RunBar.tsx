@@ -6,13 +6,14 @@ import {
   IconPlayerRecordFilled,
   IconPlayerStop,
 } from "@tabler/icons-react";
-import { isUnderWay } from "./runs";
+import { useDrawing } from "../drawing/drawing";
+import { chosenInfo } from "../drawing/library/references";
+import { usePage } from "../live/page";
 import { ControlButton } from "../operate/ControlButton";
+import { useService } from "../ui/services";
 import { ToolButton } from "../ui/ToolButton";
 import { previewText } from "./facts";
-import { whyNotRun } from "./reasons";
-import { useDashboard, usePage } from "../ui/context";
-import { useDrawing, useRuns } from "../drawing/useDrawing";
+import { isUnderWay, Runs, useRuns, whyNotRun } from "./runs";
 
 /** Preview, and run or steer the run. */
 export function RunBar() {
@@ -28,15 +29,13 @@ export function RunBar() {
 
 /** Why the chosen subject cannot be followed, null if it can. */
 function useReason(): string | null {
-  const choice = useRuns((runs) => runs);
   const drawing = useDrawing((state) => state);
-  const chosen = usePage((page) => page.chosen);
-  const references = usePage((page) => page.references);
-  return whyNotRun(choice.source, drawing, references.find(({ name }) => name === chosen) ?? null);
+  const chosen = usePage(chosenInfo);
+  return whyNotRun(drawing, chosen);
 }
 
 function PreviewButton() {
-  const { runs } = useDashboard();
+  const runs = useService(Runs);
   const reason = useReason();
   const previewing = useRuns((choice) => choice.previewing);
   const preview = useRuns((choice) => choice.preview);
@@ -64,7 +63,7 @@ function PreviewButton() {
 }
 
 function Start() {
-  const { runs } = useDashboard();
+  const runs = useService(Runs);
   const reason = useReason();
   const endless = useRuns((choice) => choice.endless);
   const laps = useRuns((choice) => choice.laps);
@@ -123,7 +122,7 @@ function Start() {
 }
 
 function Steering() {
-  const { runs } = useDashboard();
+  const runs = useService(Runs);
   const paused = usePage((page) => page.run?.state === "paused");
   return (
     <>

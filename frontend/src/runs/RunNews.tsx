@@ -1,12 +1,12 @@
 import { ActionIcon, Button, Progress, Tooltip } from "@mantine/core";
 import { IconX } from "@tabler/icons-react";
 import type { RunResult, RunState } from "../api/types";
+import { PageStore, usePage } from "../live/page";
+import { Facts } from "../ui/Facts";
 import { timeOfDay } from "../ui/format";
-import { isUnderWay } from "./runs";
-import { RunFacts } from "../ui/Facts";
+import { useService } from "../ui/services";
 import { errorText, lapsDone, lapText, resultFacts, STATE_WORD } from "./facts";
-import { useDashboard, usePage } from "../ui/context";
-import { useRuns } from "../drawing/useDrawing";
+import { isUnderWay, Runs, useRuns } from "./runs";
 
 /** The run under way, else what came of the last one; always of the same height. */
 export function RunNews() {
@@ -51,7 +51,7 @@ function UnderWay({ run }: { readonly run: RunState }) {
 }
 
 function ResultCard({ result }: { readonly result: RunResult }) {
-  const { runs } = useDashboard();
+  const runs = useService(Runs);
   return (
     <section
       className="run-result"
@@ -84,14 +84,14 @@ function ResultCard({ result }: { readonly result: RunResult }) {
       {result.rmse === null ? (
         <p className="note">{result.reason || "It ended before the path began."}</p>
       ) : (
-        <RunFacts facts={resultFacts(result)} testId="run-result-facts" />
+        <Facts facts={resultFacts(result)} testId="run-result-facts" />
       )}
     </section>
   );
 }
 
 function RecordingLink({ id }: { readonly id: string | null }) {
-  const { page } = useDashboard();
+  const page = useService(PageStore);
   if (id === null) return <span className="note">not recorded</span>;
   return (
     <Button

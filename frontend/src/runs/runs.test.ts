@@ -1,17 +1,15 @@
 import { expect, test } from "vitest";
-import type { Preview, ReferenceInfo, RunBody, RunState } from "../api/types";
-import { drawingFacts, timingOf } from "../drawing/facts";
-import { previewText, resultFacts } from "./facts";
-import { whyNotRun } from "./reasons";
-import { shapesOf } from "../drawing/library/shapes";
-import { stretches } from "../plan/paint/sketch";
+import type { Preview, RunBody, RunState } from "../api/types";
 import { Drawing } from "../drawing/drawing";
+import { drawingFacts } from "../drawing/facts";
 import { pieceOf } from "../drawing/piece";
 import { EMPTY_PAGE, type Page } from "../live/page";
-import { keepRecord, Runs } from "./runs";
 import { Store } from "../ui/store";
+import { previewText, resultFacts } from "./facts";
+import { keepRecord, Runs, whyNotRun } from "./runs";
 
 const underWay = { state: "running", name: "vu" } as RunState;
+
 const preview = { rmse: 1.234e-3, max_error: 4e-3, saturated_share: 0.05, broken_off: "" } as Preview;
 
 function harness() {
@@ -24,12 +22,12 @@ function harness() {
       bodies.push(body);
       return Promise.resolve(underWay);
     },
-    steerRun: (step: string) => Promise.resolve({ ...underWay, state: step === "pause" ? "paused" : "stopped" } as RunState), // prettier-ignore
+    steer: (step: string) => Promise.resolve({ ...underWay, state: step === "pause" ? "paused" : "stopped" } as RunState), // prettier-ignore
   };
   const attempt = async (title: string, action: () => Promise<unknown>) => {
     await action().catch(() => calls.push(title));
   };
-  const runs = new Runs(drawing.store, page, port, { attempt });
+  const runs = new Runs(drawing.store, page, { attempt }, port);
   return { drawing, page, runs, calls, bodies, port };
 }
 
@@ -38,7 +36,7 @@ test("a run of the library is asked by name, of the drawing with the drawing, un
   runs.repeat(3);
   await runs.run();
   drawing.add([pieceOf([[0, 0.1], [0.1, 0.1]])]); // prettier-ignore
-  runs.choose("drawing");
+  drawing.chooseSource("drawing");
   runs.store.patch({ endless: true });
   await runs.run();
   expect(bodies[0]).toEqual({ drawing: null, reference: "vu", laps: 3, record: true });
@@ -70,12 +68,13 @@ test("a prediction is forgotten as soon as what would be run is another", async 
 
 test("what cannot be run says why", () => {
   const drawing = new Drawing();
-  expect(whyNotRun("library", drawing.store.get(), null)).toBe("Choose a reference first");
-  expect(whyNotRun("drawing", drawing.store.get(), null)).toBe("Nothing is drawn");
+  expect(whyNotRun(drawing.store.get(), null)).toBe("Choose a reference first");
+  drawing.chooseSource("drawing");
+  expect(whyNotRun(drawing.store.get(), null)).toBe("Nothing is drawn");
   drawing.add([pieceOf([[0, 0.1], [0.1, 0.1]])]); // prettier-ignore
-  expect(whyNotRun("drawing", drawing.store.get(), null)).toBe("Being planned");
+  expect(whyNotRun(drawing.store.get(), null)).toBe("Being planned");
   drawing.store.patch({ problem: "no" });
-  expect(whyNotRun("drawing", drawing.store.get(), null)).toBe("no");
+  expect(whyNotRun(drawing.store.get(), null)).toBe("no");
 });
 
 test("a prediction and a result read in millimetres, without a lag where nothing is periodic", () => {
@@ -88,24 +87,4 @@ test("a prediction and a result read in millimetres, without a lag where nothing
   expect(names(null)).toEqual(["RMSE", "Max error", "Saturated", "On time"]);
   expect(names(-12)).toContain("Lag y");
   expect(drawingFacts(null).every(([, value]) => value === "–")).toBe(true);
-});
-
-test("another timing begins near the present one, within its bounds", () => {
-  const plan = { length: 0.4, duration: 20 } as Parameters<typeof timingOf>[1];
-  expect(timingOf("speed", plan)).toEqual({ kind: "speed", speed: 0.02 });
-  expect(timingOf("duration", plan)).toEqual({ kind: "duration", duration: 20 });
-});
-
-test("each shape of the library is offered once, and nothing that jumps", () => {
-  const info = (name: string, title: string, peak_speed: number | null = 1) =>
-    ({ name, title, peak_speed, frequency: null }) as ReferenceInfo;
-  const titles = ["Circle, 0.25 Hz", "Circle, 2 Hz", "Sweep (sensing)", "VU"].map((title) =>
-    info(title, title),
-  );
-  expect(shapesOf([info("step", "Four steps", null), ...titles]).map(({ label }) => label)).toEqual(["Circle", "Sweep", "VU"]); // prettier-ignore
-});
-
-test("stretches begin one point earlier, so that a single point is seen", () => {
-  const points: [number, number][] = [[0, 0], [1, 0], [2, 0], [3, 0], [4, 0]]; // prettier-ignore
-  expect(stretches(points, (i) => i === 0 || i === 3)).toEqual([[[0, 0]], [[2, 0], [3, 0]]]); // prettier-ignore
 });

@@ -1,16 +1,15 @@
-import type { Preview, PreviewBody, RunBody, RunState } from "../api/types";
-import { bodyOf, type DrawingState } from "../drawing/drawing";
-import { quietly, type Shelf } from "../drawing/kept";
+import { call } from "../api/rest";
+import type { Preview, PreviewBody, ReferenceInfo, RunBody, RunState } from "../api/types";
+import { bodyOf, type DrawingState, isPlanned, sketchOf } from "../drawing/drawing";
 import { isSame, planInputs } from "../drawing/planner";
-import type { Operations } from "../operate/operations";
 import type { Page } from "../live/page";
-import { Store } from "../ui/store";
-
-export type Source = "library" | "drawing";
+import type { Operations } from "../operate/operations";
+import { useService } from "../ui/services";
+import { quietly, type Shelf } from "../ui/shelf";
+import { Store, useStore } from "../ui/store";
 
 /** What would be run, how often, and what the twin says about it. */
 export interface RunChoice {
-  readonly source: Source;
   readonly laps: number;
   /** Until stopped, whatever `laps` says. */
   readonly endless: boolean;
@@ -23,7 +22,6 @@ export interface RunChoice {
 }
 
 export const FIRST_CHOICE: RunChoice = {
-  source: "library",
   laps: 1,
   endless: false,
   record: true,
@@ -32,12 +30,12 @@ export const FIRST_CHOICE: RunChoice = {
   dismissed: null,
 };
 
-/** What previews and runs, so that tests can answer. */
-export interface RunPort {
-  preview(body: PreviewBody): Promise<Preview>;
-  run(body: RunBody): Promise<RunState>;
-  steerRun(step: "pause" | "resume" | "stop"): Promise<RunState>;
-}
+/** What previews and runs: the server, or a test. */
+const server = {
+  preview: (body: PreviewBody) => call<Preview>("POST", "/api/preview", body),
+  run: (body: RunBody) => call<RunState>("POST", "/api/run", body),
+  steer: (step: "pause" | "resume" | "stop") => call<RunState>("POST", `/api/run/${step}`),
+};
 
 /** Previews and runs of what is chosen: the drawing, or a reference of the library. */
 export class Runs {
@@ -47,18 +45,14 @@ export class Runs {
   constructor(
     private readonly drawing: Store<DrawingState>,
     private readonly page: Store<Page>,
-    private readonly port: RunPort,
     private readonly operations: Pick<Operations, "attempt">,
+    private readonly port = server,
   ) {
-    for (const { subscribe } of [drawing, page, this.store])
+    for (const { subscribe } of [drawing, page])
       subscribe(() => {
         this.forgetOldPreview();
       });
     this.forgetOldPreview();
-  }
-
-  choose(source: Source): void {
-    this.store.patch({ source });
   }
 
   repeat(laps: number): void {
@@ -67,7 +61,7 @@ export class Runs {
 
   /** What would be followed, null without any. */
   body(): Pick<RunBody, "drawing" | "reference"> | null {
-    return subjectOf(this.store.get(), this.drawing.get(), this.page.get());
+    return subjectOf(this.drawing.get(), this.page.get());
   }
 
   async preview(): Promise<void> {
@@ -90,7 +84,7 @@ export class Runs {
   }
 
   async steer(step: "pause" | "resume" | "stop"): Promise<void> {
-    await this.take(`Run not ${STEERED[step]}`, () => this.port.steerRun(step));
+    await this.take(`Run not ${STEERED[step]}`, () => this.port.steer(step));
   }
 
   /** The server's answer counts before its next status comes. */
@@ -102,9 +96,8 @@ export class Runs {
 
   /** A prediction of something else is worth nothing. */
   private forgetOldPreview(): void {
-    const choice = this.store.get();
-    const page = this.page.get();
-    const subject = [choice.source, page.chosen, page.settings, ...planInputs(this.drawing.get(), page)];
+    const [drawing, page] = [this.drawing.get(), this.page.get()];
+    const subject = [drawing.source, page.chosen, page.settings, ...planInputs(drawing, page)];
     if (isSame(subject, this.subject)) return;
     this.subject = subject;
     this.store.patch({ preview: null });
@@ -127,17 +120,33 @@ export function keepRecord(runs: Runs, shelf: Pick<Shelf, "getItem" | "setItem">
 
 const STEERED = { pause: "paused", resume: "resumed", stop: "stopped" } as const;
 
-function subjectOf(
-  { source }: RunChoice,
-  drawing: DrawingState,
-  page: Page,
-): Pick<RunBody, "drawing" | "reference"> | null {
-  if (source === "library") return page.chosen === null ? null : { drawing: null, reference: page.chosen };
+function subjectOf(drawing: DrawingState, page: Page): Pick<RunBody, "drawing" | "reference"> | null {
+  if (drawing.source === "library")
+    return page.chosen === null ? null : { drawing: null, reference: page.chosen };
   const body = bodyOf(drawing);
   return body && { drawing: body, reference: null };
+}
+
+/** Follow what would be run. */
+export function useRuns<S>(select: (choice: RunChoice) => S): S {
+  return useStore(useService(Runs).store, select);
 }
 
 /** A run that has not ended. */
 export function isUnderWay(run: RunState | null): run is RunState {
   return run !== null && (run.state === "approach" || run.state === "running" || run.state === "paused");
+}
+
+/** Why what is chosen can be neither previewed nor run, as one sentence; null when it can. */
+export function whyNotRun(drawing: DrawingState, chosen: ReferenceInfo | null): string | null {
+  if (drawing.source === "drawing") return whyNotDrawing(drawing);
+  if (!chosen) return "Choose a reference first";
+  return chosen.reachable ? null : chosen.reason;
+}
+
+function whyNotDrawing(drawing: DrawingState): string | null {
+  if (sketchOf(drawing).pieces.length === 0) return "Nothing is drawn";
+  if (drawing.problem !== "") return drawing.problem;
+  if (!drawing.plan || !isPlanned(drawing)) return "Being planned";
+  return drawing.plan.reachable ? null : drawing.plan.reason;
 }

@@ -1,22 +1,24 @@
 import { ActionIcon, NativeSelect, Slider, Tooltip } from "@mantine/core";
 import { IconPlayerPauseFilled, IconPlayerPlayFilled } from "@tabler/icons-react";
 import { useEffect, useState } from "react";
-import { scene } from "./scene";
 import type { Recording } from "../api/types";
+import { Operations } from "../operate/operations";
 import { plain } from "../ui/format";
-import { Replay } from "./replay";
-import { Seat } from "./seat";
+import { useService } from "../ui/services";
 import { useStore } from "../ui/store";
+import { Ticker } from "../ui/ticker";
+import { Replay } from "./replay";
+import { scene } from "./scene";
 import { Cameras } from "./Scene3D";
 import { SceneFrame } from "./SceneFrame";
-import { useDashboard } from "../ui/context";
+import { Seat } from "./seat";
 
 const RATES = ["0.1", "0.25", "0.5", "1", "2", "5"] as const;
 const SHOWN_PER_S = 10;
 
 /** A recording in 3D, in this page alone: the live view and everyone else's stay as they are. */
 export function Replay3D({ recording }: { readonly recording: Recording }) {
-  const { operations } = useDashboard();
+  const operations = useService(Operations);
   const [seat] = useState(() => new Seat(scene));
   const [replay] = useState(() => new Replay(recording.id, seat.id, scene));
   const steer = (action: () => Promise<void>) => void operations.attempt("Recording not played", action);
@@ -96,7 +98,7 @@ function PlayBar({ replay, seat, steer }: PlayBarProps) {
 
 /** Time in the recording [s] and whether it plays, followed at human speed. */
 function useClock(replay: Replay): readonly [number, boolean] {
-  const { ticker } = useDashboard();
+  const ticker = useService(Ticker);
   const [shown, setShown] = useState<readonly [number, boolean]>([0, false]);
   useEffect(
     () =>

@@ -1,10 +1,13 @@
 import { ActionIcon, Button, Tooltip, useComputedColorScheme } from "@mantine/core";
 import { IconChevronDown, IconChevronRight } from "@tabler/icons-react";
 import { useEffect, useState } from "react";
+import { Drawing } from "../drawing/drawing";
+import { PageStore } from "../live/page";
+import { Runs } from "../runs/runs";
+import { useService } from "../ui/services";
 import { scene, type SceneView } from "./scene";
-import { Seat, sceneLines } from "./seat";
 import { SceneFrame } from "./SceneFrame";
-import { useDashboard } from "../ui/context";
+import { sceneLines, Seat } from "./seat";
 
 const SHOWN = "tendril-3d";
 const VIEWS: readonly (readonly [SceneView, string, string])[] = [
@@ -27,11 +30,12 @@ export function Scene3D() {
 }
 
 function OpenScene({ onClose }: { readonly onClose: () => void }) {
-  const dashboard = useDashboard();
+  const drawing = useService(Drawing);
+  const page = useService(PageStore);
+  const runs = useService(Runs);
   const [seat] = useState(() => new Seat(scene));
   useEffect(() => {
     // The stores live outside React: each change of what the plan shows goes to the seat.
-    const { page, drawing, runs } = dashboard;
     const show = () => {
       seat.show(sceneLines(page.get(), drawing.store.get(), runs.store.get()));
     };
@@ -40,7 +44,7 @@ function OpenScene({ onClose }: { readonly onClose: () => void }) {
     return () => {
       for (const stop of stops) stop();
     };
-  }, [dashboard, seat]);
+  }, [drawing, page, runs, seat]);
   return (
     <>
       <Bar open onToggle={onClose} seat={seat} />

@@ -1,8 +1,8 @@
 import { useComputedColorScheme } from "@mantine/core";
 import { useEffect, useState } from "react";
+import { usePage } from "../live/page";
 import { sceneUrl } from "./scene";
 import type { Seat } from "./seat";
-import { usePage } from "../ui/context";
 
 interface Props {
   readonly seat: Seat;

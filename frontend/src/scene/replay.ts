@@ -1,5 +1,5 @@
-import type { Playback, PlaybackBody } from "./scene";
 import { Store } from "../ui/store";
+import type { Playback, PlaybackBody } from "./scene";
 
 /** The recording as the server plays it, and when it said so [ms on the page's clock]. */
 export interface ReplayState {

@@ -1,10 +1,10 @@
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
-import type { Lines, Playback, SceneRole } from "./scene";
 import { EMPTY_DRAWING } from "../drawing/drawing";
 import { EMPTY_PAGE } from "../live/page";
-import { Replay } from "./replay";
 import { FIRST_CHOICE } from "../runs/runs";
-import { Seat, sceneLines } from "./seat";
+import { Replay } from "./replay";
+import type { Lines, Playback, SceneRole } from "./scene";
+import { sceneLines, Seat } from "./seat";
 
 beforeEach(() => vi.useFakeTimers());
 afterEach(() => vi.useRealTimers());
@@ -52,7 +52,7 @@ test("the 3D view shows what the plan shows: the chosen reference, its first lap
   const [approach, shape] = sceneLines(page, EMPTY_DRAWING, FIRST_CHOICE).reference;
   expect([approach.length, shape.length]).toEqual([11, 11]);
   expect(approach[3]).toEqual([0.03, 0]);
-  expect(sceneLines(page, EMPTY_DRAWING, { ...FIRST_CHOICE, source: "drawing" }).reference).toEqual([]);
+  expect(sceneLines(page, { ...EMPTY_DRAWING, source: "drawing" }, FIRST_CHOICE).reference).toEqual([]);
 });
 
 test("a replay follows the server's clock, stands at the end and begins again from there", async () => {

@@ -1,12 +1,11 @@
-import type { Lines, SceneRole, SceneScheme, SceneView, SeatLook } from "./scene";
 import type { Point } from "../api/types";
-import { plannedLines } from "../plan/paint/planned";
-import { stretches } from "../plan/paint/sketch";
-import { isPlanned, sketchOf, type DrawingState } from "../drawing/drawing";
-import { placed } from "../drawing/piece";
-import type { Page } from "../live/page";
+import { type DrawingState, isPlanned, sketchOf } from "../drawing/drawing";
 import { chosenInfo } from "../drawing/library/references";
+import { plannedLines } from "../drawing/library/shown";
+import { placed, stretches } from "../drawing/piece";
+import type { Page } from "../live/page";
 import type { RunChoice } from "../runs/runs";
+import type { Lines, SceneRole, SceneScheme, SceneView, SeatLook } from "./scene";
 
 export type SceneLines = Readonly<Record<SceneRole, Lines>>;
 
@@ -69,8 +68,8 @@ export class Seat {
 }
 
 /** What the plan view shows as wanted and predicted. */
-export function sceneLines(page: Page, drawing: DrawingState, { source, preview }: RunChoice): SceneLines {
-  const wanted = source === "library" ? libraryLines(page) : drawingLines(drawing);
+export function sceneLines(page: Page, drawing: DrawingState, { preview }: RunChoice): SceneLines {
+  const wanted = drawing.source === "library" ? libraryLines(page) : drawingLines(drawing);
   return { ...NOTHING, ...wanted, ghost: preview ? rounded([preview.points]) : [] };
 }
 

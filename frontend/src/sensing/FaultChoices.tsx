@@ -1,7 +1,7 @@
 import { NativeSelect } from "@mantine/core";
-import type { TwinFaults } from "./twinFaults";
-import { useWhyNot } from "../ui/context";
+import { useWhyNot } from "../operate/permission";
 import { FAULTY_RODS } from "./rods";
+import type { TwinFaults } from "./twinFaults";
 
 export type Inject = (change: Partial<TwinFaults>) => void;
 

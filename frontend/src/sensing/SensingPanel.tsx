@@ -1,22 +1,25 @@
 import { Tooltip } from "@mantine/core";
-import { isSensed, markersOf, residualOf } from "./residual";
-import { missOf } from "./truth";
+import { Live } from "../live/live";
+import { usePage } from "../live/page";
+import { Operations } from "../operate/operations";
+import { useWhyNot } from "../operate/permission";
 import { DASH, plain } from "../ui/format";
 import { LiveText } from "../ui/LiveText";
-import { TwinFaultsPanel } from "./TwinFaultsPanel";
-import { useDashboard, usePage, useWhyNot } from "../ui/context";
+import { useService } from "../ui/services";
+import { isSensed, markersOf, missOf, residualOf } from "./residual";
 import { bit, PRESETS, RODS } from "./rods";
+import { TwinFaultsPanel } from "./TwinFaultsPanel";
 
 const NUMBERS_PER_S = 4;
 
 /** Ten switches along the drawn backbone, base left, tip right; under each what the observer misses there. */
 export function SensingPanel() {
-  const dashboard = useDashboard();
+  const operations = useService(Operations);
   const mask = usePage((page) => page.settings?.sensed ?? 0);
   const twin = usePage((page) => page.rig?.twin ?? false);
   const reason = useWhyNot("settings");
   const choose = (sensed: number) => {
-    if (reason === null) void dashboard.operations.changeSettings("Sensing not changed", { sensed });
+    if (reason === null) void operations.changeSettings("Sensing not changed", { sensed });
   };
   return (
     <div className="panel">
@@ -75,7 +78,7 @@ interface SensorProps extends ChoiceProps {
 
 function Sensor({ rod, mask, reason, choose, twin }: SensorProps) {
   const on = isSensed(mask, rod);
-  const { live } = useDashboard();
+  const live = useService(Live);
   const residual = () => {
     const marker = on && live.telemetry && markersOf(live.telemetry).find((seen) => seen.rod === rod);
     return marker ? millimetresOf(residualOf(marker)) : DASH;

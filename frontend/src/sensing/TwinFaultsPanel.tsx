@@ -1,11 +1,14 @@
 import { NumberInput, Tooltip } from "@mantine/core";
 import { useEffect, useState } from "react";
-import { twin, type TwinFaults } from "./twinFaults";
-import { rounded } from "../operate/settings";
+import { usePage } from "../live/page";
 import { ControlButton } from "../operate/ControlButton";
+import { Operations } from "../operate/operations";
+import { useWhyNot } from "../operate/permission";
+import { rounded } from "../operate/settings";
+import { useService } from "../ui/services";
 import { FaultChoices, type Inject } from "./FaultChoices";
-import { useDashboard, usePage, useWhyNot } from "../ui/context";
 import { ALL_RODS } from "./rods";
+import { twin, type TwinFaults } from "./twinFaults";
 
 const OFF: TwinFaults = {
   noise: 0,
@@ -37,7 +40,7 @@ const FAULTS: readonly Fault[] = [
 
 /** What is broken in the twin, live: markers, pressure sensors, valves, supply. */
 export function TwinFaultsPanel() {
-  const { operations } = useDashboard();
+  const operations = useService(Operations);
   const boot = usePage((page) => page.rig?.boot ?? 0);
   const mine = usePage((page) => page.lease.mine);
   const [faults, setFaults] = useState(OFF);

@@ -4,7 +4,7 @@ interface Props {
 }
 
 /** Names with their values. */
-export function RunFacts({ facts, testId }: Props) {
+export function Facts({ facts, testId }: Props) {
   return (
     <dl className="facts" data-testid={testId}>
       {facts.map(([name, value]) => (

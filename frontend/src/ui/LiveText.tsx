@@ -1,5 +1,5 @@
 import { useRef } from "react";
-import { useTick } from "./useTick";
+import { useTick } from "./ticker";
 
 interface Props {
   /** Gives the text to show now; called at `rate` per second, without React. */

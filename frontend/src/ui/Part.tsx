@@ -1,6 +1,6 @@
 import { Component, type ReactNode } from "react";
-import { RETRY_MS } from "./painters";
-import { DashboardContext } from "./context";
+import { Painters, RETRY_MS } from "./painters";
+import { ServicesContext } from "./services";
 
 interface Props {
   readonly name: string;
@@ -15,8 +15,8 @@ interface State {
 
 /** A part of the page that may fail alone: the others stay, its place says so, and it is tried again. */
 export class Part extends Component<Props, State> {
-  static override contextType = DashboardContext;
-  declare context: React.ContextType<typeof DashboardContext>;
+  static override contextType = ServicesContext;
+  declare context: React.ContextType<typeof ServicesContext>;
   override state: State = { error: null };
   private readonly painter = { name: this.props.name };
   private timer: ReturnType<typeof setTimeout> | undefined;
@@ -26,7 +26,7 @@ export class Part extends Component<Props, State> {
   }
 
   override componentDidCatch(error: unknown): void {
-    this.context?.painters.threw(this.painter, performance.now(), error);
+    this.context.get(Painters).threw(this.painter, performance.now(), error);
     clearTimeout(this.timer);
     this.timer = setTimeout(() => {
       this.setState({ error: null });
@@ -34,12 +34,13 @@ export class Part extends Component<Props, State> {
   }
 
   override componentDidUpdate(_props: Props, before: State): void {
-    if (before.error !== null && this.state.error === null) this.context?.painters.recovered(this.painter);
+    if (before.error !== null && this.state.error === null)
+      this.context.get(Painters).recovered(this.painter);
   }
 
   override componentWillUnmount(): void {
     clearTimeout(this.timer);
-    this.context?.painters.recovered(this.painter);
+    this.context.get(Painters).recovered(this.painter);
   }
 
   override render(): ReactNode {

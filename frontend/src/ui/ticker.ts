@@ -1,4 +1,6 @@
+import { useEffect, useEffectEvent, useState } from "react";
 import type { Painter, Painters } from "./painters";
+import { useService } from "./services";
 
 interface Task extends Painter {
   readonly period: number;
@@ -40,4 +42,26 @@ export class Ticker {
       task.run(now);
     });
   }
+}
+
+/** Do `action`, as the last render gave it, `rate` times a second. */
+export function useTick(rate: number, action: () => void): void {
+  const ticker = useService(Ticker);
+  const tick = useEffectEvent(action);
+  useEffect(
+    () =>
+      ticker.every(rate, "number", () => {
+        tick();
+      }),
+    [ticker, rate],
+  );
+}
+
+/** A value of the stream, looked at `rate` times a second; renders only when it changed. */
+export function useSampled<T extends number | string | boolean>(read: () => T, rate: number): T {
+  const [value, setValue] = useState(read);
+  useTick(rate, () => {
+    setValue(read);
+  });
+  return value;
 }

@@ -1,22 +1,23 @@
 import { Button, Select } from "@mantine/core";
 import { useMemo } from "react";
-import { chosenInfo } from "./references";
-import { factsOf, menuOf } from "./reference";
+import { usePage } from "../../live/page";
+import { Facts } from "../../ui/Facts";
+import { useService } from "../../ui/services";
+import { SourceChoice } from "../SourceChoice";
+import { chosenInfo, References } from "./references";
 import { ReferenceThumbnail } from "./ReferenceThumbnail";
-import { RunFacts } from "../../ui/Facts";
-import { RunSource } from "../Source";
-import { useDashboard, usePage } from "../../ui/context";
+import { factsOf, menuOf } from "./shown";
 
 /** Choose a reference by task or by typing; it is drawn on the plan, and nothing moves. */
 export function ReferencePanel() {
-  const { references } = useDashboard();
+  const references = useService(References);
   const known = usePage((page) => page.references);
   const chosen = usePage((page) => page.chosen);
   const menu = useMemo(() => menuOf(known), [known]);
   return (
     <>
       <div className="row run-row">
-        <RunSource />
+        <SourceChoice />
         <ReferenceThumbnail />
         <Select
           size="xs"
@@ -41,18 +42,18 @@ export function ReferencePanel() {
           Clear
         </Button>
       </div>
-      <Facts />
+      <Known />
     </>
   );
 }
 
-function Facts() {
+function Known() {
   const info = usePage(chosenInfo);
   if (!info)
     return <p className="note">The paper's shapes, placed for this actuator, and a recorded live path.</p>;
   return (
     <>
-      <RunFacts facts={factsOf(info)} testId="reference-facts" />
+      <Facts facts={factsOf(info)} testId="reference-facts" />
       {info.reachable ? null : (
         <p className="out-of-reach" role="status" data-testid="reference-reason">
           ⚠ This actuator cannot follow it: {info.reason}

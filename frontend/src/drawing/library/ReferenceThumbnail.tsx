@@ -1,8 +1,7 @@
 import { useMemo } from "react";
-import { plannedLines } from "../../plan/paint/planned";
+import { usePage } from "../../live/page";
 import { chosenInfo } from "./references";
-import { thumbnailPath } from "./thumbnail";
-import { usePage } from "../../ui/context";
+import { plannedLines, thumbnailPath } from "./shown";
 
 const [WIDTH, HEIGHT] = [44, 28];
 /** Room for the line's own width. */

@@ -1,17 +1,16 @@
 import { expect, test } from "vitest";
 import type { ReferenceInfo, ReferencePath } from "../../api/types";
-import { factsOf, menuOf } from "./reference";
-import { thumbnailPath } from "./thumbnail";
-import { plannedLines } from "../../plan/paint/planned";
 import { EMPTY_PAGE, type Page } from "../../live/page";
-import { chosenInfo, References } from "./references";
 import { Store } from "../../ui/store";
+import { chosenInfo, References } from "./references";
+import { factsOf, menuOf, plannedLines, shapesOf, thumbnailPath } from "./shown";
 
 const info = (name: string, more: Partial<ReferenceInfo> = {}): ReferenceInfo => ({
   ...{ name, task: "Task 1", title: name.toUpperCase(), duration: 25, approach: 2, length: 0.125 },
   ...{ peak_speed: 0.005, frequency: null, reachable: true, reason: "" },
   ...more,
 });
+
 const path = (name: string): ReferencePath => ({
   name,
   t: [0, 1, 2, 2.5, 3, 3.5],
@@ -34,7 +33,7 @@ function harness() {
         waiting.set(name, { give: () => { resolve(path(name)); }, refuse }); // prettier-ignore
       }),
   };
-  const references = new References(page, source, (title) => reports.push(title));
+  const references = new References(page, { report: (title) => reports.push(title) }, source);
   return { page, references, waiting, reports };
 }
 
@@ -82,6 +81,15 @@ test("a reference that cannot be had is reported and not left chosen", async () 
   await done;
   expect(page.get().chosen).toBeNull();
   expect(reports).toEqual(["Reference not shown"]);
+});
+
+test("each shape of the library is offered once, and nothing that jumps", () => {
+  const info = (name: string, title: string, peak_speed: number | null = 1) =>
+    ({ name, title, peak_speed, frequency: null }) as ReferenceInfo;
+  const titles = ["Circle, 0.25 Hz", "Circle, 2 Hz", "Sweep (sensing)", "VU"].map((title) =>
+    info(title, title),
+  );
+  expect(shapesOf([info("step", "Four steps", null), ...titles]).map(({ label }) => label)).toEqual(["Circle", "Sweep", "VU"]); // prettier-ignore
 });
 
 test("the menu groups references by task and marks what is out of reach", () => {

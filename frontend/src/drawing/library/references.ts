@@ -1,19 +1,21 @@
+import { call } from "../../api/rest";
 import type { ReferenceInfo, ReferencePath } from "../../api/types";
 import { keep, type Page } from "../../live/page";
+import type { Operations } from "../../operate/operations";
 import type { Store } from "../../ui/store";
 
-/** Where references come from, so that tests can answer. */
-export interface ReferenceSource {
-  references(): Promise<ReferenceInfo[]>;
-  reference(name: string): Promise<ReferencePath>;
-}
+/** Where references come from: the server, or a test. */
+export const library = {
+  references: () => call<ReferenceInfo[]>("GET", "/api/references"),
+  reference: (name: string) => call<ReferencePath>("GET", `/api/references/${encodeURIComponent(name)}`),
+};
 
 /** The reference menu, and the one reference that is drawn on the plan. */
 export class References {
   constructor(
     private readonly page: Store<Page>,
-    private readonly source: ReferenceSource,
-    private readonly report: (title: string, error: unknown) => void,
+    private readonly operations: Pick<Operations, "report">,
+    private readonly source = library,
   ) {}
 
   /** Learn the menu of the rig that was met; a chosen reference is drawn anew, as this rig's actuator has it. */
@@ -23,7 +25,7 @@ export class References {
       this.page.patch({ references: keep(this.page.get().references, references) });
       await this.choose(this.page.get().chosen);
     } catch (error) {
-      this.report("References not known", error);
+      this.operations.report("References not known", error);
     }
   }
 
@@ -37,7 +39,7 @@ export class References {
       if (this.page.get().chosen === name) this.page.patch({ reference: keep(shown, reference) });
     } catch (error) {
       if (this.page.get().chosen === name) this.page.patch({ chosen: null, reference: null });
-      this.report("Reference not shown", error);
+      this.operations.report("Reference not shown", error);
     }
   }
 }

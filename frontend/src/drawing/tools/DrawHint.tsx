@@ -1,7 +1,6 @@
 import { Button } from "@mantine/core";
-import type { Tool } from "../drawing";
-import { useDashboard } from "../../ui/context";
-import { useDrawing } from "../useDrawing";
+import { useService } from "../../ui/services";
+import { Drawing, type Tool, useDrawing } from "../drawing";
 
 const HINT: Record<Tool, string> = {
   drag: "",
@@ -11,7 +10,7 @@ const HINT: Record<Tool, string> = {
 
 /** How the chosen tool is used, and a way to end a line for those without a keyboard. */
 export function DrawHint() {
-  const { drawing } = useDashboard();
+  const drawing = useService(Drawing);
   const tool = useDrawing((state) => state.tool);
   const open = useDrawing((state) => state.tool === "polyline" && state.stroke.length > 1);
   if (tool === "drag") return null;

@@ -2,27 +2,29 @@ import { FileButton } from "@mantine/core";
 import { IconFileImport } from "@tabler/icons-react";
 import { useEffect } from "react";
 import type { Point } from "../../api/types";
-import type { Dashboard } from "../../app/dashboard";
-import { ImportError, parseCsv } from "./csv";
-import { pieceOf, type Piece } from "../piece";
-import { parseSvg } from "./svg";
-import { middleOfReach } from "./DrawText";
+import { PageStore } from "../../live/page";
+import { Operations } from "../../operate/operations";
+import { type Services, useServices } from "../../ui/services";
 import { ToolButton } from "../../ui/ToolButton";
-import { useDashboard } from "../../ui/context";
+import { Drawing } from "../drawing";
+import { type Piece, pieceOf } from "../piece";
+import { ImportError, parseCsv } from "./csv";
+import { middleOfReach } from "./DrawText";
+import { parseSvg } from "./svg";
 
 /** Largest file that is read: the page would stand still over a larger one. */
 const BYTES_MAX = 2_000_000;
 
 /** A CSV or SVG file becomes a drawing: by this button, or dropped on the page. */
 export function DrawImport() {
-  const dashboard = useDashboard();
+  const services = useServices();
   useEffect(() => {
     const allow = (event: DragEvent) => {
       event.preventDefault();
     };
     const drop = (event: DragEvent) => {
       event.preventDefault();
-      void read(event.dataTransfer?.files.item(0) ?? null, dashboard);
+      void read(event.dataTransfer?.files.item(0) ?? null, services);
     };
     window.addEventListener("dragover", allow);
     window.addEventListener("drop", drop);
@@ -30,13 +32,13 @@ export function DrawImport() {
       window.removeEventListener("dragover", allow);
       window.removeEventListener("drop", drop);
     };
-  }, [dashboard]);
+  }, [services]);
   const label = "Import a CSV (t, x, y or x, y) or an SVG path in mm; or drop the file here";
   return (
     <FileButton
       accept=".csv,.txt,.svg,text/csv,image/svg+xml"
       inputProps={{ "aria-label": "File to import" }}
-      onChange={(file) => void read(file, dashboard)}
+      onChange={(file) => void read(file, services)}
     >
       {(button) => (
         <ToolButton {...button} label={label} testId="tool-import">
@@ -47,9 +49,10 @@ export function DrawImport() {
   );
 }
 
-async function read(file: File | null, { drawing, operations, page, runs }: Dashboard): Promise<void> {
+async function read(file: File | null, services: Services): Promise<void> {
   if (!file) return;
-  await operations.attempt(`${file.name} not imported`, async () => {
+  const drawing = services.get(Drawing);
+  await services.get(Operations).attempt(`${file.name} not imported`, async () => {
     if (file.size > BYTES_MAX)
       throw new ImportError(
         `The file has ${file.size} bytes, more than ${BYTES_MAX}: a path needs far fewer`,
@@ -57,12 +60,12 @@ async function read(file: File | null, { drawing, operations, page, runs }: Dash
     const text = await file.text();
     const isSvg = file.name.toLowerCase().endsWith(".svg") || text.trimStart().startsWith("<");
     const pieces = isSvg
-      ? outlines(text, middleOfReach(page.get().workspace?.length ?? 0.25))
+      ? outlines(text, middleOfReach(services.get(PageStore).get().workspace?.length ?? 0.25))
       : [fromCsv(text)];
     drawing.choose("drag");
     drawing.add(pieces);
     if (pieces[0].times) drawing.follow({ timing: { kind: "given" } });
-    runs.choose("drawing");
+    drawing.chooseSource("drawing");
   });
 }
 

@@ -1,25 +1,27 @@
 import { Menu } from "@mantine/core";
 import { IconShape } from "@tabler/icons-react";
 import { useMemo } from "react";
-import { rest } from "../../api/rest";
-import { plannedLines } from "../../plan/paint/planned";
-import { returns } from "../drawing";
-import { pieceOf } from "../piece";
-import { shapesOf, type Shape } from "../library/shapes";
+import { usePage } from "../../live/page";
+import { Operations } from "../../operate/operations";
+import { useService } from "../../ui/services";
 import { ToolButton } from "../../ui/ToolButton";
-import { useDashboard, usePage } from "../../ui/context";
+import { Drawing, returns } from "../drawing";
+import { library } from "../library/references";
+import { plannedLines, type Shape, shapesOf } from "../library/shown";
+import { pieceOf } from "../piece";
 
 /** The library's shapes, placed on the plan as pieces that can be moved, scaled and turned. */
 export function DrawShapes() {
-  const { drawing, operations, runs } = useDashboard();
+  const drawing = useService(Drawing);
+  const operations = useService(Operations);
   const references = usePage((page) => page.references);
   const shapes = useMemo(() => shapesOf(references), [references]);
   const add = ({ name, frequency }: Shape) =>
     operations.attempt("Shape not placed", async () => {
-      const { shape } = plannedLines(await rest.reference(name), frequency);
+      const { shape } = plannedLines(await library.reference(name), frequency);
       drawing.choose("drag");
       drawing.add([pieceOf(shape)], returns(shape));
-      runs.choose("drawing");
+      drawing.chooseSource("drawing");
     });
   return (
     <Menu position="bottom-start" shadow="md">

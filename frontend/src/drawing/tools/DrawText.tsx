@@ -1,26 +1,31 @@
 import { Button, NumberInput, Popover, TextInput } from "@mantine/core";
 import { IconTypography } from "@tabler/icons-react";
 import { useState } from "react";
-import { rest } from "../../api/rest";
-import type { Point } from "../../api/types";
-import { pieceOf } from "../piece";
+import { call } from "../../api/rest";
+import type { Point, TextPath } from "../../api/types";
+import { usePage } from "../../live/page";
+import { Operations } from "../../operate/operations";
+import { useService } from "../../ui/services";
 import { ToolButton } from "../../ui/ToolButton";
-import { useDashboard, usePage } from "../../ui/context";
+import { Drawing } from "../drawing";
+import { pieceOf } from "../piece";
 
 /** Type a word: it stands on the plan in single strokes. */
 export function DrawText() {
-  const { drawing, operations, runs } = useDashboard();
+  const drawing = useService(Drawing);
+  const operations = useService(Operations);
   const length = usePage((page) => page.workspace?.length ?? 0.25);
   const [opened, setOpened] = useState(false);
   const [text, setText] = useState("");
   const [height, setHeight] = useState<number | string>(30);
   const place = () =>
     operations.attempt("Text not placed", async () => {
-      const { points } = await rest.textPath(text, Number(height) / 1e3);
+      const body = { text, height: Number(height) / 1e3 };
+      const { points } = await call<TextPath>("POST", "/api/drawings/text", body);
       const piece = pieceOf(points);
       drawing.choose("drag");
       drawing.add([{ ...piece, placement: { ...piece.placement, centre: middleOfReach(length) } }]);
-      runs.choose("drawing");
+      drawing.chooseSource("drawing");
       setOpened(false);
     });
   return (

@@ -10,13 +10,12 @@ import {
   IconX,
 } from "@tabler/icons-react";
 import type { ComponentType } from "react";
-import { sketchOf, type Tool } from "../drawing";
+import { useService } from "../../ui/services";
+import { ToolButton } from "../../ui/ToolButton";
+import { Drawing, sketchOf, type Tool, useDrawing } from "../drawing";
 import { DrawImport } from "./DrawImport";
 import { DrawShapes } from "./DrawShapes";
 import { DrawText } from "./DrawText";
-import { ToolButton } from "../../ui/ToolButton";
-import { useDashboard } from "../../ui/context";
-import { useDrawing } from "../useDrawing";
 
 type Icon = ComponentType<{ size: number }>;
 
@@ -28,7 +27,7 @@ const TOOLS: readonly (readonly [Tool, string, Icon])[] = [
 
 /** What the pointer does on the plan, and what can be done to the drawing. */
 export function DrawToolbar() {
-  const { drawing, runs } = useDashboard();
+  const drawing = useService(Drawing);
   const tool = useDrawing((state) => state.tool);
   const empty = useDrawing((state) => sketchOf(state).pieces.length === 0);
   const unselected = useDrawing((state) => sketchOf(state).selected === null);
@@ -44,7 +43,7 @@ export function DrawToolbar() {
           pressed={tool === name}
           onClick={() => {
             drawing.choose(name);
-            if (name !== "drag") runs.choose("drawing");
+            if (name !== "drag") drawing.chooseSource("drawing");
           }}
         >
           <Picture size={18} />

@@ -1,24 +1,24 @@
 import { useEffect } from "react";
-import type { Dashboard } from "../../app/dashboard";
 import { focusOf } from "../../operate/target/keys";
-import { useDashboard } from "../../ui/context";
+import { useService } from "../../ui/services";
+import { Drawing } from "../drawing";
 
 /** The keys of the drawing; Esc also holds the rig, as everywhere. */
 export function useDrawKeys(): void {
-  const dashboard = useDashboard();
+  const drawing = useService(Drawing);
   useEffect(() => {
     const hear = (event: KeyboardEvent) => {
-      if (press(event, dashboard)) event.preventDefault();
+      if (press(event, drawing)) event.preventDefault();
     };
     window.addEventListener("keydown", hear, { capture: true });
     return () => {
       window.removeEventListener("keydown", hear, { capture: true });
     };
-  }, [dashboard]);
+  }, [drawing]);
 }
 
 /** True if the key was the drawing's alone. */
-function press(event: KeyboardEvent, { drawing }: Dashboard): boolean {
+function press(event: KeyboardEvent, drawing: Drawing): boolean {
   const focus = focusOf(document.activeElement);
   if (event.key === "Escape") drawing.abandon();
   if (focus === "text" || event.key === "Escape") return false;

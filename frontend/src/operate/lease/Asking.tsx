@@ -1,13 +1,14 @@
 import { Button } from "@mantine/core";
 import { IconHandGrab } from "@tabler/icons-react";
-import type { Page } from "../../live/page";
-import { useDashboard, usePage } from "../../ui/context";
+import { type Page, usePage } from "../../live/page";
+import { useService } from "../../ui/services";
+import { Operations } from "../operations";
 
 const NOBODY: Page["people"]["asking"] = [];
 
 /** To whoever operates: who asks for control, the longest waiting first. */
 export function Asking() {
-  const { operations } = useDashboard();
+  const operations = useService(Operations);
   const asking = usePage((page) => (page.lease.mine ? page.people.asking : NOBODY));
   const first = asking.at(0);
   if (!first) return null;

@@ -1,13 +1,14 @@
 import { Badge, Tooltip } from "@mantine/core";
 import { IconUser } from "@tabler/icons-react";
-import type { Page } from "../../live/page";
+import { type Page, usePage } from "../../live/page";
+import { useService } from "../../ui/services";
 import { ControlButton } from "../ControlButton";
+import { Operations } from "../operations";
 import { LeaseMenu } from "./LeaseMenu";
-import { useDashboard, usePage } from "../../ui/context";
 
 /** Who operates, and the way to take it over, ask for it, give it back or pass it on. */
 export function LeaseControl() {
-  const { operations } = useDashboard();
+  const operations = useService(Operations);
   const lease = usePage((page) => page.lease);
   const whose = usePage(holderText);
   return (

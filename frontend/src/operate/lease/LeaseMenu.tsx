@@ -2,8 +2,11 @@ import { ActionIcon, Menu } from "@mantine/core";
 import { IconArrowsExchange } from "@tabler/icons-react";
 import { useState } from "react";
 import type { Person } from "../../api/types";
+import { usePage } from "../../live/page";
+import { useService } from "../../ui/services";
+import { Operations } from "../operations";
+import { useWhyNot } from "../permission";
 import { TakeOver } from "./TakeOver";
-import { useDashboard, usePage, useWhyNot } from "../../ui/context";
 
 /** How the lease passes on: the holder hands it over; others ask for it, operators may also take it. */
 export function LeaseMenu() {
@@ -35,7 +38,7 @@ export function LeaseMenu() {
 }
 
 function HandOver() {
-  const { operations } = useDashboard();
+  const operations = useService(Operations);
   const others = usePage((page) => page.people.others);
   return (
     <>
@@ -52,7 +55,7 @@ function HandOver() {
 }
 
 function Get({ onTake }: { readonly onTake: (from: Person) => void }) {
-  const { operations } = useDashboard();
+  const operations = useService(Operations);
   const waiting = usePage((page) => page.people.waiting);
   const tag = usePage((page) => page.people.holder);
   const name = usePage((page) => page.lease.holder);

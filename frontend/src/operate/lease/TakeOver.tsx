@@ -1,6 +1,7 @@
 import { Button, Group, Modal } from "@mantine/core";
 import type { Person } from "../../api/types";
-import { useDashboard } from "../../ui/context";
+import { useService } from "../../ui/services";
+import { Operations } from "../operations";
 
 interface Props {
   /** Whose control is to be taken; null: nobody's. */
@@ -10,7 +11,7 @@ interface Props {
 
 /** Asks before control is taken from someone; the page stays in sight, as the rig goes on. */
 export function TakeOver({ from, onClose }: Props) {
-  const { operations } = useDashboard();
+  const operations = useService(Operations);
   return (
     <Modal
       opened={from !== null}

@@ -1,9 +1,12 @@
 import { IconHandStop } from "@tabler/icons-react";
 import { useEffect, useRef, type RefObject } from "react";
-import { useDashboard, usePage, useWhyNot } from "../../ui/context";
-import { StatePill } from "../StatePill";
-import { useKeys } from "../../app/useKeys";
+import { usePage } from "../../live/page";
 import { useNarrow } from "../../ui/narrow";
+import { useService } from "../../ui/services";
+import { Operations } from "../operations";
+import { useWhyNot } from "../permission";
+import { StatePill } from "../StatePill";
+import { EmergencyStop } from "./stop";
 
 /** A click this soon after the pointer came down was heard then. */
 const CLICK_MS = 1000;
@@ -12,7 +15,6 @@ const CLICK_MS = 1000;
 export function StopBar() {
   const bar = usePinned();
   const narrow = useNarrow();
-  useKeys();
   return (
     <aside ref={bar} className="stop-bar" aria-label="State and E-STOP">
       <StatePill />
@@ -48,7 +50,7 @@ function usePinned(): RefObject<HTMLElement | null> {
 
 /** Works for everyone, in every state; never disabled. It acts when it is touched: a finger lifts 100 ms later. */
 function EStop() {
-  const { stop } = useDashboard();
+  const stop = useService(EmergencyStop);
   const meaning = usePage(({ online, rigLive, session }) =>
     online && rigLive
       ? "Vent at once (Esc Esc)"
@@ -82,7 +84,7 @@ function EStop() {
 
 /** Where the panels stand one behind the other, Hold is not among what may be hidden. */
 function Hold() {
-  const { operations } = useDashboard();
+  const operations = useService(Operations);
   const reason = useWhyNot("hold");
   return (
     <button

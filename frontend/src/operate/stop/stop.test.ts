@@ -1,7 +1,8 @@
 import { expect, test } from "vitest";
 import { Refusal, Unreachable } from "../../api/rest";
 import type { CommandReply } from "../../api/types";
-import { EmergencyStop, type StopNews } from "./stop";
+import type { StopNews } from "../../live/page";
+import { EmergencyStop } from "./stop";
 
 type Answer = (reply: CommandReply | Error) => void;
 

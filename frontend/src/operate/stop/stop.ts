@@ -1,5 +1,6 @@
-import { Refusal } from "../../api/rest";
+import { ask, Refusal } from "../../api/rest";
 import type { CommandReply } from "../../api/types";
+import type { StopNews } from "../../live/page";
 
 /** Every way from this page to the rig, the quickest first. */
 const WAYS = ["socket", "http"] as const;
@@ -13,12 +14,6 @@ interface Standing {
 }
 
 const WAITING: Standing = { state: "waiting", why: "no answer yet" };
-
-/** What became of the last E-STOP, for the operator. */
-export interface StopNews {
-  readonly phase: "sent" | "arrived" | "lost";
-  readonly text: string;
-}
 
 /** What an E-STOP needs from outside, so that tests can hold the clock and cut the ways. */
 export interface StopPort {
@@ -39,6 +34,12 @@ const PATIENCE = 2;
 const ARRIVED_SHOWN_MS = 4000;
 const LOST_SHOWN_MS = 30_000;
 const TITLE = "E-STOP did not reach the rig: use the hardware stop";
+
+/** By HTTP it goes before what else the browser fetches, and goes on when the page is closed. */
+export async function stopByHttp(): Promise<CommandReply> {
+  const how: RequestInit = { priority: "high", keepalive: true };
+  return (await ask<CommandReply>("POST", "/api/command", { request: "e_stop" }, how)).body;
+}
 
 /** E-STOP: for every viewer, in every state, at once by every way there is, until one of them has arrived. */
 export class EmergencyStop {

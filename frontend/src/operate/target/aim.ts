@@ -1,10 +1,11 @@
-import type { FromBrowser, Point } from "../../api/types";
-import { handleOf, type Handle, type Wish } from "./handle";
+import type { LiveSocket } from "../../api/socket";
+import type { Point } from "../../api/types";
 import type { Live } from "../../live/live";
-import { MODE } from "../../rig/modes";
-import type { Operations } from "../operations";
 import type { Page } from "../../live/page";
+import { MODE } from "../../rig/modes";
 import type { Store } from "../../ui/store";
+import type { Operations } from "../operations";
+import { type Handle, handleOf, type Wish } from "./handle";
 import { TargetSender } from "./target";
 
 const HINT_MS = 4000;
@@ -14,7 +15,8 @@ export const CLUTCHED = "Held clutch is on: hold the target, an arrow key or the
 /** The operator's hand on the target: by pointer, arrow keys, gamepad, or the Follow button. */
 export class Aim {
   readonly targets: TargetSender;
-  private wish: Wish | null = null;
+  /** What the hand wants, until the rig's word counts; another object with every move. */
+  wish: Wish | null = null;
   /** The rig followed the present drag: if it holds now, only a new press may move it again. */
   private followed = false;
   /** Something holds the target: letting go will be said. */
@@ -25,10 +27,10 @@ export class Aim {
     private readonly live: Live,
     private readonly page: Store<Page>,
     private readonly operations: Operations,
-    private readonly send: (message: FromBrowser) => boolean,
+    private readonly socket: Pick<LiveSocket, "send">,
   ) {
     this.targets = new TargetSender({
-      send,
+      send: (message) => socket.send(message),
       now: () => performance.now(),
       later: (action, delay) => setTimeout(action, delay),
     });
@@ -71,7 +73,7 @@ export class Aim {
     if (!this.gripped) return;
     this.gripped = false;
     if (this.page.get().lease.clutch) this.targets.drop();
-    this.send({ type: "release", hold: false });
+    this.socket.send({ type: "release", hold: false });
   }
 
   /** What the pointer moved on is no longer what it was: the drag ends here, and the rig holds. */
@@ -79,14 +81,14 @@ export class Aim {
     this.wish = null;
     this.gripped = false;
     this.targets.drop();
-    if (!this.send({ type: "release", hold: true })) this.operations.holdByKey();
+    if (!this.socket.send({ type: "release", hold: true })) this.operations.holdByKey();
     this.hint(reason);
   }
 
   /** Switch the held clutch; a motion that nobody holds then ends. */
   async setClutch(clutch: boolean): Promise<void> {
     await this.operations.setClutch(clutch);
-    if (clutch && this.page.get().mode === MODE.FOLLOW) this.send({ type: "release", hold: false });
+    if (clutch && this.page.get().mode === MODE.FOLLOW) this.socket.send({ type: "release", hold: false });
   }
 
   /** The frame of the 3D view moved under a press; the gizmo can only have been dragged while the rig follows. */

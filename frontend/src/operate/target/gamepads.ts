@@ -1,10 +1,10 @@
-import type { Aim } from "./aim";
-import { PadHand, readingOf } from "./gamepad";
 import type { Live } from "../../live/live";
-import type { Operations } from "../operations";
 import type { Page } from "../../live/page";
 import type { Store } from "../../ui/store";
 import type { Ticker } from "../../ui/ticker";
+import type { Operations } from "../operations";
+import type { Aim } from "./aim";
+import { PadHand, readingOf } from "./gamepad";
 
 const RATE = 60;
 /** Speed of the full stick, where the rig's own limit is not lower [m/s]. */

@@ -1,10 +1,10 @@
 import type { Point } from "../../api/types";
-import { ROLE } from "../../ui/colours";
+import type { Trail } from "../../live/trail";
 import type { Handle } from "../../operate/target/handle";
 import type { Telemetry } from "../../rig/telemetry";
-import type { Trail } from "../../live/trail";
+import { arrowEnd, type Marker, markersOf } from "../../sensing/residual";
+import { ROLE } from "../../ui/colours";
 import { disc, polyline, segment, type Sheet } from "./canvas";
-import { arrowEnd, markersOf, type Marker } from "../../sensing/residual";
 
 /** Residual arrows are drawn this many times as long as they are. */
 export const RESIDUAL_GAIN = 5;

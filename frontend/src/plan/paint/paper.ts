@@ -1,8 +1,8 @@
+import type { Point } from "../../api/types";
+import { toPlane } from "../transform";
 import { resize, segment, type Sheet } from "./canvas";
 import { gridFor, lengthLabel, ticks } from "./grid";
 import { hull, type Quad } from "./reach";
-import type { Point } from "../../api/types";
-import { toPlane } from "../transform";
 
 /** What lies under the moving parts: grid, reach, base and scale bar. Painted only when the view changes. */
 export function paintPaper(sheet: Sheet, reach: Reach | null, ratio: number): void {

@@ -1,19 +1,7 @@
-import type { Point, ReferencePath } from "../../api/types";
+import type { Point } from "../../api/types";
+import type { PlannedLines } from "../../drawing/library/shown";
 import { ROLE } from "../../ui/colours";
 import { polyline, type Sheet } from "./canvas";
-
-/** A planned reference as it is drawn: the way from rest, and the shape once. */
-export interface PlannedLines {
-  readonly approach: readonly Point[];
-  readonly shape: readonly Point[];
-}
-
-/** Of a periodic shape only the first lap: dashes of several laps would fill each other's gaps. */
-export function plannedLines({ t, points, start }: ReferencePath, frequency: number | null): PlannedLines {
-  const end = frequency === null ? Infinity : t[start] + 1 / frequency;
-  const beyond = t.findIndex((time) => time > end);
-  return { approach: points.slice(0, start + 1), shape: points.slice(start, beyond < 0 ? t.length : beyond) };
-}
 
 export function paintPlanned(sheet: Sheet, { approach, shape }: PlannedLines): void {
   const { g } = sheet;

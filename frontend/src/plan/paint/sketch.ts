@@ -1,7 +1,7 @@
 import type { DrawingPlan, Point, Preview } from "../../api/types";
+import { type DrawingState, isPlanned, sketchOf } from "../../drawing/drawing";
+import { placed, stretches } from "../../drawing/piece";
 import { ROLE } from "../../ui/colours";
-import { isPlanned, sketchOf, type DrawingState } from "../../drawing/drawing";
-import { placed } from "../../drawing/piece";
 import { polyline, type Sheet } from "./canvas";
 import { paintHandles } from "./handles";
 
@@ -53,17 +53,6 @@ export function paintGhost(sheet: Sheet, { points, start, saturated }: Preview):
   g.globalAlpha = 1;
   line(sheet, points.slice(start), 3, [0.5, 5]);
   g.restore();
-}
-
-/** The stretches of points that are `marked`, each begun one point earlier so that it is seen. */
-export function stretches(points: readonly Point[], marked: (index: number) => boolean): Point[][] {
-  const found: Point[][] = [];
-  for (let i = 0; i < points.length; i++) {
-    if (!marked(i)) continue;
-    if (i === 0 || !marked(i - 1)) found.push(points.slice(Math.max(0, i - 1), i));
-    found[found.length - 1].push(points[i]);
-  }
-  return found;
 }
 
 function line(sheet: Sheet, points: readonly Point[], width: number, dash: number[] = []): void {

@@ -1,9 +1,9 @@
 import { beforeAll, expect, test, vi } from "vitest";
 import type { Point } from "../../api/types";
 import { Seeded } from "../../ui/seeded";
+import { fit, type Size, toPixel, type View, zoomAbout } from "../transform";
 import type { Gesture } from "./pens";
-import type { PlanPointer, PointerTarget } from "./pointer";
-import { fit, toPixel, zoomAbout, type Size, type View } from "../transform";
+import type { PlanPointer, PlanSurface } from "./pointer";
 
 interface Around {
   devicePixelRatio: number;
@@ -55,8 +55,8 @@ class Canvas extends EventTarget {
   }
 }
 
-/** What the pointer does to target and drawing. */
-class Plan implements PointerTarget {
+/** Plan and hand: what the pointer does to target and drawing. */
+class Plan implements PlanSurface {
   view: View;
   target: Point = [0.2, 0.05];
   readonly moved: { point: Point; fresh: boolean }[] = [];
@@ -73,17 +73,17 @@ class Plan implements PointerTarget {
   get size(): Size {
     return this.canvas.rect;
   }
-  handlePoint = () => this.target;
+  handle = () => ({ point: this.target, acknowledged: true, movable: true });
   handleReach = () => 15;
-  moveTarget(point: Point, fresh: boolean): boolean {
+  move(point: Point, fresh: boolean): boolean {
     this.moved.push({ point, fresh });
     this.target = point;
     return true;
   }
-  releaseTarget(): void {
+  release(): void {
     this.released += 1;
   }
-  abortTarget(): void {
+  abort(): void {
     this.aborted += 1;
   }
   drawing = () => this.pen;
@@ -119,7 +119,7 @@ interface Bench {
 function benchOf(): Bench {
   const canvas = new Canvas();
   const plan = new Plan(canvas);
-  const pointer = new Pointer(canvas as unknown as HTMLCanvasElement, plan);
+  const pointer = new Pointer(canvas as unknown as HTMLCanvasElement, plan, plan);
   pointer.listen();
   return { canvas, plan, pointer };
 }

@@ -1,20 +1,15 @@
 import type { Point } from "../../api/types";
-import { isCarried, isSameGround, planeAt, targetAt, type Ground, type Hold, type Spot } from "./ground";
+import type { Aim } from "../../operate/target/aim";
+import { pan, type Size, toPixel, type View, zoomAbout } from "../transform";
+import { type Ground, type Hold, isCarried, isSameGround, planeAt, type Spot, targetAt } from "./ground";
 import type { Gesture } from "./pens";
-import { pan, toPixel, zoomAbout, type Size, type View } from "../transform";
 
-/** What the pointer acts on. */
-export interface PointerTarget {
+/** The plan as the pointer acts on it. */
+export interface PlanSurface {
   view: View;
   readonly size: Size;
-  /** Where the target handle is [m], and how near a press must be to take it [px]. */
-  handlePoint(): Point | null;
+  /** How near to the target's handle a press must be to take it [px]. */
   handleReach(touch: boolean): number;
-  /** The target is wanted at `point` [m]; false: it may not move now. */
-  moveTarget(point: Point, fresh: boolean): boolean;
-  releaseTarget(): void;
-  /** The plan moved under the pointer that holds the target: what it does from now on means nothing. */
-  abortTarget(): void;
   /** A drawing tool is chosen: presses are its own. */
   drawing(): boolean;
   /** What a press on `point` [m] does to the drawing, null for nothing; within `reach` [px] it counts as a hit. */
@@ -35,6 +30,7 @@ type Grip =
 const MIDDLE_BUTTON = 1;
 const HIT_PX = 9;
 const FINGER_PX = 22;
+const MOVED = "The plan moved under the pointer: held. Let go and press again";
 
 /** `pointermove` comes once a frame; the raw event comes at the device's rate, where the browser offers it. */
 const MOVE = "onpointerrawupdate" in window ? "pointerrawupdate" : "pointermove";
@@ -50,7 +46,8 @@ export class PlanPointer {
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
-    private readonly on: PointerTarget,
+    private readonly on: PlanSurface,
+    private readonly aim: Pick<Aim, "handle" | "move" | "release" | "abort">,
   ) {}
 
   /** Start listening; returns how to stop. */
@@ -85,7 +82,7 @@ export class PlanPointer {
     const { grip } = this;
     if (grip?.kind !== "target" && grip?.kind !== "gesture") return;
     this.grip = { kind: "dead" };
-    if (grip.kind === "target") this.on.abortTarget();
+    if (grip.kind === "target") this.aim.abort(MOVED);
     else grip.gesture.end();
   }
 
@@ -129,8 +126,8 @@ export class PlanPointer {
 
   /** Take the handle where it was touched: it does not jump under the pointer. */
   private targetGrip(event: PointerEvent, ground: Ground): Grip {
-    const target = this.on.handlePoint();
-    if (!target || !this.isNear(event, ground) || !this.on.moveTarget(target, true)) return null;
+    const target = this.handle();
+    if (!target || !this.isNear(event, ground) || !this.aim.move(target, true, true)) return null;
     const hold = { ground, pressed: clientOf(event), target };
     return { kind: "target", id: event.pointerId, hold, last: spotOf(event) };
   }
@@ -143,7 +140,7 @@ export class PlanPointer {
       return;
     }
     this.grip.last = spot;
-    this.on.moveTarget(targetAt(this.grip.hold, spot.client), false);
+    this.aim.move(targetAt(this.grip.hold, spot.client), false, true);
   }
 
   /** Every position since the last frame: a fast stroke stays round. */
@@ -183,7 +180,7 @@ export class PlanPointer {
     this.check();
     this.touching.delete(event.pointerId);
     if (this.grip?.kind === "target" && this.grip.id === event.pointerId) {
-      this.on.releaseTarget();
+      this.aim.release();
       this.grip = null;
     }
     if (this.grip?.kind === "gesture" && this.grip.id === event.pointerId)
@@ -206,8 +203,13 @@ export class PlanPointer {
     this.on.view = zoomAbout(this.on.view, this.on.size, within(this.ground(), clientOf(event)), factor);
   }
 
+  /** Where the target's handle is [m]. */
+  private handle(): Point | null {
+    return this.aim.handle(performance.now())?.point ?? null;
+  }
+
   private isNear(event: PointerEvent, ground: Ground): boolean {
-    const target = this.on.handlePoint();
+    const target = this.handle();
     if (!target) return false;
     const pixel = within(ground, clientOf(event));
     return (

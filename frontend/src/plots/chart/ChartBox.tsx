@@ -2,8 +2,8 @@ import { useComputedColorScheme } from "@mantine/core";
 import { useEffect, useRef, type ReactNode } from "react";
 import { INK } from "../../ui/colours";
 import type { Chart } from "./charts";
-import type { Gesture } from "./gestures";
 import { ChartPainter } from "./painter";
+import type { Gesture } from "./view";
 
 interface Props {
   readonly chart: Chart;

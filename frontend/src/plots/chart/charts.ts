@@ -1,6 +1,6 @@
 import type { Plot, PlotChannel } from "../../api/types";
 import { ROLE } from "../../ui/colours";
-import { displayOf, labelOf, type Display } from "../signals";
+import { type Display, displayOf, labelOf } from "../signals";
 
 /** One line of a chart: which channel (its place in the server's list), and how it looks. */
 export interface Line {

@@ -1,12 +1,5 @@
 import { Touches } from "./touches";
-
-/** What a hand wants of the time axis; times [s on the rig's clock]. */
-export type Gesture =
-  | { readonly kind: "zoom"; readonly from: number; readonly to: number }
-  | { readonly kind: "scale"; readonly factor: number; readonly about: number }
-  | { readonly kind: "move"; readonly seconds: number }
-  | { readonly kind: "hold"; readonly held: boolean }
-  | { readonly kind: "whole" };
+import type { Gesture } from "./view";
 
 /** Pixels of the wheel that double the time shown. */
 const DOUBLING_PX = 400;

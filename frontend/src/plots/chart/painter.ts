@@ -1,13 +1,13 @@
 import uPlot from "uplot";
-import { DASH, plain } from "../../ui/format";
+import type { Ring } from "../../live/ring";
 import type { Ink } from "../../ui/colours";
+import { DASH, plain } from "../../ui/format";
 import type { Painter } from "../../ui/painters";
 import { digitsFor, numberLabels, secondsLabels, TIME_STEPS, timeLabel } from "./axes";
 import type { Chart, Line } from "./charts";
-import { Gestures, type Gesture } from "./gestures";
+import { Gestures } from "./gestures";
 import { Readout, write } from "./readout";
-import type { Ring } from "../../live/ring";
-import type { Range } from "./view";
+import type { Gesture, Range } from "./view";
 import { emptyData, extractWindow, niceRange, type PlotData } from "./window";
 
 const DOT_EVERY = 6;

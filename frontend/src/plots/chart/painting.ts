@@ -1,8 +1,7 @@
-import type { Painters } from "../../ui/painters";
-import type { Gesture } from "./gestures";
-import type { ChartPainter } from "./painter";
 import type { Ring } from "../../live/ring";
-import { moved, scaled, visible, whole, zoomed, type Now, type View } from "./view";
+import type { Painters } from "../../ui/painters";
+import type { ChartPainter } from "./painter";
+import { type Gesture, moved, type Now, scaled, type View, visible, whole, zoomed } from "./view";
 
 /** Keeps all charts up to date, one in a frame while they follow the rig: no frame gets long, however many they are. */
 export class Painting {

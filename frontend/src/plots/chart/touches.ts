@@ -1,5 +1,4 @@
-import type { Gesture } from "./gestures";
-import { LONGEST, SHORTEST, type Range } from "./view";
+import { type Gesture, LONGEST, type Range, SHORTEST } from "./view";
 
 /** Where a finger is on a chart [px]. */
 export type Place = readonly [number, number];

@@ -12,6 +12,14 @@ export interface View {
   readonly zoom: Range | null;
 }
 
+/** What a hand wants of the time axis; times [s on the rig's clock]. */
+export type Gesture =
+  | { readonly kind: "zoom"; readonly from: number; readonly to: number }
+  | { readonly kind: "scale"; readonly factor: number; readonly about: number }
+  | { readonly kind: "move"; readonly seconds: number }
+  | { readonly kind: "hold"; readonly held: boolean }
+  | { readonly kind: "whole" };
+
 /** The newest time there is, and the length of the window without a zoom [s]. */
 export interface Now {
   readonly newest: number;

@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
-import type { PlotBins } from "../../api/binary";
-import { digitsFor, numberLabels, secondsLabels, timeLabel } from "./axes";
+import type { PlotBins } from "../../api/socket";
 import { Ring } from "../../live/ring";
+import { digitsFor, numberLabels, secondsLabels, timeLabel } from "./axes";
 import { emptyData, extractWindow, niceRange, niceStep } from "./window";
 
 type Wave = (t: number) => number;

@@ -1,13 +1,13 @@
 import { Loader, SegmentedControl } from "@mantine/core";
 import { useMemo, useState } from "react";
 import type { Recording } from "../../api/types";
-import { CompareTable } from "./CompareTable";
 import { Back, Unknown } from "../detail/Detail";
 import { comparedPaths } from "../quick/paths";
-import { comparedCharts, type Common, type Compared } from "../quick/quickCharts";
+import { type Common, type Compared, comparedCharts } from "../quick/quickCharts";
 import { PlotsAndPath } from "../quick/QuickLook";
 import { useQuick } from "../quick/useQuick";
 import type { Recordings } from "../useRecordings";
+import { CompareTable } from "./CompareTable";
 
 interface Props {
   readonly ids: readonly string[];

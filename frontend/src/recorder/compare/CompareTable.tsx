@@ -1,14 +1,15 @@
 import { Table } from "@mantine/core";
 import type { Recording } from "../../api/types";
-import { useDashboard } from "../../ui/context";
+import { PageStore } from "../../live/page";
 import { clock, localTime } from "../../ui/format";
+import { useService } from "../../ui/services";
 import { FigureCells, FigureHeads } from "../detail/FigureHeads";
 import { RUN_STYLES } from "../quick/quickCharts";
 import { Sample } from "../quick/QuickPlot";
 
 /** A row per recording, with the line that is its own in the plots. */
 export function CompareTable({ recordings }: { readonly recordings: readonly Recording[] }) {
-  const { page } = useDashboard();
+  const page = useService(PageStore);
   return (
     <div className="compare-table" tabIndex={0} role="region" aria-label="Figures of the recordings">
       <Table fz="xs" verticalSpacing={3} data-testid="compare-table">

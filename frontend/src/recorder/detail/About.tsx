@@ -1,7 +1,7 @@
 import { TagsInput, Textarea, TextInput } from "@mantine/core";
 import { useState } from "react";
 import type { Recording } from "../../api/types";
-import { useWhyNot } from "../../ui/context";
+import { useWhyNot } from "../../operate/permission";
 import { bytes, clock, millimetres, percent, wholeNumber } from "../../ui/format";
 import { marksOf } from "../list/listing";
 import type { Recordings } from "../useRecordings";

@@ -1,20 +1,24 @@
 import { Button, SegmentedControl } from "@mantine/core";
 import { IconArrowLeft } from "@tabler/icons-react";
-import { useState } from "react";
+import { useEffect, useState } from "react";
 import type { Recording } from "../../api/types";
 import { Replay3D } from "../../scene/Replay3D";
 import { clock, localTime } from "../../ui/format";
-import { About } from "./About";
 import { DeleteButton } from "../list/DeleteButton";
+import { Badges, Star } from "../list/RecordingRow";
+import { QuickLook } from "../quick/QuickLook";
+import type { TimeWindow } from "../quick/QuickPlot";
+import { type Recordings, useActive } from "../useRecordings";
+import { About } from "./About";
 import { ExportButton } from "./ExportButton";
 import { Figures } from "./Figures";
 import { FollowAgain } from "./FollowAgain";
-import { QuickLook } from "../quick/QuickLook";
-import { Badges, Star } from "../list/RecordingRow";
-import type { TimeWindow } from "../quick/QuickPlot";
 import { Signals } from "./Signals";
-import { useActive, type Recordings } from "../useRecordings";
-import { useWarm } from "./useWarm";
+
+/** After the quick look stands: whoever leafs through recordings starts none, and its first cursor does not wait [ms]. */
+const CALM_MS = 500;
+/** How long a viewer that nobody looks at is kept [ms]. */
+const KEPT_MS = 120_000;
 
 type Sight = "quick" | "figures" | "plots" | "3d";
 
@@ -138,4 +142,19 @@ export function Unknown({ id, onBack }: UnknownProps) {
       </p>
     </main>
   );
+}
+
+/** Whether a viewer is to be there: while it is `shown`, and hidden for a while before, once the quick look is `drawn`, and after. */
+function useWarm(drawn: boolean, shown: boolean): boolean {
+  const [warm, setWarm] = useState(false);
+  useEffect(() => {
+    if (!drawn && !shown) return;
+    const start = setTimeout(setWarm, shown ? 0 : CALM_MS, true);
+    const end = shown ? undefined : setTimeout(setWarm, KEPT_MS, false);
+    return () => {
+      clearTimeout(start);
+      clearTimeout(end);
+    };
+  }, [drawn, shown]);
+  return warm || shown;
 }

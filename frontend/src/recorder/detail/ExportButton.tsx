@@ -2,8 +2,8 @@ import { Button } from "@mantine/core";
 import { IconDownload } from "@tabler/icons-react";
 import { useState } from "react";
 import type { Recording } from "../../api/types";
-import { ExportDialog } from "./ExportDialog";
 import type { TimeWindow } from "../quick/QuickPlot";
+import { ExportDialog } from "./ExportDialog";
 
 interface Props {
   readonly recording: Recording;

@@ -1,9 +1,9 @@
 import { Button, Modal, MultiSelect, NumberInput, SegmentedControl } from "@mantine/core";
 import { IconDownload } from "@tabler/icons-react";
 import { useEffect, useState } from "react";
-import { EXPORTS, exportUrl, recordings as api, type Format } from "../recordings";
 import type { Recording, SignalInfo } from "../../api/types";
 import type { TimeWindow } from "../quick/QuickPlot";
+import { EXPORTS, exportUrl, type Format, recordings as api } from "../recordings";
 
 interface Props {
   readonly recording: Recording;

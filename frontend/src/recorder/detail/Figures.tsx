@@ -1,7 +1,7 @@
 import { Loader, Table } from "@mantine/core";
 import { useEffect, useState } from "react";
-import { recordings } from "../recordings";
 import type { Measured } from "../../api/types";
+import { recordings } from "../recordings";
 import { FigureCells, FigureHeads } from "./FigureHeads";
 
 interface State {

@@ -1,9 +1,12 @@
 import { Button, Menu } from "@mantine/core";
 import { IconRoute } from "@tabler/icons-react";
 import { useState } from "react";
-import { recordings } from "../recordings";
 import type { Recording } from "../../api/types";
-import { useDashboard } from "../../ui/context";
+import { Drawing } from "../../drawing/drawing";
+import { PageStore } from "../../live/page";
+import { Operations } from "../../operate/operations";
+import { useService } from "../../ui/services";
+import { recordings } from "../recordings";
 
 const PATHS = [
   ["p_ref", "The reference", "What the tip was asked to do"],
@@ -15,7 +18,9 @@ const SMOOTHING = { p_ref: 0, p_meas: 0.001 };
 
 /** Puts a recorded path into the Run tab as a drawing, with its own timing. */
 export function FollowAgain({ recording }: { readonly recording: Recording }) {
-  const { drawing, operations, page, runs } = useDashboard();
+  const drawing = useService(Drawing);
+  const operations = useService(Operations);
+  const page = useService(PageStore);
   const [busy, setBusy] = useState(false);
   const follow = async (what: What) => {
     setBusy(true);
@@ -30,7 +35,7 @@ export function FollowAgain({ recording }: { readonly recording: Recording }) {
         timing: { kind: "given" },
         outside: "project",
       });
-      runs.choose("drawing");
+      drawing.chooseSource("drawing");
       page.patch({ view: "live" });
     });
     setBusy(false);

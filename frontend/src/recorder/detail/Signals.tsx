@@ -1,6 +1,6 @@
 import { Loader, useComputedColorScheme } from "@mantine/core";
 import { useEffect, useRef, useState } from "react";
-import { recordingUrl, viewerUrl } from "../../api/rest";
+import { recordingUrl, viewerUrl } from "../recordings";
 
 interface Props {
   readonly id: string;
@@ -20,10 +20,11 @@ interface ViewerProps extends Props {
 
 function Viewer({ id, shown, scheme }: ViewerProps) {
   const { origin } = window.location;
+  const url = origin + recordingUrl(id, ".rrd");
   const frame = useRef<HTMLIFrameElement>(null);
   const opened = useRef(shown);
   const [ready, setReady] = useState(false);
-  const [source] = useState(() => viewerUrl(origin, shown ? id : null, scheme, wishedRenderer()));
+  const [source] = useState(() => viewerUrl(shown ? url : null, scheme, wishedRenderer()));
   useEffect(() => {
     const hear = ({ source, data }: MessageEvent<unknown>) => {
       if (source === frame.current?.contentWindow && data === "READY") setReady(true);
@@ -36,9 +37,8 @@ function Viewer({ id, shown, scheme }: ViewerProps) {
   useEffect(() => {
     if (!ready || !shown || opened.current) return;
     opened.current = true;
-    const open = { tendril: "open", url: recordingUrl(origin, id) };
-    frame.current?.contentWindow?.postMessage(open, origin);
-  }, [origin, id, ready, shown]);
+    frame.current?.contentWindow?.postMessage({ tendril: "open", url }, origin);
+  }, [origin, url, ready, shown]);
   return (
     <>
       {ready || !shown ? null : (

@@ -2,7 +2,7 @@ import { ActionIcon, Button, Popover } from "@mantine/core";
 import { IconTrash } from "@tabler/icons-react";
 import { useState } from "react";
 import type { Recording } from "../../api/types";
-import { useWhyNot } from "../../ui/context";
+import { useWhyNot } from "../../operate/permission";
 
 interface Props {
   readonly row: Recording;

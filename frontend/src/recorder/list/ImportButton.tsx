@@ -2,9 +2,9 @@ import { FileButton } from "@mantine/core";
 import { IconFileImport } from "@tabler/icons-react";
 import { useRef, useState } from "react";
 import { ControlButton } from "../../operate/ControlButton";
-import { unitsMissing } from "./csvHead";
-import { ImportDialog, type Chosen } from "./ImportDialog";
 import type { Recordings } from "../useRecordings";
+import { unitsMissing } from "./csvHead";
+import { type Chosen, ImportDialog } from "./ImportDialog";
 
 /** Another lab's CSV file as a recording: choose it, say what its header does not, look at what came of it. */
 export function ImportButton({ recordings }: { readonly recordings: Recordings }) {

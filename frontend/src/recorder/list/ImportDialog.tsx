@@ -1,7 +1,7 @@
 import { Button, Modal, SegmentedControl, TextInput } from "@mantine/core";
 import { useState } from "react";
-import { LENGTH_UNITS, recordings as api, TIME_UNITS, type Units } from "../recordings";
 import { bytes } from "../../ui/format";
+import { LENGTH_UNITS, recordings as api, TIME_UNITS, type Units } from "../recordings";
 import type { Recordings } from "../useRecordings";
 
 export interface Chosen {

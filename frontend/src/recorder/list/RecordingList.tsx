@@ -1,12 +1,13 @@
 import { ActionIcon, Button, Table, TextInput, Tooltip } from "@mantine/core";
 import { IconRefresh } from "@tabler/icons-react";
-import type { Listed } from "../recordings";
-import { useDashboard } from "../../ui/context";
-import { ImportButton } from "./ImportButton";
+import { PageStore } from "../../live/page";
+import { useService } from "../../ui/services";
 import { COMPARED_MAX } from "../place";
+import type { Listed } from "../recordings";
+import { type Recordings, type Search, useActive } from "../useRecordings";
+import { ImportButton } from "./ImportButton";
 import { RecordingRow } from "./RecordingRow";
 import { Titles } from "./Titles";
-import { useActive, type Recordings, type Search } from "../useRecordings";
 
 /** So many rows at once: thousands of recordings stay fluid. */
 export const SHELF = 100;
@@ -77,7 +78,7 @@ export function RecordingList({ recordings, search, onSearch, ticked, onTick }: 
 type BarProps = Omit<Props, "onTick">;
 
 function ListBar({ recordings, search, onSearch, ticked }: BarProps) {
-  const { page } = useDashboard();
+  const page = useService(PageStore);
   return (
     <div className="bar review-bar">
       <h2 className="bar-title">Recordings</h2>

@@ -1,13 +1,15 @@
 import { ActionIcon, Badge, Checkbox, Table, Tooltip, VisuallyHidden } from "@mantine/core";
 import { IconDownload, IconStar, IconStarFilled } from "@tabler/icons-react";
 import type { MouseEvent } from "react";
-import { recordingUrl } from "../recordings";
 import type { Recording } from "../../api/types";
-import { useDashboard, useWhyNot } from "../../ui/context";
+import { PageStore } from "../../live/page";
+import { useWhyNot } from "../../operate/permission";
 import { bytes, clock, DASH, localTime, millimetres, percent, wholeNumber } from "../../ui/format";
+import { useService } from "../../ui/services";
+import { recordingUrl } from "../recordings";
+import type { Recordings } from "../useRecordings";
 import { DeleteButton } from "./DeleteButton";
 import { marksOf } from "./listing";
-import type { Recordings } from "../useRecordings";
 
 interface Props {
   readonly row: Recording;
@@ -25,7 +27,7 @@ const own = (event: MouseEvent) => {
 };
 
 export function RecordingRow({ row, running, recordings, ticked, full, onTick }: Props) {
-  const { page } = useDashboard();
+  const page = useService(PageStore);
   const name = row.name || "unnamed";
   return (
     <Table.Tr

@@ -1,6 +1,6 @@
 import { useEffect, useState } from "react";
-import { recordings } from "../recordings";
 import type { Quick } from "../../api/types";
+import { recordings } from "../recordings";
 import { DRAWN } from "./quickCharts";
 
 const POINTS = 2000;

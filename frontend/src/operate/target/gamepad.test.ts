@@ -1,15 +1,7 @@
 import { expect, test } from "vitest";
-import type { FromBrowser, Point } from "../../api/types";
-import { Aim } from "./aim";
-import { PadHand, readingOf, stickSpeed, type Grip, type Reading } from "./gamepad";
-import { gradeOf } from "../../health/health";
-import { KeyMap } from "./keys";
-import { Live } from "../../live/live";
-import { MODE } from "../../rig/modes";
-import { Operations } from "../operations";
-import { EMPTY_PAGE, withLines, type Page } from "../../live/page";
+import type { Point } from "../../api/types";
 import { Seeded } from "../../ui/seeded";
-import { Store } from "../../ui/store";
+import { type Grip, PadHand, type Reading, readingOf, stickSpeed } from "./gamepad";
 
 class Hand implements Grip {
   readonly calls: string[] = [];
@@ -37,6 +29,7 @@ class Hand implements Grip {
 }
 
 const rest: Reading = { x: 0, y: 0, clutch: false, hold: false };
+
 const right: Reading = { ...rest, x: 1, clutch: true };
 
 function padOf(): { hand: Hand; feed: (...readings: Reading[]) => void } {
@@ -128,64 +121,4 @@ test("the stick has a dead zone, a fine middle and one full speed in every direc
   const button = (pressed: boolean) => ({ pressed, touched: pressed, value: Number(pressed) });
   const pad = { axes: [0.5, -1], buttons: [button(false), button(true)] };
   expect(readingOf(pad)).toEqual({ x: 0.5, y: 1, clutch: false, hold: true });
-});
-
-const arrow = {
-  key: "ArrowUp",
-  shiftKey: false,
-  ctrlKey: false,
-  altKey: false,
-  metaKey: false,
-  repeat: false,
-};
-
-test("the last arrow that comes up lets go, and so does a window that loses the keys", () => {
-  const keys = new KeyMap();
-  keys.press(arrow, "page", 0);
-  keys.press({ ...arrow, key: "ArrowLeft" }, "page", 0);
-  expect(keys.lift("ArrowUp")).toBeNull();
-  expect(keys.lift("ArrowLeft")).toEqual({ kind: "release" });
-  expect(keys.lift("ArrowLeft")).toBeNull();
-  keys.press(arrow, "page", 0);
-  expect(keys.liftAll()).toEqual({ kind: "release" });
-  expect(keys.liftAll()).toBeNull();
-});
-
-test("letting go is said once, after the last move; with the clutch on no move comes after it", () => {
-  const sent: FromBrowser[] = [];
-  const lease = { held: true, mine: true, holder: "me", clutch: true };
-  const page = new Store<Page>({ ...EMPTY_PAGE, online: true, rigLive: true, mode: MODE.HOLD, lease });
-  const aim = new Aim(new Live(), page, new Operations(page, () => undefined), (message) => {
-    sent.push(message);
-    return true;
-  });
-  aim.release();
-  expect(sent).toEqual([]);
-  aim.move([0.1, 0], true, true);
-  aim.move([0.2, 0], false, true);
-  aim.release();
-  aim.release();
-  expect(sent.map(({ type }) => type)).toEqual(["target", "release"]);
-});
-
-test("a log that is told anew adds only what was missed, newest first", () => {
-  const event = (time: string, text: string) => ({ type: "event", level: "info", time, text }) as const;
-  const first = event("2026-01-01T10:00:00.100000Z", "arm");
-  const local = event("2026-01-01T10:00:01.000Z", "no answer");
-  const later = event("2026-01-01T10:00:02.500000Z", "hold");
-  const log = withLines(withLines([], [first]), [local]);
-  const told = withLines(log, [first, later]);
-  expect(told.map(({ text }) => text)).toEqual(["hold", "no answer", "arm"]);
-  expect(withLines(told, [first, later])).toBe(told);
-});
-
-test("a gauge is graded by its limits, a missing value by none", () => {
-  expect([1, 0.9985, 0.98, NaN].map((share) => gradeOf("onTime", share))).toEqual([
-    "good",
-    "warning",
-    "bad",
-    "unknown",
-  ]);
-  expect([0.01, 0.06, 0.2].map((time) => gradeOf("roundTrip", time))).toEqual(["good", "warning", "bad"]);
-  expect(gradeOf("ledger", -5e-3)).toBe("bad");
 });

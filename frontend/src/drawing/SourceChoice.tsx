@@ -1,18 +1,18 @@
 import { SegmentedControl } from "@mantine/core";
-import { useDashboard } from "../ui/context";
-import { useRuns } from "./useDrawing";
+import { useService } from "../ui/services";
+import { Drawing, useDrawing } from "./drawing";
 
 /** What to follow: a reference of the library, or the drawing. */
-export function RunSource() {
-  const { runs } = useDashboard();
-  const source = useRuns((choice) => choice.source);
+export function SourceChoice() {
+  const drawing = useService(Drawing);
+  const source = useDrawing((state) => state.source);
   return (
     <SegmentedControl
       size="xs"
       aria-label="What to follow"
       value={source}
       onChange={(value) => {
-        runs.choose(value === "drawing" ? "drawing" : "library");
+        drawing.chooseSource(value === "drawing" ? "drawing" : "library");
       }}
       data={[
         { value: "library", label: "Library" },

@@ -1,9 +1,6 @@
 import { expect, test } from "vitest";
-import { gridFor, lengthLabel, ticks } from "./paint/grid";
-import { hull, reachQuads, signedArea } from "./paint/reach";
 import type { Point } from "../api/types";
-import { arrowEnd, markersOf, residualOf, type PointSource } from "../sensing/residual";
-import { missOf } from "../sensing/truth";
+import { arrowEnd, markersOf, missOf, type PointSource, residualOf } from "./residual";
 
 /** Ten sensors on a straight backbone of 21 samples; markers 3 mm beside it, the fourth not seen. */
 const source: PointSource = {
@@ -31,29 +28,6 @@ test("only the rods whose bits are set are sensed", () => {
 
 test("a residual arrow points from the observer to the measurement, lengthened by its gain", () => {
   expect(arrowEnd([0.1, 0], [0.101, -0.002], 5)).toEqual([expect.closeTo(0.105), expect.closeTo(-0.01)]);
-});
-
-test("the quads of the reach all turn alike, where the map folds over too", () => {
-  const points: [number, number][] = [[0, 0], [1, 0], [2, 0], [0, 1], [1, 1], [2, 1], [1.2, 0.5], [0.4, 0.5], [2, 2]]; // prettier-ignore
-  const quads = reachQuads({ rows: 3, columns: 3, points, length: 1 });
-  expect(quads).toHaveLength(4);
-  for (const quad of quads) expect(signedArea(quad)).toBeGreaterThan(0);
-});
-
-test("the hull keeps the outer points only, counter-clockwise", () => {
-  const points: [number, number][] = [[1, 1], [0, 0], [2, 0], [1, 0], [2, 2], [0, 2], [0.5, 1.5]]; // prettier-ignore
-  expect(hull(points)).toEqual([[0, 0], [2, 0], [2, 2], [0, 2]]); // prettier-ignore
-});
-
-test("grid lines stand on round numbers at any zoom", () => {
-  for (const scale of [120, 850, 9000, 90_000]) {
-    const { minor, major, bar } = gridFor(scale);
-    expect(major * scale).toBeGreaterThanOrEqual(60);
-    expect(bar * scale).toBeLessThan(200);
-    expect(Math.round(major / minor)).toBeCloseTo(major / minor, 9);
-  }
-  expect(ticks(-0.025, 0.031, 0.01).map((x) => Math.round(x * 1e3))).toEqual([-20, -10, 0, 10, 20, 30]);
-  expect(lengthLabel(0.05)).toBe("50 mm");
 });
 
 test("the miss of a rod is the distance between estimate and truth at its arc length, nan without a twin", () => {
