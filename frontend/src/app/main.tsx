@@ -11,6 +11,7 @@ import type { Notify } from "../operate/operations";
 import { StopBar } from "../operate/stop/StopBar";
 import { Gamepads } from "../operate/target/gamepads";
 import { followAddress } from "../recorder/place";
+import { publishColours } from "../ui/colours";
 import { markLayout } from "../ui/narrow";
 import { ServicesContext } from "../ui/services";
 import { App } from "./App";
@@ -53,6 +54,7 @@ services.get(Gamepads).start();
 hearKeys(services);
 
 markLayout();
+publishColours(document.documentElement);
 
 // A root of its own, and first: nothing that fails or is laid over the page takes the E-STOP with it.
 const edge = document.getElementById("edge");

@@ -32,7 +32,7 @@ export function RecordButton() {
           recording ? (
             <IconPlayerStopFilled size={14} />
           ) : (
-            <IconPlayerRecordFilled size={14} color="#e03131" />
+            <IconPlayerRecordFilled size={14} color="var(--mantine-color-red-8)" />
           )
         }
         onClick={() => void recorder.toggle()}

@@ -104,7 +104,7 @@ function Start() {
           runs.store.patch({ record: !record });
         }}
       >
-        <IconPlayerRecordFilled size={16} color={record ? "#d3222a" : "currentColor"} />
+        <IconPlayerRecordFilled size={16} color={record ? "var(--stop)" : "currentColor"} />
       </ToolButton>
       <ControlButton
         control="run"

@@ -1,6 +1,6 @@
 import type { Plot, PlotChannel } from "../../api/types";
-import { ROLE } from "../../ui/colours";
-import { type Display, displayOf, labelOf } from "../signals";
+import { LINES, ROLE } from "../../ui/colours";
+import { displayOf, labelOf, type Display } from "../signals";
 
 /** One line of a chart: which channel (its place in the server's list), and how it looks. */
 export interface Line {
@@ -35,17 +35,6 @@ const ROLES: Partial<Record<string, Style>> = {
   backbone: { colour: ROLE.observer, look: "solid" },
   twin_backbone: { colour: ROLE.twin, look: "solid" },
 };
-/** For what has no role: told apart by name, too. */
-const COLOURS = [
-  "#A78BFA",
-  "#B5A900",
-  "#B0805A",
-  "#7C93B2",
-  "#D884B5",
-  "#4FB8A8",
-  "#E07B5A",
-  "#8FA83C",
-] as const;
 const NEVER_NEGATIVE = new Set(["Pa", "s", "ns"]);
 
 /** A plot of the layout as it is drawn; signals that the server does not have, or of another unit, are left out. */
@@ -77,8 +66,7 @@ function stylesOf(found: readonly PlotChannel[]): (Style & { named: boolean })[]
     }
     // A command has the colour of what it commands, in a thin line.
     const commanded = channel.field === "pressure_cmd";
-    const colour =
-      COLOURS[(channel.field.startsWith("pressure_") ? (channel.index ?? 0) : i) % COLOURS.length];
+    const colour = LINES[(channel.field.startsWith("pressure_") ? (channel.index ?? 0) : i) % LINES.length];
     return { colour, look: commanded ? "thin" : "solid", named: !commanded && found.length > 1 };
   });
 }

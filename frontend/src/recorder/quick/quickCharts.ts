@@ -1,6 +1,7 @@
 import type { PlotChannel, Quick, QuickSignal } from "../../api/types";
 import { chartOf, type Look } from "../../plots/chart/charts";
 import { displayOf } from "../../plots/signals";
+import { ROLE } from "../../ui/colours";
 
 /** Values of one plot as uPlot takes them, in display units: x, then a column per line; null is a gap. */
 export type Columns = [number[], ...(number | null)[][]];
@@ -60,10 +61,10 @@ export interface Compared {
 
 /** Told apart by dash, not by colour alone. */
 export const RUN_STYLES: readonly (PlotLine & { readonly dash: readonly number[] })[] = [
-  { label: "1", colour: "#56B4E9", look: "solid", dash: [] },
-  { label: "2", colour: "#E69F00", look: "solid", dash: [9, 4] },
-  { label: "3", colour: "#CC79A7", look: "solid", dash: [2, 3] },
-  { label: "4", colour: "#009E73", look: "solid", dash: [10, 3, 2, 3] },
+  { label: "1", colour: ROLE.observer, look: "solid", dash: [] },
+  { label: "2", colour: ROLE.reference, look: "solid", dash: [9, 4] },
+  { label: "3", colour: ROLE.ghost, look: "solid", dash: [2, 3] },
+  { label: "4", colour: ROLE.measured, look: "solid", dash: [10, 3, 2, 3] },
 ];
 
 const COMPARED: readonly (readonly [string, string])[] = [
