@@ -1,9 +1,10 @@
 import reactHooks from "eslint-plugin-react-hooks";
 import { defineConfig, globalIgnores } from "eslint/config";
 import tseslint from "typescript-eslint";
+import rooms from "./rooms.js";
 
 export default defineConfig(
-  globalIgnores(["node_modules", "public", "scripts", "eslint.config.js", "src/api/schema.d.ts"]),
+  globalIgnores(["node_modules", "public", "scripts", "eslint.config.js", "rooms.js", "src/api/schema.d.ts"]),
   tseslint.configs.strictTypeChecked,
   reactHooks.configs.flat.recommended,
   { languageOptions: { parserOptions: { projectService: true } } },
@@ -14,4 +15,5 @@ export default defineConfig(
       "max-lines": ["error", 400],
     },
   },
+  rooms,
 );

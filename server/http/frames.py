@@ -37,7 +37,8 @@ for (const name of ["pointerup", "pointercancel"])
 </script>"""
 """Put into viser's page: where the frame changes under a press, its drags end, and our page holds the rig.
 
-As on our plan (frontend/src/plan/ground.ts), a pointer that goes further in the frame than on the screen was carried.
+As on our plan (frontend/src/plan/pointer/ground.ts), a pointer that goes further in the frame than on the screen was
+carried.
 """
 
 SEND_COOKIE = b"""<script>

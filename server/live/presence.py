@@ -1,7 +1,7 @@
 """The presence socket: signs of an open page, from a worker of it that a busy main thread does not hold up.
 
 The live socket belongs to the page's main thread, which may be busy for seconds. The worker asks that thread for a sign
-in its turn, and says nothing here while it stays out for too long (frontend/src/state/presence.ts).
+in its turn, and says nothing here while it stays out for too long (frontend/src/live/presence/presence.ts).
 """
 
 import asyncio

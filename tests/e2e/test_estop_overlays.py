@@ -102,31 +102,31 @@ def take_over(page: Page) -> Locator:
 
 
 BY_OPERATOR: dict[str, Opener] = {
-    "panels/KeyHelp.tsx": keys,
-    "panels/RecordButton.tsx": opened("record-profile"),
-    "panels/LeaseMenu.tsx": opened("lease-menu"),
-    "panels/DrawShapes.tsx": opened("tool-shape"),
-    "panels/DrawText.tsx": text,
-    "panels/DrawSaved.tsx": saved,
-    "panels/ReferencePanel.tsx": opened("reference", tab="Run"),
-    "panels/GainPresets.tsx": opened("gain-presets", tab="Gains"),
-    "panels/HealthLimits.tsx": opened("alarm-limits", tab="Health"),
+    "app/KeyHelp.tsx": keys,
+    "recorder/RecordButton.tsx": opened("record-profile"),
+    "operate/lease/LeaseMenu.tsx": opened("lease-menu"),
+    "drawing/tools/DrawShapes.tsx": opened("tool-shape"),
+    "drawing/tools/DrawText.tsx": text,
+    "drawing/DrawSaved.tsx": saved,
+    "drawing/library/ReferencePanel.tsx": opened("reference", tab="Run"),
+    "presets/GainPresets.tsx": opened("gain-presets", tab="Gains"),
+    "health/HealthLimits.tsx": opened("alarm-limits", tab="Health"),
     "plots/SignalChooser.tsx": opened("signals", tab="Plots"),
     "plots/LayoutMenu.tsx": opened("layouts", tab="Plots"),
-    "review/ExportDialog.tsx": exporting,
-    "review/FollowAgain.tsx": opened("follow-again", review=True),
-    "review/DeleteButton.tsx": opened("delete-recording", review=True),
-    "review/ImportDialog.tsx": importing,
-    "review/About.tsx": tags,
-    "panels/Guide.tsx": guide,
+    "recorder/detail/ExportDialog.tsx": exporting,
+    "recorder/detail/FollowAgain.tsx": opened("follow-again", review=True),
+    "recorder/list/DeleteButton.tsx": opened("delete-recording", review=True),
+    "recorder/list/ImportDialog.tsx": importing,
+    "recorder/detail/About.tsx": tags,
+    "app/Guide.tsx": guide,
 }
 """How to open each, by the file that lays it over the page, in a page that operates."""
-BY_OTHERS: dict[str, Opener] = {"panels/TakeOver.tsx": take_over}
+BY_OTHERS: dict[str, Opener] = {"operate/lease/TakeOver.tsx": take_over}
 """The same where another session operates."""
-LARGE = ("panels/KeyHelp.tsx", "review/ExportDialog.tsx", "review/ImportDialog.tsx")
+LARGE = ("app/KeyHelp.tsx", "recorder/detail/ExportDialog.tsx", "recorder/list/ImportDialog.tsx")
 """Dialogs with a backdrop or in the middle: tried with a mouse on a large window, too."""
-KINDS = ("panels/KeyHelp.tsx", "panels/LeaseMenu.tsx", "panels/ReferencePanel.tsx", "plots/SignalChooser.tsx")
-KINDS += ("review/ExportDialog.tsx", "panels/Guide.tsx")
+KINDS = ("app/KeyHelp.tsx", "operate/lease/LeaseMenu.tsx", "drawing/library/ReferencePanel.tsx")
+KINDS += ("plots/SignalChooser.tsx", "recorder/detail/ExportDialog.tsx", "app/Guide.tsx")
 """One of each way to lay something over the page; `make test-long` tries all."""
 
 

@@ -35,16 +35,14 @@ let closed = 0;
 let messages: string[] = [];
 
 function socketOf(): LiveSocket {
-  return new LiveSocket(
-    "ws://here/ws/live",
-    {
-      opened: () => undefined,
-      closed: () => (closed += 1),
-      message: (message) => messages.push(message.type),
-      binary: () => undefined,
-    },
-    () => new Fake() as unknown as WebSocket,
-  );
+  const socket = new LiveSocket("ws://here/ws/live", () => new Fake() as unknown as WebSocket);
+  socket.tell({
+    opened: () => undefined,
+    closed: () => (closed += 1),
+    message: (message) => messages.push(message.type),
+    binary: () => undefined,
+  });
+  return socket;
 }
 
 const alive = () => Fake.all.filter(({ readyState }) => readyState < 2);

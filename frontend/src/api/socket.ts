@@ -23,12 +23,17 @@ export class LiveSocket {
   private heard = 0;
   private checkedAt = 0;
   private wanted = false;
+  private listener: SocketListener | null = null;
 
   constructor(
     private readonly url: string,
-    private readonly listener: SocketListener,
     private readonly open: (url: string) => WebSocket = (address) => new WebSocket(address),
   ) {}
+
+  /** Tell `listener` from now on. */
+  tell(listener: SocketListener): void {
+    this.listener = listener;
+  }
 
   /** Connect, and stay connected until `stop`; a page has one live socket however often it signs in. */
   start(): void {
@@ -67,12 +72,12 @@ export class LiveSocket {
     socket.onopen = () => {
       this.delay = FIRST_DELAY_MS;
       this.heard = performance.now();
-      this.listener.opened();
+      this.listener?.opened();
     };
     socket.onmessage = (event: MessageEvent<ArrayBuffer | string>) => {
       this.heard = performance.now();
-      if (typeof event.data === "string") this.listener.message(JSON.parse(event.data) as FromServer);
-      else this.listener.binary(event.data);
+      if (typeof event.data === "string") this.listener?.message(JSON.parse(event.data) as FromServer);
+      else this.listener?.binary(event.data);
     };
     socket.onclose = () => {
       this.lose(socket);
@@ -99,7 +104,7 @@ export class LiveSocket {
     socket.onopen = socket.onmessage = socket.onclose = null;
     socket.close();
     this.socket = null;
-    this.listener.closed();
+    this.listener?.closed();
   }
 
   private retry(): void {
@@ -113,4 +118,59 @@ export class LiveSocket {
 /** Address of a socket on the page's own origin. */
 export function socketUrl({ protocol, host }: Pick<Location, "protocol" | "host">, path: string): string {
   return `${protocol === "https:" ? "wss" : "ws"}://${host}${path}`;
+}
+
+/** The page and the server disagree about a record. */
+export class LayoutError extends Error {}
+
+/** First word of a binary message (server/messages.py, `Kind`). */
+const KIND = { FRAME: 1, PLOT: 2 } as const;
+const HEADER = 8;
+const PLOT_HEADER = 16;
+
+/** Extremes of every 1 kHz sample in the bins `first`, `first` + 1, ...: `low` and `high` are [bin][channel]. */
+export interface PlotBins {
+  readonly first: number;
+  /** Places of the channels in `Hello.channels`. */
+  readonly channels: Uint32Array;
+  readonly t: Float64Array;
+  readonly low: Float32Array;
+  readonly high: Float32Array;
+}
+
+export type Binary = { kind: "frame"; offset: number } | { kind: "plot"; bins: PlotBins };
+
+/** Say what a binary message holds; plot bins are views into `buffer`, nothing is copied. */
+export function decodeBinary(buffer: ArrayBuffer): Binary {
+  if (buffer.byteLength < HEADER)
+    throw new LayoutError(`a binary message of ${buffer.byteLength} bytes has no header`);
+  const head = new DataView(buffer, 0, HEADER);
+  const kind = head.getUint32(0, true);
+  switch (kind) {
+    case KIND.FRAME:
+      return { kind: "frame", offset: HEADER };
+    case KIND.PLOT:
+      return { kind: "plot", bins: plotBins(buffer) };
+    default:
+      throw new LayoutError(`unknown kind ${kind} of binary message`);
+  }
+}
+
+function plotBins(buffer: ArrayBuffer): PlotBins {
+  const [, count, width, first] =
+    buffer.byteLength < PLOT_HEADER ? [0, NaN, NaN, 0] : new Uint32Array(buffer, 0, 4);
+  const channels = PLOT_HEADER + 8 * count;
+  const low = channels + 4 * width;
+  const samples = count * width;
+  if (buffer.byteLength !== low + 8 * samples)
+    throw new LayoutError(
+      `a plot message of ${buffer.byteLength} bytes does not fit ${count} bins of ${width} channels`,
+    );
+  return {
+    first,
+    channels: new Uint32Array(buffer, channels, width),
+    t: new Float64Array(buffer, PLOT_HEADER, count),
+    low: new Float32Array(buffer, low, samples),
+    high: new Float32Array(buffer, low + 4 * samples, samples),
+  };
 }

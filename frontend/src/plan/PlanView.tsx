@@ -1,17 +1,19 @@
 import { Button, useComputedColorScheme } from "@mantine/core";
 import { useEffect, useRef } from "react";
-import { DrawHint } from "../panels/DrawHint";
-import { DrawToolbar } from "../panels/DrawToolbar";
-import { useDashboard, usePage } from "../panels/context";
-import { useDrawKeys } from "../panels/useDrawKeys";
-import { useRuns } from "../panels/useDrawing";
-import { publishProbe } from "../testing";
-import { RESIDUAL_GAIN } from "./figure";
+import { useDrawing } from "../drawing/drawing";
+import { DrawHint } from "../drawing/tools/DrawHint";
+import { DrawToolbar } from "../drawing/tools/DrawToolbar";
+import { useDrawKeys } from "../drawing/tools/useDrawKeys";
+import { usePage } from "../live/page";
+import { useRuns } from "../runs/runs";
+import { useServices } from "../ui/services";
+import { RESIDUAL_GAIN } from "./paint/figure";
 import { Plan } from "./plan";
+import { publishProbe } from "./probe";
 
 /** The plan view: canvases that follow the stream by themselves, and the tools and words around them. */
 export function PlanView() {
-  const dashboard = useDashboard();
+  const services = useServices();
   const scheme = useComputedColorScheme("dark");
   const paper = useRef<HTMLCanvasElement>(null);
   const sketch = useRef<HTMLCanvasElement>(null);
@@ -20,7 +22,7 @@ export function PlanView() {
   const plan = useRef<Plan>(null);
   useEffect(() => {
     if (!paper.current || !sketch.current || !figure.current) return;
-    const made = new Plan(dashboard, {
+    const made = new Plan(services, {
       paper: paper.current,
       sketch: sketch.current,
       figure: figure.current,
@@ -30,9 +32,9 @@ export function PlanView() {
       if (cursor.current) cursor.current.textContent = text;
     };
     plan.current = made;
-    publishProbe(dashboard, made);
+    publishProbe(services, made);
     return made.start();
-  }, [dashboard]);
+  }, [services]);
   useEffect(() => {
     plan.current?.useScheme(scheme);
   }, [scheme]);
@@ -72,7 +74,7 @@ export function PlanView() {
 
 function Legend({ twin }: { readonly twin: boolean }) {
   const chosen = usePage((page) => page.reference !== null);
-  const drawing = useRuns((choice) => choice.source === "drawing");
+  const drawing = useDrawing((state) => state.source === "drawing");
   const preview = useRuns((choice) => choice.preview);
   return (
     <ul className="legend" aria-label="Legend">

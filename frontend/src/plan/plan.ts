@@ -1,14 +1,22 @@
 import type { Point, Workspace } from "../api/types";
-import { INK, type Scheme } from "../roles";
-import type { Dashboard } from "../state/dashboard";
-import { resize, sheetOf, type Sheet } from "./canvas";
-import { handleRadius, paintFigure } from "./figure";
-import { paintPaper, reachOf, type Reach } from "./paper";
-import { SketchLayer } from "./layer";
-import { gestureOf, type Gesture } from "./pens";
-import { PlanPointer, type PointerTarget } from "./pointer";
-import { reachQuads } from "./reach";
-import { boundingBox, fit, pan, toPixel, toPlane, type Box, type Size, type View } from "./transform";
+import { Drawing } from "../drawing/drawing";
+import { Live } from "../live/live";
+import { PageStore } from "../live/page";
+import { Aim } from "../operate/target/aim";
+import type { Wish } from "../operate/target/handle";
+import { Runs } from "../runs/runs";
+import { INK, type Scheme } from "../ui/colours";
+import { Painters } from "../ui/painters";
+import type { Services } from "../ui/services";
+import { Ticker } from "../ui/ticker";
+import { resize, type Sheet, sheetOf } from "./paint/canvas";
+import { handleRadius, paintFigure } from "./paint/figure";
+import { paintPaper, type Reach, reachOf } from "./paint/paper";
+import { reachQuads } from "./paint/reach";
+import { SketchLayer } from "./paint/sketchLayer";
+import { type Gesture, gestureOf } from "./pointer/pens";
+import { PlanPointer, type PlanSurface } from "./pointer/pointer";
+import { boundingBox, type Box, fit, pan, type Size, toPixel, toPlane, type View } from "./transform";
 
 const FIT_MARGIN_PX = 26;
 /** Height of what stands over the top of the plan. */
@@ -17,7 +25,6 @@ const FIRST_BOX: Box = { left: -0.15, right: 0.27, bottom: -0.25, top: 0.25 };
 const BODY_WIDTH_M = 0.03;
 const HANDLE_EXTRA_PX = 7;
 const FINGER_PX = 24;
-const MOVED = "The plan moved under the pointer: held. Let go and press again";
 
 /** What of the plan is painted by itself, as an operator knows it. */
 const LAYERS = {
@@ -37,7 +44,7 @@ export interface Canvases {
 }
 
 /** The plan view behind its canvases. */
-export class Plan implements PointerTarget {
+export class Plan implements PlanSurface {
   size: Size = { width: 1, height: 1 };
   onHover: (point: Point | null) => void = () => undefined;
   private shown: View = { centre: [0, 0], scale: 1000 };
@@ -50,13 +57,24 @@ export class Plan implements PointerTarget {
   private scheme: Scheme = "dark";
   private paperDirty = true;
   private paintedFrames = -1;
+  private paintedWish: Wish | null = null;
+  private readonly aim: Aim;
+  private readonly drawn: Drawing;
+  private readonly live: Live;
+  private readonly page: PageStore;
+  private readonly painters: Painters;
 
   constructor(
-    private readonly dashboard: Dashboard,
+    private readonly services: Services,
     private readonly canvases: Canvases,
   ) {
+    this.aim = services.get(Aim);
+    this.drawn = services.get(Drawing);
+    this.live = services.get(Live);
+    this.page = services.get(PageStore);
+    this.painters = services.get(Painters);
     this.canvas = canvases.figure;
-    this.sketch = new SketchLayer(dashboard);
+    this.sketch = new SketchLayer(this.drawn, services.get(Runs), this.page);
   }
 
   /** Follow stream, size and pointer until the returned function is called. */
@@ -65,9 +83,9 @@ export class Plan implements PointerTarget {
       this.resized({ width: entry.contentRect.width, height: entry.contentRect.height });
     });
     sizes.observe(this.canvas);
-    const pointer = new PlanPointer(this.canvas, this);
+    const pointer = new PlanPointer(this.canvas, this, this.aim);
     const stops = [
-      this.dashboard.ticker.every(60, "plan", (now) => {
+      this.services.get(Ticker).every(60, "plan", (now) => {
         pointer.check();
         this.paint(now);
       }),
@@ -103,35 +121,18 @@ export class Plan implements PointerTarget {
     this.paperDirty = true;
   }
 
-  handlePoint(): Point | null {
-    return this.dashboard.aim.handle(performance.now())?.point ?? null;
-  }
-
   handleReach(touch: boolean): number {
     const radius = handleRadius(this.shown.scale) + HANDLE_EXTRA_PX;
     return touch ? Math.max(FINGER_PX, radius) : radius;
   }
 
-  moveTarget(point: Point, fresh: boolean): boolean {
-    this.paintedFrames = -1;
-    return this.dashboard.aim.move(point, fresh, true);
-  }
-
-  releaseTarget(): void {
-    this.dashboard.aim.release();
-  }
-
-  abortTarget(): void {
-    this.dashboard.aim.abort(MOVED);
-  }
-
   drawing(): boolean {
-    return this.dashboard.drawing.store.get().tool !== "drag";
+    return this.drawn.store.get().tool !== "drag";
   }
 
   grab(point: Point, reach: number): Gesture | null {
     const { scale } = this.shown;
-    return gestureOf(this.dashboard.drawing, { point, reach: reach / scale, scale });
+    return gestureOf(this.drawn, { point, reach: reach / scale, scale });
   }
 
   hover(point: Point | null, overHandle: boolean): void {
@@ -162,7 +163,7 @@ export class Plan implements PointerTarget {
 
   /** Paint what is new, layer by layer: whichever fails, the others are painted. */
   private paint(frame: number): void {
-    const { live, page, painters } = this.dashboard;
+    const { aim, live, page, painters } = this;
     this.follow(page.get().workspace);
     const paperDirty = this.paperDirty;
     if (paperDirty)
@@ -172,22 +173,23 @@ export class Plan implements PointerTarget {
     painters.run(LAYERS.sketch, frame, () => {
       this.sketch.paint([this.shown, this.size, this.scheme], () => this.sheet(this.canvases.sketch));
     });
-    if (paperDirty || this.paintedFrames !== live.frames)
+    if (paperDirty || this.paintedFrames !== live.frames || this.paintedWish !== aim.wish)
       painters.run(LAYERS.figure, frame, () => {
         this.paintFigure();
       });
   }
 
   private paintFigure(): void {
-    const { live, page } = this.dashboard;
+    const { aim, live, page } = this;
     const sheet = this.sheet(this.canvas);
     if (!sheet || !live.telemetry) return;
     sheet.g.clearRect(0, 0, this.size.width, this.size.height);
     const now = performance.now();
     const width = page.get().rig?.parameters.actuator.width ?? BODY_WIDTH_M;
     const { telemetry, trail } = live;
-    paintFigure(sheet, { telemetry, trail, width, handle: this.dashboard.aim.handle(now), now: now / 1e3 });
+    paintFigure(sheet, { telemetry, trail, width, handle: aim.handle(now), now: now / 1e3 });
     this.paintedFrames = live.frames;
+    this.paintedWish = aim.wish;
   }
 
   private paintPaper(): void {

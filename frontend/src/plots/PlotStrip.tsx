@@ -1,18 +1,22 @@
 import { useCallback, useEffect, useMemo, useState } from "react";
 import "./plots.css";
-import { useDashboard } from "../panels/context";
-import { useStore } from "../state/store";
-import { ChartBox } from "./ChartBox";
+import { Connection } from "../live/connection";
+import { Live } from "../live/live";
+import { Operations } from "../operate/operations";
+import { Painters } from "../ui/painters";
+import { useService } from "../ui/services";
+import { useStore } from "../ui/store";
+import { Ticker } from "../ui/ticker";
+import { ChartBox } from "./chart/ChartBox";
+import { chartOf } from "./chart/charts";
+import type { ChartPainter } from "./chart/painter";
+import { Painting } from "./chart/painting";
+import { FOLLOWING, type Gesture, paused, visible } from "./chart/view";
+import { askForCsv, csvOfBins, csvUrl, download } from "./csv";
+import { channelsOf, withoutPlot, withSignals } from "./layout";
 import { PlotsBar } from "./PlotsBar";
 import { SignalChooser } from "./SignalChooser";
-import { chartOf } from "./charts";
-import { askForCsv, csvOfBins, csvUrl, download } from "./csv";
-import type { Gesture } from "./gestures";
-import { channelsOf, withoutPlot, withSignals } from "./layout";
-import type { ChartPainter } from "./painter";
-import { Painting } from "./painting";
 import { useLayout } from "./useLayout";
-import { FOLLOWING, paused, visible } from "./view";
 
 const FRAMES_PER_SECOND = 60;
 /** As often as a number can be read. */
@@ -21,7 +25,11 @@ const NO_PLOTS = [] as const;
 
 /** The live plots over the last seconds: any signal, stopped, zoomed and saved as the operator likes. */
 export function PlotStrip() {
-  const { connection, live, operations, painters, ticker } = useDashboard();
+  const connection = useService(Connection);
+  const live = useService(Live);
+  const operations = useService(Operations);
+  const painters = useService(Painters);
+  const ticker = useService(Ticker);
   const channels = useStore(live.signals, (signals) => signals.channels);
   const layouts = useLayout();
   const { layout } = layouts;

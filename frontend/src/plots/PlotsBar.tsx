@@ -1,8 +1,8 @@
 import { ActionIcon, NativeSelect, Tooltip } from "@mantine/core";
 import { IconDownload, IconPlayerPause, IconPlayerPlay, IconPlus } from "@tabler/icons-react";
 import type { ReactNode } from "react";
-import { LayoutMenu } from "./LayoutMenu";
 import { PLOTS_MAX, SPANS, withPlot } from "./layout";
+import { LayoutMenu } from "./LayoutMenu";
 import type { Layouts } from "./useLayout";
 
 interface Props {

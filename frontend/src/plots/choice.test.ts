@@ -1,11 +1,11 @@
 import { expect, test } from "vitest";
 import type { PlotChannel } from "../api/types";
-import { chartOf } from "./charts";
+import { Ring } from "../live/ring";
+import { chartOf } from "./chart/charts";
+import { FOLLOWING, moved, paused, scaled, visible, whole, zoomed } from "./chart/view";
 import { csvOfBins, csvUrl } from "./csv";
-import { channelsOf, DEFAULT_LAYOUT, LINES_MAX, layoutName, PLOTS_MAX, withoutPlot, withPlot, withSignals } from "./layout"; // prettier-ignore
-import { Ring } from "./ring";
 import { displayOf, labelOf, matches, menuOf } from "./signals";
-import { FOLLOWING, moved, paused, scaled, visible, whole, zoomed } from "./view";
+import { channelsOf, DEFAULT_LAYOUT, LINES_MAX, layoutName, PLOTS_MAX, withoutPlot, withPlot, withSignals } from "./layout"; // prettier-ignore
 
 const channel = (key: string, group: string, name: string, unit: string): PlotChannel => {
   const [field, index] = key.split(".");

@@ -1,7 +1,7 @@
-import type { PlotChannel } from "../api/types";
 import { Refusal, refusalText, Unreachable } from "../api/rest";
-import type { Ring } from "./ring";
-import type { Range } from "./view";
+import type { PlotChannel } from "../api/types";
+import type { Ring } from "../live/ring";
+import type { Range } from "./chart/view";
 
 /** The browser may still be reading the file. */
 const RELEASE_AFTER_MS = 10_000;

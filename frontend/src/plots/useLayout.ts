@@ -1,7 +1,8 @@
 import { useEffect, useState } from "react";
-import { rest } from "../api/rest";
+import { call } from "../api/rest";
 import type { PlotLayout } from "../api/types";
-import { useDashboard } from "../panels/context";
+import { Operations } from "../operate/operations";
+import { useService } from "../ui/services";
 import { DEFAULT_LAYOUT, LAST, layoutName } from "./layout";
 
 const SAVE_AFTER_MS = 800;
@@ -17,11 +18,16 @@ export interface Layouts {
   readonly forget: (name: string) => Promise<void>;
 }
 
+const LAYOUTS = "/api/layouts";
+const layoutUrl = (name: string) => `${LAYOUTS}/${encodeURIComponent(name)}`;
+const layoutOf = (name: string) => call<PlotLayout>("GET", layoutUrl(name));
+const keepLayout = (name: string, layout: PlotLayout) => call("PUT", layoutUrl(name), layout);
+
 /** Names of the saved layouts, and the one that was used last; the default one where the server does not say. */
 async function remembered(): Promise<[string[], PlotLayout]> {
   try {
-    const names = await rest.layouts();
-    const last = names.includes(LAST) ? await rest.layout(LAST) : DEFAULT_LAYOUT;
+    const names = await call<string[]>("GET", LAYOUTS);
+    const last = names.includes(LAST) ? await layoutOf(LAST) : DEFAULT_LAYOUT;
     return [names.filter((name) => name !== LAST), last];
   } catch {
     return [[], DEFAULT_LAYOUT];
@@ -30,7 +36,7 @@ async function remembered(): Promise<[string[], PlotLayout]> {
 
 /** The layout in use and those kept on the server for this browser. What is in use is kept by itself. */
 export function useLayout(): Layouts {
-  const { operations } = useDashboard();
+  const operations = useService(Operations);
   const [layout, setLayout] = useState<PlotLayout | null>(null);
   const [kept, setKept] = useState<PlotLayout | null>(null);
   const [names, setNames] = useState<readonly string[]>([]);
@@ -45,7 +51,7 @@ export function useLayout(): Layouts {
     if (layout === null || layout === kept) return;
     const timer = setTimeout(() => {
       // Where that fails the next change tries again; nobody needs to be told.
-      rest.keepLayout(LAST, layout).then(
+      keepLayout(LAST, layout).then(
         () => { setKept(layout); }, // prettier-ignore
         () => undefined,
       );
@@ -55,7 +61,7 @@ export function useLayout(): Layouts {
     };
   }, [layout, kept]);
   const relist = async () => {
-    const known = await rest.layouts();
+    const known = await call<string[]>("GET", LAYOUTS);
     setNames(known.filter((name) => name !== LAST));
   };
   return {
@@ -66,16 +72,16 @@ export function useLayout(): Layouts {
     },
     open: (name) =>
       operations.attempt("Layout not opened", async () => {
-        setLayout(await rest.layout(name));
+        setLayout(await layoutOf(name));
       }),
     save: (name) =>
       operations.attempt("Layout not saved", async () => {
-        if (layout !== null) await rest.keepLayout(layoutName(name), layout);
+        if (layout !== null) await keepLayout(layoutName(name), layout);
         await relist();
       }),
     forget: (name) =>
       operations.attempt("Layout not deleted", async () => {
-        await rest.forgetLayout(name);
+        await call("DELETE", layoutUrl(name));
         await relist();
       }),
   };

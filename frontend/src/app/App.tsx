@@ -1,0 +1,169 @@
+import { Loader, Tabs } from "@mantine/core";
+import { lazy, Suspense, useEffect, useState, type ComponentType } from "react";
+import { Login } from "../access/Login";
+import { HealthPanel } from "../health/HealthPanel";
+import { HealthStrip } from "../health/HealthStrip";
+import { PageStore, usePage } from "../live/page";
+import { LogPanel } from "../log/LogPanel";
+import { Banner } from "../operate/Banner";
+import { ControlPanel } from "../operate/ControlPanel";
+import { Asking } from "../operate/lease/Asking";
+import { PlanView } from "../plan/PlanView";
+import { PlotStrip } from "../plots/PlotStrip";
+import { ActuatorPanel } from "../presets/ActuatorPanel";
+import { GainsPanel } from "../presets/GainsPanel";
+import { RunPanel } from "../runs/RunPanel";
+import { Scene3D } from "../scene/Scene3D";
+import { SensingPanel } from "../sensing/SensingPanel";
+import { useNarrow } from "../ui/narrow";
+import { Part } from "../ui/Part";
+import { useService } from "../ui/services";
+import { Guide } from "./Guide";
+import { Header } from "./Header";
+import { KeyHelp } from "./KeyHelp";
+
+const SLOW_MS = 1500;
+const Review = lazy(() => import("../recorder/Review"));
+
+export function App() {
+  const session = usePage((page) => page.session);
+  if (session === "unknown") return <Starting />;
+  return session === "absent" ? <Login /> : <Bench />;
+}
+
+/** Before the server's first answer. */
+function Starting() {
+  const [slow, setSlow] = useState(false);
+  useEffect(() => {
+    const timer = setTimeout(() => {
+      setSlow(true);
+    }, SLOW_MS);
+    return () => {
+      clearTimeout(timer);
+    };
+  }, []);
+  return (
+    <main className="starting" role="status" data-testid="starting">
+      <Loader aria-hidden />
+      <p>{slow ? "The server does not answer yet. This page goes on trying." : "Connecting"}</p>
+    </main>
+  );
+}
+
+/** Live and Review. The live half stays mounted (hidden) while reviewing: nothing reloads on return. */
+function Bench() {
+  const page = useService(PageStore);
+  const view = usePage((state) => state.view);
+  const help = usePage((state) => state.help);
+  return (
+    <div className="bench">
+      <Header
+        view={view}
+        onView={(wanted) => {
+          page.patch({ view: wanted });
+        }}
+        onHelp={() => {
+          page.patch({ help: true });
+        }}
+      />
+      {view === "live" ? (
+        <Part name="Guide">
+          <Guide />
+        </Part>
+      ) : null}
+      <Part name="Health strip" className="health">
+        <HealthStrip />
+      </Part>
+      <Part name="Requests for control">
+        <Asking />
+      </Part>
+      <Live hidden={view !== "live"} />
+      {view === "review" ? (
+        <Part name="Review">
+          <Suspense fallback={<Loader m="xl" />}>
+            <Review />
+          </Suspense>
+        </Part>
+      ) : null}
+      <KeyHelp
+        opened={help}
+        onClose={() => {
+          page.patch({ help: false });
+        }}
+      />
+    </div>
+  );
+}
+
+function Live({ hidden }: { readonly hidden: boolean }) {
+  const stale = usePage((page) => !page.online || !page.rigLive);
+  const narrow = useNarrow();
+  return (
+    <main className="live" hidden={hidden} data-stale={stale}>
+      <div className="stage">
+        <Part name="Plan" className="plan">
+          <PlanView />
+        </Part>
+        <Part name="Banner">
+          <Banner />
+        </Part>
+      </div>
+      <aside className="side">
+        {narrow ? null : (
+          <Part name="3D view" className="scene">
+            <Scene3D />
+          </Part>
+        )}
+        <Panels tabs={narrow ? NARROW_TABS : TABS} />
+      </aside>
+      {narrow ? null : (
+        <Part name="Plots" className="plots">
+          <PlotStrip />
+        </Part>
+      )}
+    </main>
+  );
+}
+
+type Tab = readonly [string, string, ComponentType];
+
+const TABS: readonly Tab[] = [
+  ["control", "Control", ControlPanel],
+  ["run", "Run", RunPanel],
+  ["sensing", "Sensing", SensingPanel],
+  ["gains", "Gains", GainsPanel],
+  ["actuator", "Actuator", ActuatorPanel],
+  ["health", "Health", HealthPanel],
+  ["log", "Log", LogPanel],
+];
+
+/** One panel at a time: what otherwise stands beside the panels is one of them. */
+const NARROW_TABS: readonly Tab[] = [
+  ...TABS.slice(0, 2),
+  ["plots", "Plots", PlotStrip],
+  ["3d", "3D", Scene3D],
+  ...TABS.slice(2),
+];
+
+function Panels({ tabs }: { readonly tabs: readonly Tab[] }) {
+  const [chosen, setChosen] = useState<string | null>("control");
+  const shown = tabs.some(([value]) => value === chosen) ? chosen : "control";
+  return (
+    <Tabs value={shown} onChange={setChosen} className="tabs" keepMounted={false}>
+      <Tabs.List>
+        {tabs.map(([value, label]) => (
+          <Tabs.Tab key={value} value={value}>
+            {label}
+          </Tabs.Tab>
+        ))}
+      </Tabs.List>
+      {tabs.map(([value, label, Panel]) => (
+        <Tabs.Panel key={value} value={value}>
+          <Part name={label}>
+            <Panel />
+          </Part>
+        </Tabs.Panel>
+      ))}
+    </Tabs>
+  );
+}

@@ -1,0 +1,96 @@
+import { Button } from "@mantine/core";
+import { useEffect, useRef, useState } from "react";
+import { type Page, usePage } from "../live/page";
+import { isMovable, MODE } from "../rig/modes";
+import { useService } from "../ui/services";
+import { Ticker } from "../ui/ticker";
+import { place } from "./guidePlace";
+
+const SEEN = "tendril-guide";
+
+interface Step {
+  readonly title: string;
+  readonly text: string;
+  /** Selectors of the control it points at; the first that is on the page counts. */
+  readonly at: readonly string[];
+  readonly done: (page: Page) => boolean;
+}
+
+const STEPS: readonly Step[] = [
+  {
+    title: "Arm",
+    text: "Take control, then press Arm: the chambers are pressurised and the actuator holds where it is.",
+    at: ["[data-testid=lease-take]", "[data-testid=arm]", ".tabs [role=tab]"],
+    done: ({ mode, lease }) => lease.mine && mode !== null && isMovable(mode),
+  },
+  {
+    title: "Drag",
+    text: "Drag the ring in the plan (or use the arrow keys): the tip follows. Esc holds, Esc twice is the E-STOP.",
+    at: [".plan"],
+    done: ({ mode, lease }) => lease.mine && mode === MODE.FOLLOW,
+  },
+  {
+    title: "Record",
+    text: "Record keeps every tick. The recording is then found under Review.",
+    at: ["[data-testid=record]"],
+    done: ({ recording }) => recording.recording,
+  },
+];
+
+/** Three steps for the first visit, beside the real controls; once dismissed it never returns. */
+export function Guide() {
+  const [step, setStep] = useState(() => (localStorage.getItem(SEEN) === null ? 0 : STEPS.length));
+  const finish = () => {
+    localStorage.setItem(SEEN, "seen");
+    setStep(STEPS.length);
+  };
+  if (step >= STEPS.length) return null;
+  const next = () => {
+    if (step + 1 < STEPS.length) setStep(step + 1);
+    else finish();
+  };
+  return <Card key={step} index={step} onNext={next} onSkip={finish} />;
+}
+
+interface CardProps {
+  readonly index: number;
+  readonly onNext: () => void;
+  readonly onSkip: () => void;
+}
+
+function Card({ index, onNext, onSkip }: CardProps) {
+  const ticker = useService(Ticker);
+  const { title, text, at, done } = STEPS[index];
+  const isDone = usePage(done);
+  const card = useRef<HTMLElement>(null);
+  const ring = useRef<HTMLDivElement>(null);
+  useEffect(() => {
+    if (isDone) onNext();
+  }, [isDone, onNext]);
+  useEffect(
+    () =>
+      ticker.every(10, "guide", () => {
+        if (card.current && ring.current) place(card.current, ring.current, at);
+      }),
+    [ticker, at],
+  );
+  return (
+    <>
+      <div ref={ring} className="guide-ring" aria-hidden />
+      <section ref={card} className="guide" role="dialog" aria-labelledby="guide-title" data-testid="guide">
+        <h2 id="guide-title">
+          {index + 1} of {STEPS.length}: {title}
+        </h2>
+        <p>{text}</p>
+        <div className="row">
+          <Button size="xs" onClick={onNext} data-testid="guide-next">
+            {index + 1 < STEPS.length ? "Next" : "Done"}
+          </Button>
+          <Button size="xs" variant="subtle" onClick={onSkip} data-testid="guide-skip">
+            Skip the guide
+          </Button>
+        </div>
+      </section>
+    </>
+  );
+}

@@ -1,0 +1,88 @@
+import {
+  ActionIcon,
+  SegmentedControl,
+  Tooltip,
+  useComputedColorScheme,
+  useMantineColorScheme,
+} from "@mantine/core";
+import { IconKeyboard, IconMoon, IconSun } from "@tabler/icons-react";
+import { Unprotected } from "../access/Unprotected";
+import { usePage } from "../live/page";
+import { LeaseControl } from "../operate/lease/LeaseControl";
+import { Latch } from "../operate/StatePill";
+import { RecordButton } from "../recorder/RecordButton";
+
+export type View = "live" | "review";
+
+interface Props {
+  readonly view: View;
+  readonly onView: (view: View) => void;
+  readonly onHelp: () => void;
+}
+
+export function Header({ view, onView, onHelp }: Props) {
+  return (
+    <header className="header">
+      <h1 className="brand">Tendril</h1>
+      <RigName />
+      <SegmentedControl
+        size="xs"
+        aria-label="View"
+        value={view}
+        onChange={(value) => {
+          onView(value === "review" ? "review" : "live");
+        }}
+        data={[
+          { value: "live", label: "Live" },
+          { value: "review", label: "Review" },
+        ]}
+      />
+      <span className="spacer" />
+      <Latch />
+      <Unprotected />
+      <LeaseControl />
+      <RecordButton />
+      <SchemeButton />
+      <Tooltip label="Keys (?)">
+        <ActionIcon variant="subtle" color="gray" className="help" aria-label="Keys" onClick={onHelp}>
+          <IconKeyboard size={18} />
+        </ActionIcon>
+      </Tooltip>
+    </header>
+  );
+}
+
+function RigName() {
+  const rig = usePage((page) => page.rig);
+  if (!rig) return null;
+  const { name } = rig.parameters.actuator;
+  return (
+    <Tooltip
+      label={`Rig ${rig.rig}, actuator ${name}, version ${rig.version}${rig.twin ? ", simulated" : ""}`}
+    >
+      <span className="rig-name">
+        {rig.rig} · {name}
+        {rig.twin ? " · twin" : ""}
+      </span>
+    </Tooltip>
+  );
+}
+
+function SchemeButton() {
+  const { setColorScheme } = useMantineColorScheme();
+  const dark = useComputedColorScheme("dark", { getInitialValueInEffect: false }) === "dark";
+  return (
+    <Tooltip label={dark ? "Light colours" : "Dark colours"}>
+      <ActionIcon
+        variant="subtle"
+        color="gray"
+        aria-label={dark ? "Light colours" : "Dark colours"}
+        onClick={() => {
+          setColorScheme(dark ? "light" : "dark");
+        }}
+      >
+        {dark ? <IconSun size={18} /> : <IconMoon size={18} />}
+      </ActionIcon>
+    </Tooltip>
+  );
+}

@@ -1,0 +1,72 @@
+import { PageStore } from "../live/page";
+import { Operations } from "../operate/operations";
+import { EmergencyStop } from "../operate/stop/stop";
+import { Aim } from "../operate/target/aim";
+import { type Action, focusOf, KeyMap } from "../operate/target/keys";
+import { Recorder } from "../recorder/recorder";
+import type { Services } from "../ui/services";
+
+const ESCAPE = {
+  key: "Escape",
+  shiftKey: false,
+  ctrlKey: false,
+  altKey: false,
+  metaKey: false,
+  repeat: false,
+};
+
+/** What the server puts into viser's and rerun's pages says so: they run in a process of their own, and tell of Esc, and
+ * of a frame that moved under a press. */
+function says(data: unknown, word: "escape" | "moved"): boolean {
+  return typeof data === "object" && data !== null && "tendril" in data && data.tendril === word;
+}
+
+function perform(action: Action, services: Services): void {
+  const [aim, page] = [services.get(Aim), services.get(PageStore)];
+  switch (action.kind) {
+    case "hold":
+      services.get(Operations).holdByKey();
+      return;
+    case "e_stop":
+      services.get(EmergencyStop).press();
+      return;
+    case "follow":
+      void aim.follow();
+      return;
+    case "record":
+      void services.get(Recorder).toggle();
+      return;
+    case "help":
+      page.patch({ help: !page.get().help });
+      return;
+    case "nudge":
+      aim.nudge(action.dx, action.dy, action.fresh);
+      return;
+    case "release":
+      aim.release();
+      return;
+  }
+}
+
+/** The page's keys, heard before any focused control or dialog gets them. While signed out only Esc means something. */
+export function hearKeys(services: Services): void {
+  const keyMap = new KeyMap();
+  const act = (action: Action | null) => {
+    if (action) perform(action, services);
+  };
+  const hear = (event: KeyboardEvent) => {
+    const action = keyMap.press(event, focusOf(document.activeElement), performance.now());
+    if (event.key !== "Escape" && services.get(PageStore).get().session !== "present") return;
+    if (action?.kind === "nudge") event.preventDefault();
+    act(action);
+  };
+  const hearFrame = (event: MessageEvent<unknown>) => {
+    if (event.origin !== window.location.origin) return;
+    if (says(event.data, "moved")) services.get(Aim).abortGizmo();
+    if (says(event.data, "escape")) act(keyMap.press(ESCAPE, "widget", performance.now()));
+  };
+  window.addEventListener("keydown", hear, { capture: true });
+  window.addEventListener("keyup", (event) => { act(keyMap.lift(event.key)); }, { capture: true }); // prettier-ignore
+  window.addEventListener("blur", () => { act(keyMap.liftAll()); }); // prettier-ignore
+  window.addEventListener("message", hearFrame);
+}

@@ -1,0 +1,87 @@
+import { LiveSocket, socketUrl } from "../api/socket";
+import { Drawing } from "../drawing/drawing";
+import { keepDrawing } from "../drawing/kept";
+import { References } from "../drawing/library/references";
+import { Planner } from "../drawing/planner";
+import { SavedDrawings } from "../drawing/saved";
+import { Alarms } from "../health/alarms";
+import { Connection } from "../live/connection";
+import { Live } from "../live/live";
+import { PageStore } from "../live/page";
+import { type Notify, Operations } from "../operate/operations";
+import { EmergencyStop, stopByHttp } from "../operate/stop/stop";
+import { Aim } from "../operate/target/aim";
+import { Gamepads } from "../operate/target/gamepads";
+import { keepProfile } from "../recorder/profile";
+import { Recorder } from "../recorder/recorder";
+import { keepRecord, Runs } from "../runs/runs";
+import { Painters } from "../ui/painters";
+import { Services } from "../ui/services";
+import type { Shelf } from "../ui/shelf";
+import { Ticker } from "../ui/ticker";
+
+/** Everything behind the page, wired once. */
+export function wire(notify: Notify, shelf: Shelf): Services {
+  const services = new Services();
+  const [live, page] = [new Live(), new PageStore()];
+  const socket = new LiveSocket(socketUrl(window.location, "/ws/live"));
+  const operations = new Operations(page, notify);
+  const painters = new Painters((name, error) => {
+    console.error(`${name} is not drawn:`, error);
+    operations.note(`${name} is not drawn`, error);
+  });
+  const ticker = new Ticker(painters);
+  const stop = new EmergencyStop({
+    bySocket: (n) => socket.send({ type: "e_stop", n }),
+    byHttp: stopByHttp,
+    show: (news) => {
+      page.patch({ stop: news });
+    },
+    write: (title, error) => {
+      operations.note(title, error);
+    },
+    later: (action, delay) => setTimeout(action, delay),
+  });
+  const aim = new Aim(live, page, operations, socket);
+  const alarms = new Alarms(page, operations);
+  const references = new References(page, operations);
+  const drawing = new Drawing();
+  const saved = new SavedDrawings(drawing, operations);
+  const runs = new Runs(drawing.store, page, operations);
+  new Planner(drawing.store, page);
+  keepRecord(runs, shelf);
+  keepProfile(page, shelf);
+  const lost = (why: string) => {
+    notify("warning", "A reload will lose the drawing", `${why}: save it on the server, or simplify it`);
+  };
+  if (keepDrawing(drawing, shelf, lost)) drawing.chooseSource("drawing");
+  const connection = new Connection(live, page, socket, {
+    answered: (id, refusal) => {
+      aim.answered(id, refusal);
+    },
+    stopAnswered: (n, refusal) => {
+      stop.answered(n, refusal);
+    },
+    disconnected: () => {
+      aim.disconnected();
+    },
+    met: () => {
+      void alarms.learn();
+      void references.learn();
+      void saved.learn();
+    },
+    leaseChanged: (mine, holder) => {
+      operations.leaseChanged(mine, holder);
+    },
+    failed: (title, error) => {
+      operations.report(title, error);
+    },
+  });
+  services.add(live, page, operations, painters, ticker, stop, aim, alarms, references, drawing, saved, runs);
+  services.add(
+    connection,
+    new Recorder(page, operations),
+    new Gamepads({ aim, live, page, operations, ticker }),
+  );
+  return services;
+}

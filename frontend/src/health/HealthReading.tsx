@@ -1,0 +1,42 @@
+import { VisuallyHidden } from "@mantine/core";
+import { usePage } from "../live/page";
+import { useSampled } from "../ui/ticker";
+import { GAUGES, type Grade, GRADE_MARK, GRADE_WORD, gradeOf, type Measure } from "./health";
+
+interface ReadingProps {
+  readonly measure: Measure;
+  /** The number that is graded; nan while there is none. */
+  readonly read: () => number;
+  /** The number that is shown, where it is another one. */
+  readonly shown?: () => number;
+  readonly rate?: number;
+  readonly testId?: string;
+}
+
+/** A number of the health strip with its grade as colour, mark and (to a screen reader) word. */
+export function HealthReading({ measure, read, shown, rate = 2, testId }: ReadingProps) {
+  const value = useSampled(read, rate);
+  const other = useSampled(shown ?? (() => NaN), rate);
+  const alarms = usePage((page) => page.alarms);
+  const grade = gradeOf(measure, value, alarms);
+  return (
+    <span className="graded" data-grade={grade}>
+      <span className="grade-mark" aria-hidden>
+        {GRADE_MARK[grade]}
+      </span>
+      <span className="number" data-testid={testId}>
+        {GAUGES[measure].show(shown ? other : value)}
+      </span>
+      <VisuallyHidden>{GRADE_WORD[grade]}</VisuallyHidden>
+    </span>
+  );
+}
+
+/** A grade as colour, mark and word. */
+export function GradeWord({ grade }: { readonly grade: Grade }) {
+  return (
+    <span className="grade" data-grade={grade}>
+      <span aria-hidden>{GRADE_MARK[grade]}</span> {GRADE_WORD[grade]}
+    </span>
+  );
+}

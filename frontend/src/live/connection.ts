@@ -1,0 +1,269 @@
+import { call, Refusal } from "../api/rest";
+import { LayoutError, type LiveSocket } from "../api/socket";
+import type { FromServer, Session, Workspace } from "../api/types";
+import { asCause, asMode } from "../rig/modes";
+import type { Store } from "../ui/store";
+import type { Live } from "./live";
+import { keep, type Page, withLines } from "./page";
+import type { PageName } from "./presence/presence";
+
+const CHECK_MS = 100;
+const RIG_SILENT_MS = 700;
+const PING_MS = 1000;
+/** Where the tabs of one browser tell each other that they signed in. */
+const TABS = "tendril-session";
+
+/** What the rest of the page hears from the connection beside `live` and `page`. */
+export interface ConnectionListener {
+  /** The rig answered target `id`, or the server refused it; "" if it was accepted. */
+  answered(id: number, refusal: string): void;
+  /** The same of E-STOP `n`. */
+  stopAnswered(n: number, refusal: string): void;
+  disconnected(): void;
+  /** A rig was met, or another life of it. */
+  met(): void;
+  /** I operate now, or no longer do; nobody asked for it here. */
+  leaseChanged(mine: boolean, holder: string): void;
+  failed(title: string, error: unknown): void;
+}
+
+type Answered = Pick<Extract<FromServer, { type: "reply" | "refused" }>, "id" | "n">;
+
+/** The page's one live connection: what arrives goes to `live` (the stream) and `page` (what controls show). */
+export class Connection {
+  private readonly tabs = new BroadcastChannel(TABS);
+  private signingIn: Promise<void> | null = null;
+  /** How the server names this page, while its live socket is open. */
+  private name: PageName = null;
+  private boot: number | null = null;
+  private checkedAt = 0;
+
+  constructor(
+    private readonly live: Live,
+    private readonly page: Store<Page>,
+    private readonly socket: LiveSocket,
+    private readonly listener: ConnectionListener,
+  ) {
+    socket.tell({
+      opened: () => {
+        page.patch({ online: true, shutOut: "" });
+      },
+      closed: () => {
+        this.closed();
+      },
+      message: (message) => {
+        this.receive(message);
+      },
+      binary: (buffer) => {
+        this.guard(() => {
+          this.frame(buffer);
+        });
+      },
+    });
+  }
+
+  /** Start the clocks, and connect if this browser has a session; else the page asks for the token. */
+  async start(): Promise<void> {
+    setInterval(() => {
+      this.checkRig(performance.now());
+    }, CHECK_MS);
+    setInterval(() => {
+      this.ping();
+    }, PING_MS);
+    this.startPresence();
+    this.tabs.onmessage = () => void this.enter();
+    await this.enter();
+  }
+
+  /** Sign in; asked twice at once it is done once, or the live socket could be of another session than the cookie. */
+  async login(token: string): Promise<void> {
+    this.signingIn ??= this.signIn(token).finally(() => {
+      this.signingIn = null;
+    });
+    await this.signingIn;
+  }
+
+  private async signIn(token: string): Promise<void> {
+    await call<Session>("POST", "/api/session", { token });
+    this.tabs.postMessage(null);
+    await this.enter();
+  }
+
+  /** The worker asks whether this page still answers, and gives its signs while it does. */
+  private startPresence(): void {
+    const worker = new Worker(new URL("./presence/presence.worker.ts", import.meta.url), { type: "module" });
+    worker.onmessage = () => {
+      worker.postMessage(this.page.get().lease.mine ? this.name : null);
+    };
+    worker.onerror = () => {
+      this.listener.failed(
+        "The rig will not stay in motion",
+        "this page's presence worker failed: reload the page",
+      );
+    };
+    const leave = () => {
+      worker.postMessage(null);
+    };
+    window.addEventListener("pagehide", leave);
+    document.addEventListener("freeze", leave);
+  }
+
+  /** Have the server send these channels (keys) and no others, now and after every reconnection. */
+  plot(keys: readonly string[]): void {
+    this.socket.send(this.live.plot(keys));
+  }
+
+  /** Connect as the session of this browser's cookie; a socket of the session before, from another tab, ends. */
+  private async enter(): Promise<void> {
+    try {
+      const session = await call<Session>("GET", "/api/session");
+      const { session: before, me } = this.page.get();
+      this.page.patch({ session: "present", me: mine(session) });
+      if (before === "present" && (me.name !== session.name || me.role !== session.role))
+        this.socket.restart();
+      else this.socket.start();
+    } catch (error) {
+      if (isSignedOut(error)) this.page.patch({ session: "absent" });
+      else setTimeout(() => void this.enter(), PING_MS);
+    }
+  }
+
+  private closed(): void {
+    const wasOnline = this.page.get().online;
+    this.name = null;
+    this.page.patch({ online: false, rigLive: false });
+    this.live.roundTrip = NaN;
+    this.listener.disconnected();
+    if (!wasOnline) void this.askWhy();
+  }
+
+  /** No socket came about: the session may be over, or there are too many pages. */
+  private async askWhy(): Promise<void> {
+    try {
+      await call("GET", "/api/live");
+      this.page.patch({ shutOut: "" });
+    } catch (error) {
+      this.page.patch({ shutOut: error instanceof Refusal ? error.message : "" });
+      if (!isSignedOut(error)) return;
+      this.socket.stop();
+      this.page.patch({ session: "absent" });
+    }
+  }
+
+  private receive(message: FromServer): void {
+    const page = this.page.get();
+    switch (message.type) {
+      case "hello":
+        this.name = message.page;
+        this.guard(() => {
+          this.live.describe(message.layout, message.channels);
+          this.socket.send(this.live.choice());
+        });
+        this.page.patch({
+          me: keep(page.me, mine(message.session)),
+          lease: keep(page.lease, message.session.lease),
+          log: withLines(page.log, message.log),
+        });
+        this.meet(message.rig);
+        return;
+      case "status":
+        this.page.patch({
+          lease: keep(page.lease, message.lease),
+          people: keep(page.people, message.people),
+          settings: keep(page.settings, message.settings),
+          recording: keep(page.recording, message.recording),
+          health: keep(page.health, message.health),
+          run: keep(page.run, message.run),
+          result: keep(page.result, message.result),
+        });
+        if (page.lease.mine !== message.lease.mine)
+          this.listener.leaseChanged(message.lease.mine, message.lease.holder);
+        this.noteProblem(page.recording.problem, message.recording.problem);
+        this.meet(message.rig);
+        return;
+      case "reply":
+        this.answer(message, message.reply.accepted ? "" : message.reply.detail);
+        return;
+      case "refused":
+        this.answer(message, message.detail);
+        return;
+      case "pong":
+        this.live.roundTrip = (performance.now() - message.t) / 1e3;
+        return;
+      case "event":
+        this.page.patch({ log: withLines(page.log, [message]) });
+        return;
+    }
+  }
+
+  private answer({ id, n }: Answered, refusal: string): void {
+    if (n === null) this.listener.answered(id, refusal);
+    else this.listener.stopAnswered(n, refusal);
+  }
+
+  /** A message that this page cannot read says so in one notice; the connection goes on. */
+  private guard(read: () => void): void {
+    try {
+      read();
+    } catch (error) {
+      if (!(error instanceof LayoutError)) throw error;
+      this.listener.failed("The server speaks another version", error);
+    }
+  }
+
+  private noteProblem(before: string, now: string): void {
+    if (now !== "" && now !== before) this.listener.failed("The recording ended by itself", now);
+  }
+
+  private meet(rig: Page["rig"]): void {
+    this.page.patch({ rig: keep(this.page.get().rig, rig) });
+    if (!rig || rig.boot === this.boot) return;
+    if (this.boot !== null) this.live.forget();
+    this.boot = rig.boot;
+    void this.learnReach();
+    this.listener.met();
+  }
+
+  private async learnReach(): Promise<void> {
+    try {
+      this.page.patch({ workspace: await call<Workspace>("GET", "/api/workspace") });
+    } catch (error) {
+      this.listener.failed("Reach not known", error);
+    }
+  }
+
+  private frame(buffer: ArrayBuffer): void {
+    const { live } = this;
+    if (buffer.byteLength === 0 || !live.take(buffer, performance.now()) || !live.telemetry) return;
+    this.page.patch({
+      mode: asMode(live.telemetry.at("mode")),
+      cause: asCause(live.telemetry.at("cause")),
+      saturated: live.telemetry.at("saturated") === 1,
+      reachable: live.telemetry.at("reachable") === 1,
+    });
+  }
+
+  private ping(): void {
+    const { roundTrip } = this.live;
+    const known = Number.isFinite(roundTrip) ? roundTrip : null;
+    this.socket.send({ type: "ping", t: performance.now(), round_trip: known });
+  }
+
+  /** Say so when the rig falls silent; a check that itself came late proves nothing. */
+  private checkRig(now: number): void {
+    const late = now - this.checkedAt > 4 * CHECK_MS;
+    this.checkedAt = now;
+    if (late) return;
+    const { online, health } = this.page.get();
+    const silent = now - this.live.freshAt > RIG_SILENT_MS;
+    this.page.patch({ rigLive: online && !silent && health?.rig_connected !== false });
+  }
+}
+
+function mine({ name, role, unprotected }: Session): Page["me"] {
+  return { name, role, unprotected };
+}
+
+function isSignedOut(error: unknown): boolean {
+  return error instanceof Refusal && error.status === 401;
+}

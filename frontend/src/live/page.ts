@@ -1,0 +1,157 @@
+import type {
+  AlarmLimits,
+  Cause,
+  Event,
+  Health,
+  Lease,
+  Mode,
+  People,
+  Profile,
+  RecordingState,
+  ReferenceInfo,
+  ReferencePath,
+  RigInfo,
+  RunResult,
+  RunState,
+  Session,
+  Settings,
+  Workspace,
+} from "../api/types";
+import { useService } from "../ui/services";
+import { Store, useStore } from "../ui/store";
+
+/** What became of the last E-STOP, for the operator. */
+export interface StopNews {
+  readonly phase: "sent" | "arrived" | "lost";
+  readonly text: string;
+}
+
+export interface LogLine extends Event {
+  readonly key: number;
+}
+
+/** Everything that React controls show. It changes at human speed; the 60 Hz stream is in `Live`. */
+export interface Page {
+  readonly view: "live" | "review";
+  /** The list of keys is open. */
+  readonly help: boolean;
+  /** Null once it is no news. */
+  readonly stop: StopNews | null;
+  /** The recording that is open in Review. */
+  readonly reviewed: string | null;
+  /** Those that are compared there. */
+  readonly compared: readonly string[];
+  readonly session: "unknown" | "absent" | "present";
+  readonly online: boolean;
+  /** Why the server does not take this page in, "" where it does or does not answer. */
+  readonly shutOut: string;
+  readonly rigLive: boolean;
+  /** My session's name and role, and whether others can read along. */
+  readonly me: Omit<Session, "lease">;
+  readonly lease: Lease;
+  readonly people: People;
+  readonly settings: Settings | null;
+  readonly recording: RecordingState;
+  readonly health: Health | null;
+  /** From where on my health figures are amber and red; null before the server said so. */
+  readonly alarms: AlarmLimits | null;
+  readonly rig: RigInfo | null;
+  readonly workspace: Workspace | null;
+  /** The menu for the rig's actuator. */
+  readonly references: readonly ReferenceInfo[];
+  /** Name of the reference chosen in the menu. */
+  readonly chosen: string | null;
+  /** Its points, drawn on the plan. */
+  readonly reference: ReferencePath | null;
+  /** The run under way, or how the last one ended. */
+  readonly run: RunState | null;
+  /** Of the last run that ended. */
+  readonly result: RunResult | null;
+  readonly mode: Mode | null;
+  readonly cause: Cause;
+  readonly saturated: boolean;
+  readonly reachable: boolean;
+  readonly log: readonly LogLine[];
+  /** Why the last touch of the target did nothing; shown on the plan. */
+  readonly hint: string;
+  /** Name of the gamepad that is heard, "" without one. */
+  readonly gamepad: string;
+  /** Name that the next recording gets. */
+  readonly recordingName: string;
+  /** How much of every tick the next recording keeps. */
+  readonly recordingProfile: Profile;
+}
+
+export const EMPTY_PAGE: Page = {
+  view: "live",
+  help: false,
+  stop: null,
+  reviewed: null,
+  compared: [],
+  session: "unknown",
+  online: false,
+  shutOut: "",
+  rigLive: false,
+  me: { name: "", role: "viewer", unprotected: false },
+  lease: { held: false, mine: false, holder: "", clutch: false },
+  people: { holder: "", asking: [], others: [], waiting: false },
+  settings: null,
+  recording: { recording: false, id: "", seconds: 0, rows: 0, gaps: 0, problem: "" },
+  health: null,
+  alarms: null,
+  rig: null,
+  workspace: null,
+  references: [],
+  chosen: null,
+  reference: null,
+  run: null,
+  result: null,
+  mode: null,
+  cause: 0,
+  saturated: false,
+  reachable: true,
+  log: [],
+  hint: "",
+  gamepad: "",
+  recordingName: "",
+  recordingProfile: "standard",
+};
+
+const LOG_KEPT = 1000;
+let lines = 0;
+
+/** The log with these lines too, newest first. A server that tells its log anew adds only what was missed. */
+export function withLines(log: readonly LogLine[], events: readonly Event[]): readonly LogLine[] {
+  const known = new Set(log.map(identity));
+  const fresh = events.filter((event) => !known.has(identity(event)));
+  if (fresh.length === 0) return log;
+  const keyed = fresh.map((event) => ({ ...event, key: (lines += 1) }));
+  const later = inOrder([...log.slice(0, 1), ...keyed]); // as almost always: a thousand lines are not sorted for one
+  const all = [...keyed.reverse(), ...log];
+  return (later ? all : all.toSorted((a, b) => Date.parse(b.time) - Date.parse(a.time))).slice(0, LOG_KEPT);
+}
+
+function inOrder(events: readonly Event[]): boolean {
+  const times = events.map(({ time }) => Date.parse(time));
+  return times.every((time, i) => i === 0 || time >= (times[i - 1] ?? time));
+}
+
+function identity({ time, text }: Event): string {
+  return `${time} ${text}`;
+}
+
+/** `next`, or `old` itself when nothing in it changed: controls that follow it then stay as they are. */
+export function keep<T>(old: T, next: T): T {
+  return JSON.stringify(old) === JSON.stringify(next) ? old : next;
+}
+
+export class PageStore extends Store<Page> {
+  constructor() {
+    super(EMPTY_PAGE);
+  }
+}
+
+/** Follow a part of the page's state; `select` gives a primitive or an object that is kept. */
+export function usePage<S>(select: (page: Page) => S): S {
+  return useStore(useService(PageStore), select);
+}

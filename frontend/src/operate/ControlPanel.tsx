@@ -1,0 +1,178 @@
+import { Switch, TextInput, Tooltip } from "@mantine/core";
+import type { CommandBody, Settings } from "../api/types";
+import { type Page, PageStore, usePage } from "../live/page";
+import { CAUSE_TEXT, isLatched, isSwing, MODE, remedy } from "../rig/modes";
+import { useService } from "../ui/services";
+import { ControlButton } from "./ControlButton";
+import { Operations } from "./operations";
+import { type Control, useWhyNot } from "./permission";
+import { NumberField } from "./SettingField";
+import { limits, rounded, SCALARS } from "./settings";
+import { Aim, CLUTCHED } from "./target/aim";
+
+interface Step {
+  readonly control: Control;
+  readonly request: CommandBody["request"];
+  readonly label: string;
+  readonly meaning: string;
+}
+
+const STEPS: readonly Step[] = [
+  { control: "arm", request: "arm", label: "Arm", meaning: "Pressurise: from VENTED to HOLD" },
+  { control: "follow", request: "follow", label: "Follow", meaning: "Follow the target where it stands (F)" },
+  { control: "hold", request: "hold", label: "Hold", meaning: "Freeze the reference where it is (Esc)" },
+  {
+    control: "disarm",
+    request: "rest",
+    label: "Disarm",
+    meaning: "Return to rest at a bounded rate, then vent",
+  },
+  { control: "clear", request: "clear", label: "Clear", meaning: "Unlatch FAULT or E-STOP; then VENTED" },
+];
+
+/** What to do next, in one sentence. */
+function advice({ online, rigLive, lease, me, mode, cause }: Page): string {
+  if (!online || !rigLive || mode === null) return "Waiting for the rig.";
+  if (!lease.mine)
+    return lease.held
+      ? `${lease.holder} operates. You can watch, and stop.`
+      : me.role === "viewer"
+        ? "You can watch, and stop. Whoever operates can hand control over to you."
+        : "Take control to operate (at the top).";
+  if (isLatched(mode)) return `Latched. ${remedy(cause)}, then clear.`;
+  if (isSwing(cause) && mode === MODE.VENTED) return `${remedy(cause)}, then arm again.`;
+  if (isSwing(cause) && mode === MODE.REST)
+    return `Returning to rest: ${CAUSE_TEXT[cause]}. ${remedy(cause)} before you arm again.`;
+  if (mode === MODE.VENTED) return "Arm to pressurise the actuator.";
+  if (mode === MODE.REST) return "Returning to rest, then vented.";
+  if (lease.clutch) return "Held clutch: hold the target, an arrow key or the gamepad's A; letting go holds.";
+  if (mode === MODE.HOLD) return "Armed. Drag the target in the plan, or press Follow.";
+  return "Following. Drag the target, or move it with the arrow keys.";
+}
+
+/** The control that leads on from here: the only filled button. */
+function nextControl({ lease, mode }: Page): Control | null {
+  if (!lease.mine || mode === null) return null;
+  if (isLatched(mode)) return "clear";
+  if (mode === MODE.VENTED) return "arm";
+  return mode === MODE.HOLD && !lease.clutch ? "follow" : null;
+}
+
+/** Arm, follow, hold, disarm, clear; how a target is followed; the name of the next recording. */
+export function ControlPanel() {
+  const aim = useService(Aim);
+  const operations = useService(Operations);
+  const page = useService(PageStore);
+  const text = usePage(advice);
+  const next = usePage(nextControl);
+  const name = usePage((page) => page.recordingName);
+  const clutch = usePage((page) => page.lease.clutch);
+  const run = (request: CommandBody["request"]) => {
+    void (request === "follow" ? aim.follow() : operations.command({ request }));
+  };
+  return (
+    <div className="panel">
+      <p className="advice" role="status">
+        {text}
+      </p>
+      <div className="row">
+        {STEPS.map(({ control, request, label, meaning }) => (
+          <ControlButton
+            key={control}
+            control={control}
+            size="sm"
+            variant={next === control ? "filled" : "default"}
+            testId={control}
+            meaning={meaning}
+            because={control === "follow" && clutch ? CLUTCHED : null}
+            onClick={() => {
+              run(request);
+            }}
+          >
+            {label}
+          </ControlButton>
+        ))}
+      </div>
+      <FollowLimits />
+      <FollowHand />
+      <TextInput
+        size="xs"
+        maw={320}
+        label="Name of the next recording"
+        placeholder="optional"
+        maxLength={80}
+        data-testid="recording-name"
+        value={name}
+        onChange={(event) => {
+          page.patch({ recordingName: event.currentTarget.value });
+        }}
+      />
+    </div>
+  );
+}
+
+/** How fast a live target may be followed. */
+function FollowLimits() {
+  const settings = usePage((page) => page.settings);
+  if (!settings) return null;
+  return (
+    <div className="row" role="group" aria-label="Limits of a live target">
+      <Limit settings={settings} name="speed_max" title="Speed limit" />
+      <Limit settings={settings} name="acceleration_max" title="Acceleration limit" />
+    </div>
+  );
+}
+
+interface LimitProps {
+  readonly settings: Settings;
+  readonly name: "speed_max" | "acceleration_max";
+  readonly title: string;
+}
+
+function Limit({ settings, name, title }: LimitProps) {
+  const shown = SCALARS.find((scalar) => scalar.name === name);
+  if (!shown) return null;
+  const { meaning, unit, scale, step } = shown;
+  return (
+    <span className="limit">
+      <span className="note">{title}</span>
+      <NumberField
+        label={meaning}
+        testId={`limit-${name}`}
+        value={rounded(settings[name] * scale)}
+        step={step}
+        unit={unit}
+        {...limits(shown)}
+        change={(wanted) => ({ [name]: wanted / scale })}
+      />
+      <span className="unit">{unit}</span>
+    </span>
+  );
+}
+
+/** Held clutch, and the gamepad that is heard. */
+function FollowHand() {
+  const aim = useService(Aim);
+  const clutch = usePage((page) => page.lease.clutch);
+  const gamepad = usePage((page) => page.gamepad);
+  const reason = useWhyNot("settings");
+  return (
+    <div className="row">
+      <Tooltip label={reason ?? "The target moves only while it is held; letting go holds the rig"}>
+        <Switch
+          size="sm"
+          label="Held clutch"
+          data-testid="clutch"
+          checked={clutch}
+          disabled={reason !== null}
+          onChange={(event) => void aim.setClutch(event.currentTarget.checked)}
+        />
+      </Tooltip>
+      <span className="note" data-testid="gamepad">
+        {gamepad === ""
+          ? "No gamepad: press a button on one to connect it"
+          : `${gamepad}: hold A and steer with the left stick; B holds`}
+      </span>
+    </div>
+  );
+}

@@ -1,0 +1,99 @@
+import {
+  IconAlertTriangle,
+  IconArrowsMove,
+  IconHandStop,
+  IconLock,
+  IconPlugConnectedX,
+  IconRoute,
+  IconTrendingDown,
+  IconWind,
+} from "@tabler/icons-react";
+import type { Icon } from "@tabler/icons-react";
+import type { Mode } from "../api/types";
+import { usePage } from "../live/page";
+import { CAUSE_TEXT, isLatched, isUnasked, MODE, MODE_MEANING, MODE_WORD } from "../rig/modes";
+import { useService } from "../ui/services";
+import { ControlButton } from "./ControlButton";
+import { Operations } from "./operations";
+
+const LOOK: Record<Mode, { icon: Icon; colour: string }> = {
+  0: { icon: IconWind, colour: "grey" },
+  1: { icon: IconLock, colour: "blue" },
+  2: { icon: IconArrowsMove, colour: "green" },
+  3: { icon: IconRoute, colour: "green" },
+  4: { icon: IconTrendingDown, colour: "grey" },
+  5: { icon: IconAlertTriangle, colour: "amber" },
+  6: { icon: IconHandStop, colour: "red" },
+};
+
+/** The rig's state as word, icon and colour. */
+export function StatePill() {
+  const mode = usePage((page) => page.mode);
+  const cause = usePage((page) => page.cause);
+  const online = usePage((page) => page.online);
+  const rigLive = usePage((page) => page.rigLive);
+  if (mode === null || !online || !rigLive)
+    return <Unknown mode={mode} word={online ? "NO RIG" : "NO LINK"} />;
+  const { icon: Glyph, colour } = LOOK[mode];
+  const meaning = cause === 0 ? MODE_MEANING[mode] : `${MODE_MEANING[mode]} (${CAUSE_TEXT[cause]})`;
+  return (
+    <output
+      className={`pill pill-${colour}`}
+      title={meaning}
+      data-testid="state"
+      aria-label={`State: ${MODE_WORD[mode]}`}
+    >
+      <Glyph size={17} aria-hidden />
+      <span>{MODE_WORD[mode]}</span>
+    </output>
+  );
+}
+
+interface UnknownProps {
+  readonly mode: Mode | null;
+  readonly word: string;
+}
+
+function Unknown({ mode, word }: UnknownProps) {
+  const meaning = mode === null ? "Nothing heard from the rig yet" : `Last heard: ${MODE_WORD[mode]}`;
+  return (
+    <output
+      className="pill pill-unknown"
+      title={meaning}
+      data-testid="state"
+      aria-label={`State unknown: ${word}`}
+    >
+      <IconPlugConnectedX size={17} aria-hidden />
+      <span>{word}</span>
+    </output>
+  );
+}
+
+/** A cause that nobody asked for, and the way out of a latch. */
+export function Latch() {
+  const operations = useService(Operations);
+  const mode = usePage(({ mode, online, rigLive }) => (online && rigLive ? mode : null));
+  const cause = usePage((page) => page.cause);
+  if (mode === null) return null;
+  return (
+    <>
+      {isLatched(mode) || isUnasked(cause) ? (
+        <span className="cause" data-testid="cause">
+          {CAUSE_TEXT[cause]}
+        </span>
+      ) : null}
+      {isLatched(mode) ? (
+        <ControlButton
+          control="clear"
+          variant="filled"
+          className="clear-latch"
+          testId="clear-latch"
+          meaning="Unlatch: the rig is then VENTED and needs a new Arm"
+          onClick={() => void operations.command({ request: "clear" })}
+        >
+          {mode === MODE.E_STOP ? "Clear E-STOP" : "Clear fault"}
+        </ControlButton>
+      ) : null}
+    </>
+  );
+}

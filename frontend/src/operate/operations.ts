@@ -1,0 +1,119 @@
+import { call, type Method, Refusal } from "../api/rest";
+import type { CommandBody, Event, Lease, Settings } from "../api/types";
+import { keep, type Page, withLines } from "../live/page";
+import type { Store } from "../ui/store";
+import { type Control, situation, whyNot } from "./permission";
+
+export type Notify = (level: Event["level"], title: string, text: string) => void;
+
+/** What an operator asks of the server by buttons and keys; refusals are shown in the server's own words. */
+export class Operations {
+  /** Requests about the lease that this page itself has under way: their outcome is no news. */
+  private passing = 0;
+
+  constructor(
+    private readonly page: Store<Page>,
+    readonly notify: Notify,
+  ) {}
+
+  whyNot(control: Control): string | null {
+    return whyNot(control, situation(this.page.get()));
+  }
+
+  /** Ask the rig for another mode. */
+  async command(body: CommandBody): Promise<void> {
+    await this.attempt("Refused", () => call("POST", "/api/command", body));
+  }
+
+  /** Esc: HOLD where that means something; elsewhere it is only the first half of Esc Esc. */
+  holdByKey(): void {
+    if (this.whyNot("hold") === null) void this.command({ request: "hold" });
+  }
+
+  async takeLease(): Promise<void> {
+    await this.pass("Control not taken", "POST");
+  }
+
+  async releaseLease(): Promise<void> {
+    await this.pass("Control not released", "DELETE");
+  }
+
+  /** Give control to the session `tag`. */
+  async handOver(tag: string): Promise<void> {
+    await this.pass("Control not handed over", "POST", "/hand-over", { tag });
+  }
+
+  /** Take control from the session `tag`. */
+  async takeOver(tag: string): Promise<void> {
+    await this.pass("Control not taken over", "POST", "/take-over", { tag });
+  }
+
+  async refuseRequest(tag: string): Promise<void> {
+    await this.pass("Request not refused", "POST", "/refuse", { tag });
+  }
+
+  /** Ask whoever operates for control, or ask no longer. */
+  async askForLease(wanted: boolean): Promise<void> {
+    await this.pass("Control not asked for", wanted ? "POST" : "DELETE", "/request");
+  }
+
+  /** The lease came or went without this page's doing. */
+  leaseChanged(mine: boolean, holder: string): void {
+    if (this.passing > 0) return;
+    if (mine) this.notify("info", "You operate now", "Control was handed over to you; the motion is held.");
+    else this.notify("warning", "You no longer operate", holder === "" ? "" : `${holder} operates now.`);
+  }
+
+  private async pass(title: string, method: Method, path = "", body?: unknown): Promise<void> {
+    this.passing += 1;
+    await this.attempt(title, async () => {
+      this.page.patch({ lease: await call<Lease>(method, `/api/lease${path}`, body) });
+    });
+    this.passing -= 1;
+  }
+
+  /** Held clutch: letting go of the target holds the rig. */
+  async setClutch(clutch: boolean): Promise<void> {
+    await this.attempt("Clutch not changed", async () => {
+      this.page.patch({ lease: await call<Lease>("PATCH", "/api/lease", { clutch }) });
+    });
+  }
+
+  /** Change live settings; what the rig then has is shown. */
+  async changeSettings(title: string, changes: Partial<Settings>): Promise<void> {
+    await this.attempt(title, async () => {
+      const settings = await call<Settings>("PATCH", "/api/settings", { changes });
+      this.page.patch({ settings: keep(this.page.get().settings, settings) });
+    });
+  }
+
+  /** Run `action`; a refusal is shown under `title`, with the server's text. */
+  async attempt(title: string, action: () => Promise<unknown>): Promise<void> {
+    try {
+      await action();
+    } catch (error) {
+      this.report(title, error);
+    }
+  }
+
+  /** Show what went wrong; what the server has not written into the log stands in the log of this page. */
+  report(title: string, error: unknown): void {
+    this.notify("error", title, textOf(error));
+    if (!(error instanceof Refusal && error.logged)) this.note(title, error);
+  }
+
+  /** Write what went wrong into the log of this page. */
+  note(title: string, error: unknown): void {
+    const line: Event = {
+      type: "event",
+      time: new Date().toISOString(),
+      level: "error",
+      text: `${title}: ${textOf(error)}`,
+    };
+    this.page.patch({ log: withLines(this.page.get().log, [line]) });
+  }
+}
+
+function textOf(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
+}

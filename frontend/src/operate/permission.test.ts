@@ -1,0 +1,55 @@
+import { expect, test } from "vitest";
+import { MODE } from "../rig/modes";
+import { type Control, type Situation, whyNot } from "./permission";
+
+const operating: Situation = {
+  ...{
+    online: true,
+    rigLive: true,
+    mode: MODE.VENTED,
+    mine: true,
+    held: true,
+    holder: "me",
+    recording: false,
+    role: "operator",
+  },
+};
+
+const CONTROLS: readonly Control[] = ["take", "release", "arm", "disarm", "hold", "follow", "clear", "drag", "settings", "record"]; // prettier-ignore
+
+const allowed = (now: Situation) => CONTROLS.filter((control) => whyNot(control, now) === null);
+
+test("each state allows just its own ways out", () => {
+  expect(allowed(operating)).toEqual(["release", "arm", "settings", "record"]);
+  expect(allowed({ ...operating, mode: MODE.HOLD })).toEqual(["release", "disarm", "follow", "drag", "settings", "record"]); // prettier-ignore
+  expect(allowed({ ...operating, mode: MODE.E_STOP })).toEqual(["release", "clear", "settings", "record"]);
+  expect(allowed({ ...operating, mode: MODE.REST })).toEqual(["release", "hold", "settings", "record"]);
+});
+
+test("a viewer may only take a free lease, and everyone may E-STOP", () => {
+  const viewer = { ...operating, mine: false, holder: "ivy" };
+  expect(allowed(viewer)).toEqual([]);
+  expect(whyNot("arm", viewer)).toBe("ivy operates");
+  expect(allowed({ ...viewer, held: false })).toEqual(["take"]);
+  expect(whyNot("e_stop", { ...viewer, online: false })).toBeNull();
+});
+
+test("a viewer's token takes nothing by itself, but may ask; an operator's may take over", () => {
+  const free: Situation = { ...operating, mine: false, held: false, holder: "" };
+  const held: Situation = { ...free, held: true, holder: "ivy" };
+  const looking = "The viewer's token is for looking and for the E-STOP";
+  expect([whyNot("take", { ...free, role: "viewer" }), whyNot("arm", { ...free, role: "viewer" })]).toEqual([looking, looking]); // prettier-ignore
+  expect([whyNot("edit", { ...free, role: "viewer" }), whyNot("edit", free)]).toEqual([looking, null]);
+  expect([whyNot("ask", { ...held, role: "viewer" }), whyNot("ask", free)]).toEqual([
+    null,
+    "Nobody operates",
+  ]);
+  expect([whyNot("take_over", held), whyNot("take_over", { ...held, role: "viewer" })]).toEqual([null, looking]); // prettier-ignore
+  expect(allowed({ ...operating, role: "viewer" }), "an operator handed it over").toEqual(allowed(operating));
+});
+
+test("without a connection or a rig nothing moves", () => {
+  expect(allowed({ ...operating, online: false })).toEqual([]);
+  expect(allowed({ ...operating, rigLive: false })).toEqual(["release", "settings"]);
+  expect(allowed({ ...operating, rigLive: false, recording: true })).toContain("record");
+});

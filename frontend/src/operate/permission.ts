@@ -1,0 +1,111 @@
+import type { Mode, Role } from "../api/types";
+import { type Page, usePage } from "../live/page";
+import { isLatched, isMovable, MODE, MODE_WORD } from "../rig/modes";
+
+export type Control =
+  | "take"
+  | "take_over"
+  | "ask"
+  | "release"
+  | "arm"
+  | "disarm"
+  | "hold"
+  | "follow"
+  | "clear"
+  | "drag"
+  | "run"
+  | "settings"
+  | "record"
+  | "edit"
+  | "e_stop";
+
+/** What decides whether a control works now. */
+export interface Situation {
+  readonly online: boolean;
+  readonly rigLive: boolean;
+  readonly mode: Mode | null;
+  readonly mine: boolean;
+  readonly held: boolean;
+  readonly holder: string;
+  readonly recording: boolean;
+  readonly role: Role;
+}
+
+/** The part of the page that decides what is allowed. */
+export function situation({ online, rigLive, mode, lease, me, recording }: Page): Situation {
+  return { online, rigLive, mode, ...lease, role: me.role, recording: recording.recording };
+}
+
+/** Why `control` does not work now; null when it does. */
+export function useWhyNot(control: Control): string | null {
+  return usePage((page) => whyNot(control, situation(page)));
+}
+
+/** Why a viewer's session may not. */
+const LOOKING = "The viewer's token is for looking and for the E-STOP";
+
+/** Why `control` does not work now, as one sentence; null when it does. E-STOP is never refused. */
+export function whyNot(control: Control, now: Situation): string | null {
+  if (control === "e_stop") return null;
+  if (!now.online) return "No connection to the server";
+  if (control === "take") return whyNotTake(now);
+  if (control === "take_over" || control === "ask") return whyNotGet(control, now);
+  if (control === "edit") return now.mine ? null : whyNotByRole(now);
+  if (!now.mine) return now.held ? `${now.holder} operates` : (whyNotByRole(now) ?? "Take control first");
+  if (control === "release" || control === "settings") return null;
+  if (control === "record" && now.recording) return null;
+  if (!now.rigLive || now.mode === null) return "The rig does not answer";
+  return whyNotInMode(control, now.mode);
+}
+
+function whyNotTake(now: Situation): string | null {
+  if (now.mine) return "You operate already";
+  return now.held ? `${now.holder} operates` : whyNotByRole(now);
+}
+
+function whyNotGet(control: "take_over" | "ask", now: Situation): string | null {
+  if (now.mine) return "You operate already";
+  if (!now.held) return "Nobody operates";
+  return control === "ask" ? null : whyNotByRole(now);
+}
+
+function whyNotByRole({ role }: Situation): string | null {
+  return role === "viewer" ? LOOKING : null;
+}
+
+function whyNotInMode(control: Control, mode: Mode): string | null {
+  switch (control) {
+    case "arm":
+      return mode === MODE.VENTED ? null : isLatched(mode) ? "Clear first" : "Armed already";
+    case "disarm":
+      return isMovable(mode) ? null : notIn(mode);
+    case "hold":
+      return mode === MODE.HOLD
+        ? "Holds already"
+        : isMovable(mode) || mode === MODE.REST
+          ? null
+          : notIn(mode);
+    case "follow":
+    case "drag":
+      return isMovable(mode) ? null : mode === MODE.VENTED ? "Arm first" : notIn(mode);
+    case "run":
+      if (mode === MODE.TRACK) return "A reference runs already";
+      return isMovable(mode) ? null : mode === MODE.VENTED ? "Arm first" : notIn(mode);
+    case "clear":
+      return isLatched(mode) ? null : "Nothing is latched";
+    case "take":
+    case "take_over":
+    case "ask":
+    case "edit":
+    case "release":
+    case "settings":
+    case "record":
+    case "e_stop":
+      return null;
+  }
+}
+
+function notIn(mode: Mode): string {
+  if (isLatched(mode)) return "Clear first";
+  return mode === MODE.REST ? "The rig is returning to rest" : `Not possible in ${MODE_WORD[mode]}`;
+}

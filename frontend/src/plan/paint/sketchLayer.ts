@@ -1,0 +1,53 @@
+import type { Point, ReferencePath } from "../../api/types";
+import type { Drawing } from "../../drawing/drawing";
+import { chosenInfo } from "../../drawing/library/references";
+import { plannedLines, type PlannedLines } from "../../drawing/library/shown";
+import { isSame } from "../../drawing/planner";
+import type { Page } from "../../live/page";
+import type { Runs } from "../../runs/runs";
+import type { Store } from "../../ui/store";
+import type { Sheet } from "./canvas";
+import { paintPlanned } from "./planned";
+import { paintDrawing, paintGhost } from "./sketch";
+
+/** What is wanted and predicted, between paper and figure: painted when it or the view changes. */
+export class SketchLayer {
+  /** Where the pointer is [m]. */
+  cursor: Point | null = null;
+  private painted: readonly unknown[] = [];
+  private reference: ReferencePath | null = null;
+  private planned: PlannedLines | null = null;
+
+  constructor(
+    private readonly drawing: Drawing,
+    private readonly runs: Runs,
+    private readonly page: Store<Page>,
+  ) {}
+
+  /** Paint on the sheet that `open` gives, if there is something new; `look` says how it is looked at. */
+  paint(look: readonly unknown[], open: () => Sheet | null): void {
+    const { preview } = this.runs.store.get();
+    const state = this.drawing.store.get();
+    const cursor = state.stroke.length > 0 ? this.cursor : null;
+    const shown = [...look, preview, state, this.page.get().reference, cursor];
+    if (isSame(shown, this.painted)) return;
+    const sheet = open();
+    if (!sheet) return;
+    sheet.g.clearRect(0, 0, sheet.size.width, sheet.size.height);
+    if (state.source === "library") this.paintReference(sheet);
+    else paintDrawing(sheet, state, cursor);
+    if (preview) paintGhost(sheet, preview);
+    this.painted = shown;
+  }
+
+  private paintReference(sheet: Sheet): void {
+    const page = this.page.get();
+    const { reference } = page;
+    if (reference !== this.reference) {
+      const frequency = chosenInfo(page)?.frequency ?? null;
+      this.reference = reference;
+      this.planned = reference && plannedLines(reference, frequency);
+    }
+    if (this.planned) paintPlanned(sheet, this.planned);
+  }
+}

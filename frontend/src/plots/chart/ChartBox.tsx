@@ -1,0 +1,70 @@
+import { useComputedColorScheme } from "@mantine/core";
+import { useEffect, useRef, type ReactNode } from "react";
+import { INK } from "../../ui/colours";
+import type { Chart } from "./charts";
+import { ChartPainter } from "./painter";
+import type { Gesture } from "./view";
+
+interface Props {
+  readonly chart: Chart;
+  /** Told the painter when it is there; returns what to do when it goes. */
+  readonly onPainter: (painter: ChartPainter) => () => void;
+  readonly onGesture: (gesture: Gesture) => void;
+  /** Buttons beside the title. */
+  readonly children: ReactNode;
+}
+
+/** A chart with its title, and per line a sample of its look beside its newest value. */
+export function ChartBox({ chart, onPainter, onGesture, children }: Props) {
+  const host = useRef<HTMLDivElement>(null);
+  const values = useRef<(HTMLElement | null)[]>([]);
+  const painter = useRef<ChartPainter>(null);
+  const scheme = useComputedColorScheme("dark");
+  const first = useRef(scheme);
+  const listed = chart.lines.map((line, i) => ({ line, i })).filter(({ line }) => line.look !== "thin");
+  useEffect(() => {
+    const element = host.current;
+    if (!element) return;
+    const made = new ChartPainter(chart, element, values.current, INK[first.current], onGesture);
+    painter.current = made;
+    const forget = onPainter(made);
+    const sizes = new ResizeObserver(([entry]) => {
+      made.resize(Math.floor(entry.contentRect.width), Math.floor(entry.contentRect.height));
+    });
+    sizes.observe(element);
+    return () => {
+      sizes.disconnect();
+      forget();
+      made.destroy();
+    };
+  }, [chart, onPainter, onGesture]);
+  useEffect(() => {
+    first.current = scheme;
+    painter.current?.useInk(INK[scheme]);
+  }, [scheme]);
+  return (
+    <figure className="chart" aria-label={`${chart.title} over time`} data-testid="chart">
+      <figcaption>
+        <span className="chart-title">
+          {chart.title} <span className="unit">{chart.unit}</span>
+        </span>
+        <span className="chart-values">
+          {listed.map(({ line, i }) => (
+            <span key={line.key} className="chart-value" title={line.name}>
+              <i className={`swatch swatch-${line.look}`} style={{ color: line.colour }} />
+              {line.named ? <b>{line.tag}</b> : null}
+              <span
+                className="number"
+                ref={(element) => {
+                  values.current[i] = element;
+                }}
+              />
+            </span>
+          ))}
+        </span>
+        {children}
+      </figcaption>
+      <div ref={host} className="chart-host" />
+    </figure>
+  );
+}

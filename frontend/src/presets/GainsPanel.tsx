@@ -1,0 +1,199 @@
+import { NativeSelect, Slider, Tooltip } from "@mantine/core";
+import type { Law, Settings } from "../api/types";
+import { usePage } from "../live/page";
+import { ControlButton } from "../operate/ControlButton";
+import { Operations } from "../operate/operations";
+import { useWhyNot } from "../operate/permission";
+import { NumberField } from "../operate/SettingField";
+import {
+  boundsText,
+  defaultGains,
+  limits,
+  OPEN_LOOP,
+  type PairName,
+  PAIRS,
+  rounded,
+  SCALARS,
+  type Shown,
+} from "../operate/settings";
+import { LAW_TEXT } from "../rig/modes";
+import { useService } from "../ui/services";
+import { GainPresets } from "./GainPresets";
+
+const OPEN: Law = 0;
+const LAWS: readonly Law[] = [4, 3, 2, 1, 0];
+const AXES = ["x", "y"] as const;
+
+/** Law, gains and limits as the rig has them; every change is sent at once. */
+export function GainsPanel() {
+  const settings = usePage((page) => page.settings);
+  const operations = useService(Operations);
+  if (!settings) return <p className="panel note">Waiting for the settings.</p>;
+  return (
+    <div className="panel">
+      <div className="row">
+        <LawSelect law={settings.law} />
+        <ControlButton
+          control="settings"
+          variant="default"
+          testId="gains-reset"
+          meaning="Put law, gains and limits back to their defaults"
+          onClick={() => void operations.changeSettings("Gains not reset", defaultGains())}
+        >
+          Reset to defaults
+        </ControlButton>
+        <GainPresets />
+      </div>
+      {settings.law === OPEN ? <OpenLoop settings={settings} /> : null}
+      <div className="gains">
+        <div className="gain-table">
+          <span />
+          <span className="gain-head">x</span>
+          <span className="gain-head">y</span>
+          <span />
+          {PAIRS.map((shown) => (
+            <PairRow key={shown.name} shown={shown} value={settings[shown.name]} />
+          ))}
+        </div>
+        <div className="gain-table gain-scalars">
+          {SCALARS.map((shown) => (
+            <ScalarRow key={shown.name} shown={shown} value={settings[shown.name]} />
+          ))}
+        </div>
+      </div>
+    </div>
+  );
+}
+
+function LawSelect({ law }: { readonly law: Law }) {
+  const operations = useService(Operations);
+  const reason = useWhyNot("settings");
+  return (
+    <Tooltip label={reason ?? "Which terms make the command"} openDelay={reason === null ? 500 : 0}>
+      <NativeSelect
+        size="xs"
+        aria-label="Law"
+        data-testid="law"
+        disabled={reason !== null}
+        value={String(law)}
+        data={LAWS.map((value) => ({ value: String(value), label: LAW_TEXT[value] }))}
+        onChange={(event) => {
+          const chosen = LAWS.find((value) => String(value) === event.currentTarget.value);
+          if (chosen !== undefined) void operations.changeSettings("Law not changed", { law: chosen });
+        }}
+      />
+    </Tooltip>
+  );
+}
+
+function Symbol({ label, meaning }: { readonly label: string; readonly meaning: string }) {
+  const [base, index] = label.split("_");
+  return (
+    <Tooltip label={meaning}>
+      <span className="symbol">
+        {base}
+        {index ? <sub>{index}</sub> : null}
+      </span>
+    </Tooltip>
+  );
+}
+
+interface PairRowProps {
+  readonly shown: Shown<PairName>;
+  readonly value: readonly [number, number];
+}
+
+function PairRow({ shown, value }: PairRowProps) {
+  const { name, label, meaning, unit, scale, step } = shown;
+  return (
+    <>
+      <Symbol label={label} meaning={meaning} />
+      {AXES.map((axis, i) => (
+        <NumberField
+          key={axis}
+          label={`${label} ${axis}`}
+          testId={`${name}-${axis}`}
+          value={rounded(value[i] * scale)}
+          step={step}
+          unit={unit}
+          {...limits(shown)}
+          change={(wanted) => ({ [name]: value.map((old, j) => (j === i ? wanted / scale : old)) })}
+        />
+      ))}
+      <span className="bounds">{boundsText(shown)}</span>
+    </>
+  );
+}
+
+function ScalarRow({ shown, value }: { readonly shown: (typeof SCALARS)[number]; readonly value: number }) {
+  const { name, label, meaning, unit, scale, step } = shown;
+  return (
+    <>
+      <Symbol label={label} meaning={meaning} />
+      <NumberField
+        label={meaning}
+        testId={name}
+        value={rounded(value * scale)}
+        step={step}
+        unit={unit}
+        {...limits(shown)}
+        change={(wanted) => ({ [name]: wanted / scale })}
+      />
+      <span className="bounds">{boundsText(shown)}</span>
+    </>
+  );
+}
+
+/** The two moments of the open-loop law, sent when a slider is let go. */
+function OpenLoop({ settings }: { readonly settings: Settings }) {
+  const torque = usePage((page) => page.rig?.parameters.actuator.u_max ?? 0.06);
+  return (
+    <div className="open-loop">
+      {settings.u_open.map((value, i) => (
+        <TorqueSlider key={i} index={i} value={value} torque={torque} settings={settings} />
+      ))}
+    </div>
+  );
+}
+
+interface TorqueProps {
+  readonly index: number;
+  readonly value: number;
+  readonly torque: number;
+  readonly settings: Settings;
+}
+
+function TorqueSlider({ index, value, torque, settings }: TorqueProps) {
+  const operations = useService(Operations);
+  const reason = useWhyNot("settings");
+  const { scale, step, unit, meaning } = OPEN_LOOP;
+  const send = (wanted: number) => {
+    const [first, second] = settings.u_open;
+    const u_open: [number, number] = index === 0 ? [wanted / scale, second] : [first, wanted / scale];
+    void operations.changeSettings("Command not changed", { u_open });
+  };
+  return (
+    <Tooltip label={reason ?? `${meaning} ${index === 0 ? "of the rear pair" : "of the top pair"}`}>
+      <div className="torque">
+        <span className="symbol">
+          u<sub>{index + 1}</sub>
+        </span>
+        <Slider
+          key={value}
+          className="torque-slider"
+          size="sm"
+          disabled={reason !== null}
+          defaultValue={value * scale}
+          min={-torque * scale}
+          max={torque * scale}
+          step={step}
+          marks={[{ value: 0 }]}
+          label={(shown) => `${shown.toFixed(1)} ${unit}`}
+          thumbLabel={`u ${index + 1}`}
+          onChangeEnd={send}
+        />
+        <span className="number unit">{`${(value * scale).toFixed(1)} ${unit}`}</span>
+      </div>
+    </Tooltip>
+  );
+}

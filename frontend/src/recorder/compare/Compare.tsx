@@ -1,0 +1,75 @@
+import { Loader, SegmentedControl } from "@mantine/core";
+import { useMemo, useState } from "react";
+import type { Recording } from "../../api/types";
+import { Back, Unknown } from "../detail/Detail";
+import { comparedPaths } from "../quick/paths";
+import { type Common, type Compared, comparedCharts } from "../quick/quickCharts";
+import { PlotsAndPath } from "../quick/QuickLook";
+import { useQuick } from "../quick/useQuick";
+import type { Recordings } from "../useRecordings";
+import { CompareTable } from "./CompareTable";
+
+interface Props {
+  readonly ids: readonly string[];
+  readonly recordings: Recordings;
+  readonly onBack: () => void;
+}
+
+/** Up to four recordings on common time or phase, their paths together, their figures in a table. */
+export function Compare({ ids, recordings, onBack }: Props) {
+  const found = ids.map(recordings.find);
+  const unknown = found.findIndex((row) => !row);
+  if (unknown >= 0) return <Unknown id={ids[unknown]} onBack={onBack} />;
+  return <Known recordings={found.filter((row) => row !== null && row !== undefined)} onBack={onBack} />;
+}
+
+interface KnownProps {
+  readonly recordings: readonly Recording[];
+  readonly onBack: () => void;
+}
+
+function Known({ recordings, onBack }: KnownProps) {
+  const { looks, problem } = useQuick(recordings.map(({ id }) => id), false); // prettier-ignore
+  const [wish, setWish] = useState<Common>("time");
+  const runs = useMemo(() => looks?.map((quick): Compared => ({ quick })) ?? [], [looks]);
+  const periodic = runs.length > 0 && runs.every(({ quick }) => quick.period !== null);
+  const common = periodic ? wish : "time";
+  const charts = useMemo(() => comparedCharts(runs, common), [runs, common]);
+  const paths = useMemo(() => comparedPaths(runs), [runs]);
+  return (
+    <main className="review" data-testid="comparison">
+      <div className="bar review-bar">
+        <Back onBack={onBack} />
+        <h2 className="bar-title">{recordings.length} recordings compared</h2>
+        <span className="spacer" />
+        {periodic ? null : <span className="note">Phase needs a periodic reference in each.</span>}
+        <SegmentedControl
+          size="xs"
+          aria-label="Common axis"
+          data-testid="common-axis"
+          disabled={!periodic}
+          value={common}
+          onChange={setWish}
+          data={[
+            { value: "time", label: "Time" },
+            { value: "phase", label: "Phase" },
+          ]}
+        />
+      </div>
+      <CompareTable recordings={recordings} />
+      {
+        problem === "" ? null : <p className="panel advice" role="alert">No comparison: {problem}</p> /* prettier-ignore */
+      }
+      {looks === null && problem === "" ? <Loader m="xl" /> : null}
+      {runs.length === 0 ? null : (
+        <PlotsAndPath
+          key={common}
+          charts={charts}
+          paths={paths}
+          group={`compare-${common}`}
+          unitX={common === "time" ? "s" : "cycle"}
+        />
+      )}
+    </main>
+  );
+}

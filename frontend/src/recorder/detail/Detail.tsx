@@ -1,0 +1,160 @@
+import { Button, SegmentedControl } from "@mantine/core";
+import { IconArrowLeft } from "@tabler/icons-react";
+import { useEffect, useState } from "react";
+import type { Recording } from "../../api/types";
+import { Replay3D } from "../../scene/Replay3D";
+import { clock, localTime } from "../../ui/format";
+import { DeleteButton } from "../list/DeleteButton";
+import { Badges, Star } from "../list/RecordingRow";
+import { QuickLook } from "../quick/QuickLook";
+import type { TimeWindow } from "../quick/QuickPlot";
+import { type Recordings, useActive } from "../useRecordings";
+import { About } from "./About";
+import { ExportButton } from "./ExportButton";
+import { Figures } from "./Figures";
+import { FollowAgain } from "./FollowAgain";
+import { Signals } from "./Signals";
+
+/** After the quick look stands: whoever leafs through recordings starts none, and its first cursor does not wait [ms]. */
+const CALM_MS = 500;
+/** How long a viewer that nobody looks at is kept [ms]. */
+const KEPT_MS = 120_000;
+
+type Sight = "quick" | "figures" | "plots" | "3d";
+
+interface Props {
+  readonly id: string;
+  readonly recordings: Recordings;
+  readonly onBack: () => void;
+}
+
+/** One recording: its facts, the quick look, its signals in rerun, its motion in 3D. */
+export function Detail({ id, recordings, onBack }: Props) {
+  const [sight, setSight] = useState<Sight>("quick");
+  const [zoomed, setZoomed] = useState<TimeWindow | null>(null);
+  const [drawn, setDrawn] = useState(false);
+  const running = useActive() === id;
+  const warm = useWarm(drawn, sight === "plots");
+  const recording = recordings.find(id);
+  if (!recording) return <Unknown id={id} onBack={onBack} />;
+  return (
+    <main className="review">
+      <div className="bar review-bar">
+        <Back onBack={onBack} />
+        <Star row={recording} recordings={recordings} />
+        <h2 className="bar-title">
+          {recording.name || "unnamed"} · {localTime(recording.started)} · {clock(recording.seconds)}
+        </h2>
+        <Badges row={recording} running={running} />
+        <span className="spacer" />
+        <FollowAgain recording={recording} />
+        <ExportButton recording={recording} zoomed={sight === "quick" ? zoomed : null} />
+        <DeleteButton
+          row={recording}
+          running={running}
+          onDelete={async () => {
+            await recordings.remove(id);
+            onBack();
+          }}
+        />
+        <SegmentedControl
+          size="xs"
+          aria-label="Show the recording as"
+          data-testid="sight"
+          value={sight}
+          onChange={setSight}
+          data={[
+            { value: "quick", label: "Quick" },
+            { value: "figures", label: "Figures" },
+            { value: "plots", label: "Signals" },
+            { value: "3d", label: "3D" },
+          ]}
+        />
+      </div>
+      {sight === "quick" ? <About recording={recording} running={running} recordings={recordings} /> : null}
+      <Sighted
+        sight={sight}
+        recording={recording}
+        running={running}
+        onZoom={setZoomed}
+        onDrawn={() => {
+          setDrawn(true);
+        }}
+      />
+      {sight === "plots" || (warm && !running) ? (
+        <Signals key={String(running)} id={id} shown={sight === "plots"} />
+      ) : null}
+    </main>
+  );
+}
+
+interface SightedProps {
+  readonly sight: Sight;
+  readonly recording: Recording;
+  readonly running: boolean;
+  readonly onZoom: (to: TimeWindow | null) => void;
+  readonly onDrawn: () => void;
+}
+
+function Sighted({ sight, recording, running, onZoom, onDrawn }: SightedProps) {
+  switch (sight) {
+    case "quick":
+      return <QuickLook id={recording.id} running={running} onZoom={onZoom} onDrawn={onDrawn} />;
+    case "figures":
+      return running ? <p className="panel note">Figures are taken after its end.</p> : <Figures id={recording.id} />; // prettier-ignore
+    case "plots":
+      return null; // stands beside: it is there before
+    case "3d":
+      return <Replay3D recording={recording} />;
+  }
+}
+
+interface BackProps {
+  readonly onBack: () => void;
+}
+
+export function Back({ onBack }: BackProps) {
+  return (
+    <Button
+      variant="subtle"
+      size="xs"
+      leftSection={<IconArrowLeft size={16} />}
+      onClick={onBack}
+      data-testid="back"
+    >
+      Recordings
+    </Button>
+  );
+}
+
+interface UnknownProps extends BackProps {
+  readonly id: string;
+}
+
+export function Unknown({ id, onBack }: UnknownProps) {
+  return (
+    <main className="review">
+      <div className="bar">
+        <Back onBack={onBack} />
+      </div>
+      <p className="panel advice" role="alert" data-testid="unknown-recording">
+        There is no recording “{id}”: it was deleted, or the link is wrong.
+      </p>
+    </main>
+  );
+}
+
+/** Whether a viewer is to be there: while it is `shown`, and hidden for a while before, once the quick look is `drawn`, and after. */
+function useWarm(drawn: boolean, shown: boolean): boolean {
+  const [warm, setWarm] = useState(false);
+  useEffect(() => {
+    if (!drawn && !shown) return;
+    const start = setTimeout(setWarm, shown ? 0 : CALM_MS, true);
+    const end = shown ? undefined : setTimeout(setWarm, KEPT_MS, false);
+    return () => {
+      clearTimeout(start);
+      clearTimeout(end);
+    };
+  }, [drawn, shown]);
+  return warm || shown;
+}

@@ -1,0 +1,128 @@
+import { ActionIcon, Button, Table, TextInput, Tooltip } from "@mantine/core";
+import { IconRefresh } from "@tabler/icons-react";
+import { PageStore } from "../../live/page";
+import { useService } from "../../ui/services";
+import { COMPARED_MAX } from "../place";
+import type { Listed } from "../recordings";
+import { type Recordings, type Search, useActive } from "../useRecordings";
+import { ImportButton } from "./ImportButton";
+import { RecordingRow } from "./RecordingRow";
+import { Titles } from "./Titles";
+
+/** So many rows at once: thousands of recordings stay fluid. */
+export const SHELF = 100;
+const NONE: Listed = { rows: [], found: 0, inAll: 0, sort: "" };
+
+interface Props {
+  readonly recordings: Recordings;
+  readonly search: Search;
+  readonly onSearch: (change: Partial<Search>) => void;
+  readonly ticked: readonly string[];
+  readonly onTick: (ids: readonly string[]) => void;
+}
+
+/** The list with search, order and ticks, as the server finds it. */
+export function RecordingList({ recordings, search, onSearch, ticked, onTick }: Props) {
+  const active = useActive();
+  const { rows, found, inAll, sort } = recordings.listed ?? NONE;
+  return (
+    <main className="review">
+      <ListBar recordings={recordings} search={search} onSearch={onSearch} ticked={ticked} />
+      {inAll === 0 ? (
+        <p className="panel note">No recordings yet. Press Record (R) on the Live page.</p>
+      ) : (
+        <div className="review-list">
+          <Table highlightOnHover stickyHeader verticalSpacing={4} data-testid="recordings" data-sort={sort}>
+            <Titles
+              order={search.order}
+              onOrder={(order) => {
+                onSearch({ order, limit: SHELF });
+              }}
+            />
+            <Table.Tbody>
+              {rows.map((row) => (
+                <RecordingRow
+                  key={row.id}
+                  row={row}
+                  running={row.id === active}
+                  recordings={recordings}
+                  ticked={ticked.includes(row.id)}
+                  full={ticked.length >= COMPARED_MAX}
+                  onTick={(on) => {
+                    onTick(on ? [...ticked, row.id] : ticked.filter((id) => id !== row.id));
+                  }}
+                />
+              ))}
+            </Table.Tbody>
+          </Table>
+          {found === 0 ? <p className="panel note">Nothing fits “{search.query}”.</p> : null}
+          {rows.length < found ? (
+            <Button
+              className="review-more"
+              size="xs"
+              variant="default"
+              data-testid="show-more"
+              onClick={() => {
+                onSearch({ limit: rows.length + SHELF });
+              }}
+            >
+              Show {Math.min(SHELF, found - rows.length)} more
+            </Button>
+          ) : null}
+        </div>
+      )}
+    </main>
+  );
+}
+
+type BarProps = Omit<Props, "onTick">;
+
+function ListBar({ recordings, search, onSearch, ticked }: BarProps) {
+  const page = useService(PageStore);
+  return (
+    <div className="bar review-bar">
+      <h2 className="bar-title">Recordings</h2>
+      <TextInput
+        size="xs"
+        w={260}
+        type="search"
+        aria-label="Search recordings"
+        placeholder="Name, tag, note, operator, reference"
+        data-testid="recording-search"
+        maxLength={200}
+        value={search.query}
+        onChange={(event) => {
+          onSearch({ query: event.currentTarget.value, limit: SHELF });
+        }}
+      />
+      <span className="note" role="status" data-testid="recordings-found">
+        {recordings.problem === "" ? countOf(recordings.listed ?? NONE) : `Not read: ${recordings.problem}`}
+      </span>
+      <span className="spacer" />
+      <ImportButton recordings={recordings} />
+      <Button
+        size="compact-sm"
+        variant="default"
+        data-testid="compare"
+        disabled={ticked.length < 2}
+        title={ticked.length < 2 ? `Tick two to ${COMPARED_MAX} recordings` : ""}
+        onClick={() => {
+          page.patch({ compared: ticked, reviewed: null });
+        }}
+      >
+        Compare {ticked.length || ""}
+      </Button>
+      <Tooltip label="Read the list again">
+        <ActionIcon variant="subtle" color="gray" aria-label="Refresh" onClick={() => void recordings.load()}>
+          <IconRefresh size={18} />
+        </ActionIcon>
+      </Tooltip>
+    </div>
+  );
+}
+
+/** "100 of 5002", "2 found, 5002 in all" */
+function countOf({ rows, found, inAll }: Listed): string {
+  const shown = rows.length < found ? `${rows.length} of ` : "";
+  return found === inAll ? `${shown}${inAll} in all` : `${shown}${found} found, ${inAll} in all`;
+}

@@ -1,0 +1,164 @@
+import { useComputedColorScheme } from "@mantine/core";
+import { useEffect, useRef } from "react";
+import uPlot from "uplot";
+import { numberLabels } from "../../plots/chart/axes";
+import { seriesOf } from "../../plots/chart/painter";
+import { INK, type Ink } from "../../ui/colours";
+import { plain } from "../../ui/format";
+import type { PlotLine, QuickChart } from "./quickCharts";
+
+/** A part of the time that is shown [s]. */
+export interface TimeWindow {
+  readonly from: number;
+  readonly to: number;
+}
+/** Told what is shown, null for all. */
+export type Zoomed = (to: TimeWindow | null) => void;
+
+interface Props {
+  readonly chart: QuickChart;
+  /** Plots of one key share cursor and zoom. */
+  readonly group: string;
+  /** What x counts: seconds, or cycles. */
+  readonly unitX: string;
+  /** Told where the cursor is on x, null off the plot. */
+  readonly onCursor?: ((x: number | null) => void) | undefined;
+  readonly onZoom?: Zoomed | undefined;
+}
+
+/** One plot of a recording: drag zooms along x, a double click shows all again, the cursor is common to all. */
+export function QuickPlot({ chart, group, unitX, onCursor, onZoom }: Props) {
+  const host = useRef<HTMLDivElement>(null);
+  const values = useRef<(HTMLElement | null)[]>([]);
+  const ink = INK[useComputedColorScheme("dark")];
+  const named = chart.lines.map((line, i) => ({ line, i })).filter(({ line }) => line.look !== "thin");
+  useEffect(() => {
+    const element = host.current;
+    if (!element) return;
+    const read = (plot: uPlot) => {
+      const at = plot.cursor.idx ?? null;
+      chart.lines.forEach((_, i) => {
+        const value = at === null ? null : plot.data[i + 1][at];
+        const box = values.current[i];
+        if (box) box.textContent = value === null || value === undefined ? "" : plain(value, 2);
+      });
+      onCursor?.(at === null ? null : plot.data[0][at]);
+    };
+    const zoomed = (plot: uPlot) => {
+      onZoom?.(windowOf(plot));
+    };
+    const plot = new uPlot(
+      optionsOf(chart, element, { group, unitX, ink, read, zoomed }),
+      chart.columns,
+      element,
+    );
+    const sizes = new ResizeObserver(([{ contentRect }]) => {
+      plot.setSize({ width: Math.floor(contentRect.width), height: Math.floor(contentRect.height) });
+    });
+    sizes.observe(element);
+    return () => {
+      sizes.disconnect();
+      plot.destroy();
+    };
+  }, [chart, group, unitX, ink, onCursor, onZoom]);
+  return (
+    <figure className="quick-plot" data-testid="quick-plot">
+      <figcaption>
+        <b>
+          {chart.title}
+          {chart.unit === "" ? "" : ` [${chart.unit}]`}
+        </b>
+        {named.map(({ line, i }) => (
+          <span key={line.label} className="quick-line">
+            <Sample line={line} /> {line.label}{" "}
+            <span
+              className="number"
+              ref={(element) => {
+                values.current[i] = element;
+              }}
+            />
+          </span>
+        ))}
+      </figcaption>
+      <div className="quick-canvas" ref={host} role="img" aria-label={`Plot of ${chart.title}`} />
+    </figure>
+  );
+}
+
+const DASHES = { solid: [], dashed: [6, 4], dots: [2, 2], thin: [2, 2] } as const;
+
+/** A line as it looks in the plot. */
+export function Sample({ line }: { readonly line: PlotLine }) {
+  return (
+    <svg width={22} height={8} aria-hidden>
+      <line
+        x1={0}
+        x2={22}
+        y1={4}
+        y2={4}
+        stroke={line.colour}
+        strokeWidth={line.look === "thin" ? 1 : 2}
+        strokeDasharray={(line.dash ?? DASHES[line.look]).join(" ")}
+      />
+    </svg>
+  );
+}
+
+interface Look {
+  readonly group: string;
+  readonly unitX: string;
+  readonly ink: Ink;
+  readonly read: (plot: uPlot) => void;
+  readonly zoomed: (plot: uPlot) => void;
+}
+
+/** What the plot shows of its time, null for all of it. */
+function windowOf({ scales, data }: uPlot): TimeWindow | null {
+  const [from, to] = [scales.x.min ?? 0, scales.x.max ?? 0];
+  const [first, last] = [data[0].at(0) ?? 0, data[0].at(-1) ?? 0];
+  return from <= first && to >= last ? null : { from: Math.max(0, from), to };
+}
+
+function optionsOf(
+  chart: QuickChart,
+  host: HTMLElement,
+  { group, unitX, ink, read, zoomed }: Look,
+): uPlot.Options {
+  const axis = {
+    font: "10px system-ui, sans-serif",
+    stroke: ink.soft,
+    grid: { stroke: ink.gridMajor, width: 1 },
+    ticks: { show: false },
+    gap: 2,
+  };
+  const labelsX = (_: uPlot, splits: number[]) => {
+    const texts = numberLabels(splits);
+    return texts.map((text, i) => (i === texts.length - 1 ? `${text} ${unitX}` : text));
+  };
+  return {
+    width: Math.max(50, host.clientWidth),
+    height: Math.max(50, host.clientHeight),
+    legend: { show: false },
+    padding: [6, 14, 0, 0],
+    cursor: { sync: { key: group }, drag: { x: true, y: false }, y: false, points: { size: 5 } },
+    scales: { x: { time: false } },
+    axes: [
+      { ...axis, size: 18, values: labelsX },
+      { ...axis, size: 46, values: (_, splits) => numberLabels(splits) },
+    ],
+    series: [{}, ...chart.lines.map(lineOf)],
+    hooks: {
+      setCursor: [read],
+      setScale: [
+        (plot, key) => {
+          if (key === "x") zoomed(plot);
+        },
+      ],
+    },
+  };
+}
+
+function lineOf(line: PlotLine): uPlot.Series {
+  const look = seriesOf({ ...line, key: "", channel: 0, name: line.label, tag: "", named: false });
+  return line.dash ? { ...look, dash: [...line.dash] } : look;
+}

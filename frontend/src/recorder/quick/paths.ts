@@ -1,0 +1,53 @@
+import type { Quick } from "../../api/types";
+import { ROLE } from "../../ui/colours";
+import type { DrawnPath } from "./PathCanvas";
+import { type Compared, RUN_STYLES } from "./quickCharts";
+
+const LOOKS: Partial<Record<string, Pick<DrawnPath, "label" | "colour" | "dash" | "width">>> = {
+  p_ref: { label: "reference", colour: ROLE.reference, dash: [7, 4], width: 2 },
+  p_hat: { label: "observer", colour: ROLE.observer, dash: [], width: 1 },
+  p_meas: { label: "measured", colour: ROLE.measured, dash: [2, 2], width: 2 },
+};
+
+/** The tip's paths of one recording, in the colours of the plan. */
+export function pathsOf(quick: Quick): DrawnPath[] {
+  return quick.tracks.flatMap((track) => {
+    const look = LOOKS[track.field];
+    const part = track.field === "p_ref" ? lastLap(quick) : WHOLE;
+    return look ? [{ ...look, t: quick.track_t, points: pointsOf(track), part }] : [];
+  });
+}
+
+/** The measured path of each recording, and the reference of the first one below them. */
+export function comparedPaths(runs: readonly Compared[]): DrawnPath[] {
+  const reference = runs.slice(0, 1).flatMap(({ quick }) => pathsOf(quick));
+  const wanted = reference
+    .filter(({ label }) => label === "reference")
+    .map((path) => ({ ...path, width: 1 }));
+  const measured = runs.flatMap(({ quick }, i) => {
+    const track = quick.tracks.find(({ field }) => field === "p_meas");
+    const { colour, dash } = RUN_STYLES[i];
+    const label = `recording ${i + 1}`;
+    return track
+      ? [{ label, colour, dash, width: 2, t: quick.track_t, points: pointsOf(track), part: lastLap(quick) }]
+      : [];
+  });
+  return [...wanted.map((path) => ({ ...path, colour: ROLE.twin })), ...measured];
+}
+
+const WHOLE = [0, Infinity] as const;
+
+/** The points of the last whole period; all of them where nothing repeats. */
+function lastLap({ track_t, period, cycle_end }: Quick): DrawnPath["part"] {
+  if (period === null) return WHOLE;
+  const after = track_t.findIndex((t) => t > cycle_end);
+  const first = track_t.findIndex((t) => t >= cycle_end - period);
+  return [Math.max(0, first), after < 0 ? Infinity : after];
+}
+
+function pointsOf({ x, y }: Quick["tracks"][number]): DrawnPath["points"] {
+  return x.map((value, i) => {
+    const other = y[i];
+    return value === null || other === null ? null : [value, other];
+  });
+}

@@ -1,0 +1,101 @@
+import { ask, call } from "../api/rest";
+import type { Measured, Point, ProfileInfo, Quick, Recording, SignalInfo } from "../api/types";
+
+/** What people may change of a recording. */
+export type RecordingChanges = Partial<Pick<Recording, "name" | "tags" | "notes" | "starred">>;
+
+/** Some of the recordings, how many fit what was searched, and how many there are. */
+export interface Listed {
+  readonly rows: readonly Recording[];
+  readonly found: number;
+  readonly inAll: number;
+  /** The order in which they are. */
+  readonly sort: string;
+}
+
+export const TIME_UNITS = ["s", "ms", "us", "ns"] as const;
+export const LENGTH_UNITS = ["m", "cm", "mm"] as const;
+
+export interface Units {
+  readonly time: (typeof TIME_UNITS)[number];
+  readonly length: (typeof LENGTH_UNITS)[number];
+}
+
+/** A recorded path [m] over time [s], ready to be followed. */
+export interface RecordedPath {
+  readonly name: string;
+  readonly points: Point[];
+  readonly times: number[];
+}
+
+/** Formats, their short names, and who reads them. */
+export const EXPORTS = [
+  ["csv", "CSV", "One line a tick, units in the header: for anything."],
+  ["parquet", "Parquet", "For pandas, polars, DuckDB and MATLAB."],
+  ["mat", "MATLAB", "A struct “tendril” for MATLAB, Octave and scipy."],
+  ["mcap", "MCAP", "Messages for Foxglove and PlotJuggler."],
+  ["rrd", "rerun", "The recording as it is, whole, for rerun."],
+] as const;
+export type Format = (typeof EXPORTS)[number][0];
+
+/** What is to be in an exported file; "" and none mean all. */
+export interface ExportChoice {
+  readonly signals: readonly string[];
+  readonly from: number | string;
+  readonly to: number | string;
+}
+
+/** Address of the recording `id`, with `part` behind it. */
+export function recordingUrl(id: string, part = ""): string {
+  return `/api/recordings/${encodeURIComponent(id)}${part}`;
+}
+
+/** Address of the recording `id` as a file. */
+export function exportUrl(id: string, format: Format, { signals, from, to }: ExportChoice): string {
+  if (format === "rrd") return recordingUrl(id, ".rrd");
+  const query = new URLSearchParams({ format });
+  if (signals.length > 0) query.set("signals", signals.join(","));
+  if (from !== "") query.set("from", String(from));
+  if (to !== "") query.set("to", String(to));
+  return recordingUrl(id, `/export?${query.toString()}`);
+}
+
+/** Address of rerun's own viewer, showing the recording at `url`; with null it shows nothing yet. */
+export function viewerUrl(url: string | null, theme: "dark" | "light", renderer: string | null): string {
+  const query = new URLSearchParams();
+  if (url !== null) query.set("url", url);
+  if (renderer !== null) query.set("renderer", renderer);
+  return `/rerun/?${query.toString()}&hide_welcome_screen&persist=0&theme=${theme}`;
+}
+
+export const recordings = {
+  /** The first `limit` of those with every word of `search`, in the order `sort`: a column, "-" before it falls. */
+  list: async (search: string, sort: string, limit: number): Promise<Listed> => {
+    const query = new URLSearchParams({ search, sort, limit: String(limit) });
+    const { body, headers } = await ask<Recording[]>("GET", `/api/recordings?${query.toString()}`);
+    const count = (name: string) => Number(headers.get(name) ?? body.length);
+    return { rows: body, found: count("x-found"), inAll: count("x-in-all"), sort };
+  },
+  /** Its figures, taken anew. */
+  metrics: (id: string) => call<Measured>("GET", recordingUrl(id, "/metrics")),
+  /** What can be exported of it. */
+  signals: (id: string) => call<SignalInfo[]>("GET", recordingUrl(id, "/signals")),
+  find: (id: string) => call<Recording>("GET", recordingUrl(id)),
+  /** The quick look with at most `points` values of each of the signals `keys`. */
+  quick: (id: string, points: number, keys: readonly string[]) => {
+    const query = new URLSearchParams([["points", String(points)], ...keys.map((key) => ["signals", key])]);
+    return call<Quick>("GET", recordingUrl(id, `/quick?${query.toString()}`));
+  },
+  change: (id: string, changes: RecordingChanges) => call<Recording>("PATCH", recordingUrl(id), changes),
+  remove: (id: string) => call<unknown>("DELETE", recordingUrl(id)),
+  /** The recorded path of the tip or of its reference. */
+  path: (id: string, what: "p_meas" | "p_ref") =>
+    call<RecordedPath>("GET", recordingUrl(id, `/path?what=${what}`)),
+  /** What a recording may keep of every tick, the default first. */
+  profiles: () => call<ProfileInfo[]>("GET", "/api/recordings/profiles"),
+  /** A CSV file of another lab; `units` hold where its header names none. */
+  take: (file: File, name: string, units: Units) => {
+    const query = new URLSearchParams({ name, time_unit: units.time, length_unit: units.length });
+    return call<Recording>("POST", `/api/recordings/import?${query.toString()}`, file);
+  },
+};

@@ -1,0 +1,133 @@
+import { useDebouncedValue } from "@mantine/hooks";
+import { useCallback, useEffect, useRef, useState } from "react";
+import { Refusal } from "../api/rest";
+import type { Recording } from "../api/types";
+import { usePage } from "../live/page";
+import { Operations } from "../operate/operations";
+import { useService } from "../ui/services";
+import { isSettled, type Order, sortOf } from "./list/listing";
+import { type Listed, type RecordingChanges, recordings } from "./recordings";
+
+export interface Search {
+  readonly query: string;
+  readonly order: Order;
+  /** So many rows at most. */
+  readonly limit: number;
+}
+
+export interface Recordings {
+  /** Null before the first answer. */
+  readonly listed: Listed | null;
+  /** Why nothing can be read, "" when it can. */
+  readonly problem: string;
+  /** The recording `id`: undefined until the server said, null when there is none. */
+  readonly find: (id: string) => Recording | null | undefined;
+  readonly load: () => Promise<void>;
+  readonly change: (id: string, changes: RecordingChanges) => Promise<void>;
+  readonly remove: (id: string) => Promise<void>;
+}
+
+/** How long the typing rests before the server is asked [ms]. */
+const TYPING_MS = 200;
+/** How often what is being written or measured is read again [ms]. */
+const REFRESH_MS = 2000;
+
+type Opened = Readonly<Record<string, Recording | null>>;
+
+/** The list that was searched, or the `opened` recordings; read again when a recording starts, grows or is measured. */
+export function useRecordings(search: Search, opened: readonly string[]): Recordings {
+  const operations = useService(Operations);
+  const active = useActive();
+  const [listed, setListed] = useState<Listed | null>(null);
+  const [known, setKnown] = useState<Opened>({});
+  const [problem, setProblem] = useState("");
+  const [query] = useDebouncedValue(search.query, TYPING_MS);
+  const sort = sortOf(search.order);
+  const { limit } = search;
+  const wanted = opened.join(",");
+  const asked = useRef(0);
+
+  const load = useCallback(() => {
+    const turn = (asked.current += 1);
+    const ids = wanted === "" ? [] : wanted.split(",");
+    const answer = ids.length > 0 ? readOpened(ids) : recordings.list(query, sort, limit);
+    return answer.then(
+      (found) => {
+        if (turn !== asked.current) return; // a later question was asked: its answer counts
+        if (isListed(found)) setListed(found);
+        else setKnown((old) => ({ ...old, ...found }));
+        setProblem("");
+      },
+      (error: unknown) => {
+        if (turn === asked.current) setProblem(error instanceof Error ? error.message : String(error));
+      },
+    );
+  }, [wanted, query, sort, limit]);
+
+  const find = (id: string) => {
+    const row = listed?.rows.find((one) => one.id === id);
+    return known[id] ?? row ?? known[id];
+  };
+
+  useEffect(() => {
+    void load();
+  }, [load, active]);
+  useEffect(() => {
+    const shown = wanted === "" ? (listed?.rows ?? []) : wanted.split(",").map((id) => known[id]);
+    const grows = (row: Recording | null | undefined) =>
+      row && (row.id === active || !isSettled(row, Date.now()));
+    if (!shown.some(grows)) return undefined;
+    const again = setTimeout(() => void load(), REFRESH_MS);
+    return () => {
+      clearTimeout(again);
+    };
+  }, [load, active, wanted, listed, known]);
+
+  const put = (id: string, changed: Recording | null) => {
+    setKnown((old) => ({ ...old, [id]: changed }));
+    setListed((old) => old && withRow(old, id, changed));
+  };
+  const change = (id: string, changes: RecordingChanges) =>
+    operations.attempt("Recording not changed", async () => {
+      put(id, await recordings.change(id, changes));
+    });
+  const remove = (id: string) =>
+    operations.attempt("Recording not deleted", async () => {
+      await recordings.remove(id);
+      put(id, null);
+    });
+  return { listed, problem, find, load, change, remove };
+}
+
+/** Id of the recording that is being written, "" for none. */
+export function useActive(): string {
+  return usePage((page) => (page.recording.recording ? page.recording.id : ""));
+}
+
+async function readOpened(ids: readonly string[]): Promise<Opened> {
+  const found = await Promise.all(
+    ids.map(async (id): Promise<[string, Recording | null]> => [id, await findOne(id)]),
+  );
+  return Object.fromEntries(found);
+}
+
+async function findOne(id: string): Promise<Recording | null> {
+  try {
+    return await recordings.find(id);
+  } catch (error) {
+    if (error instanceof Refusal && error.status === 404) return null;
+    throw error;
+  }
+}
+
+function isListed(found: Listed | Opened): found is Listed {
+  return "inAll" in found && typeof found.inAll === "number";
+}
+
+function withRow(listed: Listed, id: string, changed: Recording | null): Listed {
+  const { rows, found, inAll } = listed;
+  if (changed) return { ...listed, rows: rows.map((row) => (row.id === id ? changed : row)) };
+  const left = rows.filter((row) => row.id !== id);
+  const gone = rows.length - left.length;
+  return { ...listed, rows: left, found: found - gone, inAll: inAll - gone };
+}

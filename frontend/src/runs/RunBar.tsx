@@ -1,0 +1,164 @@
+import { Button, NumberInput } from "@mantine/core";
+import {
+  IconInfinity,
+  IconPlayerPause,
+  IconPlayerPlay,
+  IconPlayerRecordFilled,
+  IconPlayerStop,
+} from "@tabler/icons-react";
+import { useDrawing } from "../drawing/drawing";
+import { chosenInfo } from "../drawing/library/references";
+import { usePage } from "../live/page";
+import { ControlButton } from "../operate/ControlButton";
+import { useService } from "../ui/services";
+import { ToolButton } from "../ui/ToolButton";
+import { previewText } from "./facts";
+import { isUnderWay, Runs, useRuns, whyNotRun } from "./runs";
+
+/** Preview, and run or steer the run. */
+export function RunBar() {
+  const underWay = usePage((page) => isUnderWay(page.run));
+  return (
+    <div className="run-bar">
+      <PreviewButton />
+      <span className="spacer" />
+      {underWay ? <Steering /> : <Start />}
+    </div>
+  );
+}
+
+/** Why the chosen subject cannot be followed, null if it can. */
+function useReason(): string | null {
+  const drawing = useDrawing((state) => state);
+  const chosen = usePage(chosenInfo);
+  return whyNotRun(drawing, chosen);
+}
+
+function PreviewButton() {
+  const runs = useService(Runs);
+  const reason = useReason();
+  const previewing = useRuns((choice) => choice.previewing);
+  const preview = useRuns((choice) => choice.preview);
+  return (
+    <>
+      <Button
+        size="xs"
+        variant="default"
+        loading={previewing}
+        data-disabled={reason !== null}
+        aria-disabled={reason !== null}
+        title={reason ?? "Let the twin run it at once, from rest"}
+        data-testid="preview"
+        onClick={() => {
+          if (reason === null) void runs.preview();
+        }}
+      >
+        Preview
+      </Button>
+      <span className="run-prediction number" role="status" data-testid="prediction">
+        {preview ? previewText(preview).map((line) => <span key={line}>{line}</span>) : null}
+      </span>
+    </>
+  );
+}
+
+function Start() {
+  const runs = useService(Runs);
+  const reason = useReason();
+  const endless = useRuns((choice) => choice.endless);
+  const laps = useRuns((choice) => choice.laps);
+  const record = useRuns((choice) => choice.record);
+  return (
+    <>
+      <NumberInput
+        size="xs"
+        w={62}
+        className="number-field"
+        aria-label="Laps"
+        data-testid="laps"
+        min={1}
+        max={1000}
+        clampBehavior="strict"
+        disabled={endless}
+        value={laps}
+        suffix=" ×"
+        onChange={(value) => {
+          if (typeof value === "number") runs.repeat(value);
+        }}
+      />
+      <ToolButton
+        label="Until stopped"
+        testId="endless"
+        pressed={endless}
+        onClick={() => {
+          runs.store.patch({ endless: !endless });
+        }}
+      >
+        <IconInfinity size={18} />
+      </ToolButton>
+      <ToolButton
+        label="Record each run"
+        testId="record-runs"
+        pressed={record}
+        onClick={() => {
+          runs.store.patch({ record: !record });
+        }}
+      >
+        <IconPlayerRecordFilled size={16} color={record ? "var(--stop)" : "currentColor"} />
+      </ToolButton>
+      <ControlButton
+        control="run"
+        because={reason}
+        variant="filled"
+        leftSection={<IconPlayerPlay size={15} />}
+        testId="run"
+        meaning="Go to the beginning, then follow it"
+        onClick={() => void runs.run()}
+      >
+        Run
+      </ControlButton>
+    </>
+  );
+}
+
+function Steering() {
+  const runs = useService(Runs);
+  const paused = usePage((page) => page.run?.state === "paused");
+  return (
+    <>
+      {paused ? (
+        <ControlButton
+          control="run"
+          variant="filled"
+          leftSection={<IconPlayerPlay size={15} />}
+          testId="resume-run"
+          meaning="Go back to where it was, then on"
+          onClick={() => void runs.steer("resume")}
+        >
+          Resume
+        </ControlButton>
+      ) : (
+        <ControlButton
+          control="hold"
+          variant="default"
+          leftSection={<IconPlayerPause size={15} />}
+          testId="pause-run"
+          meaning="Hold here; it can go on later"
+          onClick={() => void runs.steer("pause")}
+        >
+          Pause
+        </ControlButton>
+      )}
+      <ControlButton
+        control="settings"
+        variant="default"
+        leftSection={<IconPlayerStop size={15} />}
+        testId="stop-run"
+        meaning="Hold here and end the run"
+        onClick={() => void runs.steer("stop")}
+      >
+        Stop
+      </ControlButton>
+    </>
+  );
+}

@@ -1,0 +1,49 @@
+import type { Preview, RunResult, RunState } from "../api/types";
+import { degrees, millimetres, percent, plain } from "../ui/format";
+
+type Facts = readonly (readonly [string, string])[];
+
+export const STATE_WORD: Record<RunState["state"], string> = {
+  approach: "Approach",
+  running: "Running",
+  paused: "Paused",
+  done: "Done",
+  stopped: "Stopped",
+  "broken off": "Broken off",
+};
+
+/** A distance with hundredths of a millimetre where they say something. */
+export function errorText(error: number | null): string {
+  return millimetres(error, error !== null && error < 0.01 ? 2 : 1);
+}
+
+/** The prediction in two short lines. */
+export function previewText({ rmse, max_error, saturated_share, broken_off }: Preview): string[] {
+  if (broken_off !== "") return ["Would be broken off:", broken_off];
+  return [
+    `RMSE ${errorText(rmse)}, max ${errorText(max_error)}`,
+    `predicted; saturated ${percent(saturated_share, 1)}`,
+  ];
+}
+
+/** What came of a run, beside what was predicted; without a lag where nothing is periodic. */
+export function resultFacts(result: RunResult): Facts {
+  const { rmse, max_error, lag_deg_x, lag_deg_y, saturated_share, on_time_share } = result;
+  const facts: (readonly [string, string])[] = [
+    ["RMSE", errorText(rmse)],
+    ["Max error", errorText(max_error)],
+  ];
+  if (lag_deg_x !== null) facts.push(["Lag x", degrees(lag_deg_x)]);
+  if (lag_deg_y !== null) facts.push(["Lag y", degrees(lag_deg_y)]);
+  facts.push(["Saturated", percent(saturated_share, 1)], ["On time", percent(on_time_share)]);
+  return facts;
+}
+
+/** Laps done of those wanted: 2, 1 of 3, 0.4 of 1. */
+export function lapText({ lap, laps }: RunState): string {
+  return laps === null ? `lap ${lap}` : `lap ${lap} of ${laps}`;
+}
+
+export function lapsDone({ laps }: RunResult): string {
+  return `${plain(laps, Number.isInteger(laps) ? 0 : 1)} ${laps === 1 ? "lap" : "laps"}`;
+}

@@ -1,0 +1,152 @@
+import { call } from "../api/rest";
+import type { Preview, PreviewBody, ReferenceInfo, RunBody, RunState } from "../api/types";
+import { bodyOf, type DrawingState, isPlanned, sketchOf } from "../drawing/drawing";
+import { isSame, planInputs } from "../drawing/planner";
+import type { Page } from "../live/page";
+import type { Operations } from "../operate/operations";
+import { useService } from "../ui/services";
+import { quietly, type Shelf } from "../ui/shelf";
+import { Store, useStore } from "../ui/store";
+
+/** What would be run, how often, and what the twin says about it. */
+export interface RunChoice {
+  readonly laps: number;
+  /** Until stopped, whatever `laps` says. */
+  readonly endless: boolean;
+  /** Each run gets a recording of its own, unless one is going on. */
+  readonly record: boolean;
+  readonly preview: Preview | null;
+  readonly previewing: boolean;
+  /** The result whose card was closed. */
+  readonly dismissed: number | null;
+}
+
+export const FIRST_CHOICE: RunChoice = {
+  laps: 1,
+  endless: false,
+  record: true,
+  preview: null,
+  previewing: false,
+  dismissed: null,
+};
+
+/** What previews and runs: the server, or a test. */
+const server = {
+  preview: (body: PreviewBody) => call<Preview>("POST", "/api/preview", body),
+  run: (body: RunBody) => call<RunState>("POST", "/api/run", body),
+  steer: (step: "pause" | "resume" | "stop") => call<RunState>("POST", `/api/run/${step}`),
+};
+
+/** Previews and runs of what is chosen: the drawing, or a reference of the library. */
+export class Runs {
+  readonly store = new Store<RunChoice>(FIRST_CHOICE);
+  private subject: readonly unknown[] = [];
+
+  constructor(
+    private readonly drawing: Store<DrawingState>,
+    private readonly page: Store<Page>,
+    private readonly operations: Pick<Operations, "attempt">,
+    private readonly port = server,
+  ) {
+    for (const { subscribe } of [drawing, page])
+      subscribe(() => {
+        this.forgetOldPreview();
+      });
+    this.forgetOldPreview();
+  }
+
+  repeat(laps: number): void {
+    this.store.patch({ laps });
+  }
+
+  /** What would be followed, null without any. */
+  body(): Pick<RunBody, "drawing" | "reference"> | null {
+    return subjectOf(this.drawing.get(), this.page.get());
+  }
+
+  async preview(): Promise<void> {
+    const body = this.body();
+    if (!body) return;
+    const subject = this.subject;
+    this.store.patch({ previewing: true });
+    await this.operations.attempt("No preview", async () => {
+      const preview = await this.port.preview({ ...body, laps: 1 });
+      if (this.subject === subject) this.store.patch({ preview });
+    });
+    this.store.patch({ previewing: false });
+  }
+
+  async run(): Promise<void> {
+    const body = this.body();
+    if (!body) return;
+    const { endless, laps, record } = this.store.get();
+    await this.take("Not run", () => this.port.run({ ...body, laps: endless ? null : laps, record }));
+  }
+
+  async steer(step: "pause" | "resume" | "stop"): Promise<void> {
+    await this.take(`Run not ${STEERED[step]}`, () => this.port.steer(step));
+  }
+
+  /** The server's answer counts before its next status comes. */
+  private async take(title: string, ask: () => Promise<RunState>): Promise<void> {
+    await this.operations.attempt(title, async () => {
+      this.page.patch({ run: await ask() });
+    });
+  }
+
+  /** A prediction of something else is worth nothing. */
+  private forgetOldPreview(): void {
+    const [drawing, page] = [this.drawing.get(), this.page.get()];
+    const subject = [drawing.source, page.chosen, page.settings, ...planInputs(drawing, page)];
+    if (isSame(subject, this.subject)) return;
+    this.subject = subject;
+    this.store.patch({ preview: null });
+  }
+}
+
+const RECORD = "tendril-record-runs";
+
+/** The switch "record each run" as it was on the last visit, and kept from now on. */
+export function keepRecord(runs: Runs, shelf: Pick<Shelf, "getItem" | "setItem">): void {
+  quietly(() => {
+    if (shelf.getItem(RECORD) === "off") runs.store.patch({ record: false });
+  });
+  runs.store.subscribe(() => {
+    quietly(() => {
+      shelf.setItem(RECORD, runs.store.get().record ? "on" : "off");
+    });
+  });
+}
+
+const STEERED = { pause: "paused", resume: "resumed", stop: "stopped" } as const;
+
+function subjectOf(drawing: DrawingState, page: Page): Pick<RunBody, "drawing" | "reference"> | null {
+  if (drawing.source === "library")
+    return page.chosen === null ? null : { drawing: null, reference: page.chosen };
+  const body = bodyOf(drawing);
+  return body && { drawing: body, reference: null };
+}
+
+/** Follow what would be run. */
+export function useRuns<S>(select: (choice: RunChoice) => S): S {
+  return useStore(useService(Runs).store, select);
+}
+
+/** A run that has not ended. */
+export function isUnderWay(run: RunState | null): run is RunState {
+  return run !== null && (run.state === "approach" || run.state === "running" || run.state === "paused");
+}
+
+/** Why what is chosen can be neither previewed nor run, as one sentence; null when it can. */
+export function whyNotRun(drawing: DrawingState, chosen: ReferenceInfo | null): string | null {
+  if (drawing.source === "drawing") return whyNotDrawing(drawing);
+  if (!chosen) return "Choose a reference first";
+  return chosen.reachable ? null : chosen.reason;
+}
+
+function whyNotDrawing(drawing: DrawingState): string | null {
+  if (sketchOf(drawing).pieces.length === 0) return "Nothing is drawn";
+  if (drawing.problem !== "") return drawing.problem;
+  if (!drawing.plan || !isPlanned(drawing)) return "Being planned";
+  return drawing.plan.reachable ? null : drawing.plan.reason;
+}

@@ -1,0 +1,112 @@
+import { ActionIcon, NativeSelect, Slider, Tooltip } from "@mantine/core";
+import { IconPlayerPauseFilled, IconPlayerPlayFilled } from "@tabler/icons-react";
+import { useEffect, useState } from "react";
+import type { Recording } from "../api/types";
+import { Operations } from "../operate/operations";
+import { plain } from "../ui/format";
+import { useService } from "../ui/services";
+import { useStore } from "../ui/store";
+import { Ticker } from "../ui/ticker";
+import { Replay } from "./replay";
+import { scene } from "./scene";
+import { Cameras } from "./Scene3D";
+import { SceneFrame } from "./SceneFrame";
+import { Seat } from "./seat";
+
+const RATES = ["0.1", "0.25", "0.5", "1", "2", "5"] as const;
+const SHOWN_PER_S = 10;
+
+/** A recording in 3D, in this page alone: the live view and everyone else's stay as they are. */
+export function Replay3D({ recording }: { readonly recording: Recording }) {
+  const operations = useService(Operations);
+  const [seat] = useState(() => new Seat(scene));
+  const [replay] = useState(() => new Replay(recording.id, seat.id, scene));
+  const steer = (action: () => Promise<void>) => void operations.attempt("Recording not played", action);
+  return (
+    <>
+      <PlayBar replay={replay} steer={steer} seat={seat} />
+      <SceneFrame
+        seat={seat}
+        title={`3D view of the recording ${recording.name || recording.id}`}
+        onReady={() => {
+          steer(() => replay.steer({ playing: true }));
+        }}
+      />
+    </>
+  );
+}
+
+interface PlayBarProps {
+  readonly replay: Replay;
+  readonly seat: Seat;
+  readonly steer: (action: () => Promise<void>) => void;
+}
+
+function PlayBar({ replay, seat, steer }: PlayBarProps) {
+  const playback = useStore(replay.store, (state) => state.playback);
+  const [at, playing] = useClock(replay);
+  const [wish, setWish] = useState<number | null>(null);
+  const duration = playback?.duration ?? 0;
+  return (
+    <div className="bar replay" aria-busy={playback === null}>
+      <Tooltip label={playing ? "Pause" : "Play"}>
+        <ActionIcon
+          variant="default"
+          aria-label={playing ? "Pause" : "Play"}
+          data-testid="replay-toggle"
+          disabled={playback === null}
+          onClick={() => {
+            steer(() => replay.toggle());
+          }}
+        >
+          {playing ? <IconPlayerPauseFilled size={16} /> : <IconPlayerPlayFilled size={16} />}
+        </ActionIcon>
+      </Tooltip>
+      <Slider
+        className="replay-time"
+        size="sm"
+        thumbLabel="Time in the recording"
+        label={(value) => `${plain(value, 2)} s`}
+        disabled={playback === null}
+        min={0}
+        max={Math.max(duration, 0.01)}
+        step={0.01}
+        value={wish ?? at}
+        onChange={setWish}
+        onChangeEnd={(value) => {
+          setWish(null);
+          steer(() => replay.steer({ at: value }));
+        }}
+      />
+      <span className="number replay-clock" data-testid="replay-at">
+        {plain(wish ?? at, 1)} / {plain(duration, 1)} s
+      </span>
+      <NativeSelect
+        size="xs"
+        aria-label="Speed of playback"
+        value={String(playback?.rate ?? 1)}
+        data={RATES.map((rate) => ({ value: rate, label: `${rate} ×` }))}
+        onChange={(event) => {
+          const rate = Number(event.currentTarget.value);
+          steer(() => replay.steer({ rate }));
+        }}
+      />
+      <Cameras seat={seat} />
+    </div>
+  );
+}
+
+/** Time in the recording [s] and whether it plays, followed at human speed. */
+function useClock(replay: Replay): readonly [number, boolean] {
+  const ticker = useService(Ticker);
+  const [shown, setShown] = useState<readonly [number, boolean]>([0, false]);
+  useEffect(
+    () =>
+      ticker.every(SHOWN_PER_S, "playback", () => {
+        const next = [replay.at(), replay.isPlaying()] as const;
+        setShown((old) => (old[0] === next[0] && old[1] === next[1] ? old : next));
+      }),
+    [ticker, replay],
+  );
+  return shown;
+}

@@ -1,0 +1,104 @@
+import { ActionIcon, Button, Tooltip, useComputedColorScheme } from "@mantine/core";
+import { IconChevronDown, IconChevronRight } from "@tabler/icons-react";
+import { useEffect, useState } from "react";
+import { Drawing } from "../drawing/drawing";
+import { PageStore } from "../live/page";
+import { Runs } from "../runs/runs";
+import { useService } from "../ui/services";
+import { scene, type SceneView } from "./scene";
+import { SceneFrame } from "./SceneFrame";
+import { sceneLines, Seat } from "./seat";
+
+const SHOWN = "tendril-3d";
+const VIEWS: readonly (readonly [SceneView, string, string])[] = [
+  ["top", "Top", "Look from above, as the plan does"],
+  ["oblique", "Oblique", "Look from the side"],
+];
+
+/** viser's 3D view: loaded when first opened, collapsible, and remembered. */
+export function Scene3D() {
+  const [open, setOpen] = useState(() => localStorage.getItem(SHOWN) !== "closed");
+  const toggle = () => {
+    localStorage.setItem(SHOWN, open ? "closed" : "open");
+    setOpen(!open);
+  };
+  return (
+    <section className={open ? "scene" : "scene scene-closed"} aria-label="3D view">
+      {open ? <OpenScene onClose={toggle} /> : <Bar open={false} onToggle={toggle} />}
+    </section>
+  );
+}
+
+function OpenScene({ onClose }: { readonly onClose: () => void }) {
+  const drawing = useService(Drawing);
+  const page = useService(PageStore);
+  const runs = useService(Runs);
+  const [seat] = useState(() => new Seat(scene));
+  useEffect(() => {
+    // The stores live outside React: each change of what the plan shows goes to the seat.
+    const show = () => {
+      seat.show(sceneLines(page.get(), drawing.store.get(), runs.store.get()));
+    };
+    show();
+    const stops = [page, drawing.store, runs.store].map((store) => store.subscribe(show));
+    return () => {
+      for (const stop of stops) stop();
+    };
+  }, [drawing, page, runs, seat]);
+  return (
+    <>
+      <Bar open onToggle={onClose} seat={seat} />
+      <SceneFrame seat={seat} title="3D view of the actuator" />
+    </>
+  );
+}
+
+interface BarProps {
+  readonly open: boolean;
+  readonly onToggle: () => void;
+  readonly seat?: Seat;
+}
+
+function Bar({ open, onToggle, seat }: BarProps) {
+  return (
+    <div className="bar">
+      <ActionIcon
+        variant="subtle"
+        color="gray"
+        size="sm"
+        aria-expanded={open}
+        aria-label="3D view"
+        data-testid="toggle-3d"
+        onClick={onToggle}
+      >
+        {open ? <IconChevronDown size={16} /> : <IconChevronRight size={16} />}
+      </ActionIcon>
+      <span className="bar-title">3D</span>
+      <span className="spacer" />
+      {seat ? <Cameras seat={seat} /> : null}
+    </div>
+  );
+}
+
+/** Buttons that put the camera back to where a view is taken from; for this page alone. */
+export function Cameras({ seat }: { readonly seat: Seat }) {
+  const scheme = useComputedColorScheme("dark");
+  return (
+    <Button.Group aria-label="Camera">
+      {VIEWS.map(([view, label, meaning]) => (
+        <Tooltip key={view} label={meaning} openDelay={500}>
+          <Button
+            size="compact-xs"
+            variant="default"
+            data-testid={`camera-${view}`}
+            onClick={() => {
+              seat.look(scheme, view);
+            }}
+          >
+            {label}
+          </Button>
+        </Tooltip>
+      ))}
+    </Button.Group>
+  );
+}

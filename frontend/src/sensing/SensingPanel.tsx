@@ -1,0 +1,120 @@
+import { Tooltip } from "@mantine/core";
+import { Live } from "../live/live";
+import { usePage } from "../live/page";
+import { Operations } from "../operate/operations";
+import { useWhyNot } from "../operate/permission";
+import { DASH, plain } from "../ui/format";
+import { LiveText } from "../ui/LiveText";
+import { useService } from "../ui/services";
+import { isSensed, markersOf, missOf, residualOf } from "./residual";
+import { bit, PRESETS, RODS } from "./rods";
+import { TwinFaultsPanel } from "./TwinFaultsPanel";
+
+const NUMBERS_PER_S = 4;
+
+/** Ten switches along the drawn backbone, base left, tip right; under each what the observer misses there. */
+export function SensingPanel() {
+  const operations = useService(Operations);
+  const mask = usePage((page) => page.settings?.sensed ?? 0);
+  const twin = usePage((page) => page.rig?.twin ?? false);
+  const reason = useWhyNot("settings");
+  const choose = (sensed: number) => {
+    if (reason === null) void operations.changeSettings("Sensing not changed", { sensed });
+  };
+  return (
+    <div className="panel">
+      <Presets mask={mask} reason={reason} choose={choose} />
+      <div className="backbone" role="group" aria-label="Sensed rods, base left, tip right">
+        <span className="backbone-base">
+          <span>base</span>
+          <span className="backbone-row">residual</span>
+          {twin ? <span className="backbone-row">to twin</span> : null}
+        </span>
+        {RODS.map((rod) => (
+          <Sensor key={rod} rod={rod} mask={mask} reason={reason} choose={choose} twin={twin} />
+        ))}
+      </div>
+      <p className="note">
+        mm{twin ? "; to twin: from the observer's estimate to the twin's truth" : ", measured to observer"}
+      </p>
+      {twin ? <TwinFaultsPanel /> : null}
+    </div>
+  );
+}
+
+interface ChoiceProps {
+  readonly mask: number;
+  readonly reason: string | null;
+  readonly choose: (mask: number) => void;
+}
+
+function Presets({ mask, reason, choose }: ChoiceProps) {
+  return (
+    <div className="row" role="group" aria-label="Presets">
+      {PRESETS.map(({ label, testId, sensed, meaning }) => (
+        <Tooltip key={label} label={reason ?? meaning} openDelay={reason ? 0 : 500}>
+          <button
+            type="button"
+            className="chip"
+            aria-pressed={mask === sensed}
+            aria-disabled={reason !== null}
+            data-testid={testId}
+            onClick={() => {
+              choose(sensed);
+            }}
+          >
+            {label}
+          </button>
+        </Tooltip>
+      ))}
+    </div>
+  );
+}
+
+interface SensorProps extends ChoiceProps {
+  readonly rod: number;
+  readonly twin: boolean;
+}
+
+function Sensor({ rod, mask, reason, choose, twin }: SensorProps) {
+  const on = isSensed(mask, rod);
+  const live = useService(Live);
+  const residual = () => {
+    const marker = on && live.telemetry && markersOf(live.telemetry).find((seen) => seen.rod === rod);
+    return marker ? millimetresOf(residualOf(marker)) : DASH;
+  };
+  const miss = () => (live.telemetry ? millimetresOf(missOf(live.telemetry, rod)) : DASH);
+  return (
+    <span className="sensor">
+      <Tooltip
+        label={reason ?? (on ? `Rod ${rod}: sensed` : `Rod ${rod}: not sensed`)}
+        openDelay={reason ? 0 : 500}
+      >
+        <button
+          type="button"
+          className="sensor-dot"
+          role="switch"
+          aria-checked={on}
+          aria-label={`Sense rod ${rod}`}
+          aria-disabled={reason !== null}
+          data-testid={`sense-${rod}`}
+          onClick={() => {
+            choose(mask ^ bit(rod));
+          }}
+        >
+          {rod}
+        </button>
+      </Tooltip>
+      <LiveText read={residual} rate={NUMBERS_PER_S} testId={`residual-${rod}`} />
+      {twin ? (
+        <span className={on ? "sensor-twin" : "sensor-twin sensor-unsensed"}>
+          <LiveText read={miss} rate={NUMBERS_PER_S} testId={`miss-${rod}`} />
+        </span>
+      ) : null}
+    </span>
+  );
+}
+
+function millimetresOf(distance: number): string {
+  return plain(distance * 1e3, 1);
+}

@@ -1,0 +1,124 @@
+import { NumberInput, Tooltip } from "@mantine/core";
+import { useEffect, useState } from "react";
+import { usePage } from "../live/page";
+import { ControlButton } from "../operate/ControlButton";
+import { Operations } from "../operate/operations";
+import { useWhyNot } from "../operate/permission";
+import { rounded } from "../operate/settings";
+import { useService } from "../ui/services";
+import { FaultChoices, type Inject } from "./FaultChoices";
+import { ALL_RODS } from "./rods";
+import { twin, type TwinFaults } from "./twinFaults";
+
+const OFF: TwinFaults = {
+  noise: 0,
+  sample_loss: 0,
+  marker_loss: 0,
+  rods: ALL_RODS,
+  jump: [0, 0],
+  freeze: 0,
+  sensors_stuck: 0,
+  valves_stuck: 0,
+  supply_lost: false,
+};
+
+interface Fault {
+  readonly name: "noise" | "sample_loss" | "marker_loss";
+  readonly label: string;
+  readonly unit: string;
+  /** From SI to the display unit. */
+  readonly scale: number;
+  readonly max: number;
+  readonly step: number;
+}
+
+const FAULTS: readonly Fault[] = [
+  { name: "noise", label: "Noise", unit: "mm", scale: 1e3, max: 20, step: 0.5 },
+  { name: "sample_loss", label: "Samples lost", unit: "%", scale: 100, max: 100, step: 5 },
+  { name: "marker_loss", label: "Markers lost", unit: "%", scale: 100, max: 100, step: 5 },
+];
+
+/** What is broken in the twin, live: markers, pressure sensors, valves, supply. */
+export function TwinFaultsPanel() {
+  const operations = useService(Operations);
+  const boot = usePage((page) => page.rig?.boot ?? 0);
+  const mine = usePage((page) => page.lease.mine);
+  const [faults, setFaults] = useState(OFF);
+  useEffect(() => {
+    // What is injected lives in the rig: asked for anew with every life of it, and when control changes hands.
+    let current = true;
+    void operations.attempt("Injected faults not known", async () => {
+      const found = await twin.faults();
+      if (current) setFaults(found);
+    });
+    return () => {
+      current = false;
+    };
+  }, [operations, boot, mine]);
+  const inject = (change: Partial<TwinFaults>) => {
+    void operations.attempt("Faults not injected", async () => {
+      setFaults(await twin.inject({ ...faults, ...change }));
+    });
+  };
+  return (
+    <fieldset className="faults" data-testid="faults">
+      <legend>Inject into the twin</legend>
+      {FAULTS.map((fault) => (
+        <FaultField key={fault.name} fault={fault} value={faults[fault.name]} inject={inject} />
+      ))}
+      <FaultChoices faults={faults} inject={inject} />
+      <ControlButton
+        control="settings"
+        variant="default"
+        testId="faults-off"
+        meaning="The twin as it was"
+        onClick={() => {
+          inject(OFF);
+        }}
+      >
+        Off
+      </ControlButton>
+    </fieldset>
+  );
+}
+
+interface FieldProps {
+  readonly fault: Fault;
+  readonly value: number;
+  readonly inject: Inject;
+}
+
+/** Sent on Enter or when the field is left. */
+function FaultField({ fault, value, inject }: FieldProps) {
+  const { name, label, unit, scale, max, step } = fault;
+  const reason = useWhyNot("settings");
+  const [draft, setDraft] = useState<number | string | null>(null);
+  const shown = rounded(value * scale);
+  const send = () => {
+    if (typeof draft === "number" && draft !== shown) inject({ [name]: draft / scale });
+    setDraft(null);
+  };
+  return (
+    <Tooltip label={reason ?? `0 … ${max} ${unit}`} openDelay={reason === null ? 300 : 0}>
+      <NumberInput
+        size="xs"
+        w={98}
+        className="number-field"
+        label={`${label}, ${unit}`}
+        data-testid={`fault-${name}`}
+        readOnly={reason !== null}
+        aria-disabled={reason !== null}
+        value={draft ?? shown}
+        min={0}
+        max={max}
+        step={step}
+        clampBehavior="strict"
+        onChange={setDraft}
+        onBlur={send}
+        onKeyDown={(event) => {
+          if (event.key === "Enter") send();
+        }}
+      />
+    </Tooltip>
+  );
+}
