@@ -92,8 +92,8 @@ def test_a_thread_that_ends_is_said_and_begins_anew(monkeypatch: pytest.MonkeyPa
     wait_for(lambda: not ends and worker.alive and "by a mistake" in worker.trouble, "another life of it")
     events = EventLog()
     soundness = Soundness([worker], Looks(), LoopWatchdog(), events)
-    soundness()
-    soundness()
+    soundness.look()
+    soundness.look()
     assert [event.text for event in events.recent] == [
         "the thread w was ended by RuntimeError: by a mistake, and began anew"
     ]
