@@ -32,7 +32,7 @@ class SessionUnknown(KeyRefused):
 
 
 class Unproven(TendrilError):
-    """What came over the link is not shown to be the rig's, in this life of it, and new."""
+    """What came over the link is not shown to be the rig's, in this boot of it, and new."""
 
 
 class StartRefused(TendrilError):

@@ -29,7 +29,7 @@ REFERENCE_ROWS = 300_000
 
 
 def build_rig(parameters: RigParameters, boot: int) -> Rig:
-    """The controller's memory for one life of a rig with boot id `boot`: vented, at rest, nothing planned.
+    """The controller's memory for one boot of a rig with boot id `boot`: vented, at rest, nothing planned.
 
     Raises ParameterError as `observer_model` does, and where numbers run over.
     """

@@ -125,9 +125,7 @@ def strongest(apply: Callable[[Array], Array], size: int) -> float:
     try:
         found = eigs(operator, 1, tol=1e-3, v0=start, maxiter=ROUNDS, return_eigenvectors=False)
     except ArpackError as error:
-        raise ParameterError(
-            f"rods = {size}: the fastest motion of so many was not found in {ROUNDS} rounds"
-        ) from error
+        raise ParameterError(f"rods = {size}: their fastest motion was not found in {ROUNDS} rounds") from error
     return float(found[0].real)
 
 

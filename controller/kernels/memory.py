@@ -1,4 +1,4 @@
-"""What the controller remembers from tick to tick, and the parcels of arrays that the stages of the tick are handed."""
+"""What the controller remembers from tick to tick, and the groups of arrays that the stages of the tick are handed."""
 
 from typing import NamedTuple
 
@@ -83,7 +83,7 @@ PLAN = np.dtype(
 
 
 class Control(NamedTuple):
-    """What the stages after the observer need. Small on purpose: every array in a parcel costs each of its readers."""
+    """What the stages after the observer need. Small on purpose: every array in it costs each of its readers."""
 
     dt: float
     """Period of the tick [s]."""

@@ -1,6 +1,6 @@
 """The server's end of the link: every telemetry row in order, commands with the rig's answer, and who the rig is.
 
-A batch is taken if it is proven to be the rig's (proof.py), newer than all before it, of the life that answered us, and
+A batch is taken if it is proven to be the rig's (proof.py), newer than all before it, of the boot that answered us, and
 follows from the last one (pace.py). What is refused is counted, and stands in the log once a minute at most.
 """
 
@@ -63,7 +63,7 @@ class _Batch(NamedTuple):
 class RigClient:
     """One connection to one rig, kept for ever: it survives restarts of the rig. Every method is thread safe.
 
-    `on_rows(rows)` gets Telemetry arrays, gapless and in order, and `on_boot(info)` every new life of the rig before
+    `on_rows(rows)` gets Telemetry arrays, gapless and in order, and `on_boot(info)` every new boot of the rig before
     its rows; both run in one thread of this client, and what they raise is logged.
     """
 
@@ -228,7 +228,7 @@ class RigClient:
     def _hear(self, batch: _Batch) -> None:
         with self._hearing:
             if batch.boot in self._dead or (batch.boot == self._boot and batch.number <= self._heard):
-                raise Unproven(f"refused: batch {batch.number} of life {batch.boot} was sent before")
+                raise Unproven(f"refused: batch {batch.number} of boot {batch.boot} was sent before")
             if batch.boot == self._boot:
                 self._heard, self._last, self._kept_out = batch.number, batch.arrived, None
 
@@ -289,7 +289,7 @@ class RigClient:
         self._stream.take(rows)
 
     def _meet(self, boot: int) -> None:
-        """A new life of the rig: do we speak the same layout, who is it, and where do its rows begin?
+        """A new boot of the rig: do we speak the same layout, who is it, and where do its rows begin?
 
         Its answer is proven to be of this moment, so batches sent before it, which anybody may have kept, are too old.
         """

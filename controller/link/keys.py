@@ -11,7 +11,7 @@ from controller.errors import ParameterError, RigUnreachable
 from controller.link.guard import guarded
 
 ENDLESS = 2**62
-"""So many ticks of a reference that repeats are followed until something else is asked for."""
+"""Ticks for which a reference that repeats is followed: until something else is asked for."""
 REPLAY_MAX = 2000
 """Most rows of one replay: about 2 MB, a sixteenth of what the ring holds."""
 MESSAGE_MAX = 8 * 1024 * 1024
@@ -82,7 +82,7 @@ class Keys:
         return f"tendril/{self.rig}/leave"
 
     def alive(self, boot: str) -> str:
-        """Liveliness token of one life of the rig process; "*" for any."""
+        """Liveliness token of one boot of the rig process; "*" for any."""
         return f"tendril/{self.rig}/alive/{boot}"
 
 

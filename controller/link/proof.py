@@ -1,4 +1,4 @@
-"""The proof: that a batch or a reply comes from the rig that has our key, in the life that it names, and comes once.
+"""The proof: that a batch or a reply comes from the rig that has our key, in the boot that it names, and comes once.
 
 The seal's counterpart in the other direction, and like it an attachment, little endian:
 
@@ -9,7 +9,7 @@ The seal's counterpart in the other direction, and like it an attachment, little
                       b"tendril reply 1", the fields before it, kind, zero byte, key expression, zero byte,
                       SHA-256 of the question, payload
 
-- The number of a batch rises strictly within a life of the rig: none is taken twice, or after a later one.
+- The number of a batch rises strictly within a boot of the rig: none is taken twice, or after a later one.
 - A reply is bound to the question, seal and payload, and every question holds something that was in none before: a
   random number, or a seal. An old reply answers nothing, and a reply to another question neither.
 - `kind` names the error that a refusal is; it is empty where the payload is what was asked for.
@@ -47,7 +47,7 @@ class Reply(NamedTuple):
 
 
 class Prover:
-    """The rig's side, in one life of it. Batches are proven by one thread, replies by any."""
+    """The rig's side, in one boot of it. Batches are proven by one thread, replies by any."""
 
     def __init__(self, key: bytes, boot: int) -> None:
         self._key, self._boot, self._sent = key, boot, 0

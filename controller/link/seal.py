@@ -6,8 +6,8 @@ It travels as the attachment of a query, little endian:
 
     HMAC-SHA256 over: b"tendril seal 1", int64 boot id, int64 session, int64 count, key expression, zero byte, payload
 
-- The boot id is part of what is signed, so a recorded message is worth nothing in another life of the rig.
-- The session is a number that the rig hands out to whoever asks. Opening one is itself a sealed message, and takes the
+- The boot id is part of what is signed, so a recorded message is worth nothing in another boot of the rig.
+- The session is a number that the rig hands out to all who ask. Opening one is itself a sealed message, and takes the
   number whether or not it helps: a recorded opening cannot be sent again.
 - The count rises strictly within a session and key expression: no message is taken twice, or after a later one.
 - The key expression is signed too: a command is no reference. Keys are compared in constant time.
@@ -50,7 +50,7 @@ class Introduction(Model):
 
 @dataclass(frozen=True)
 class Sealer:
-    """The server's side of one session with one life of the rig."""
+    """The server's side of one session with one boot of the rig."""
 
     key: bytes
     boot: int
@@ -74,15 +74,15 @@ class SealedSession:
 
 
 class Seals:
-    """The rig's side: opens sessions in one life of the rig and judges every sealed message. Thread safe."""
+    """The rig's side: opens sessions in one boot of the rig and judges every sealed message. Thread safe."""
 
     def __init__(self, key: bytes, boot: int, file: str) -> None:
-        """`file` holds the key and is named to whoever has another one."""
+        """`file` holds the key and is named to those who have another one."""
         self.boot = boot
         self.prover = Prover(key, boot)
         """What the rig says is proven by the same key."""
         self._key, self._file = key, file
-        self._next = secrets.randbits(61)  # not 1: a session of the last life must not be known in this one
+        self._next = secrets.randbits(61)  # not 1: a session of the last boot must not be known in this one
         self._sessions: dict[int, SealedSession] = {}
         self._lock = threading.Lock()
 
@@ -135,7 +135,7 @@ class Seals:
         return number, count
 
     def _verified(self, expression: str, payload: bytes, seal: bytes) -> tuple[int, int]:
-        """Session and count of a seal made with our key in this life."""
+        """Session and count of a seal made with our key in this boot."""
         found = self._parsed(seal)
         head, mac = seal[: _HEAD.size], seal[_HEAD.size :]
         if not hmac.compare_digest(mac, _mac(self._key, self.boot, head, expression, payload)):

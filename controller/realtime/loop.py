@@ -113,7 +113,7 @@ def run_loop(rig: Rig, twin: Twin, memory: LoopMemory, period_ns: int) -> None:
 
 @compiled
 def write_vented_row(memory: LoopMemory, slot: int, t_ns: int) -> None:
-    """The last row of a life: the last tick's with mode VENTED, no pressure and no torque; STOP holds the cause."""
+    """The last row of a boot: the last tick's with mode VENTED, no pressure and no torque; STOP holds the cause."""
     telemetry = memory.telemetry[0]
     telemetry.tick += 1
     telemetry.slot = slot

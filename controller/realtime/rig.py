@@ -173,7 +173,7 @@ def _allow_connections() -> None:
 
 @contextmanager
 def _failure_told(ready: Path | None) -> Iterator[None]:
-    """Leave the reason for whoever waits for `ready`."""
+    """Leave the reason for the process that waits for `ready`."""
     try:
         yield
     except Exception as error:

@@ -125,7 +125,7 @@ def create_ring(rig: str, boot: int, folder: Path | None = None, capacity: int =
 
 
 def find_ring(rig: str, folder: Path | None = None) -> Ring:
-    """The ring of the newest life of `rig` on this machine, for reading."""
+    """The ring of the newest boot of `rig` on this machine, for reading."""
     found = [path for place in ([folder] if folder else ring_folders()) if (path := ring_path(rig, place)).exists()]
     if not found:
         raise RigUnreachable(f"no telemetry ring of rig {rig!r} on this machine")

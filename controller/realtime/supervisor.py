@@ -153,7 +153,7 @@ class Supervisor:
                 self._failed_first, self._first_code = True, self._process.poll()
             self._ready.set()
             if self._failed_first and self._first_code == REFUSED:
-                return  # it has said why, and would say it again; `is_ready` tells whoever started us
+                return  # it has said why, and would say it again; `is_ready` tells the process that started us
             quick_deaths = quick_deaths + 1 if time.monotonic() - born < SHORT_LIFE else 0
             fields = {"rig": self.settings.rig, "code": self._process.poll()}
             log.error("rig %s ended with code %s: restart", *fields.values(), extra=fields)
@@ -242,12 +242,12 @@ class Supervisor:
 
 
 def restart_delay(quick_deaths: int) -> float:
-    """Wait before the next start [s] after so many short lives in a row: none after the first, then doubling."""
+    """Wait before the next start [s] after this number of short lives in a row: none after the first, then doubling."""
     return 0.0 if quick_deaths < 2 else min(DELAY_MAX, DELAY_FIRST * 2.0 ** (quick_deaths - 2))
 
 
 def retry_delay(failures: int) -> float:
-    """Wait after so many failures in a row to start or watch it [s]: 0.5 s after the first, then doubling."""
+    """Wait after this number of failures in a row to start or watch it [s]: 0.5 s after the first, then doubling."""
     return min(DELAY_MAX, DELAY_FIRST * 2.0 ** (failures - 1)) if failures else 0.0
 
 

@@ -86,7 +86,7 @@ def led(smap: StaticMap, p: Array, dt: float) -> tuple[Array, Carried]:
 
 
 def start_row(samples: Samples, wish: Wish, rows: int, dt: float) -> int | None:
-    """Row at the wished start, of so many `rows` every dt [s]; None where it is to be found."""
+    """Row at the wished start, of `rows` rows every dt [s]; None where it is to be found."""
     if wish.start is None:
         return None
     row = round(wish.start / dt) if wish.start < rows * dt else rows
@@ -96,7 +96,7 @@ def start_row(samples: Samples, wish: Wish, rows: int, dt: float) -> int | None:
 
 
 def resampled(samples: Samples, dt: float) -> Array:
-    """Points (n, 2) [m] every dt [s] from the first sample on. Raises DataError if there is no room for so many."""
+    """Points (n, 2) [m] every dt [s] from the first sample on. Raises DataError if there is no room for them."""
     at = (samples.t - samples.t[0]) / dt
     whole = np.round(at)
     at = np.where(np.abs(at - whole) < ON_GRID, whole, at)

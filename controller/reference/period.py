@@ -20,13 +20,13 @@ LEAD = 2.5
 DRIFT = 3e-3
 """What moves by more than this share of the size from period to period, and by twice that in two, is a spiral."""
 ALIKE = 3.0
-"""The part begins where the path is further off than so many times what its later periods are apart."""
+"""The part begins where the path is further off than this many times what its later periods are apart."""
 EXACT = 1e-6
 """What interpolation between the rows of an exact path leaves [m]."""
 ODD = 1.0
 """How many points need not repeat: those beside a jump, which falls between two rows [%]."""
 JUMP_ROWS = 3
-"""So many rows in a row are off before the part; beside a jump, which falls between two rows, fewer."""
+"""This many rows in a row are off before the part; beside a jump, which falls between two rows, fewer."""
 SIZE_MIN, ROWS_MIN = 1e-3, 8
 """A smaller path is a point [m]; a shorter one has no period [rows]."""
 OVERLAP = 0.5

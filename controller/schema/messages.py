@@ -28,7 +28,7 @@ class Command(Model):
     n: int = 0
     """Number of this command; telemetry echoes the number in force."""
     boot: int = 0
-    """Boot id of the rig it is meant for; a request for another life is refused."""
+    """Boot id of the rig it is meant for; a request for another boot is refused."""
     request_n: int = 0
     """Edge counter: the request is acted on once, when this number rises."""
     request: Request = Request.NONE
@@ -120,7 +120,7 @@ class Telemetry(Model):
 
 
 class TwinFaults(Model):
-    """What is injected into the twin beside its own flaws; off with every life of the rig."""
+    """What is injected into the twin beside its own flaws; off with every boot of the rig."""
 
     noise: Annotated[float, Bounds(ge=0.0, le=0.02), Q("m", "sigma")] = 0.0
     """Added standard deviation of each coordinate."""

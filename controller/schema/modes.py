@@ -80,7 +80,7 @@ class Cause(IntEnum):
     WRONG_MODE = 13
     """Refused: the transition table does not allow the request in this mode."""
     WRONG_BOOT = 14
-    """Refused: the command was meant for an earlier life of the rig."""
+    """Refused: the command was meant for an earlier boot of the rig."""
     NO_REFERENCE = 15
     NO_OPERATOR = 16
     """Refused: a moving mode needs an operator who is present."""

@@ -89,7 +89,7 @@ class ControllerParameters(Model):
     torque_slew_max: Annotated[float, Bounds(gt=0.0, le=100.0), Q("N m/s")] = 5.0
     """Bound on the rate of u in HOLD and FOLLOW, feedback and all (ours), and of what holds a planned reference."""
     reference_speed_max: Annotated[float, Bounds(gt=0.0, le=100.0), Q("m/s")] = 1.0
-    """No planned reference that does not declare steps is faster, whoever plans it (ours: what settings may allow)."""
+    """No planned reference that does not declare steps is faster (ours: what settings may allow)."""
     reference_acceleration_max: Annotated[float, Bounds(gt=0.0, le=1000.0), Q("m/s^2")] = 25.0
     """The same for its acceleration over 20 ms (ours: the paper's 2 Hz circle sets in at once, with 19 m/s^2)."""
 

@@ -16,7 +16,7 @@ START_NS = 1_000_000_000
 
 
 class Simulation:
-    """One life of a rig and a twin on a perfect loop, advanced piece by piece.
+    """One boot of a rig and a twin on a perfect loop, advanced piece by piece.
 
     The operator is present as long as `present` is True, and every number of `command` may be changed between pieces.
     """

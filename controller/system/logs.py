@@ -100,7 +100,7 @@ class Background(logging.Handler):
 
 
 def log_in_background() -> None:
-    """From now on no thread of this process waits for whoever reads its log."""
+    """From now on no thread of this process waits for the reader of its log."""
     root = logging.getLogger()
     if root.handlers and not any(isinstance(handler, Background) for handler in root.handlers):
         root.handlers[:] = [background := Background(root.handlers[:])]

@@ -30,7 +30,7 @@ class Tasks:
     """Tasks that nobody waits for: kept until they are done, and what ends one is logged and told."""
 
     def __init__(self, tell: Callable[[str], None] = lambda text: None, most: int = 100) -> None:
-        """At most `most` at a time: whoever begins more without end has a mistake in it."""
+        """At most `most` at a time: a caller that begins more without end has a mistake in it."""
         self._tell, self._most = tell, most
         self._tasks: set[asyncio.Task[None]] = set()
 

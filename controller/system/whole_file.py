@@ -101,7 +101,7 @@ def set_aside(path: Path) -> Path | None:
 
 
 def sync_file(path: Path) -> None:
-    """Put the data of the regular file `path` on the disk, whoever wrote them."""
+    """Put the data of the regular file `path` on the disk, whichever process wrote them."""
     with open_regular(path) as file:
         os.fsync(file.fileno())
 

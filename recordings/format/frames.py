@@ -1,4 +1,4 @@
-"""The outermost layer of an .rrd file: a header of 12 bytes, then frames, each of kind, length and so many bytes.
+"""The outermost layer of an .rrd file: a header of 12 bytes, then frames, each of kind, length and bytes.
 
 A writer that is killed or whose disk is full can leave half a frame at the end, and rerun's reader then refuses the
 whole file: so the end of the last whole frame is what counts. A power cut can also leave pages of zeros where data did

@@ -43,9 +43,9 @@ class Restart(Model):
     """The rig ended, killed perhaps, and began again: its ticks begin anew, and none are counted as missing."""
 
     after: int
-    """The last tick of its life before."""
+    """The last tick of its boot before."""
     seconds: float
-    """From that tick to the first of the new life."""
+    """From that tick to the first of the new boot."""
 
 
 class Metrics(Model):

@@ -10,9 +10,9 @@ from controller.reference.period import repeats_from, repetition, strongest
 from controller.schema.parameters import DT
 
 CYCLES_MIN = 2
-"""So many whole cycles are to be there."""
+"""Fewest whole cycles."""
 SEARCHED = 100_000
-"""In so many of the last rows a period is sought: it takes time."""
+"""Last rows in which a period is sought: it takes time."""
 POINTS = 512
 """Of one cycle, for its harmonics."""
 CLEAR = 0.25
@@ -24,7 +24,7 @@ ON_ROW = 1e-6
 AFTER = 0.07
 """So much of a cycle later passes that look the same have parted, in any harmonic that matters."""
 BREAK = 10.0
-"""Rows that are so many times further apart than others have a pause between them."""
+"""Rows that are this many times further apart than others have a pause between them."""
 
 
 @dataclass(frozen=True)

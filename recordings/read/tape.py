@@ -15,7 +15,7 @@ from recordings.format.signals import GROUPS, MARKERS
 from recordings.read.reader import read_about
 
 PERIOD = 20
-"""One tick of so many is kept."""
+"""One tick of this many is kept."""
 PLAN = {group.path: group for group in GROUPS if group.path in ("/tip/x", "/tip/y", "/state")}
 WIDTHS = {**{path: len(group.series) for path, group in PLAN.items()}, **dict.fromkeys(LINES, 42), MARKERS: 20}
 FIELDS = ("target", "p_ref", "p_meas", "mode", "sensed", "markers", "backbone", "twin_backbone")

@@ -19,7 +19,7 @@ from recordings.format.messages import Recording
 
 INDEX = ".index.json"
 STALE_MAX = 50
-"""So many sidecars may differ from the index file before it is written again: a running one changes every second."""
+"""Sidecars that may differ from the index file before it is written again: a running one changes every second."""
 
 
 class Entry(Model):

@@ -21,7 +21,7 @@ def default_quota(folder: Path) -> int:
 def enforce(store: Store, most: int) -> list[Recording]:
     """Remove the oldest recordings until the rest takes `most` bytes at most; those removed, oldest first.
 
-    The newest one stays even where it alone is larger: whoever made it wants to see it.
+    The newest one stays even where it alone is larger: the one who made it wants to see it.
     """
     listed = store.list()
     over = sum(recording.bytes for recording in listed) - most

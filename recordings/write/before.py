@@ -9,14 +9,14 @@ KEPT = 10_000
 
 
 class Before:
-    """Batches of rows, `most` rows at most, of one life of the rig. Not thread-safe."""
+    """Batches of rows, `most` rows at most, of one boot of the rig. Not thread-safe."""
 
     def __init__(self, most: int = KEPT) -> None:
         self._batches: deque[Rows] = deque()
         self._most, self._count = most, 0
 
     def add(self, rows: Rows) -> None:
-        """Keep `rows` (n,), n >= 1, which nobody changes any more; rows of an earlier life are dropped."""
+        """Keep `rows` (n,), n >= 1, which nobody changes any more; rows of an earlier boot are dropped."""
         if self._batches and rows["tick"][0] <= self._batches[-1]["tick"][-1]:
             self._batches.clear()
             self._count = 0

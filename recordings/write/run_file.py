@@ -11,7 +11,7 @@ from recordings.format.about import About
 from recordings.write.rrd import write_whole
 
 THINNED = 5
-"""One tick of so many is recorded: 200 Hz, a third of the size of them all."""
+"""One tick of this many is recorded: 200 Hz, a third of the size of them all."""
 
 
 def write_run(rows: Rows, path: Path, name: str, parameters: RigParameters, settings: Settings) -> None:

@@ -25,7 +25,7 @@ REPORT_SECONDS = 1.0
 DISK_FREE_MIN = 256 << 20
 """Room [B] that a recording leaves on the disk: it ends before the disk is full."""
 HOLES_MAX = 100
-"""So many holes are listed, and so many restarts; all missing ticks are counted."""
+"""Holes that are listed, and restarts; all missing ticks are counted."""
 
 
 @dataclass(frozen=True)

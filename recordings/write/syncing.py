@@ -50,7 +50,7 @@ class Syncer:
 
     def end(self, timeout: float = LAST_TIMEOUT) -> None:
         """Put all that was written on the disk, a last time; RecordingError where that fails."""
-        self._description = None  # what is said at the end is written by whoever ends it
+        self._description = None  # what is said at the end is written by the one who ends it
         self._ending.set()
         if self._thread.ident is None:
             self._sync()

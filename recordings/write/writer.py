@@ -23,7 +23,7 @@ from recordings.write.session import Context, Session, warm_up
 
 BATCH_ROWS = 250
 BATCH_SECONDS = 0.13
-"""A batch is written when it has so many rows or is so old: the most that a killed writer loses."""
+"""A batch is written when it has this many rows or is this old: the most that a killed writer loses."""
 
 POLL_SECONDS = 0.05
 PAUSED = 1.0
@@ -31,10 +31,10 @@ PAUSED = 1.0
 ANSWER = 40.0
 """Longest wait for a recording to begin or to end [s], which puts all of it on the disk (`syncing.LAST_TIMEOUT`)."""
 LAST = 10.0
-"""The same when the server ends [s]; whoever started it kills it after 20."""
+"""The same when the server ends [s]; its parent kills it after 20."""
 PLAIN = Context()
 FIRST_ROWS = 1000
-"""Rows from memory are written in batches of so many."""
+"""Rows from memory are written in batches of this many."""
 ENDED = "the recording ended by itself"
 NEVER = -1
 """Before every tick."""

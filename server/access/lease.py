@@ -78,7 +78,7 @@ class OperatorLease:
             return True
 
     def give(self, who: Identity) -> None:
-        """Make `who` the holder, whoever was it before."""
+        """Make `who` the holder, whatever session was it before."""
         with self._lock:
             self._pass_to(who)
             self._heard = self._now()

@@ -17,7 +17,7 @@ ORDER = "FAULT_ORDER"
 
 
 def act(*_: object) -> None:
-    """Do what the order says: `hold_gil` for so many seconds, `step_clock` by so many; `stand` still, which the event
+    """Do what the order says: `hold_gil` for a number of seconds, `step_clock` by one; `stand` still, which the event
     loop's own thread does; let `calls` ("module:Class.method") for `seconds` do `how`: fail, hang, or end their thread.
     """
     order = json.loads(Path(os.environ[ORDER]).read_text())

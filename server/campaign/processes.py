@@ -70,7 +70,7 @@ def server_gone(scene: Scene) -> Seen:
 
 
 def restarted(scene: Scene, start: int, mark: int) -> Seen:
-    """Wait for the next life of the rig, which has to begin vented, and for what the page says."""
+    """Wait for the next boot of the rig, which has to begin vented, and for what the page says."""
     old = scene.boot
     wait(
         lambda: scene.boot not in (0, old) and len(scene.since(start)),
@@ -78,7 +78,7 @@ def restarted(scene: Scene, start: int, mark: int) -> Seen:
         "a rig that ticks again",
     )
     rows = scene.since(start)
-    require((rows["mode"] == Mode.VENTED).all(), "the next life did not begin vented")
+    require((rows["mode"] == Mode.VENTED).all(), "the next boot did not begin vented")
     line = scene.operator.sees("the rig restarted", mark, 20.0)
     scene.stays_calm()
     require(scene.mode == Mode.VENTED, f"in {scene.mode.name} though nobody armed")

@@ -113,7 +113,7 @@ class Scene:
 
     @property
     def boot(self) -> int:
-        """The rig's life that writes the newest ring; 0 between two lives."""
+        """The rig's boot that writes the newest ring; 0 between two boots."""
         try:
             return find_ring(self.rig).boot
         except RigUnreachable:

@@ -16,14 +16,14 @@ GROWTH = 1e-9
 
 
 def newest(rig: str) -> np.void:
-    """The newest row of the newest life of `rig`; RigUnreachable without a ring."""
+    """The newest row of the newest boot of `rig`; RigUnreachable without a ring."""
     while (row := find_ring(rig).newest()) is None:
         time.sleep(1e-3)
     return row
 
 
 def since(rig: str, t_ns: int) -> Rows:
-    """Rows (n,) from the time `t_ns` of the monotonic clock on, as far as the ring of the newest life holds them."""
+    """Rows (n,) from the time `t_ns` of the monotonic clock on, as far as the ring of the newest boot holds them."""
     ring = find_ring(rig)
     count = min(CAPACITY - 1, max(0, time.monotonic_ns() - t_ns) // 1_000_000 + 1000)
     rows = ring.read(max(0, ring.head - count), count)[1]

@@ -27,7 +27,7 @@ COMPARED_MAX = 4
 @app.command()
 def ls(
     words: Annotated[list[str] | None, typer.Argument(help="Only recordings that have all of these words.")] = None,
-    limit: Annotated[int, typer.Option(min=1, help="The newest so many.")] = 50,
+    limit: Annotated[int, typer.Option(min=1, help="How many, the newest first.")] = 50,
     folder: Folder = None,
     as_json: Json = False,
 ) -> None:

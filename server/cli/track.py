@@ -12,7 +12,7 @@ from server.cli.files import require_file, write
 from server.cli.tables import empty, number
 
 MENTIONED = 5
-"""More times than so many are only counted."""
+"""More times than these are only counted."""
 
 
 def run_track(task: TrackTask, json_file: Path | None, console: Console) -> None:

@@ -38,7 +38,7 @@ def drawing_plan(drawing: DrawingBody, rig: RigParameters, settings: Settings) -
 
 
 def spread(rows: int) -> Indices:
-    """At most POINTS of so many `rows`, evenly, the last included."""
+    """At most POINTS of `rows` rows, evenly, the last included."""
     return np.unique(np.linspace(0, rows - 1, min(rows, POINTS)).round().astype(np.intp))
 
 

@@ -75,7 +75,7 @@ class Drawings:
             raise _unknown(name) from error
 
     def _leave_out(self, path: Path, why: Exception) -> None:
-        """Say once in the log what is no drawing; the folder may hold any number of such."""
+        """Say once in the log which file holds none; the folder may hold any number of such."""
         if path.name not in self._told and len(self._told) < TOLD_MAX:
             self._told.add(path.name)
             log.warning("%s is left out of the drawings: %s", path, why)

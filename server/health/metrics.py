@@ -65,7 +65,7 @@ class ServerCollector(Collector):
         if newest is None or self._of.rig.boot() is None:
             return
         row = newest[0]
-        yield counter("loop_ticks", "Ticks of the rig's loop in this life.", row["tick"] + 1)
+        yield counter("loop_ticks", "Ticks of the rig's loop in this boot.", row["tick"] + 1)
         yield counter("loop_lost_ticks", "Slots of the grid that passed without a tick.", row["lost"])
         lateness = GaugeMetricFamily(
             "tendril_loop_lateness_seconds", "Wake-up after the deadline, last 10 s.", labels=["quantile"]

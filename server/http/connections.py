@@ -165,7 +165,7 @@ class Connection(Portions, HttpToolsProtocol):
 
 
 class Socket(Portions, WebSocketsSansIOProtocol):
-    """One WebSocket; whoever sends what is no text ends it with 1007, without an error of uvicorn's in our log."""
+    """One WebSocket; a message that is no text ends it with 1007, without an error of uvicorn's in our log."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """It counts as the connection that it was."""

@@ -1,7 +1,7 @@
 """How often one client may ask: generous to a page at work, strict to strangers and with what keeps a core busy.
 
 A client is a signed-in session, without one an address. Each has a bucket of tokens of every kind: a request takes one,
-and they come back at a rate. What is refused takes none, so whoever waits as long as he is told gets through.
+and they come back at a rate. What is refused takes none, so a client that waits as long as it is told gets through.
 """
 
 import re
@@ -28,7 +28,7 @@ class TooOften(TryLater):
 
 @dataclass(frozen=True)
 class Rate:
-    """So many at once, and so many a second in the long run."""
+    """How many at once, and how many a second in the long run."""
 
     what: str
     burst: float
@@ -51,7 +51,7 @@ TOLD = Rate("notices", 1, 1)
 """How often a socket is told that its messages are dropped."""
 LINE = Rate("lines of the log", 60, 2)
 """What one client is refused, and its commands: more would push out what others did."""
-DEED = Rate("lines of the audit log", 600, 20)
+AUDITED = Rate("lines of the audit log", 600, 20)
 """What one session does: it fills the file in no less than an hour."""
 STRANGE = Rate("lines of the audit log on strangers", 1, 1 / 60)
 """Refusals of one address: strangers would push everything else out of the file."""

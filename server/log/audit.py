@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from controller.schema.layout import Model
-from server.http.rates import CLIENTS_MAX, DEED, STRANGE, Bucket
+from server.http.rates import AUDITED, CLIENTS_MAX, STRANGE, Bucket
 from server.http.who import Identity
 from server.log.event_file import EventFile
 from server.log.line_writer import LineWriter
@@ -51,7 +51,7 @@ class Asker:
     address: str
     action: str
 
-    def deed(self, status: int, detail: str = "") -> AuditEntry:
+    def entry(self, status: int, detail: str = "") -> AuditEntry:
         """What came of it, as a line."""
         return AuditEntry(
             time=datetime.now(UTC),
@@ -65,7 +65,7 @@ class Asker:
 
 
 def tell(text: str) -> None:
-    """Say what happens, to whoever audits the request or socket that this is part of."""
+    """Say what happens, to the audit of the request or socket that this is part of."""
     hearer = _hearer.get()
     if hearer is not None:
         hearer(text)
@@ -91,7 +91,7 @@ class Audit:
     ) -> None:
         self.writer = LineWriter(file, "audit log", "the audit log cannot be written")
         self._complain = complain
-        self._known, self._strange = Bucket(DEED, now=now), Bucket(STRANGE, now=now)
+        self._known, self._strange = Bucket(AUDITED, now=now), Bucket(STRANGE, now=now)
         self._left_out: Counter[str] = Counter()
 
     def note(self, asker: Asker, status: int, detail: str = "") -> None:
@@ -101,7 +101,7 @@ class Audit:
         if refused_or_known and lines.wait(client):
             return self._leave_out(client)
         more = self._left_out.pop(client, 0)
-        self.writer.append(asker.deed(status, f"{detail} (and {more} more since the last line)" if more else detail))
+        self.writer.append(asker.entry(status, f"{detail} (and {more} more since the last line)" if more else detail))
 
     def look(self) -> None:
         """Called at every beat: say what became of the file."""

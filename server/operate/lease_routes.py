@@ -39,7 +39,7 @@ async def change_lease(body: LeaseBody, lease: GivenLease, events: GivenEvents, 
 
 @router.post("/api/lease/request")
 async def ask_for_lease(lease: GivenLease, people: GivenPeople, who: Me) -> Lease:
-    """Ask whoever operates for the lease; the request stands for a minute. 409 where nobody operates."""
+    """Ask the operator for the lease; the request stands for a minute. 409 where nobody operates."""
     people.ask(who)
     return lease.view(who)
 

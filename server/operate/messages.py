@@ -23,7 +23,7 @@ class People(Model):
     """Who is here, and who wants to operate."""
 
     holder: str
-    """Tag of whoever operates, "" when nobody does."""
+    """Tag of the operator, "" when nobody does."""
     asking: list[Person]
     """Who asked for control, the longest waiting first."""
     others: list[Person]

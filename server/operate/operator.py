@@ -57,7 +57,7 @@ class Job:
     request: Request = Request.NONE
     target: Target | None = None
     settings: Settings | None = None
-    life: int | None = None
+    boot: int | None = None
     """Boot id of the rig that the asker saw."""
     stops: int = 0
     """How many E-STOPs were asked for before it."""
@@ -88,7 +88,7 @@ class Job:
 class Operator:
     """Sends the desired command to the rig and resolves each asker's future with the rig's reply.
 
-    `send` is the blocking call to the rig, `boot` the life of the rig that is connected (None: not connected), `newest`
+    `send` is the blocking call to the rig, `boot` the boot of the rig that is connected (None: not connected), `newest`
     its newest telemetry row: numbers go on from what the rig echoes, so nobody's restart can repeat a request.
     """
 
@@ -100,9 +100,9 @@ class Operator:
         settings: Settings,
         stopper: Stopper,
     ) -> None:
-        self._send, self._boot, self._newest, self.stopper = send, boot, newest, stopper
+        self._send, self._connected, self._newest, self.stopper = send, boot, newest, stopper
         self._command = Command(settings=settings)
-        self._life: int | None = None
+        self._boot: int | None = None
         self._unsure = False
         """A record that may move the rig was not answered."""
         self._stops = 0
@@ -165,7 +165,7 @@ class Operator:
         asker: Future[CommandReply] = Future()
         asker.set_running_or_notify_cancel()
         job.askers.append(asker)
-        job.life = self._boot()
+        job.boot = self._connected()
         with self._wake:
             job.stops = self._stops
             if self._closed:
@@ -223,12 +223,12 @@ class Operator:
         newest = self._newest() if self._unsure else None
         if newest is None or newest[0]["mode"] not in _LIVE or job.request in STILLING:
             return
-        self._call(Job(own(), Request.HOLD, life=self._boot(), stops=self._stops))
+        self._call(Job(own(), Request.HOLD, boot=self._connected(), stops=self._stops))
         if job.moves_only:
             raise CommandRefused("the last target was not answered, so the rig was told to hold: begin anew")
 
     def _call(self, job: Job) -> CommandReply:
-        newest = self._follow_life(job)
+        newest = self._follow_boot(job)
         if job.changes:
             job.permit.require(job.request)
         before, command = self._command, self._next(job, newest)
@@ -239,7 +239,7 @@ class Operator:
         try:
             reply = self._send(command)
         except RigHeld:
-            self._life = None  # what the other server does to target and numbers is read before we command again
+            self._boot = None  # what the other server does to target and numbers is read before we command again
             raise
         except _ANSWERS:
             self._command = self._command.model_copy(update={"target": before.target})
@@ -268,19 +268,19 @@ class Operator:
             changes["settings"] = job.settings
         return last.model_copy(update=changes)
 
-    def _follow_life(self, job: Job) -> Any:
-        """The newest row of the life that is connected; in a new life, number on from what it echoes.
+    def _follow_boot(self, job: Job) -> Any:
+        """The newest row of the boot that is connected; in a new boot, number on from what it echoes.
 
         Settings outlive a restart of the rig; requests and targets do not.
         """
-        life, newest = self._boot(), self._newest()
-        if life is None or newest is None:
+        boot, newest = self._connected(), self._newest()
+        if boot is None or newest is None:
             raise RigUnreachable("the rig does not answer")
-        if life != self._life:
-            self._command = _resume(newest[0], life, self._command.settings)
-            self._life, self._unsure = life, False
+        if boot != self._boot:
+            self._command = _resume(newest[0], boot, self._command.settings)
+            self._boot, self._unsure = boot, False
         if job.request != Request.NONE:
-            if job.life != life:
+            if job.boot != boot:
                 raise CommandRefused("the rig restarted since this was asked for")
             if self.stopper.waits:
                 raise CommandRefused("an E-STOP waits for the rig's answer")
@@ -289,13 +289,13 @@ class Operator:
         return newest[0]
 
 
-def _resume(row: Any, life: int, settings: Settings) -> Command:
-    """The command that changes nothing in this life of the rig but the settings."""
+def _resume(row: Any, boot: int, settings: Settings) -> Command:
+    """The command that changes nothing in this boot of the rig but the settings."""
     return Command(
         n=int(row["command_n"]),
         request_n=int(row["request_n"]),
         presence=int(row["presence"]),
-        boot=life,
+        boot=boot,
         target=(float(row["target"][0]), float(row["target"][1])),
         settings=settings,
     )

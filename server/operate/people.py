@@ -47,7 +47,7 @@ class PeopleHere:
         return holder and holder.tag, [one.tag for one in self._lease.asking], [one.tag for one in self._here()]
 
     def ask(self, who: Identity) -> None:
-        """Ask whoever operates for the lease."""
+        """Ask the operator for the lease."""
         self._lease.ask(who)
         self._events.done(who.name, "asks for control")
 

@@ -21,7 +21,7 @@ LAST = 2.0
 
 
 class Stopper:
-    """Sends E-STOPs. `boot` is the rig's life that was met last, None before the first contact."""
+    """Sends E-STOPs. `boot` is the rig's boot that was met last, None before the first contact."""
 
     def __init__(self, send: Callable[[int, int], CommandReply], boot: Callable[[], int | None]) -> None:
         """`send` is `RigClient.stop`."""
@@ -29,9 +29,9 @@ class Stopper:
         self._number = secrets.randbits(62)
         self._asked: list[Future[CommandReply]] = []
         self._meant: int | None = None
-        """The life of the rig that was known at the last press."""
+        """The boot of the rig that was known at the last press."""
         self._waiting: tuple[int, int] | None = None
-        """Number and life of the one that was not answered yet."""
+        """Number and boot of the one that was not answered yet."""
         self._passed: tuple[int | None, int] = (None, 0)
         self._wake = threading.Condition()
         self._closed = False
@@ -45,9 +45,9 @@ class Stopper:
         return bool(self._asked or (waiting and waiting[1] == self._boot()))
 
     def passed(self, boot: int) -> int:
-        """The number that the last E-STOP took in this life of the rig: what is asked later must be above it."""
-        life, number = self._passed
-        return number if life == boot else 0
+        """The number that the last E-STOP took in this boot of the rig: what is asked later must be above it."""
+        known, number = self._passed
+        return number if known == boot else 0
 
     def stop(self) -> "Future[CommandReply]":
         """Ask now; RigUnreachable where no answer came at once, but it is sent until there is one."""
@@ -83,7 +83,7 @@ class Stopper:
             self._serve(answers)
 
     def _begin(self) -> None:
-        """Another press: it has a number of its own, and is for the life that was known when it was asked."""
+        """Another press: it has a number of its own, and is for the boot that was known when it was asked."""
         self._number += 1
         self._waiting = None if self._meant is None else (self._number, self._meant)
 
@@ -91,17 +91,17 @@ class Stopper:
         waiting = self._waiting
         if waiting is None:
             return _fail(answers, RigUnreachable("the rig does not answer: it was not heard yet"))
-        number, life = waiting
-        if self._boot() != life:  # a rig that started anew is vented, and needs to be armed
+        number, boot = waiting
+        if self._boot() != boot:  # a rig that started anew is vented, and needs to be armed
             self._waiting = None
             return _fail(answers, RigUnreachable("the rig restarted since: it is vented"))
         try:
-            reply = self._send(number, life)
+            reply = self._send(number, boot)
         except Exception as error:
             text = str(error) if isinstance(error, TendrilError) else f"it could not be sent: {error}"
             return _fail(answers, RigUnreachable(f"{text}; the E-STOP is sent again until the rig answers"))
         if reply.accepted:
-            self._passed, self._waiting = (life, reply.n), None
+            self._passed, self._waiting = (boot, reply.n), None
         elif reply.cause == Cause.WRONG_BOOT:
             self._waiting = None
         for answer in answers:

@@ -20,7 +20,7 @@ class Watch:
 
     def __init__(self, rig: Rig, history: History, lease: OperatorLease, operator: Operator, events: EventLog) -> None:
         self._rig, self._history, self._lease, self._operator, self._events = rig, history, lease, operator, events
-        self._life: int | None = None
+        self._connected: int | None = None
         self._boot: int | None = None
         self._holder: Identity | None = None
         self._term = lease.term
@@ -35,16 +35,16 @@ class Watch:
         self._look_at_mode()
 
     def _look_at_rig(self) -> None:
-        life = self._rig.boot()
-        if life == self._life:
+        boot = self._rig.boot()
+        if boot == self._connected:
             return
-        if life is None:
+        if boot is None:
             self._events.add("the rig is gone", "error")
-        elif self._boot not in (None, life):
+        elif self._boot not in (None, boot):
             self._events.add("the rig restarted: arm it again", "warning")
         else:
             self._events.add("the rig is connected")
-        self._life, self._boot = life, life or self._boot
+        self._connected, self._boot = boot, boot or self._boot
 
     def _look_at_trouble(self) -> None:
         trouble, before = self._rig.trouble, self._trouble

@@ -1,4 +1,4 @@
-"""The rig as the server sees it: which life of it is connected, and where its rows go."""
+"""The rig as the server sees it: which boot of it is connected, and where its rows go."""
 
 from collections.abc import Callable
 from typing import Annotated
@@ -31,7 +31,7 @@ class Rig:
     def __init__(self, settings: ServerSettings, history: History, on_rows: Callable[[Rows], None]) -> None:
         """Connect; KeyRefused where the file of the rig's key cannot be used."""
         self._history, self._listeners, self._endpoint = history, [on_rows], settings.endpoint
-        self._life: int | None = None
+        self._boot: int | None = None
         self._link = RigClient(
             settings.endpoint,
             settings.rig,
@@ -64,7 +64,7 @@ class Rig:
 
     @property
     def newest(self) -> Rows | None:
-        """The newest telemetry row as an array of length 1; None before the first of this life."""
+        """The newest telemetry row as an array of length 1; None before the first of this boot."""
         return self._history.newest
 
     @property
@@ -78,8 +78,8 @@ class Rig:
         return self._link.rtt()
 
     def boot(self) -> int | None:
-        """The life of the rig that is connected now; None while there is none."""
-        return self._life if self._link.connected and self._link.age() < QUIET else None
+        """The boot of the rig that is connected now; None while there is none."""
+        return self._boot if self._link.connected and self._link.age() < QUIET else None
 
     @property
     def worker(self) -> Worker:
@@ -102,8 +102,8 @@ class Rig:
 
     @property
     def met(self) -> int | None:
-        """The life of the rig that was met last, heard now or not."""
-        return self._life
+        """The boot of the rig that was met last, heard now or not."""
+        return self._boot
 
     def replay(self, first: int, stop: int) -> Rows:
         """Telemetry rows (n,) of the ticks [first, stop) that the rig's ring still holds; see `RigClient.replay`."""
@@ -141,7 +141,7 @@ class Rig:
 
     def _born(self, info: RigInfo) -> None:
         self._history.forget()
-        self._life = info.boot
+        self._boot = info.boot
 
     def _rows(self, rows: Rows) -> None:
         self._history.add(rows)

@@ -70,7 +70,7 @@ class History:
 
     @property
     def newest(self) -> Rows | None:
-        """The newest telemetry row as an array of length 1; None before the first of this life of the rig."""
+        """The newest telemetry row as an array of length 1; None before the first of this boot of the rig."""
         return self._newest
 
     @property

@@ -63,7 +63,7 @@ class Runs:
         self._earlier: Run | None = None
         """What is shown again if the run is refused."""
         self._permit = own()
-        self._life: int | None = None
+        self._boot: int | None = None
         self._stray = 0.0
 
     async def start(self, body: RunBody, permit: Permit) -> RunState:
@@ -75,7 +75,7 @@ class Runs:
         self._require_free()
         info = self._tracker.require_ready()
         machine = self._machine = Machine(self._clock)
-        self._permit, self._life, self._earlier = permit, info.boot, self._run
+        self._permit, self._boot, self._earlier = permit, info.boot, self._run
         with self._refusing(machine):
             leg, before, about = await self._prepare(machine, body, info)
             self._run = Run(about, leg, machine, before, self._automatic.recording())
@@ -247,8 +247,8 @@ class Runs:
             raise
 
     def _read(self, machine: Machine) -> None:
-        batches = self.inbox.batches()  # before the life: a new one is known before its rows come
-        if self._tracker.life() != self._life:
+        batches = self.inbox.batches()  # before the boot: a new one is known before its rows come
+        if self._tracker.boot() != self._boot:
             self._meet(Event.RIG_LOST, "the rig restarted")
         elif self.inbox.lost:
             self._meet(Event.ROWS_LOST, "its rows were not read for 30 s")

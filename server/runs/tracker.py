@@ -61,8 +61,8 @@ class Tracker:
         """The settings in force."""
         return self._operator.settings
 
-    def life(self) -> int | None:
-        """The life of the rig whose rows came last."""
+    def boot(self) -> int | None:
+        """The boot of the rig whose rows came last."""
         return self._rig.info.boot if self._rig.info else None
 
     def age(self) -> float:

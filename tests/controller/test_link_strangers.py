@@ -243,7 +243,7 @@ class Tap:
 
 
 def recorded(endpoint: str, boot: int, server: Server) -> tuple[list[tuple[bytes, bytes]], tuple[bytes, bytes]]:
-    """Batches, and an answer to who it is, of a life of the rig that `server` meets and that is over then."""
+    """Batches, and an answer to who it is, of a boot of the rig that `server` meets and that is over then."""
     told: list[tuple[bytes, bytes]] = []
     rig = FakeRig(endpoint, boot)
     rig.end._publisher = Tap(rig.end._publisher, told)
@@ -277,7 +277,7 @@ def test_a_rig_that_lets_everybody_in_is_not_taken_for_ours(endpoint: str) -> No
 
 
 def test_what_was_recorded_of_the_rig_is_worth_nothing_later(endpoint: str) -> None:
-    """Batches and replies of this life and of an earlier one, sent again by who took the rig's place."""
+    """Batches and replies of this boot and of an earlier one, sent again by who took the rig's place."""
     server = Server(endpoint)
     lives = [recorded(endpoint, boot, server) for boot in (1, 2)]
     fresh = Server(endpoint)
@@ -294,7 +294,7 @@ def test_what_was_recorded_of_the_rig_is_worth_nothing_later(endpoint: str) -> N
         assert KEYS.info in place.asked
         assert not server.client.connected and not fresh.client.connected
         false.close()
-    assert server.client._refusals.count > 0  # batches of the life that it knew
+    assert server.client._refusals.count > 0  # batches of the boot that it knew
     assert server.ticks == ticks and fresh.ticks == [] and fresh.client.info is None
     assert server.client.age() > age
     for one in (server, fresh):

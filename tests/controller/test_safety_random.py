@@ -177,7 +177,7 @@ class AnythingGoes(RuleBasedStateMachine):
         judge_reference(rows)
 
     def judge_modes(self, rows: Any, command: Any) -> None:
-        """Only a new, legal request, meant for this life, leads out of a latch, up from vented, or into motion."""
+        """Only a new, legal request, meant for this boot, leads out of a latch, up from vented, or into motion."""
         mode, fresh = rows["mode"], command["request_n"] > self.acted_on
         assert (rows["request_n"][1:] == max(self.acted_on, command["request_n"])).all()
         self.acted_on = int(rows["request_n"][-1])

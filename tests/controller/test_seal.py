@@ -54,15 +54,15 @@ def test_no_bit_of_a_sealed_message_can_be_changed() -> None:
 
 
 def test_a_recorded_message_is_worth_nothing_in_another_life_of_the_rig() -> None:
-    last, life = Seals(KEY, 7, FILE), Seals(KEY, 8, FILE)
+    last, boot = Seals(KEY, 7, FILE), Seals(KEY, 8, FILE)
     old = opened(last)
     with pytest.raises(SessionUnknown):
-        life.admit(COMMAND, b"go", old.seal(COMMAND, b"go"))
-    number = opened(life).session
-    with pytest.raises(KeyRefused, match="another key"):  # nor under a number that this life knows
-        life.admit(COMMAND, b"go", Sealer(KEY, 7, number).seal(COMMAND, b"go"))
+        boot.admit(COMMAND, b"go", old.seal(COMMAND, b"go"))
+    number = opened(boot).session
+    with pytest.raises(KeyRefused, match="another key"):  # nor under a number that this boot knows
+        boot.admit(COMMAND, b"go", Sealer(KEY, 7, number).seal(COMMAND, b"go"))
     with pytest.raises(KeyRefused, match="another key"):
-        life.open(SESSION, ME, Sealer(KEY, 7, life.next_session).seal(SESSION, ME))
+        boot.open(SESSION, ME, Sealer(KEY, 7, boot.next_session).seal(SESSION, ME))
 
 
 def test_an_opening_is_taken_once_even_if_it_was_refused() -> None:

@@ -14,7 +14,7 @@ from controller.simulation.simulate import simulate
 from tests.controller.trial import BOOT, Trial
 
 
-def life(seed: int) -> np.ndarray:
+def boot(seed: int) -> np.ndarray:
     """Two seconds of operation from a script, bit for bit."""
     random = np.random.default_rng(seed)
     script = [(100, Command(boot=BOOT, request_n=1, request=Request.ARM))]
@@ -29,12 +29,12 @@ def life(seed: int) -> np.ndarray:
 
 
 def test_the_same_inputs_give_the_same_rows_bit_for_bit() -> None:
-    assert life(1).tobytes() == life(1).tobytes()
+    assert boot(1).tobytes() == boot(1).tobytes()
 
 
 def test_whatever_the_operator_does_every_number_stays_finite_and_admissible() -> None:
     for seed in range(6):
-        rows = life(seed)
+        rows = boot(seed)
         assert set(rows["mode"]) <= {Mode.VENTED, Mode.HOLD, Mode.FOLLOW}
         polygon = build_rig(RigParameters(), 1).control.smap.polygon
         assert (np.abs(rows["u"] @ polygon.normals.T) <= polygon.bounds * (1 + 1e-9)).all()
@@ -44,7 +44,7 @@ def test_whatever_the_operator_does_every_number_stays_finite_and_admissible() -
 
 
 def test_the_tick_counts_itself_and_leaves_the_slot_to_the_loop() -> None:
-    rows = life(2)
+    rows = boot(2)
     assert (np.diff(rows["tick"]) == 1).all()
     assert (rows["slot"] == np.arange(2000)).all()
     assert (rows["t_ns"][1:] - rows["t_ns"][:-1] == 1_000_000).all()

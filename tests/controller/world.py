@@ -50,7 +50,7 @@ def advance(rig: Rig, twin: Twin, switches: Switches, now: np.ndarray, records: 
 
 
 class World:
-    """One life of a rig; every `run` returns telemetry and memory, the last row before it first."""
+    """One boot of a rig; every `run` returns telemetry and memory, the last row before it first."""
 
     def __init__(self) -> None:
         parameters = RigParameters(limits=LIMITS, twin=TwinParameters(rods=6))

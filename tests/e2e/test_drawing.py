@@ -1,4 +1,4 @@
-"""A drawing's life: drawn, judged, previewed, saved, loaded again, run to its end, and what came of it."""
+"""A drawing's way: drawn, judged, previewed, saved, loaded again, run to its end, and what came of it."""
 
 import math
 

@@ -31,7 +31,7 @@ class Outcome:
 
 
 def kill_rig_once(folder: Path, wait: float) -> Outcome:
-    """Kill the rig `wait` s after it was recorded, start it again, and stop when its new life is recorded too."""
+    """Kill the rig `wait` s after it was recorded, start it again, and stop when its new boot is recorded too."""
     free_environment()
     rig = RigProcess(folder)
     server = TestServer(folder, rig.endpoint)
@@ -45,9 +45,9 @@ def kill_rig_once(folder: Path, wait: float) -> Outcome:
         assert newest is not None
         wait_for(lambda: server.services.rig.boot() is None, "the server to miss the rig")
         rig.start()
-        wait_for(lambda: server.services.rig.boot() == rig.boot, "the rig's new life")
+        wait_for(lambda: server.services.rig.boot() == rig.boot, "the rig's new boot")
         recorded = server.services.recorder.state().rows
-        wait_for(lambda: server.services.recorder.state().rows > recorded + 500, "rows of the new life")
+        wait_for(lambda: server.services.recorder.state().rows > recorded + 500, "rows of the new boot")
         page.operate()
         recording = Recording.model_validate(page.delete("/api/recordings/current").json())
         path = server.services.folder.store.path(id)

@@ -154,7 +154,7 @@ def test_the_last_ten_seconds_before_the_button_are_in_the_file(recorder: Record
 def test_rows_of_the_rigs_life_before_are_not_what_came_before_the_button(recorder: Recorder, tmp_path: Path) -> None:
     recorder.rows(telemetry_rows(500, first=4000))
     recorder.rows(telemetry_rows(20))
-    recorder.start("new life", rig_info(), Settings())
+    recorder.start("new boot", rig_info(), Settings())
     assert read_rows(tmp_path / f"{recorder.stop().id}.rrd")["tick"].tolist() == list(range(20))
 
 

@@ -42,7 +42,7 @@ class ScriptedRig:
         self._deliver, self._clock = deliver, clock
         self.settings, self.parameters = Settings(), RigParameters()
         self.trouble = ""
-        self.life = 0
+        self.boot = 0
         self.newest: Rows | None = None
         self.cut = self.deaf = False
         """No row and no answer comes; what is asked does not arrive."""
@@ -55,14 +55,14 @@ class ScriptedRig:
 
     @property
     def info(self) -> Any:
-        return SimpleNamespace(boot=self.known_life, parameters=self.parameters)
+        return SimpleNamespace(boot=self.known_boot, parameters=self.parameters)
 
     @property
     def age(self) -> float:
         return self._clock() - self._heard
 
     def boot(self) -> int | None:
-        return self.known_life if self.age < 0.6 else None
+        return self.known_boot if self.age < 0.6 else None
 
     def plan(self, rows: PlannedRows, permit: Permit) -> None:
         permit.require()
@@ -78,7 +78,7 @@ class ScriptedRig:
         return asker
 
     def restart(self) -> None:
-        self.life += 1
+        self.boot += 1
         self.mode, self.cause = Mode.VENTED, Cause.START
         self.tick = self.request_n = self.tracked = self.ticks = 0
         self.request_cause, self.planned = Cause.NONE, False
@@ -92,7 +92,7 @@ class ScriptedRig:
     async def run(self) -> None:
         """Tick until cancelled."""
         loop = asyncio.get_running_loop()
-        self.known_life, self._heard = self.life, loop.time()
+        self.known_boot, self._heard = self.boot, loop.time()
         while True:
             await asyncio.sleep(PERIOD)
             self._serve(loop)
@@ -158,8 +158,8 @@ class ScriptedRig:
         del self._unsent[: -round(KEPT / PERIOD)]
 
     def _send(self, now: float) -> None:
-        if self.life != self.known_life:
-            self.known_life, self.newest = self.life, None
+        if self.boot != self.known_boot:
+            self.known_boot, self.newest = self.boot, None
         rows = np.concatenate(self._unsent)
         self._unsent.clear()
         self.newest, self._heard = rows[-1:].copy(), now

@@ -5,7 +5,7 @@ import stat
 from pathlib import Path
 from typing import Any
 
-from server.http.rates import DEED
+from server.http.rates import AUDITED
 from server.http.who import Identity
 from server.log.audit import Asker, Audit, AuditEntry
 from server.log.event_file import EventFile
@@ -86,8 +86,8 @@ def test_a_session_cannot_either_but_for_what_a_page_does_everything_is_there(tm
     audit.note(ann, 200)
     assert audit.writer.flush(60.0)
     kept = [(line["name"], line["detail"]) for line in lines(path)]
-    assert kept[:-2] == [("ann", "")] * int(DEED.burst)
-    assert kept[-2:] == [("bob", ""), ("ann", f" (and {10_000 - DEED.burst} more since the last line)")]
+    assert kept[:-2] == [("ann", "")] * int(AUDITED.burst)
+    assert kept[-2:] == [("bob", ""), ("ann", f" (and {10_000 - AUDITED.burst} more since the last line)")]
 
 
 def test_an_audit_log_that_cannot_be_written_says_so_once(tmp_path: Path) -> None:

@@ -92,7 +92,7 @@ def test_rows_of_an_earlier_life_are_forgotten() -> None:
     assert len(history.bins(0, 1000, ALL).t) == 0
     history.add(rows(0, 32))
     bins = history.bins(0, 1000, ALL)
-    assert (bins.first, len(bins.t)) == (before, 2), "numbers go on, the half bin of the old life is in none"
+    assert (bins.first, len(bins.t)) == (before, 2), "numbers go on, the half bin of the old boot is in none"
     assert np.allclose(bins.t, [0.008, 0.024])
 
 

@@ -30,7 +30,7 @@ class Loop:
         self.arrived = threading.Semaphore(0)
         self.accepts = True
         self.answers = True
-        self.life: int | None = 7
+        self.boot: int | None = 7
         self.row = np.zeros(1, record_dtype(Telemetry))
 
     def send(self, command: Command) -> CommandReply:
@@ -73,8 +73,8 @@ def loop() -> Loop:
 
 @pytest.fixture
 def operator(loop: Loop) -> Iterator[Operator]:
-    stopper = Stopper(loop.stop, lambda: loop.life)
-    found = Operator(loop.send, lambda: loop.life, lambda: loop.row, Settings(), stopper)
+    stopper = Stopper(loop.stop, lambda: loop.boot)
+    found = Operator(loop.send, lambda: loop.boot, lambda: loop.row, Settings(), stopper)
     yield found
     loop.gate.set()
     found.close()
@@ -83,7 +83,7 @@ def operator(loop: Loop) -> Iterator[Operator]:
 def test_repetition_neither_asks_nor_shows_presence_nor_moves(loop: Loop, operator: Operator) -> None:
     """A server that starts beside a moving rig numbers on, and its heartbeat changes nothing."""
     loop.row["request_n"], loop.row["presence"], loop.row["target"] = 41, 900, (0.1, 0.2)
-    loop.life = 8
+    loop.boot = 8
     operator.request(Request.ARM, ANYTHING).result(20)
     first = next(command for command in loop.heard if command.boot == 8)
     assert (first.presence, first.target, first.request_n) == (900, (0.1, 0.2), 41 + (first.request == Request.ARM))
@@ -247,7 +247,7 @@ def test_a_request_for_the_life_before_is_refused_and_settings_outlive_it(loop: 
     operator.change(Settings(K_P=(2.0, 2.0)), ANYTHING).result(20)
     loop.stall()
     stale = operator.request(Request.ARM, ANYTHING)
-    loop.life = 9
+    loop.boot = 9
     loop.gate.set()
     with pytest.raises(CommandRefused, match="restarted"):
         stale.result(20)
@@ -257,7 +257,7 @@ def test_a_request_for_the_life_before_is_refused_and_settings_outlive_it(loop: 
 
 
 def test_without_a_rig_every_asker_is_told(loop: Loop, operator: Operator) -> None:
-    loop.life = None
+    loop.boot = None
     for asked in (operator.stop(), operator.move((0.0, 0.0), ANYTHING), operator.change(Settings(), ANYTHING)):
         with pytest.raises(RigUnreachable):
             asked.result(20)
@@ -268,7 +268,7 @@ def test_an_e_stop_for_a_life_that_ended_is_forgotten(loop: Loop, operator: Oper
     loop.answers = False
     with pytest.raises(RigUnreachable):
         operator.stop().result(20)
-    loop.life = 9
+    loop.boot = 9
     wait_until(lambda: not operator.stopper.waits)
     count = len(loop.stops)
     loop.answers = True

@@ -1,4 +1,4 @@
-"""How runs end that no row ends: a lost lease, another life of the rig, silence; and what is kept of them."""
+"""How runs end that no row ends: a lost lease, another boot of the rig, silence; and what is kept of them."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -42,7 +42,7 @@ class Rig:
     def require_ready(self) -> Any:
         return SimpleNamespace(boot=self.boot, parameters=RigParameters())
 
-    def life(self) -> int:
+    def boot(self) -> int:
         return self.boot
 
     def age(self) -> float:

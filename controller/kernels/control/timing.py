@@ -5,7 +5,7 @@ from controller.kernels.compiled import kernel
 from controller.kernels.memory import Control
 
 CATCH_UP_MAX = 100
-"""At most so many observer steps in one tick: half of a period at 1 kHz."""
+"""Most observer steps in one tick: half of a period at 1 kHz."""
 
 
 @kernel

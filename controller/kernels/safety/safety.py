@@ -164,7 +164,7 @@ def watch_operator(limits: Record, t_ns: int, state: Record) -> None:
 
 @kernel
 def watch_server(limits: Record, silent: float, state: Record) -> None:
-    """Server silent for so many seconds: HOLD, after a longer time ramp to rest. Not in the paper. In place: state."""
+    """Server silent for a while: HOLD, after a longer time ramp to rest. Not in the paper. In place: state."""
     if silent > limits.server_hold:
         react(SERVER_SILENT, state)
     if silent > limits.server_rest:
@@ -173,7 +173,7 @@ def watch_server(limits: Record, silent: float, state: Record) -> None:
 
 @kernel
 def watch_pump(limits: Record, silent: float, state: Record) -> None:
-    """The rig's Python side silent for so many seconds: HOLD, after a longer time ramp to rest.
+    """The rig's Python side silent for a while: HOLD, after a longer time ramp to rest.
 
     Not in the paper. In place: state.
     """
@@ -185,7 +185,7 @@ def watch_pump(limits: Record, silent: float, state: Record) -> None:
 
 @kernel
 def watch_markers(limits: Record, unseen: float, state: Record) -> None:
-    """No usable marker for so many seconds: FAULT. (For less long, `sense` already took the feedback off.)
+    """No usable marker for a while: FAULT. (For less long, `sense` already took the feedback off.)
 
     Not in the paper. In place: state.
     """

@@ -10,7 +10,7 @@ from controller.arrays import Array
 WINDOW = 0.02
 """Time over which an acceleration is taken [s]: sampling and a camera's noise have none, and a corner a finite one."""
 FOREVER = 2**53
-"""A reference of so many ticks comes to no end."""
+"""Ticks of a reference that comes to no end."""
 ROUNDED = 1e-6
 """Share by which rounding may exceed a bound."""
 

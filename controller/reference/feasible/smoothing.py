@@ -12,7 +12,7 @@ HALF_WIDTH = 3.0
 STEPS = 24
 """Points in half a hat."""
 POINTS_MAX = 100_000
-"""More points than so many are not made: a path so long is rounded coarsely."""
+"""More points than these are not made: a path so long is rounded coarsely."""
 
 
 def smoothed(path: Array, radius: float, closed: bool = False) -> Array:
@@ -38,7 +38,7 @@ def smoothed(path: Array, radius: float, closed: bool = False) -> Array:
 
 
 def continued(p: Array, rows: int, closed: bool) -> Array:
-    """The path p (n, 2) with so many `rows` more at both ends."""
+    """The path p (n, 2) with `rows` more rows at both ends."""
     if closed:
         return np.vstack([p[-1 - rows : -1], p, p[1 : 1 + rows]])
     return np.vstack([2.0 * p[0] - p[rows:0:-1], p, 2.0 * p[-1] - p[-2 : -2 - rows : -1]])

@@ -26,7 +26,7 @@ from controller.reference.shapes import lengths
 SPACING = 1e-4
 """From point to point of what is retimed [m]."""
 POINTS_MAX = 200_000
-"""More points than so many are not made: a path so long is retimed coarsely."""
+"""More points than these are not made: a path so long is retimed coarsely."""
 TORN = 3e-3
 """A path whose nearest points in reach are further apart than this, from one of its own to the next, is torn [m]."""
 TORN_TORQUE = 0.1
@@ -34,7 +34,7 @@ TORN_TORQUE = 0.1
 PIECE_MIN = 9
 """Points of the shortest piece."""
 LEVER = 0.5
-"""What a torque turns counts as a step of so many times that [m/(N m)]; the arm's own is some ten times it."""
+"""What a torque turns counts as a step of this many times that [m/(N m)]; the arm's own is some ten times it."""
 FINE_TORQUE, FINE_MAX = 2e-3, 100
 """Torques of neighbouring points differ by no more, as a share of the largest; points that are put between two."""
 SHARP = 0.7
@@ -254,7 +254,7 @@ def steps_of(path: Carried) -> tuple[Array, Array]:
 
 
 def held(piece: Followed, at: int, rows: int) -> Followed:
-    """The row `at` of a piece for so many rows."""
+    """The row `at` of a piece for this many rows."""
     p, u, wished = (np.tile(a[at], (rows, 1)) for a in (piece.p, piece.u, piece.wished))
     return Followed(p, u, wished, np.full(rows, piece.distance[at]), np.zeros(rows, bool))
 

@@ -16,9 +16,9 @@ from controller.schema.actuator import Actuator
 from controller.schema.parameters import DT
 
 FAR = 3.0
-"""A point further from the base than so many lengths is in other units."""
+"""A point further from the base than this many lengths is in other units."""
 LOOK = 1e-3
-"""Out of reach another branch is looked for once in so much of the path [m], or at every so many rows."""
+"""Out of reach another branch is looked for once in so much of the path [m], or at every this many rows."""
 JUST = 1e-9
 """Rounding of times [s]."""
 

@@ -13,7 +13,7 @@ from controller.simulation.case import Case, Setup
 from controller.simulation.metrics import Window, true_tip
 
 THINNED = 5
-"""A trace keeps one tick of so many: 200 Hz draws everything that the arm does."""
+"""A trace keeps one tick of this many: 200 Hz draws everything that the arm does."""
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ export function keepDrawing(drawing: Drawing, shelf: Shelf, lost: (why: string) 
   return isDrawn;
 }
 
-/** The drawing that `text` describes; null if it is none, whoever wrote it. */
+/** The drawing that `text` describes; null if it is none, whatever wrote it. */
 export function parseKept(text: string): Kept | null {
   const value: unknown = quietly(() => JSON.parse(text) as unknown);
   return text.length <= CHARACTERS_MAX && isKept(value) ? value : null;

@@ -37,7 +37,7 @@ function troubleOf({ online, shutOut, rigLive, rig, mode, health }: Page): Troub
   return mode === MODE.E_STOP ? "stopped" : "fault";
 }
 
-/** What leads out of a latched state, for whoever looks. */
+/** What leads out of a latched state, for everyone who looks. */
 function wayOut({ cause, lease, me, mode }: Page): string {
   const button = mode === MODE.E_STOP ? "Clear E-STOP" : "Clear fault";
   if (lease.mine) return `${remedy(cause)}, then press ${button}, and arm again.`;

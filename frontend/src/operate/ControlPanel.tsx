@@ -37,7 +37,7 @@ function advice({ online, rigLive, lease, me, mode, cause }: Page): string {
     return lease.held
       ? `${lease.holder} operates. You can watch, and stop.`
       : me.role === "viewer"
-        ? "You can watch, and stop. Whoever operates can hand control over to you."
+        ? "You can watch, and stop. The operator can hand control over to you."
         : "Take control to operate (at the top).";
   if (isLatched(mode)) return `Latched. ${remedy(cause)}, then clear.`;
   if (isSwing(cause) && mode === MODE.VENTED) return `${remedy(cause)}, then arm again.`;

@@ -52,7 +52,7 @@ export class Operations {
     await this.pass("Request not refused", "POST", "/refuse", { tag });
   }
 
-  /** Ask whoever operates for control, or ask no longer. */
+  /** Ask the operator for control, or ask no longer. */
   async askForLease(wanted: boolean): Promise<void> {
     await this.pass("Control not asked for", wanted ? "POST" : "DELETE", "/request");
   }

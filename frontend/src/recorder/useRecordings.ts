@@ -11,7 +11,7 @@ import { type Listed, type RecordingChanges, recordings } from "./recordings";
 export interface Search {
   readonly query: string;
   readonly order: Order;
-  /** So many rows at most. */
+  /** Most rows. */
   readonly limit: number;
 }
 

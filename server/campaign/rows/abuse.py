@@ -51,7 +51,7 @@ MESSAGES: tuple[str | bytes, ...] = (
 def malformed(scene: Scene) -> Seen:
     """From somebody who is signed in; strangers are refused before anything is read."""
     scene.track()
-    process, life = scene.server_process, scene.boot
+    process, boot = scene.server_process, scene.boot
     abuser, gaps = Person(scene.url), _Gaps(scene)
     try:
         codes = _ask(abuser, gaps)
@@ -60,7 +60,7 @@ def malformed(scene: Scene) -> Seen:
         abuser.close()
     wrong = {code: count for code, count in codes.items() if not 400 <= code < 500}
     require(not wrong, f"answered with {wrong}")
-    require((scene.server_process, scene.boot) == (process, life), "server or rig was restarted")
+    require((scene.server_process, scene.boot) == (process, boot), "server or rig was restarted")
     require(scene.mode == Mode.TRACK, f"the rig went to {trace.told(trace.newest(scene.rig))}")
     scene.acts_again()
     answers = ", ".join(f"{count} x {code}" for code, count in sorted(codes.items()))

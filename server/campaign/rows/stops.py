@@ -24,7 +24,7 @@ LONG = 600.0
 
 
 def under_flood(scene: Scene) -> Seen:
-    """p99 of both ways together; whoever floods has a session of its own, and its connections are many."""
+    """p99 of both ways together; the flood has a session of its own, and its connections are many."""
     with flood(scene.url):
         found = {way: presses(scene, way, PRESSES) for way in WAYS}
     return Seen("; ".join(told(way, ms) for way, ms in found.items()), max(_p(99, ms) for ms in found.values()))

@@ -6,7 +6,7 @@ import { Operations } from "../operations";
 
 const NOBODY: Page["people"]["asking"] = [];
 
-/** To whoever operates: who asks for control, the longest waiting first. */
+/** To the operator: who asks for control, the longest waiting first. */
 export function Asking() {
   const operations = useService(Operations);
   const asking = usePage((page) => (page.lease.mine ? page.people.asking : NOBODY));

@@ -16,7 +16,7 @@ interface Wish {
 }
 
 const GAP_MS = 4;
-/** So many targets may wait for the rig's answer: enough for 80 ms of round trip at 50 Hz, too few to build a queue. */
+/** Targets that may wait for the rig's answer: enough for 80 ms of round trip at 50 Hz, too few to build a queue. */
 const WINDOW = 4;
 const ANSWER_MS = 250;
 const KEPT = 10_000;

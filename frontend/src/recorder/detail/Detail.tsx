@@ -15,7 +15,7 @@ import { Figures } from "./Figures";
 import { FollowAgain } from "./FollowAgain";
 import { Signals } from "./Signals";
 
-/** After the quick look stands: whoever leafs through recordings starts none, and its first cursor does not wait [ms]. */
+/** After the quick look stands: leafing through recordings starts none, and its first cursor does not wait [ms]. */
 const CALM_MS = 500;
 /** How long a viewer that nobody looks at is kept [ms]. */
 const KEPT_MS = 120_000;

@@ -9,7 +9,7 @@ import { ImportButton } from "./ImportButton";
 import { RecordingRow } from "./RecordingRow";
 import { Titles } from "./Titles";
 
-/** So many rows at once: thousands of recordings stay fluid. */
+/** Rows shown at once: thousands of recordings stay fluid. */
 export const SHELF = 100;
 const NONE: Listed = { rows: [], found: 0, inAll: 0, sort: "" };
 
