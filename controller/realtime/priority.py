@@ -7,6 +7,8 @@ import os
 import threading
 from pathlib import Path
 
+from controller.system.memory import forget_start
+
 FIFO_PRIORITY = 50
 NICE = -15
 NICE_PROCESS = -10
@@ -48,10 +50,12 @@ def thread_policy() -> str:
 
 
 def pin_memory() -> bool:
-    """Keep every touched page in memory and take start-up objects from the garbage collector; False: no locked pages.
+    """Keep every touched page in memory, but for what only the start needed, and take start-up objects from the garbage
+    collector; False: no locked pages.
 
     Pages are locked when first touched (MCL_ONFAULT): locking all of them at once would cost the restart its speed.
     """
+    forget_start()
     locked = bool(ctypes.CDLL(None).mlockall(_LOCK_CURRENT_FUTURE_ONFAULT) == 0)
     gc.collect()
     gc.freeze()

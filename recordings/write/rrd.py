@@ -11,13 +11,13 @@ from rerun_bindings import flush_and_cleanup_orphaned_recordings
 from controller.arrays import Array, Mask, Rows
 from controller.errors import RecordingError
 from controller.schema.modes import Cause, Mode
+from controller.system.memory import give_back
 from controller.system.whole_file import sync_file
 from recordings.format import plan
 from recordings.format.about import About, description, mode_style, series_style, word
 from recordings.format.blueprint import APPLICATION, layout
 from recordings.format.profiles import TICKS, rounded
 from recordings.format.signals import APPROACH, GROUPS, MARKERS, Group
-from recordings.write.heap import give_back
 
 Level = Literal["info", "warning", "error"]
 

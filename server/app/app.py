@@ -16,6 +16,7 @@ from fastapi import Depends, FastAPI
 from starlette.datastructures import State
 
 from controller.schema.modes import Cause, Freeze, Integrator, Law, Mode
+from controller.system.memory import forget_start
 from controller.system.tasks import forever
 from server.access import page, sign_in
 from server.access.gate import Gate, admits
@@ -158,7 +159,8 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[dict[str, Any]]:
 
 
 def _settle(app: FastAPI) -> None:
-    """Build what FastAPI would build when a route is first looked for, and take all of it from the garbage collector.
+    """Build what FastAPI would build when a route is first looked for, take all of it from the garbage
+    collector, and give back what only the start needed.
 
     Both would hold up the event loop, for 0.3 s and more, in the middle of whatever is asked then.
     """
@@ -167,3 +169,4 @@ def _settle(app: FastAPI) -> None:
         route.matches(nowhere)
     gc.collect()
     gc.freeze()
+    forget_start()

@@ -11,7 +11,7 @@ from fastapi import FastAPI
 
 from controller.errors import TendrilError
 from controller.system.logs import log_in_background
-from recordings.write.heap import few_arenas
+from controller.system.memory import few_arenas
 from server.app.app import create_app
 from server.app.services import open_services
 from server.app.shutdown import Server, come_to_rest

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 
+from controller.arrays import Rows
 from controller.system.looks import Looks
 from controller.system.worker import Worker
 from recordings.store.store import Store, default_folder
@@ -43,7 +44,6 @@ from server.recorder.folder import RecordingsFolder
 from server.recorder.quota_watch import QuotaWatch
 from server.recorder.review import Review
 from server.recorder.watch import RecorderWatch
-from server.rig.channels import Rows
 from server.rig.client import Rig
 from server.rig.history import History
 from server.runs.preview import Previews

@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import BaseModel
 from starlette.websockets import WebSocket
 
+from controller.arrays import Rows
 from controller.system.looks import Looks
 from server.access.lease import OperatorLease
 from server.http.given import given
@@ -19,7 +20,6 @@ from server.live.status import StatusView
 from server.operate.pages import Pages
 from server.plots.feed import Feed
 from server.plots.messages import Kind
-from server.rig.channels import Rows
 from server.rig.history import History
 
 STATUS_PERIOD = 1.0
