@@ -54,7 +54,8 @@ function leadsTo(file, goal, seen = new Set()) {
 
 function amissIn(file, source) {
   const other = resolved(file, source);
-  if (roomOf(other) === roomOf(file)) return leadsTo(other, file) ? `${source} imports this file: a circle` : "";
+  if (roomOf(other) === roomOf(file))
+    return leadsTo(other, file) ? `${source} imports this file: a circle` : "";
   return floorOf(other) > floorOf(file) ? "" : `${roomOf(file)} is not above ${roomOf(other)} (rooms.js)`;
 }
 

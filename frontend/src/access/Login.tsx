@@ -1,6 +1,7 @@
 import { Button, Paper, PasswordInput, Title } from "@mantine/core";
 import { useState } from "react";
 import { Connection } from "../live/connection";
+import { textOf } from "../ui/format";
 import { useService } from "../ui/services";
 
 /** Asks for the access token that `tendril up` prints. */
@@ -14,7 +15,7 @@ export function Login() {
     try {
       await connection.login(token.trim());
     } catch (error) {
-      setProblem(error instanceof Error ? error.message : String(error));
+      setProblem(textOf(error));
     }
     setEntering(false);
   };

@@ -3,7 +3,7 @@ import { lazy, Suspense, useEffect, useState, type ComponentType } from "react";
 import { Login } from "../access/Login";
 import { HealthPanel } from "../health/HealthPanel";
 import { HealthStrip } from "../health/HealthStrip";
-import { PageStore, usePage } from "../live/page";
+import { usePage } from "../live/page";
 import { LogPanel } from "../log/LogPanel";
 import { Banner } from "../operate/Banner";
 import { ControlPanel } from "../operate/ControlPanel";
@@ -17,7 +17,6 @@ import { Scene3D } from "../scene/Scene3D";
 import { SensingPanel } from "../sensing/SensingPanel";
 import { useNarrow } from "../ui/narrow";
 import { Part } from "../ui/Part";
-import { useService } from "../ui/services";
 import { Guide } from "./Guide";
 import { Header } from "./Header";
 import { KeyHelp } from "./KeyHelp";
@@ -52,20 +51,10 @@ function Starting() {
 
 /** Live and Review. The live half stays mounted (hidden) while reviewing: nothing reloads on return. */
 function Bench() {
-  const page = useService(PageStore);
   const view = usePage((state) => state.view);
-  const help = usePage((state) => state.help);
   return (
     <div className="bench">
-      <Header
-        view={view}
-        onView={(wanted) => {
-          page.patch({ view: wanted });
-        }}
-        onHelp={() => {
-          page.patch({ help: true });
-        }}
-      />
+      <Header />
       {view === "live" ? (
         <Part name="Guide">
           <Guide />
@@ -85,12 +74,7 @@ function Bench() {
           </Suspense>
         </Part>
       ) : null}
-      <KeyHelp
-        opened={help}
-        onClose={() => {
-          page.patch({ help: false });
-        }}
-      />
+      <KeyHelp />
     </div>
   );
 }

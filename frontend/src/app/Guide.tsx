@@ -1,6 +1,6 @@
 import { Button } from "@mantine/core";
 import { useEffect, useRef, useState } from "react";
-import { type Page, usePage } from "../live/page";
+import { usePage, type Page } from "../live/page";
 import { isMovable, MODE } from "../rig/modes";
 import { useService } from "../ui/services";
 import { Ticker } from "../ui/ticker";

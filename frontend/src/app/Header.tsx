@@ -7,20 +7,15 @@ import {
 } from "@mantine/core";
 import { IconKeyboard, IconMoon, IconSun } from "@tabler/icons-react";
 import { Unprotected } from "../access/Unprotected";
-import { usePage } from "../live/page";
+import { PageStore, usePage } from "../live/page";
 import { LeaseControl } from "../operate/lease/LeaseControl";
 import { Latch } from "../operate/StatePill";
 import { RecordButton } from "../recorder/RecordButton";
+import { useService } from "../ui/services";
 
-export type View = "live" | "review";
-
-interface Props {
-  readonly view: View;
-  readonly onView: (view: View) => void;
-  readonly onHelp: () => void;
-}
-
-export function Header({ view, onView, onHelp }: Props) {
+export function Header() {
+  const page = useService(PageStore);
+  const view = usePage((state) => state.view);
   return (
     <header className="header">
       <h1 className="brand">Tendril</h1>
@@ -30,7 +25,7 @@ export function Header({ view, onView, onHelp }: Props) {
         aria-label="View"
         value={view}
         onChange={(value) => {
-          onView(value === "review" ? "review" : "live");
+          page.patch({ view: value === "review" ? "review" : "live" });
         }}
         data={[
           { value: "live", label: "Live" },
@@ -44,7 +39,15 @@ export function Header({ view, onView, onHelp }: Props) {
       <RecordButton />
       <SchemeButton />
       <Tooltip label="Keys (?)">
-        <ActionIcon variant="subtle" color="gray" className="help" aria-label="Keys" onClick={onHelp}>
+        <ActionIcon
+          variant="subtle"
+          color="gray"
+          className="help"
+          aria-label="Keys"
+          onClick={() => {
+            page.patch({ help: true });
+          }}
+        >
           <IconKeyboard size={18} />
         </ActionIcon>
       </Tooltip>

@@ -1,17 +1,18 @@
 import { Kbd, Modal } from "@mantine/core";
+import { PageStore, usePage } from "../live/page";
 import { KEY_LIST } from "../operate/target/keys";
-
-interface Props {
-  readonly opened: boolean;
-  readonly onClose: () => void;
-}
+import { useService } from "../ui/services";
 
 /** The list of keys; the page stays in sight, as the rig goes on. */
-export function KeyHelp({ opened, onClose }: Props) {
+export function KeyHelp() {
+  const page = useService(PageStore);
+  const opened = usePage((state) => state.help);
   return (
     <Modal
       opened={opened}
-      onClose={onClose}
+      onClose={() => {
+        page.patch({ help: false });
+      }}
       title="Keys"
       size="md"
       centered

@@ -2,7 +2,7 @@ import { PageStore } from "../live/page";
 import { Operations } from "../operate/operations";
 import { EmergencyStop } from "../operate/stop/stop";
 import { Aim } from "../operate/target/aim";
-import { type Action, focusOf, KeyMap } from "../operate/target/keys";
+import { focusOf, KeyMap, type Action } from "../operate/target/keys";
 import { Recorder } from "../recorder/recorder";
 import type { Services } from "../ui/services";
 

@@ -8,7 +8,7 @@ import { Alarms } from "../health/alarms";
 import { Connection } from "../live/connection";
 import { Live } from "../live/live";
 import { PageStore } from "../live/page";
-import { type Notify, Operations } from "../operate/operations";
+import { Operations, type Notify } from "../operate/operations";
 import { EmergencyStop, stopByHttp } from "../operate/stop/stop";
 import { Aim } from "../operate/target/aim";
 import { Gamepads } from "../operate/target/gamepads";
@@ -37,9 +37,7 @@ export function wire(notify: Notify, shelf: Shelf): Services {
     show: (news) => {
       page.patch({ stop: news });
     },
-    write: (title, error) => {
-      operations.note(title, error);
-    },
+    write: operations.note.bind(operations),
     later: (action, delay) => setTimeout(action, delay),
   });
   const aim = new Aim(live, page, operations, socket);
@@ -56,26 +54,16 @@ export function wire(notify: Notify, shelf: Shelf): Services {
   };
   if (keepDrawing(drawing, shelf, lost)) drawing.chooseSource("drawing");
   const connection = new Connection(live, page, socket, {
-    answered: (id, refusal) => {
-      aim.answered(id, refusal);
-    },
-    stopAnswered: (n, refusal) => {
-      stop.answered(n, refusal);
-    },
-    disconnected: () => {
-      aim.disconnected();
-    },
+    answered: aim.answered.bind(aim),
+    stopAnswered: stop.answered.bind(stop),
+    disconnected: aim.disconnected.bind(aim),
     met: () => {
       void alarms.learn();
       void references.learn();
       void saved.learn();
     },
-    leaseChanged: (mine, holder) => {
-      operations.leaseChanged(mine, holder);
-    },
-    failed: (title, error) => {
-      operations.report(title, error);
-    },
+    leaseChanged: operations.leaseChanged.bind(operations),
+    failed: operations.report.bind(operations),
   });
   services.add(live, page, operations, painters, ticker, stop, aim, alarms, references, drawing, saved, runs);
   services.add(

@@ -1,5 +1,5 @@
 import { useService } from "../ui/services";
-import { Drawing, type DrawingState, sketchOf, useDrawing } from "./drawing";
+import { Drawing, sketchOf, useDrawing, type DrawingState } from "./drawing";
 import { DrawNumber } from "./DrawNumber";
 import type { Piece, Placement } from "./piece";
 import { halfSize } from "./piece";

@@ -1,17 +1,17 @@
 import type { DrawingBody, DrawingPlan, Point } from "../api/types";
 import { useService } from "../ui/services";
 import { Store, useStore } from "../ui/store";
-import { begun, type History, recorded, redone, undone } from "./history";
+import { begun, recorded, redone, undone, type History } from "./history";
 import {
   distance,
   isSamePlace,
   pathOf,
-  type Piece,
   pieceOf,
   placed,
-  type Placement,
   POINTS_MAX,
   thinned,
+  type Piece,
+  type Placement,
 } from "./piece";
 
 /** What the pointer does on the plan. */

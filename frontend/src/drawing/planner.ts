@@ -1,8 +1,9 @@
 import { call } from "../api/rest";
 import type { DrawingBody, DrawingPlan } from "../api/types";
 import type { Page } from "../live/page";
+import { textOf } from "../ui/format";
 import type { Store } from "../ui/store";
-import { bodyOf, type DrawingState, sketchOf } from "./drawing";
+import { bodyOf, sketchOf, type DrawingState } from "./drawing";
 
 /** Who plans, and the clock: tests have others. */
 const server = {
@@ -49,7 +50,7 @@ export class Planner {
       const plan = body && this.page.get().rig && (await this.port.plan(body));
       if (number === this.asked) this.drawing.patch({ plan, planOf, problem: "" });
     } catch (error) {
-      const problem = error instanceof Error ? error.message : String(error);
+      const problem = textOf(error);
       if (number === this.asked) this.drawing.patch({ plan: null, problem });
     }
   }

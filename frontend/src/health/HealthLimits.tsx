@@ -1,10 +1,10 @@
-import { Button, NumberInput, Popover } from "@mantine/core";
+import { Button, Popover } from "@mantine/core";
 import { IconAdjustments } from "@tabler/icons-react";
-import { useState } from "react";
 import { ALARM_BOUNDS } from "../api/bounds";
 import type { AlarmLimits } from "../api/types";
 import { usePage } from "../live/page";
-import { rounded } from "../operate/settings";
+import { rounded } from "../ui/format";
+import { NumberField } from "../ui/NumberField";
 import { useService } from "../ui/services";
 import { Alarms } from "./alarms";
 import type { Alarm, Limits } from "./health";
@@ -90,38 +90,24 @@ interface FieldProps {
   readonly colour: keyof Limits;
 }
 
-/** Sent on Enter or when the field is left; what the server refuses is put back, with its reason in a notice. */
+/** What the server refuses is put back, with its reason in a notice. */
 function LimitField({ shown: { alarm, name, unit, scale, step }, alarms, colour }: FieldProps) {
   const stored = useService(Alarms);
-  const [draft, setDraft] = useState<number | string | null>(null);
-  const value = rounded(alarms[alarm][colour] * scale);
   const { minimum, maximum } = ALARM_BOUNDS[alarm];
-  const wrong = typeof draft === "number" && (draft < minimum * scale || draft > maximum * scale);
-  const send = async () => {
-    if (typeof draft === "number" && draft !== value) {
-      const limits = { ...alarms, [alarm]: { ...alarms[alarm], [colour]: draft / scale } };
-      await stored.keep(`Limit of ${alarm} not changed`, limits);
-    }
-    setDraft(null);
+  const keep = (value: number) => {
+    const limits = { ...alarms, [alarm]: { ...alarms[alarm], [colour]: value / scale } };
+    return stored.keep(`Limit of ${alarm} not changed`, limits);
   };
   return (
-    <NumberInput
-      size="xs"
+    <NumberField
       w={92}
-      className="number-field"
       aria-label={`${name}, ${colour} [${unit}]`}
-      data-testid={`limit-${alarm}-${colour}`}
-      value={draft ?? value}
+      testId={`limit-${alarm}-${colour}`}
+      value={rounded(alarms[alarm][colour] * scale)}
       min={rounded(minimum * scale)}
       max={rounded(maximum * scale)}
       step={step}
-      clampBehavior="none"
-      error={wrong}
-      onChange={setDraft}
-      onBlur={() => void send()}
-      onKeyDown={(event) => {
-        if (event.key === "Enter") void send();
-      }}
+      send={keep}
     />
   );
 }

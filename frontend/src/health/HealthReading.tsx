@@ -1,7 +1,7 @@
 import { VisuallyHidden } from "@mantine/core";
 import { usePage } from "../live/page";
 import { useSampled } from "../ui/ticker";
-import { GAUGES, type Grade, GRADE_MARK, GRADE_WORD, gradeOf, type Measure } from "./health";
+import { GAUGES, GRADE_MARK, GRADE_WORD, gradeOf, type Grade, type Measure } from "./health";
 
 interface ReadingProps {
   readonly measure: Measure;

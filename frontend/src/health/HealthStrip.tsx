@@ -7,7 +7,7 @@ import { wholeNumber } from "../ui/format";
 import { Painters } from "../ui/painters";
 import { useService } from "../ui/services";
 import { useStore } from "../ui/store";
-import { meaningOf, type Measure, Peak } from "./health";
+import { meaningOf, Peak, type Measure } from "./health";
 import { HealthReading } from "./HealthReading";
 
 interface ItemProps {

@@ -4,7 +4,7 @@ import type { FromServer, Session, Workspace } from "../api/types";
 import { asCause, asMode } from "../rig/modes";
 import type { Store } from "../ui/store";
 import type { Live } from "./live";
-import { keep, type Page, withLines } from "./page";
+import { keep, withLines, type Page } from "./page";
 import type { PageName } from "./presence/presence";
 
 const CHECK_MS = 100;

@@ -1,7 +1,7 @@
 import { SegmentedControl } from "@mantine/core";
 import { useState } from "react";
 import type { Event } from "../api/types";
-import { type LogLine, usePage } from "../live/page";
+import { usePage, type LogLine } from "../live/page";
 import { localTime, timeOfDay } from "../ui/format";
 
 const MARK = { info: "", warning: "▲ ", error: "✖ " } as const;

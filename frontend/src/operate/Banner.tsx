@@ -6,8 +6,8 @@ import {
   IconPlugConnectedX,
 } from "@tabler/icons-react";
 import { Live } from "../live/live";
-import { type Page, usePage } from "../live/page";
-import { CAUSE_TEXT, isLatched, MODE, remedy } from "../rig/modes";
+import { usePage, type Page } from "../live/page";
+import { CAUSE_TEXT, clearing, isLatched, MODE, remedy } from "../rig/modes";
 import { seconds } from "../ui/format";
 import { LiveText } from "../ui/LiveText";
 import { useService } from "../ui/services";
@@ -39,8 +39,7 @@ function troubleOf({ online, shutOut, rigLive, rig, mode, health }: Page): Troub
 
 /** What leads out of a latched state, for everyone who looks. */
 function wayOut({ cause, lease, me, mode }: Page): string {
-  const button = mode === MODE.E_STOP ? "Clear E-STOP" : "Clear fault";
-  if (lease.mine) return `${remedy(cause)}, then press ${button}, and arm again.`;
+  if (lease.mine && mode !== null) return `${remedy(cause)}, then press ${clearing(mode)}, and arm again.`;
   if (lease.held) return `${lease.holder} operates and can clear it.`;
   return me.role === "viewer" ? "An operator can clear it." : "Take control to clear it.";
 }

@@ -1,6 +1,6 @@
 import { Button, Tooltip, VisuallyHidden, type ButtonProps } from "@mantine/core";
 import { useId, type ReactNode } from "react";
-import { type Control, useWhyNot } from "./permission";
+import { useWhyNot, type Control } from "./permission";
 
 interface Props extends Omit<ButtonProps, "disabled"> {
   readonly control: Control;

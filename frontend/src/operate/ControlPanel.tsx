@@ -1,14 +1,15 @@
 import { Switch, TextInput, Tooltip } from "@mantine/core";
 import type { CommandBody, Settings } from "../api/types";
-import { type Page, PageStore, usePage } from "../live/page";
+import { PageStore, usePage, type Page } from "../live/page";
 import { CAUSE_TEXT, isLatched, isSwing, MODE, remedy } from "../rig/modes";
+import { rounded } from "../ui/format";
 import { useService } from "../ui/services";
 import { ControlButton } from "./ControlButton";
 import { Operations } from "./operations";
-import { type Control, useWhyNot } from "./permission";
-import { NumberField } from "./SettingField";
-import { limits, rounded, SCALARS } from "./settings";
-import { Aim, CLUTCHED } from "./target/aim";
+import { useWhyNot, type Control } from "./permission";
+import { SettingField } from "./SettingField";
+import { limits, SCALARS } from "./settings";
+import { Aim } from "./target/aim";
 
 interface Step {
   readonly control: Control;
@@ -66,7 +67,6 @@ export function ControlPanel() {
   const text = usePage(advice);
   const next = usePage(nextControl);
   const name = usePage((page) => page.recordingName);
-  const clutch = usePage((page) => page.lease.clutch);
   const run = (request: CommandBody["request"]) => {
     void (request === "follow" ? aim.follow() : operations.command({ request }));
   };
@@ -84,7 +84,6 @@ export function ControlPanel() {
             variant={next === control ? "filled" : "default"}
             testId={control}
             meaning={meaning}
-            because={control === "follow" && clutch ? CLUTCHED : null}
             onClick={() => {
               run(request);
             }}
@@ -136,7 +135,7 @@ function Limit({ settings, name, title }: LimitProps) {
   return (
     <span className="limit">
       <span className="note">{title}</span>
-      <NumberField
+      <SettingField
         label={meaning}
         testId={`limit-${name}`}
         value={rounded(settings[name] * scale)}

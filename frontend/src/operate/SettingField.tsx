@@ -1,6 +1,5 @@
-import { NumberInput, Tooltip } from "@mantine/core";
-import { useState } from "react";
 import type { Settings } from "../api/types";
+import { NumberField } from "../ui/NumberField";
 import { useService } from "../ui/services";
 import { Operations } from "./operations";
 import { useWhyNot } from "./permission";
@@ -18,39 +17,17 @@ interface Props {
   readonly change: (value: number) => Partial<Settings>;
 }
 
-/** A live number: what is typed is sent on Enter or when the field is left, and what the rig has stands there after. */
-export function NumberField({ label, value, min, max, step, unit, testId, change }: Props) {
+/** A setting of the rig as a number. */
+export function SettingField({ label, unit, change, ...field }: Props) {
   const operations = useService(Operations);
   const reason = useWhyNot("settings");
-  const [draft, setDraft] = useState<number | string | null>(null);
-  const wrong = typeof draft === "number" && (draft < min || draft > max);
-  const send = async () => {
-    const wanted = draft;
-    if (typeof wanted === "number" && wanted !== value)
-      await operations.changeSettings(`${label} not changed`, change(wanted));
-    setDraft(null);
-  };
   return (
-    <Tooltip label={reason ?? `${min} … ${max} ${unit}`} openDelay={reason === null ? 300 : 0}>
-      <NumberInput
-        size="xs"
-        className="number-field"
-        aria-label={label}
-        data-testid={testId}
-        readOnly={reason !== null}
-        aria-disabled={reason !== null}
-        value={draft ?? value}
-        min={min}
-        max={max}
-        step={step}
-        clampBehavior="none"
-        error={wrong}
-        onChange={setDraft}
-        onBlur={() => void send()}
-        onKeyDown={(event) => {
-          if (event.key === "Enter") void send();
-        }}
-      />
-    </Tooltip>
+    <NumberField
+      {...field}
+      aria-label={label}
+      hint={`${field.min} … ${field.max} ${unit}`}
+      reason={reason}
+      send={(value) => operations.changeSettings(`${label} not changed`, change(value))}
+    />
   );
 }

@@ -11,7 +11,7 @@ import {
 import type { Icon } from "@tabler/icons-react";
 import type { Mode } from "../api/types";
 import { usePage } from "../live/page";
-import { CAUSE_TEXT, isLatched, isUnasked, MODE, MODE_MEANING, MODE_WORD } from "../rig/modes";
+import { CAUSE_TEXT, clearing, isLatched, isUnasked, MODE_MEANING, MODE_WORD } from "../rig/modes";
 import { useService } from "../ui/services";
 import { ControlButton } from "./ControlButton";
 import { Operations } from "./operations";
@@ -91,7 +91,7 @@ export function Latch() {
           meaning="Unlatch: the rig is then VENTED and needs a new Arm"
           onClick={() => void operations.command({ request: "clear" })}
         >
-          {mode === MODE.E_STOP ? "Clear E-STOP" : "Clear fault"}
+          {clearing(mode)}
         </ControlButton>
       ) : null}
     </>

@@ -1,8 +1,9 @@
-import { call, type Method, Refusal } from "../api/rest";
+import { call, Refusal, type Method } from "../api/rest";
 import type { CommandBody, Event, Lease, Settings } from "../api/types";
-import { keep, type Page, withLines } from "../live/page";
+import { keep, withLines, type Page } from "../live/page";
+import { textOf } from "../ui/format";
 import type { Store } from "../ui/store";
-import { type Control, situation, whyNot } from "./permission";
+import { situation, whyNot, type Control } from "./permission";
 
 export type Notify = (level: Event["level"], title: string, text: string) => void;
 
@@ -112,8 +113,4 @@ export class Operations {
     };
     this.page.patch({ log: withLines(this.page.get().log, [line]) });
   }
-}
-
-function textOf(error: unknown): string {
-  return error instanceof Error ? error.message : String(error);
 }

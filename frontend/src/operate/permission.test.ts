@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import { MODE } from "../rig/modes";
-import { type Control, type Situation, whyNot } from "./permission";
+import { whyNot, type Control, type Situation } from "./permission";
 
 const operating: Situation = {
   ...{
@@ -10,6 +10,7 @@ const operating: Situation = {
     mine: true,
     held: true,
     holder: "me",
+    clutch: false,
     recording: false,
     role: "operator",
   },
@@ -46,6 +47,12 @@ test("a viewer's token takes nothing by itself, but may ask; an operator's may t
   ]);
   expect([whyNot("take_over", held), whyNot("take_over", { ...held, role: "viewer" })]).toEqual([null, looking]); // prettier-ignore
   expect(allowed({ ...operating, role: "viewer" }), "an operator handed it over").toEqual(allowed(operating));
+});
+
+test("with the held clutch on, Follow alone does nothing", () => {
+  const clutched = { ...operating, mode: MODE.HOLD, clutch: true };
+  expect(whyNot("follow", clutched)).toContain("Held clutch is on");
+  expect(whyNot("drag", clutched)).toBeNull();
 });
 
 test("without a connection or a rig nothing moves", () => {

@@ -1,23 +1,10 @@
 import type { Mode, Role } from "../api/types";
-import { type Page, usePage } from "../live/page";
+import { usePage, type Page } from "../live/page";
 import { isLatched, isMovable, MODE, MODE_WORD } from "../rig/modes";
 
-export type Control =
-  | "take"
-  | "take_over"
-  | "ask"
-  | "release"
-  | "arm"
-  | "disarm"
-  | "hold"
-  | "follow"
-  | "clear"
-  | "drag"
-  | "run"
-  | "settings"
-  | "record"
-  | "edit"
-  | "e_stop";
+/** What depends on the rig's state. */
+type OfRig = "arm" | "disarm" | "hold" | "follow" | "clear" | "drag" | "run" | "record";
+export type Control = OfRig | "take" | "take_over" | "ask" | "release" | "settings" | "edit" | "e_stop";
 
 /** What decides whether a control works now. */
 export interface Situation {
@@ -27,6 +14,7 @@ export interface Situation {
   readonly mine: boolean;
   readonly held: boolean;
   readonly holder: string;
+  readonly clutch: boolean;
   readonly recording: boolean;
   readonly role: Role;
 }
@@ -41,6 +29,8 @@ export function useWhyNot(control: Control): string | null {
   return usePage((page) => whyNot(control, situation(page)));
 }
 
+/** Why Follow alone does nothing while the held clutch is on. */
+const CLUTCHED = "Held clutch is on: hold the target, an arrow key or the gamepad's button";
 /** Why a viewer's session may not. */
 const LOOKING = "The viewer's token is for looking and for the E-STOP";
 
@@ -55,7 +45,7 @@ export function whyNot(control: Control, now: Situation): string | null {
   if (control === "release" || control === "settings") return null;
   if (control === "record" && now.recording) return null;
   if (!now.rigLive || now.mode === null) return "The rig does not answer";
-  return whyNotInMode(control, now.mode);
+  return whyNotInMode(control, now.mode) ?? (control === "follow" && now.clutch ? CLUTCHED : null);
 }
 
 function whyNotTake(now: Situation): string | null {
@@ -73,7 +63,7 @@ function whyNotByRole({ role }: Situation): string | null {
   return role === "viewer" ? LOOKING : null;
 }
 
-function whyNotInMode(control: Control, mode: Mode): string | null {
+function whyNotInMode(control: OfRig, mode: Mode): string | null {
   switch (control) {
     case "arm":
       return mode === MODE.VENTED ? null : isLatched(mode) ? "Clear first" : "Armed already";
@@ -85,22 +75,14 @@ function whyNotInMode(control: Control, mode: Mode): string | null {
         : isMovable(mode) || mode === MODE.REST
           ? null
           : notIn(mode);
+    case "run":
     case "follow":
     case "drag":
-      return isMovable(mode) ? null : mode === MODE.VENTED ? "Arm first" : notIn(mode);
-    case "run":
-      if (mode === MODE.TRACK) return "A reference runs already";
+      if (control === "run" && mode === MODE.TRACK) return "A reference runs already";
       return isMovable(mode) ? null : mode === MODE.VENTED ? "Arm first" : notIn(mode);
     case "clear":
       return isLatched(mode) ? null : "Nothing is latched";
-    case "take":
-    case "take_over":
-    case "ask":
-    case "edit":
-    case "release":
-    case "settings":
     case "record":
-    case "e_stop":
       return null;
   }
 }

@@ -1,5 +1,6 @@
 import { SETTING_BOUNDS } from "../api/bounds";
 import type { Settings } from "../api/types";
+import { rounded } from "../ui/format";
 
 export type PairName = "K_P" | "K_I" | "K_FF" | "K_o" | "B_o" | "u_open";
 export type ScalarName = "feedforward_period" | "speed_max" | "acceleration_max";
@@ -55,11 +56,6 @@ export const OPEN_LOOP: Shown<"u_open"> = {
 export function limits({ name, scale }: Shown<PairName | ScalarName>): { min: number; max: number } {
   const { minimum, maximum } = SETTING_BOUNDS[name];
   return { min: rounded(minimum * scale), max: rounded(maximum * scale) };
-}
-
-/** A display value without the dust of binary fractions. */
-export function rounded(value: number): number {
-  return Number(value.toPrecision(10));
 }
 
 /** Bounds and unit as they stand beside a field: "0 … 500 N/m". */

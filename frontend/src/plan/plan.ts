@@ -9,14 +9,14 @@ import { INK, type Scheme } from "../ui/colours";
 import { Painters } from "../ui/painters";
 import type { Services } from "../ui/services";
 import { Ticker } from "../ui/ticker";
-import { resize, type Sheet, sheetOf } from "./paint/canvas";
+import { resize, sheetOf, type Sheet } from "./paint/canvas";
 import { handleRadius, paintFigure } from "./paint/figure";
-import { paintPaper, type Reach, reachOf } from "./paint/paper";
+import { paintPaper, reachOf, type Reach } from "./paint/paper";
 import { reachQuads } from "./paint/reach";
 import { SketchLayer } from "./paint/sketchLayer";
-import { type Gesture, gestureOf } from "./pointer/pens";
+import { gestureOf, type Gesture } from "./pointer/pens";
 import { PlanPointer, type PlanSurface } from "./pointer/pointer";
-import { boundingBox, type Box, fit, pan, type Size, toPixel, toPlane, type View } from "./transform";
+import { boundingBox, fit, pan, toPixel, toPlane, type Box, type Size, type View } from "./transform";
 
 const FIT_MARGIN_PX = 26;
 /** Height of what stands over the top of the plan. */
@@ -173,7 +173,7 @@ export class Plan implements PlanSurface {
     painters.run(LAYERS.sketch, frame, () => {
       this.sketch.paint([this.shown, this.size, this.scheme], () => this.sheet(this.canvases.sketch));
     });
-    if (paperDirty || this.paintedFrames !== live.frames || this.paintedWish !== aim.wish)
+    if (paperDirty || this.paintedFrames !== live.frames || this.paintedWish !== aim.wanted)
       painters.run(LAYERS.figure, frame, () => {
         this.paintFigure();
       });
@@ -189,7 +189,7 @@ export class Plan implements PlanSurface {
     const { telemetry, trail } = live;
     paintFigure(sheet, { telemetry, trail, width, handle: aim.handle(now), now: now / 1e3 });
     this.paintedFrames = live.frames;
-    this.paintedWish = aim.wish;
+    this.paintedWish = aim.wanted;
   }
 
   private paintPaper(): void {

@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { Point } from "../api/types";
-import { boundingBox, fit, pan, type Size, toPixel, toPlane, type View, zoomAbout } from "./transform";
+import { boundingBox, fit, pan, toPixel, toPlane, zoomAbout, type Size, type View } from "./transform";
 
 const size: Size = { width: 740, height: 460 };
 const view: View = { centre: [0.06, -0.02], scale: 850 };

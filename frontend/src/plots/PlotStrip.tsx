@@ -11,7 +11,7 @@ import { ChartBox } from "./chart/ChartBox";
 import { chartOf } from "./chart/charts";
 import type { ChartPainter } from "./chart/painter";
 import { Painting } from "./chart/painting";
-import { FOLLOWING, type Gesture, paused, visible } from "./chart/view";
+import { FOLLOWING, paused, visible, type Gesture } from "./chart/view";
 import { askForCsv, csvOfBins, csvUrl, download } from "./csv";
 import { channelsOf, withoutPlot, withSignals } from "./layout";
 import { PlotsBar } from "./PlotsBar";

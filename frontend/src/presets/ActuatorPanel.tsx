@@ -9,7 +9,7 @@ import { MODE } from "../rig/modes";
 import { Facts } from "../ui/Facts";
 import { kilopascals, millimetres, plain } from "../ui/format";
 import { useService } from "../ui/services";
-import { type ActuatorBody, type ActuatorChoice, presets } from "./presets";
+import { presets, type ActuatorBody, type ActuatorChoice } from "./presets";
 
 type Actuator = RigInfo["parameters"]["actuator"];
 const GRAM = 1e3;

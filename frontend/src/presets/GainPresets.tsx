@@ -6,7 +6,7 @@ import { Operations } from "../operate/operations";
 import { useWhyNot } from "../operate/permission";
 import { gainsOf } from "../operate/settings";
 import { useService } from "../ui/services";
-import { type GainPreset, presets } from "./presets";
+import { presets, type GainPreset } from "./presets";
 
 const NAME = /^[\p{L}\p{N}_ .+-]{1,60}$/u;
 

@@ -4,19 +4,19 @@ import { usePage } from "../live/page";
 import { ControlButton } from "../operate/ControlButton";
 import { Operations } from "../operate/operations";
 import { useWhyNot } from "../operate/permission";
-import { NumberField } from "../operate/SettingField";
+import { SettingField } from "../operate/SettingField";
 import {
   boundsText,
   defaultGains,
   limits,
   OPEN_LOOP,
-  type PairName,
   PAIRS,
-  rounded,
   SCALARS,
+  type PairName,
   type Shown,
 } from "../operate/settings";
 import { LAW_TEXT } from "../rig/modes";
+import { rounded } from "../ui/format";
 import { useService } from "../ui/services";
 import { GainPresets } from "./GainPresets";
 
@@ -109,7 +109,7 @@ function PairRow({ shown, value }: PairRowProps) {
     <>
       <Symbol label={label} meaning={meaning} />
       {AXES.map((axis, i) => (
-        <NumberField
+        <SettingField
           key={axis}
           label={`${label} ${axis}`}
           testId={`${name}-${axis}`}
@@ -130,7 +130,7 @@ function ScalarRow({ shown, value }: { readonly shown: (typeof SCALARS)[number];
   return (
     <>
       <Symbol label={label} meaning={meaning} />
-      <NumberField
+      <SettingField
         label={meaning}
         testId={name}
         value={rounded(value * scale)}

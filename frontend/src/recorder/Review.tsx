@@ -6,7 +6,7 @@ import { Compare } from "./compare/Compare";
 import { Detail } from "./detail/Detail";
 import { NEWEST } from "./list/listing";
 import { RecordingList, SHELF } from "./list/RecordingList";
-import { type Search, useRecordings } from "./useRecordings";
+import { useRecordings, type Search } from "./useRecordings";
 
 /** The recordings: as a list, one, or up to four side by side. */
 export default function Review() {

@@ -4,9 +4,10 @@ import { Refusal } from "../api/rest";
 import type { Recording } from "../api/types";
 import { usePage } from "../live/page";
 import { Operations } from "../operate/operations";
+import { textOf } from "../ui/format";
 import { useService } from "../ui/services";
-import { isSettled, type Order, sortOf } from "./list/listing";
-import { type Listed, type RecordingChanges, recordings } from "./recordings";
+import { isSettled, sortOf, type Order } from "./list/listing";
+import { recordings, type Listed, type RecordingChanges } from "./recordings";
 
 export interface Search {
   readonly query: string;
@@ -59,7 +60,7 @@ export function useRecordings(search: Search, opened: readonly string[]): Record
         setProblem("");
       },
       (error: unknown) => {
-        if (turn === asked.current) setProblem(error instanceof Error ? error.message : String(error));
+        if (turn === asked.current) setProblem(textOf(error));
       },
     );
   }, [wanted, query, sort, limit]);

@@ -31,6 +31,11 @@ export const MODE_MEANING: Record<Mode, string> = {
   6: "Latched: vented at once, needs Clear",
 };
 
+/** What clears a latched state: the button, and what is said about it. */
+export function clearing(mode: Mode): string {
+  return mode === MODE.E_STOP ? "Clear E-STOP" : "Clear fault";
+}
+
 export const CAUSE_TEXT: Record<Cause, string> = {
   0: "",
   1: "asked for by an operator",

@@ -39,9 +39,8 @@ export class Telemetry {
   private readonly fields: Record<TelemetryField, FieldReader>;
 
   constructor(layout: readonly Field[]) {
-    const record = new RecordReader(layout);
-    this.record = record;
-    this.fields = Object.fromEntries(FIELDS.map((name) => [name, record.field(name)])) as Record<
+    this.record = new RecordReader(layout);
+    this.fields = Object.fromEntries(FIELDS.map((name) => [name, this.record.field(name)])) as Record<
       TelemetryField,
       FieldReader
     >;

@@ -1,6 +1,6 @@
 import { call } from "../api/rest";
 import type { Preview, PreviewBody, ReferenceInfo, RunBody, RunState } from "../api/types";
-import { bodyOf, type DrawingState, isPlanned, sketchOf } from "../drawing/drawing";
+import { bodyOf, isPlanned, sketchOf, type DrawingState } from "../drawing/drawing";
 import { isSame, planInputs } from "../drawing/planner";
 import type { Page } from "../live/page";
 import type { Operations } from "../operate/operations";

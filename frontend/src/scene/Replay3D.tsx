@@ -8,7 +8,6 @@ import { useService } from "../ui/services";
 import { useStore } from "../ui/store";
 import { Ticker } from "../ui/ticker";
 import { Replay } from "./replay";
-import { scene } from "./scene";
 import { Cameras } from "./Scene3D";
 import { SceneFrame } from "./SceneFrame";
 import { Seat } from "./seat";
@@ -19,8 +18,8 @@ const SHOWN_PER_S = 10;
 /** A recording in 3D, in this page alone: the live view and everyone else's stay as they are. */
 export function Replay3D({ recording }: { readonly recording: Recording }) {
   const operations = useService(Operations);
-  const [seat] = useState(() => new Seat(scene));
-  const [replay] = useState(() => new Replay(recording.id, seat.id, scene));
+  const [seat] = useState(() => new Seat());
+  const [replay] = useState(() => new Replay(recording.id, seat.id));
   const steer = (action: () => Promise<void>) => void operations.attempt("Recording not played", action);
   return (
     <>

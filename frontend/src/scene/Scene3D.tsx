@@ -5,7 +5,7 @@ import { Drawing } from "../drawing/drawing";
 import { PageStore } from "../live/page";
 import { Runs } from "../runs/runs";
 import { useService } from "../ui/services";
-import { scene, type SceneView } from "./scene";
+import type { SceneView } from "./scene";
 import { SceneFrame } from "./SceneFrame";
 import { sceneLines, Seat } from "./seat";
 
@@ -33,7 +33,7 @@ function OpenScene({ onClose }: { readonly onClose: () => void }) {
   const drawing = useService(Drawing);
   const page = useService(PageStore);
   const runs = useService(Runs);
-  const [seat] = useState(() => new Seat(scene));
+  const [seat] = useState(() => new Seat());
   useEffect(() => {
     // The stores live outside React: each change of what the plan shows goes to the seat.
     const show = () => {

@@ -1,14 +1,10 @@
 import { Store } from "../ui/store";
-import type { Playback, PlaybackBody } from "./scene";
+import { scene, type Playback, type PlaybackBody } from "./scene";
 
 /** The recording as the server plays it, and when it said so [ms on the page's clock]. */
 export interface ReplayState {
   readonly playback: Playback | null;
   readonly saidAt: number;
-}
-
-export interface ReplayPort {
-  play(seat: string, body: PlaybackBody): Promise<Playback>;
 }
 
 /** Steers the playback of one recording on one seat; the server's clock runs it. */
@@ -19,7 +15,7 @@ export class Replay {
   constructor(
     private readonly recording: string,
     private readonly seat: string,
-    private readonly port: ReplayPort,
+    private readonly port: Pick<typeof scene, "play"> = scene,
     private readonly now = () => performance.now(),
   ) {}
 

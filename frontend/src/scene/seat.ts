@@ -1,11 +1,11 @@
 import type { Point } from "../api/types";
-import { type DrawingState, isPlanned, sketchOf } from "../drawing/drawing";
+import { isPlanned, sketchOf, type DrawingState } from "../drawing/drawing";
 import { chosenInfo } from "../drawing/library/references";
 import { plannedLines } from "../drawing/library/shown";
 import { placed, stretches } from "../drawing/piece";
 import type { Page } from "../live/page";
 import type { RunChoice } from "../runs/runs";
-import type { Lines, SceneRole, SceneScheme, SceneView, SeatLook } from "./scene";
+import { scene, type Lines, type SceneRole, type SceneScheme, type SceneView } from "./scene";
 
 export type SceneLines = Readonly<Record<SceneRole, Lines>>;
 
@@ -15,12 +15,6 @@ const PATIENCE_MS = 150;
 /** Hundredths of a millimetre are enough for a picture. */
 const PER_METRE = 1e5;
 
-/** What a seat asks of the server, so that tests can answer. */
-export interface SeatPort {
-  look(seat: string, body: SeatLook): Promise<unknown>;
-  path(seat: string, role: SceneRole, lines: Lines): Promise<unknown>;
-}
-
 /** One 3D frame as the server knows it: what is said here changes this frame alone. */
 export class Seat {
   readonly id = seatId();
@@ -29,7 +23,7 @@ export class Seat {
   private timer: ReturnType<typeof setTimeout> | undefined;
   private ready = false;
 
-  constructor(private readonly port: SeatPort) {}
+  constructor(private readonly port: Pick<typeof scene, "look" | "path"> = scene) {}
 
   /** The frame is loaded, or the server is back: it may know nothing of what was said. */
   arrived(scheme: SceneScheme): void {

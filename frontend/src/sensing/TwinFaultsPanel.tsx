@@ -1,10 +1,10 @@
-import { NumberInput, Tooltip } from "@mantine/core";
 import { useEffect, useState } from "react";
 import { usePage } from "../live/page";
 import { ControlButton } from "../operate/ControlButton";
 import { Operations } from "../operate/operations";
 import { useWhyNot } from "../operate/permission";
-import { rounded } from "../operate/settings";
+import { rounded } from "../ui/format";
+import { NumberField } from "../ui/NumberField";
 import { useService } from "../ui/services";
 import { FaultChoices, type Inject } from "./FaultChoices";
 import { ALL_RODS } from "./rods";
@@ -88,37 +88,24 @@ interface FieldProps {
   readonly inject: Inject;
 }
 
-/** Sent on Enter or when the field is left. */
 function FaultField({ fault, value, inject }: FieldProps) {
   const { name, label, unit, scale, max, step } = fault;
   const reason = useWhyNot("settings");
-  const [draft, setDraft] = useState<number | string | null>(null);
-  const shown = rounded(value * scale);
-  const send = () => {
-    if (typeof draft === "number" && draft !== shown) inject({ [name]: draft / scale });
-    setDraft(null);
-  };
   return (
-    <Tooltip label={reason ?? `0 … ${max} ${unit}`} openDelay={reason === null ? 300 : 0}>
-      <NumberInput
-        size="xs"
-        w={98}
-        className="number-field"
-        label={`${label}, ${unit}`}
-        data-testid={`fault-${name}`}
-        readOnly={reason !== null}
-        aria-disabled={reason !== null}
-        value={draft ?? shown}
-        min={0}
-        max={max}
-        step={step}
-        clampBehavior="strict"
-        onChange={setDraft}
-        onBlur={send}
-        onKeyDown={(event) => {
-          if (event.key === "Enter") send();
-        }}
-      />
-    </Tooltip>
+    <NumberField
+      w={98}
+      label={`${label}, ${unit}`}
+      testId={`fault-${name}`}
+      value={rounded(value * scale)}
+      min={0}
+      max={max}
+      step={step}
+      clampBehavior="strict"
+      hint={`0 … ${max} ${unit}`}
+      reason={reason}
+      send={(wanted) => {
+        inject({ [name]: wanted / scale });
+      }}
+    />
   );
 }

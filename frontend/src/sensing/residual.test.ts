@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { Point } from "../api/types";
-import { arrowEnd, markersOf, missOf, type PointSource, residualOf } from "./residual";
+import { arrowEnd, markersOf, missOf, residualOf, type PointSource } from "./residual";
 
 /** Ten sensors on a straight backbone of 21 samples; markers 3 mm beside it, the fourth not seen. */
 const source: PointSource = {

@@ -27,6 +27,11 @@ export const degrees = (angle: Value) => fixed(angle, 1, 1, "°");
 export const hertz = (frequency: Value) => fixed(frequency, 1, 2, "Hz");
 export const seconds = (value: Value, digits = 0) => fixed(value, 1, digits, "s");
 
+/** A display value without the dust of binary fractions. */
+export function rounded(value: number): number {
+  return Number(value.toPrecision(10));
+}
+
 /** Duration as 1:02:03 or 2:03. */
 export function clock(duration: number): string {
   const whole = Math.max(0, Math.floor(duration));
@@ -50,4 +55,8 @@ export function localTime(iso: string): string {
 /** Local time of day of an ISO time stamp. */
 export function timeOfDay(iso: string): string {
   return new Date(iso).toLocaleTimeString(undefined, { hour12: false });
+}
+
+export function textOf(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
 }

@@ -5,8 +5,11 @@ import { Facts } from "../../ui/Facts";
 import { useService } from "../../ui/services";
 import { SourceChoice } from "../SourceChoice";
 import { chosenInfo, References } from "./references";
-import { ReferenceThumbnail } from "./ReferenceThumbnail";
-import { factsOf, menuOf } from "./shown";
+import { factsOf, menuOf, plannedLines, thumbnailPath } from "./shown";
+
+const [WIDTH, HEIGHT] = [44, 28];
+/** Room for the line's own width. */
+const MARGIN = 3;
 
 /** Choose a reference by task or by typing; it is drawn on the plan, and nothing moves. */
 export function ReferencePanel() {
@@ -18,7 +21,7 @@ export function ReferencePanel() {
     <>
       <div className="row run-row">
         <SourceChoice />
-        <ReferenceThumbnail />
+        <Thumbnail />
         <Select
           size="xs"
           w={230}
@@ -60,5 +63,22 @@ function Known() {
         </p>
       )}
     </>
+  );
+}
+
+/** A small picture of the chosen reference; its place is kept while there is none. */
+function Thumbnail() {
+  const info = usePage(chosenInfo);
+  const reference = usePage((page) => page.reference);
+  const path = useMemo(() => {
+    const shape = reference ? plannedLines(reference, info?.frequency ?? null).shape : [];
+    return thumbnailPath(shape, WIDTH - 2 * MARGIN, HEIGHT - 2 * MARGIN);
+  }, [reference, info]);
+  const named =
+    path === "" || !info ? { "aria-hidden": true } : { role: "img", "aria-label": `Shape of ${info.title}` };
+  return (
+    <svg className="thumbnail" width={WIDTH} height={HEIGHT} data-testid="thumbnail" {...named}>
+      <path d={path} transform={`translate(${MARGIN} ${MARGIN})`} />
+    </svg>
   );
 }

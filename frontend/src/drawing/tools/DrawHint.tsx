@@ -1,6 +1,6 @@
 import { Button } from "@mantine/core";
 import { useService } from "../../ui/services";
-import { Drawing, type Tool, useDrawing } from "../drawing";
+import { Drawing, useDrawing, type Tool } from "../drawing";
 
 const HINT: Record<Tool, string> = {
   drag: "",

@@ -7,7 +7,7 @@ import { useService } from "../../ui/services";
 import { ToolButton } from "../../ui/ToolButton";
 import { Drawing, returns } from "../drawing";
 import { library } from "../library/references";
-import { plannedLines, type Shape, shapesOf } from "../library/shown";
+import { plannedLines, shapesOf, type Shape } from "../library/shown";
 import { pieceOf } from "../piece";
 
 /** The library's shapes, placed on the plan as pieces that can be moved, scaled and turned. */

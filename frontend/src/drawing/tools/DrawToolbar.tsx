@@ -12,7 +12,7 @@ import {
 import type { ComponentType } from "react";
 import { useService } from "../../ui/services";
 import { ToolButton } from "../../ui/ToolButton";
-import { Drawing, sketchOf, type Tool, useDrawing } from "../drawing";
+import { Drawing, sketchOf, useDrawing, type Tool } from "../drawing";
 import { DrawImport } from "./DrawImport";
 import { DrawShapes } from "./DrawShapes";
 import { DrawText } from "./DrawText";

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { MAIN_SILENT_MS, type PageName, PERIOD_MS, PresenceSigns } from "./presence";
+import { MAIN_SILENT_MS, PERIOD_MS, PresenceSigns, type PageName } from "./presence";
 
 /** Clock, main thread and network in the test's hand. */
 class World {

@@ -1,7 +1,7 @@
 /** Signs of presence from a thread of its own: a busy main thread does not hold them up, a hidden tab does not throttle
  * them, and they end with the page. */
 import { socketUrl } from "../../api/socket";
-import { type PageName, PERIOD_MS, PresenceSigns } from "./presence";
+import { PERIOD_MS, PresenceSigns, type PageName } from "./presence";
 
 const signs = new PresenceSigns({
   now: () => performance.now(),

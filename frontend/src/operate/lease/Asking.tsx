@@ -1,6 +1,6 @@
 import { Button } from "@mantine/core";
 import { IconHandGrab } from "@tabler/icons-react";
-import { type Page, usePage } from "../../live/page";
+import { usePage, type Page } from "../../live/page";
 import { useService } from "../../ui/services";
 import { Operations } from "../operations";
 

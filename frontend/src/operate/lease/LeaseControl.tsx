@@ -1,6 +1,6 @@
 import { Badge, Tooltip } from "@mantine/core";
 import { IconUser } from "@tabler/icons-react";
-import { type Page, usePage } from "../../live/page";
+import { usePage, type Page } from "../../live/page";
 import { useService } from "../../ui/services";
 import { ControlButton } from "../ControlButton";
 import { Operations } from "../operations";

@@ -1,6 +1,7 @@
 import { ask, Refusal } from "../../api/rest";
 import type { CommandReply } from "../../api/types";
 import type { StopNews } from "../../live/page";
+import { textOf } from "../../ui/format";
 
 /** Every way from this page to the rig, the quickest first. */
 const WAYS = ["socket", "http"] as const;
@@ -84,7 +85,7 @@ export class EmergencyStop {
       const reply = await this.port.byHttp();
       this.settle(n, "http", { state: reply.accepted ? "arrived" : "refused", why: reply.detail });
     } catch (error) {
-      const why = error instanceof Error ? error.message : String(error);
+      const why = textOf(error);
       this.settle(n, "http", { state: error instanceof Refusal ? "refused" : "lost", why });
     }
   }

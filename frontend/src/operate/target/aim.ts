@@ -5,18 +5,15 @@ import type { Page } from "../../live/page";
 import { MODE } from "../../rig/modes";
 import type { Store } from "../../ui/store";
 import type { Operations } from "../operations";
-import { type Handle, handleOf, type Wish } from "./handle";
+import { handleOf, type Handle, type Wish } from "./handle";
 import { TargetSender } from "./target";
 
 const HINT_MS = 4000;
-/** Why Follow alone does nothing while the held clutch is on. */
-export const CLUTCHED = "Held clutch is on: hold the target, an arrow key or the gamepad's button";
 
 /** The operator's hand on the target: by pointer, arrow keys, gamepad, or the Follow button. */
 export class Aim {
   readonly targets: TargetSender;
-  /** What the hand wants, until the rig's word counts; another object with every move. */
-  wish: Wish | null = null;
+  private wish: Wish | null = null;
   /** The rig followed the present drag: if it holds now, only a new press may move it again. */
   private followed = false;
   /** Something holds the target: letting go will be said. */
@@ -34,6 +31,11 @@ export class Aim {
       now: () => performance.now(),
       later: (action, delay) => setTimeout(action, delay),
     });
+  }
+
+  /** What the hand wants, or wanted last; another object with every move. */
+  get wanted(): Wish | null {
+    return this.wish;
   }
 
   /** Where the target handle stands at page time `now` [ms]. */
@@ -105,7 +107,7 @@ export class Aim {
 
   /** Follow the target where its handle stands now. */
   async follow(): Promise<void> {
-    const reason = this.operations.whyNot("follow") ?? (this.page.get().lease.clutch ? CLUTCHED : null);
+    const reason = this.operations.whyNot("follow");
     const handle = this.handle(performance.now());
     if (reason !== null) this.hint(reason);
     else if (handle)

@@ -1,6 +1,6 @@
 import type { Point } from "../../api/types";
 import type { Ink } from "../../ui/colours";
-import { type Size, toPixel, type View } from "../transform";
+import { toPixel, type Size, type View } from "../transform";
 
 /** Where painters draw: CSS pixels, with the plane's transform at hand. */
 export interface Sheet {

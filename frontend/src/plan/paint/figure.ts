@@ -2,7 +2,7 @@ import type { Point } from "../../api/types";
 import type { Trail } from "../../live/trail";
 import type { Handle } from "../../operate/target/handle";
 import type { Telemetry } from "../../rig/telemetry";
-import { arrowEnd, type Marker, markersOf } from "../../sensing/residual";
+import { arrowEnd, markersOf, type Marker } from "../../sensing/residual";
 import { ROLE } from "../../ui/colours";
 import { disc, polyline, segment, type Sheet } from "./canvas";
 

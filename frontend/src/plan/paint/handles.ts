@@ -1,5 +1,5 @@
 import type { Point } from "../../api/types";
-import { type Frame, frameOf, type Piece } from "../../drawing/piece";
+import { frameOf, type Frame, type Piece } from "../../drawing/piece";
 import { ROLE } from "../../ui/colours";
 import { disc, segment, type Sheet } from "./canvas";
 

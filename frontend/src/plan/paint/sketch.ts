@@ -1,5 +1,5 @@
 import type { DrawingPlan, Point, Preview } from "../../api/types";
-import { type DrawingState, isPlanned, sketchOf } from "../../drawing/drawing";
+import { isPlanned, sketchOf, type DrawingState } from "../../drawing/drawing";
 import { placed, stretches } from "../../drawing/piece";
 import { ROLE } from "../../ui/colours";
 import { polyline, type Sheet } from "./canvas";

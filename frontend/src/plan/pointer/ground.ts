@@ -1,4 +1,5 @@
 import type { Point } from "../../api/types";
+import { distance } from "../../drawing/piece";
 import { toPlane, type View } from "../transform";
 
 /** What a press on the plan is mapped by, as it stood when it began: where the plan lies, and how it looks at the plane. */
@@ -61,8 +62,4 @@ export function targetAt({ ground, pressed, target }: Hold, client: Point): Poin
 /** Whether the window went along under a pointer that hardly moved on the screen: its position says nothing then. */
 export function isCarried(before: Spot, now: Spot): boolean {
   return distance(before.client, now.client) > LEAST_ZOOM * distance(before.screen, now.screen) + ROUNDING_PX;
-}
-
-function distance(a: Point, b: Point): number {
-  return Math.hypot(a[0] - b[0], a[1] - b[1]);
 }

@@ -1,5 +1,5 @@
 import type { Point } from "../../api/types";
-import { type Drawing, sketchOf } from "../../drawing/drawing";
+import { sketchOf, type Drawing } from "../../drawing/drawing";
 import { distance, dragged, gripAt, pieceAt, POINT_GAP } from "../../drawing/piece";
 import { frameAt } from "../paint/handles";
 

@@ -1,7 +1,7 @@
 import { beforeAll, expect, test, vi } from "vitest";
 import type { Point } from "../../api/types";
 import { Seeded } from "../../ui/seeded";
-import { fit, type Size, toPixel, type View, zoomAbout } from "../transform";
+import { fit, toPixel, zoomAbout, type Size, type View } from "../transform";
 import type { Gesture } from "./pens";
 import type { PlanPointer, PlanSurface } from "./pointer";
 

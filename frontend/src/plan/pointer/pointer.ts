@@ -1,7 +1,8 @@
 import type { Point } from "../../api/types";
+import { distance } from "../../drawing/piece";
 import type { Aim } from "../../operate/target/aim";
-import { pan, type Size, toPixel, type View, zoomAbout } from "../transform";
-import { type Ground, type Hold, isCarried, isSameGround, planeAt, type Spot, targetAt } from "./ground";
+import { pan, toPixel, zoomAbout, type Size, type View } from "../transform";
+import { isCarried, isSameGround, planeAt, targetAt, type Ground, type Hold, type Spot } from "./ground";
 import type { Gesture } from "./pens";
 
 /** The plan as the pointer acts on it. */
@@ -230,8 +231,4 @@ function spotOf(event: MouseEvent): Spot {
 /** A position in the window from the plan's own corner [px]. */
 function within({ left, top }: Ground, [clientX, clientY]: Point): Point {
   return [clientX - left, clientY - top];
-}
-
-function distance(a: Point, b: Point): number {
-  return Math.hypot(a[0] - b[0], a[1] - b[1]);
 }

@@ -1,7 +1,7 @@
 import type { Ring } from "../../live/ring";
 import type { Painters } from "../../ui/painters";
 import type { ChartPainter } from "./painter";
-import { type Gesture, moved, type Now, scaled, type View, visible, whole, zoomed } from "./view";
+import { moved, scaled, visible, whole, zoomed, type Gesture, type Now, type View } from "./view";
 
 /** Keeps all charts up to date, one in a frame while they follow the rig: no frame gets long, however many they are. */
 export class Painting {

@@ -1,4 +1,4 @@
-import { type Gesture, LONGEST, type Range, SHORTEST } from "./view";
+import { LONGEST, SHORTEST, type Gesture, type Range } from "./view";
 
 /** Where a finger is on a chart [px]. */
 export type Place = readonly [number, number];

@@ -3,7 +3,7 @@ import { useMemo, useState } from "react";
 import type { Recording } from "../../api/types";
 import { Back, Unknown } from "../detail/Detail";
 import { comparedPaths } from "../quick/paths";
-import { type Common, type Compared, comparedCharts } from "../quick/quickCharts";
+import { comparedCharts, type Common, type Compared } from "../quick/quickCharts";
 import { PlotsAndPath } from "../quick/QuickLook";
 import { useQuick } from "../quick/useQuick";
 import type { Recordings } from "../useRecordings";

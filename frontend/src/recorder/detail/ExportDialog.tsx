@@ -3,17 +3,37 @@ import { IconDownload } from "@tabler/icons-react";
 import { useEffect, useState } from "react";
 import type { Recording, SignalInfo } from "../../api/types";
 import type { TimeWindow } from "../quick/QuickPlot";
-import { EXPORTS, exportUrl, type Format, recordings as api } from "../recordings";
+import { EXPORTS, exportUrl, recordings as api, type Format } from "../recordings";
 
 interface Props {
   readonly recording: Recording;
   /** What the quick look shows now; null: all. */
   readonly zoomed: TimeWindow | null;
-  readonly onClose: () => void;
 }
 
-/** A file of another program: which signals of the recording, from when to when. */
-export function ExportDialog({ recording, zoomed, onClose }: Props) {
+/** The recording as a file of another program. */
+export function ExportButton(props: Props) {
+  const [open, setOpen] = useState(false);
+  return (
+    <>
+      <Button
+        size="compact-sm"
+        variant="default"
+        leftSection={<IconDownload size={14} />}
+        data-testid="export"
+        onClick={() => {
+          setOpen(true);
+        }}
+      >
+        Export
+      </Button>
+      {open ? <ExportDialog {...props} onClose={() => { setOpen(false); }} /> : null /* prettier-ignore */}
+    </>
+  );
+}
+
+/** Which signals of the recording, from when to when. */
+function ExportDialog({ recording, zoomed, onClose }: Props & { readonly onClose: () => void }) {
   const [format, setFormat] = useState<Format>("csv");
   const [signals, setSignals] = useState<string[]>([]);
   const [from, setFrom] = useState<number | string>(zoomed ? round(zoomed.from) : "");

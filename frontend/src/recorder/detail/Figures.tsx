@@ -1,6 +1,7 @@
 import { Loader, Table } from "@mantine/core";
 import { useEffect, useState } from "react";
 import type { Measured } from "../../api/types";
+import { textOf } from "../../ui/format";
 import { recordings } from "../recordings";
 import { FigureCells, FigureHeads } from "./FigureHeads";
 
@@ -19,8 +20,7 @@ export function Figures({ id }: { readonly id: string }) {
         if (!gone) setState({ measured: found, problem: "" });
       },
       (error: unknown) => {
-        if (!gone)
-          setState({ measured: null, problem: error instanceof Error ? error.message : String(error) });
+        if (!gone) setState({ measured: null, problem: textOf(error) });
       },
     );
     return () => {

@@ -4,7 +4,7 @@ import { useRef, useState } from "react";
 import { ControlButton } from "../../operate/ControlButton";
 import type { Recordings } from "../useRecordings";
 import { unitsMissing } from "./csvHead";
-import { type Chosen, ImportDialog } from "./ImportDialog";
+import { ImportDialog, type Chosen } from "./ImportDialog";
 
 /** Another lab's CSV file as a recording: choose it, say what its header does not, look at what came of it. */
 export function ImportButton({ recordings }: { readonly recordings: Recordings }) {

@@ -1,6 +1,6 @@
 import { Button, Modal, SegmentedControl, TextInput } from "@mantine/core";
 import { useState } from "react";
-import { bytes } from "../../ui/format";
+import { bytes, textOf } from "../../ui/format";
 import { LENGTH_UNITS, recordings as api, TIME_UNITS, type Units } from "../recordings";
 import type { Recordings } from "../useRecordings";
 
@@ -32,7 +32,7 @@ export function ImportDialog({ chosen: { file, missing }, recordings, onClose }:
       await recordings.load();
     } catch (error) {
       setBusy(false);
-      setProblem(error instanceof Error ? error.message : String(error));
+      setProblem(textOf(error));
     }
   };
   return (

@@ -4,7 +4,7 @@ import { PageStore } from "../../live/page";
 import { useService } from "../../ui/services";
 import { COMPARED_MAX } from "../place";
 import type { Listed } from "../recordings";
-import { type Recordings, type Search, useActive } from "../useRecordings";
+import { useActive, type Recordings, type Search } from "../useRecordings";
 import { ImportButton } from "./ImportButton";
 import { RecordingRow } from "./RecordingRow";
 import { Titles } from "./Titles";

@@ -1,6 +1,6 @@
 import { Table } from "@mantine/core";
 import { IconArrowDown, IconArrowUp } from "@tabler/icons-react";
-import { type Column, nextOrder, type Order } from "./listing";
+import { nextOrder, type Column, type Order } from "./listing";
 
 const COLUMNS: readonly (readonly [Column, string])[] = [
   ["starred", "★"],

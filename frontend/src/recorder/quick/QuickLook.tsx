@@ -1,9 +1,9 @@
 import { Loader } from "@mantine/core";
 import { useCallback, useEffect, useMemo, useRef } from "react";
 import type { Quick } from "../../api/types";
-import { type DrawnPath, PathCanvas, type PathMark } from "./PathCanvas";
+import { PathCanvas, type DrawnPath, type PathMark } from "./PathCanvas";
 import { pathsOf } from "./paths";
-import { type QuickChart, quickCharts } from "./quickCharts";
+import { quickCharts, type QuickChart } from "./quickCharts";
 import { QuickPlot, Sample, type Zoomed } from "./QuickPlot";
 import { useQuick } from "./useQuick";
 

@@ -1,7 +1,7 @@
 import type { Quick } from "../../api/types";
 import { ROLE } from "../../ui/colours";
 import type { DrawnPath } from "./PathCanvas";
-import { type Compared, RUN_STYLES } from "./quickCharts";
+import { RUN_STYLES, type Compared } from "./quickCharts";
 
 const LOOKS: Partial<Record<string, Pick<DrawnPath, "label" | "colour" | "dash" | "width">>> = {
   p_ref: { label: "reference", colour: ROLE.reference, dash: [7, 4], width: 2 },

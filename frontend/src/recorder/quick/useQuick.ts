@@ -1,5 +1,6 @@
 import { useEffect, useState } from "react";
 import type { Quick } from "../../api/types";
+import { textOf } from "../../ui/format";
 import { recordings } from "../recordings";
 import { DRAWN } from "./quickCharts";
 
@@ -24,7 +25,7 @@ export function useQuick(ids: readonly string[], running: boolean): QuickState {
         const looks = await Promise.all(wanted.split(",").map((id) => recordings.quick(id, POINTS, DRAWN)));
         if (!gone) setState({ looks, problem: "" });
       } catch (error) {
-        if (!gone) setState({ looks: null, problem: error instanceof Error ? error.message : String(error) });
+        if (!gone) setState({ looks: null, problem: textOf(error) });
       }
     };
     void read();
