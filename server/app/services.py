@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 
-from controller.arrays import Rows
 from controller.system.looks import Looks
 from controller.system.worker import Worker
 from recordings.store.store import Store, default_folder
@@ -136,11 +135,9 @@ def open_services(settings: ServerSettings, deadly: Callable[[], None] | None = 
     )
     events.listen(lambda event: recorder.events(event.text, event.level))
 
-    def keep(rows: Rows) -> None:
-        loop.add(rows)
-        recorder.rows(rows)
-
-    rig = Rig(settings, history, keep)
+    history.listen(loop.add)
+    history.listen(recorder.rows)
+    rig = Rig(settings, history)
     permits = Permits(lease, sessions, rig.operator_timeout)
     kept = KeptSettings(settings.state / f"settings-{settings.rig}.json", events)
     stopper = Stopper(rig.stop, lambda: rig.met)
@@ -153,7 +150,7 @@ def open_services(settings: ServerSettings, deadly: Callable[[], None] | None = 
     automatic = Automatic(recorder, rig, review, events, lambda: operator.settings, settings.record_faults)
     results = Results(settings.state / f"runs-{settings.rig}.json")
     runs = Runs(Tracker(rig, operator), automatic, events, results)
-    rig.listen(runs.inbox.put)
+    history.listen(runs.inbox.put)
     scene = Scene(lambda: history.newest, rig.actuator, settings.light_scene)
     alarms = Alarms(UserFiles(settings.state / "alarms", "the limits"))
     alarm_watch = AlarmWatch(

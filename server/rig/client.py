@@ -1,6 +1,5 @@
 """The rig as the server sees it: which boot of it is connected, and where its rows go."""
 
-from collections.abc import Callable
 from typing import Annotated
 
 import numpy as np
@@ -26,16 +25,16 @@ AGE_MAX = 86400.0
 
 
 class Rig:
-    """One rig behind the link. Whoever listens gets every telemetry row, in order, after the history has it."""
+    """One rig behind the link, whose rows go into `history`."""
 
-    def __init__(self, settings: ServerSettings, history: History, on_rows: Callable[[Rows], None]) -> None:
+    def __init__(self, settings: ServerSettings, history: History) -> None:
         """Connect; KeyRefused where the file of the rig's key cannot be used."""
-        self._history, self._listeners, self._endpoint = history, [on_rows], settings.endpoint
+        self._history, self._endpoint = history, settings.endpoint
         self._boot: int | None = None
         self._link = RigClient(
             settings.endpoint,
             settings.rig,
-            self._rows,
+            history.add,
             self._born,
             key=read_key(settings.key),
             tls=settings.link_tls,
@@ -131,10 +130,6 @@ class Rig:
         permit.require()
         return self._link.faults(wanted)
 
-    def listen(self, on_rows: Callable[[Rows], None]) -> None:
-        """Give every row from now on to `on_rows` too, in the link's thread."""
-        self._listeners.append(on_rows)
-
     def close(self) -> None:
         """End the link; no row comes after this."""
         self._link.close()
@@ -142,11 +137,6 @@ class Rig:
     def _born(self, info: RigInfo) -> None:
         self._history.forget()
         self._boot = info.boot
-
-    def _rows(self, rows: Rows) -> None:
-        self._history.add(rows)
-        for on_rows in self._listeners:
-            on_rows(rows)
 
 
 GivenRig = Annotated[Rig, given(Rig)]

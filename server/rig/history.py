@@ -5,6 +5,7 @@ At 1 kHz a minute of rows is 57 MB and ten minutes of bins are 51 MB; both are a
 
 import mmap
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -57,6 +58,7 @@ class History:
         self._binned = 0
         self._bin_first = self._bin_stop = 0
         self._newest: Rows | None = None
+        self._listeners: list[Callable[[Rows], None]] = []
 
     @property
     def count(self) -> int:
@@ -84,9 +86,17 @@ class History:
             for ring in (self._rows, self._t, self._low, self._high):
                 ring.reshape(-1).view(np.uint8)[:: mmap.PAGESIZE] |= 0
 
+    def listen(self, on_rows: Callable[[Rows], None]) -> None:
+        """Give every row from now on to `on_rows` too, in the link's thread, once it is kept here."""
+        self._listeners.append(on_rows)
+
     def add(self, rows: Rows) -> None:
         """Append telemetry rows, oldest first."""
-        rows = rows[-len(self._rows) :]
+        self._append(rows[-len(self._rows) :])
+        for on_rows in self._listeners:
+            on_rows(rows)
+
+    def _append(self, rows: Rows) -> None:
         newest = rows[-1:].copy()
         with self._lock:
             self._rows[np.arange(self._count, self._count + len(rows)) % len(self._rows)] = rows

@@ -57,7 +57,7 @@ def wait_run(live: Live, what: Callable[[dict[str, Any]], bool]) -> dict[str, An
 
 def test_a_run_is_paused_resumed_and_finished_and_its_result_is_that_of_its_rows(server: TestServer) -> None:
     batches: list[Rows] = []
-    server.services.rig.listen(batches.append)
+    server.services.history.listen(batches.append)
     with armed(server) as (page, live):
         begun = page.run(json=ring(1.5, laps=2)).json()
         assert (begun["state"], begun["duration"], begun["laps"], begun["progress"]) == ("approach", 1.5, 2, 0.0), begun
@@ -132,7 +132,7 @@ def shape(rows: Rows, leads: tuple[int, ...]) -> Rows:
 @pytest.mark.parametrize("paused", [False, True])
 def test_a_recordings_metrics_are_those_of_its_runs_card(server: TestServer, paused: bool) -> None:
     batches: list[Rows] = []
-    server.services.rig.listen(batches.append)
+    server.services.history.listen(batches.append)
     with armed(server) as (page, live):
         page.run(json=ring(1.0, laps=2))
         leads = [lead(server)]
