@@ -42,5 +42,11 @@ def test_every_picture_and_document_that_is_linked_is_there(page: Path) -> None:
     assert [link for link in links if not (page.parent / link).exists()] == []
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_file_that_is_named_is_there(page: Path) -> None:
+    named = re.findall(r"`((?:server|controller|recordings|frontend|tests)/[\w./-]+\.\w+)`", page.read_text())
+    assert [name for name in named if not (ROOT / name).exists()] == []
+
+
 def test_the_front_page_is_one_page() -> None:
     assert len(README.splitlines()) <= 120
