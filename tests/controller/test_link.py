@@ -3,83 +3,18 @@
 import threading
 import time
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from controller.errors import LayoutMismatch, ParameterError, RigUnreachable
-from controller.link import ENDLESS, PlannedRows, RigClient, RigEnd
+from controller.link import ENDLESS, PlannedRows, RigClient
 from controller.link.asker import Asker
 from controller.link.keys import Keys, open_session
-from controller.link.seal import Seals
-from controller.realtime.settings import free_port
-from controller.schema.layout import layout_hash, record_dtype, to_record
-from controller.schema.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults
-from controller.schema.modes import Cause, Mode
-from controller.schema.parameters import RigParameters
-from controller.system.keys import KEY_BYTES
+from controller.schema.layout import to_record
+from controller.schema.messages import Command
+from tests.controller.fake_rig import KEY, FakeRig
 from tests.controller.live_rig import wait_for
-
-KEY = b"k" * KEY_BYTES
-
-
-class FakeRig:
-    """Rows without a loop; `kept` is the first tick that the ring still holds."""
-
-    def __init__(self, endpoint: str, boot: int, layout: str = "", tls: Path | None = None) -> None:
-        self.rows = np.zeros(20_000, record_dtype(Telemetry))
-        self.rows["tick"] = np.arange(len(self.rows))
-        self.kept = self.replays = 0
-        self.busy = 0.0
-        """Seconds for which the next replay is late."""
-        self.layout = layout or layout_hash(Command, Telemetry)
-        self.boot = boot
-        self.injected = TwinFaults()
-        self.session = open_session(key=KEY, listen=endpoint, tls=tls)
-        self.end = RigEnd(self.session, "fake", Seals(KEY, boot, "/rig/fake.key"), self)
-
-    def info(self) -> RigInfo:
-        return RigInfo(
-            rig="fake",
-            boot=self.boot,
-            version="0",
-            layout=self.layout,
-            wall_offset_ns=0,
-            policy="none",
-            twin=True,
-            parameters=RigParameters(),
-        )
-
-    def stop(self, who: tuple[int, int]) -> CommandReply:
-        self.stopped = who
-        return CommandReply(n=1, accepted=True, mode=Mode.E_STOP, cause=Cause.OPERATOR, detail="E_STOP")
-
-    def submit(self, command: Command) -> CommandReply:
-        self.commanded = command
-        return CommandReply(n=command.n, accepted=True, mode=Mode.HOLD, cause=Cause.NONE, detail="HOLD")
-
-    def replay(self, first: int, count: int) -> np.ndarray:
-        self.replays += 1
-        time.sleep(self.busy)
-        self.busy = 0.0
-        return self.rows[max(first, self.kept) : max(first + count, self.kept)]
-
-    def plan(self, rows: PlannedRows) -> int:
-        self.planned = rows
-        return len(rows.points)
-
-    def faults(self, wanted: TwinFaults | None) -> TwinFaults:
-        self.injected = wanted or self.injected
-        return self.injected
-
-    def publish(self, first: int, end: int) -> None:
-        self.end.publish(self.rows[first:end])
-
-    def close(self) -> None:
-        if not self.session.is_closed():
-            self.end.close()
-            self.session.close()
 
 
 class Reader:
@@ -94,18 +29,6 @@ class Reader:
         self.ticks.extend(rows["tick"].tolist())
         if len(self.ticks) == 10:
             raise RuntimeError("a reader's own mistake")
-
-
-@pytest.fixture
-def endpoint() -> str:
-    return free_port("tcp/127.0.0.1:0")
-
-
-@pytest.fixture
-def rig(endpoint: str) -> Iterator[FakeRig]:
-    rig = FakeRig(endpoint, boot=1)
-    yield rig
-    rig.close()
 
 
 @pytest.fixture

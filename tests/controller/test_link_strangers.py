@@ -26,8 +26,8 @@ from controller.schema.layout import record_dtype
 from controller.schema.messages import Command, Telemetry
 from controller.schema.modes import Mode, Request
 from controller.system.keys import KEY_BYTES
+from tests.controller.fake_rig import KEY, FakeRig
 from tests.controller.live_rig import wait_for
-from tests.controller.test_link import KEY, FakeRig
 from tests.controller.test_link_guarded import certify
 
 KEYS = Keys("fake")
@@ -49,18 +49,6 @@ class Server:
             key=KEY,
             tls=tls,
         )
-
-
-@pytest.fixture
-def endpoint() -> str:
-    return free_port("tcp/127.0.0.1:0")
-
-
-@pytest.fixture
-def rig(endpoint: str) -> Iterator[FakeRig]:
-    rig = FakeRig(endpoint, boot=1)
-    yield rig
-    rig.close()
 
 
 @pytest.fixture

@@ -160,7 +160,7 @@ class ScriptedRig:
     def _send(self, now: float) -> None:
         if self.boot != self.known_boot:
             self.known_boot, self.newest = self.boot, None
-        rows = np.concatenate(self._unsent)
+        rows = self._unsent[0] if len(self._unsent) == 1 else np.concatenate(self._unsent)
         self._unsent.clear()
-        self.newest, self._heard = rows[-1:].copy(), now
+        self.newest, self._heard = rows[-1:], now
         self._deliver(rows)

@@ -24,10 +24,15 @@ class VirtualLoop(asyncio.SelectorEventLoop):
     def __init__(self) -> None:
         super().__init__()
         self._now = 1000.0
+        self.before_jump: Callable[[], None] = lambda: None
+        """Called when nothing is left to be done now; what it begins is done before time goes on."""
         select = self._selector.select  # type: ignore[attr-defined]
 
         def jump(timeout: float | None = None) -> Any:
             assert timeout is not None, "nothing would ever happen any more"
+            if timeout > 0.0:
+                self.before_jump()
+                timeout = 0.0 if self._ready else timeout  # type: ignore[attr-defined]
             self._now += max(0.0, timeout)
             return select(0.0)
 

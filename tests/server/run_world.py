@@ -1,0 +1,128 @@
+"""A run's world: the real `Runs`, `Tracker`, `Inbox` and lease, on a scripted rig and a clock that jumps."""
+
+import asyncio
+import os
+from functools import cache
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from controller.errors import TendrilError
+from controller.reference.feasible.within_reach import projected
+from controller.reference.library import static_map
+from controller.schema.modes import Mode
+from controller.schema.parameters import RigParameters, Settings
+from server.access.lease import OperatorLease
+from server.http.who import Identity
+from server.log.events import EventLog
+from server.operate.operator import Operator
+from server.recorder.automatic import Automatic
+from server.rig.client import Rig
+from server.runs.laps import Lap, allowed_by
+from server.runs.messages import RunBody
+from server.runs.phases import DEADLINES, Phase
+from server.runs.results import Results
+from server.runs.runs import Runs
+from server.runs.tracker import Tracker
+from tests.server.leave import permits_of
+from tests.server.scripted_rig import ScriptedRig
+from tests.server.virtual_time import Inline, VirtualLoop
+
+ANN, BOB = Identity("a", "ann"), Identity("b", "bob")
+PATH = np.column_stack([np.full(3000, 0.248), 0.025 - 0.005 * np.cos(2.0 * np.pi * np.arange(3000) / 3000)])
+LONG = bool(os.environ.get("TENDRIL_LONG"))
+SLACK = 0.5
+"""Beats, polls and the answer that is under way [s]."""
+LONGEST_REQUEST = sum(DEADLINES[phase] for phase in (Phase.PREPARING, Phase.STARTING)) + SLACK
+
+
+def planned(body: RunBody, rig: RigParameters, settings: Settings) -> Lap:
+    """Instead of planning: a line of 3 s, there and back."""
+    allowed = allowed_by(rig, settings, drawn=True)
+    return Lap("line", np.empty((0, 2)), PATH, 0, torques(), None, np.zeros(len(PATH), bool), allowed, known=False)
+
+
+@cache
+def torques() -> Any:
+    """What holds P1 along the line (n, 2) [N m]."""
+    rig = RigParameters()
+    return projected(static_map(rig.actuator, rig.controller), PATH).u
+
+
+class Recordings:
+    """Instead of the recorder: counts."""
+
+    def __init__(self) -> None:
+        self.going = self.seconds = 0.0
+        self.id = 0
+
+    async def begin_run(self, *_: str) -> None:
+        await asyncio.sleep(self.seconds)
+        self.going, self.id = 1.0, self.id + 1
+
+    def end_run(self) -> None:
+        self.going = 0.0
+
+    def recording(self) -> str | None:
+        return str(self.id) if self.going else None
+
+    def approach(self, first: int, end: int) -> None:
+        assert end > first
+
+
+class World:
+    """Runs on a scripted rig, a beat, and people's requests, each a task."""
+
+    def __init__(self, folder: Path) -> None:
+        self.loop = VirtualLoop()
+        self.lease, self.events, self.recordings = OperatorLease(self.loop.time), EventLog(), Recordings()
+        self.rig = ScriptedRig(lambda rows: self.runs.inbox.put(rows), self.loop.time)
+        tracker = Tracker(cast(Rig, self.rig), cast(Operator, self.rig))
+        tracker._threads = Inline()
+        automatic, self.results = cast(Automatic, self.recordings), Results(folder / "runs.json")
+        self.runs = Runs(tracker, automatic, self.events, self.results, self.loop.time)
+        self.asked: list[tuple[float, asyncio.Task[Any]]] = []
+        self.begun = 0
+        self.beating = True
+        self.tracking_since: float | None = None
+        self.lease.acquire(ANN)
+        self.permits = permits_of(self.lease)
+        self._tasks = [self.loop.create_task(self.rig.run()), self.loop.create_task(self._beat())]
+        self.pass_time(0.1)
+
+    @property
+    def phase(self) -> Phase | None:
+        return self.runs._machine.phase if self.runs._machine else None
+
+    def pass_time(self, seconds: float) -> None:
+        self.loop.run_until_complete(asyncio.sleep(seconds))
+
+    def ask(self, verb: str, *body: RunBody, who: Identity = ANN) -> asyncio.Task[Any]:
+        task = self.loop.create_task(self._asked(verb, *body, who=who))
+        self.asked.append((self.loop.time(), task))
+        return task
+
+    async def _asked(self, verb: str, *body: RunBody, who: Identity) -> Any:
+        try:
+            return await getattr(self.runs, verb)(*body, self.permits.operator(who))
+        except TendrilError as error:
+            return error
+
+    def close(self) -> None:
+        for task in [*self._tasks, *(task for _, task in self.asked)]:
+            task.cancel()
+        self.pass_time(0.1)
+        self.loop.close()
+
+    async def _beat(self) -> None:
+        while True:
+            await asyncio.sleep(1 / 60)
+            holder = self.lease.holder
+            if holder is not None:
+                self.lease.touch(holder)
+                self.permits.operator(holder).sign()
+            if self.beating:
+                self.runs.look()
+            tracks = self.rig.mode == Mode.TRACK
+            self.tracking_since = (self.tracking_since or self.loop.time()) if tracks else None
