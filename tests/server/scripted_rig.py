@@ -42,7 +42,7 @@ class ScriptedRig:
         self._deliver, self._clock = deliver, clock
         self.settings, self.parameters = Settings(), RigParameters()
         self.trouble = ""
-        self.boot = 0
+        self.boot_id = 0
         self.newest: Rows | None = None
         self.cut = self.deaf = False
         """No row and no answer comes; what is asked does not arrive."""
@@ -78,7 +78,7 @@ class ScriptedRig:
         return asker
 
     def restart(self) -> None:
-        self.boot += 1
+        self.boot_id += 1
         self.mode, self.cause = Mode.VENTED, Cause.START
         self.tick = self.request_n = self.tracked = self.ticks = 0
         self.request_cause, self.planned = Cause.NONE, False
@@ -92,7 +92,7 @@ class ScriptedRig:
     async def run(self) -> None:
         """Tick until cancelled."""
         loop = asyncio.get_running_loop()
-        self.known_boot, self._heard = self.boot, loop.time()
+        self.known_boot, self._heard = self.boot_id, loop.time()
         while True:
             await asyncio.sleep(PERIOD)
             self._serve(loop)
@@ -158,8 +158,8 @@ class ScriptedRig:
         del self._unsent[: -round(KEPT / PERIOD)]
 
     def _send(self, now: float) -> None:
-        if self.boot != self.known_boot:
-            self.known_boot, self.newest = self.boot, None
+        if self.boot_id != self.known_boot:
+            self.known_boot, self.newest = self.boot_id, None
         rows = self._unsent[0] if len(self._unsent) == 1 else np.concatenate(self._unsent)
         self._unsent.clear()
         self.newest, self._heard = rows[-1:], now

@@ -34,16 +34,16 @@ class Rig:
     """Stands in for the rig and its operator; the test writes the rows."""
 
     def __init__(self) -> None:
-        self.boot, self.silent, self.tick = 7, 0.0, 0
+        self.boot_id, self.silent, self.tick = 7, 0.0, 0
         self.settings = Settings()
         self.refuses = False
         self.again = self.let_go = 0
 
     def require_ready(self) -> Any:
-        return SimpleNamespace(boot=self.boot, parameters=RigParameters())
+        return SimpleNamespace(boot=self.boot_id, parameters=RigParameters())
 
     def boot(self) -> int:
-        return self.boot
+        return self.boot_id
 
     def age(self) -> float:
         return self.silent
@@ -144,7 +144,7 @@ async def test_a_paused_run_is_nobody_else_s(desk: Desk) -> None:
 
 async def test_another_life_of_the_rig_or_its_silence_ends_the_run(desk: Desk) -> None:
     runs = await desk.running()
-    desk.rig.boot = 8
+    desk.rig.boot_id = 8
     runs.inbox.put(desk.rig.rows(Mode.VENTED, 3, Cause.START))
     runs.look()
     assert (desk.phase, desk.reason) == ("broken off", "the rig restarted")

@@ -89,7 +89,7 @@ def test_a_thread_that_ends_is_said_and_begins_anew(monkeypatch: pytest.MonkeyPa
 
     worker = Worker("w", work)
     worker.start()
-    wait_for(lambda: not ends and worker.alive and "by a mistake" in worker.trouble, "another boot of it")
+    wait_for(lambda: not ends and worker.alive and "by a mistake" in worker.trouble, "another start of it")
     events = EventLog()
     soundness = Soundness([worker], Looks(), LoopWatchdog(), events)
     soundness.look()

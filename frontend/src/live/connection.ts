@@ -20,7 +20,7 @@ export interface ConnectionListener {
   /** The same of E-STOP `n`. */
   stopAnswered(n: number, refusal: string): void;
   disconnected(): void;
-  /** A rig was met, or another boot of it. */
+  /** A rig was met, or another start of it. */
   met(): void;
   /** I operate now, or no longer do; nobody asked for it here. */
   leaseChanged(mine: boolean, holder: string): void;
