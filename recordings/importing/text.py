@@ -1,11 +1,10 @@
 """A CSV file that was sent rather than stored, as a recording."""
 
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from controller.errors import DataError
-from controller.reference.path_file import read_samples
+from controller.reference.path_file import samples_in
+from controller.tables.lines import sent_lines
 from recordings.format.messages import Recording
 from recordings.importing.tip import import_tip
 
@@ -15,10 +14,4 @@ SENT = "the file"
 
 def import_text(folder: Path, name: str, text: bytes, units: Mapping[str, str]) -> Recording:
     """As `read_samples` and `import_tip`; DataError names line, column and value."""
-    with tempfile.TemporaryDirectory(prefix="tendril-import-") as scratch:
-        file = Path(scratch, SENT)
-        file.write_bytes(text)
-        try:
-            return import_tip(folder, name, read_samples(file, units))
-        except DataError as error:
-            raise DataError(str(error).replace(f"{scratch}/", "")) from error
+    return import_tip(folder, name, samples_in(sent_lines(text, SENT), Path(SENT), units))

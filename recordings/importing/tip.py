@@ -20,10 +20,6 @@ from recordings.write.session import check_room
 
 IMPORT_RIG = "import"
 """The rig that an imported recording names."""
-SECONDS_MAX = 1e6
-"""Length of an imported path [s]: eleven days."""
-FAR = 1e3
-"""Largest coordinate of an imported path [m]."""
 
 
 def import_tip(folder: Path, name: str, samples: Samples) -> Recording:
@@ -70,7 +66,6 @@ def _imported(folder: Path, name: str, rows: Rows) -> Recording:
 
 def tip_rows(samples: Samples) -> Rows:
     """One row a sample: its tip and its time, counted from the first one; nan for all that was not measured."""
-    _require_bounds(samples)
     rows = np.zeros(len(samples.t), record_dtype(Telemetry))
     for field in rows.dtype.names or ():
         if rows.dtype[field].base.kind == "f":
@@ -83,20 +78,6 @@ def tip_rows(samples: Samples) -> Rows:
         line = samples.lines[same[0] + 1]
         raise DataError(f"{samples.path.name}, line {line}: t is less than 1 ns after the line before")
     return rows
-
-
-def _require_bounds(samples: Samples) -> None:
-    """DataError at the first sample that is too late or too far away for a recording."""
-    late = samples.t - samples.t[0]
-    for name, values, bound, unit in (
-        ("t", late, SECONDS_MAX, "s after the first line"),
-        ("x", np.abs(samples.p[:, 0]), FAR, "m"),
-        ("y", np.abs(samples.p[:, 1]), FAR, "m"),
-    ):
-        wrong = np.flatnonzero(values > bound)
-        if wrong.size:
-            place = f"{samples.path.name}, line {samples.lines[wrong[0]]}"
-            raise DataError(f"{place}: {name} = {values[wrong[0]]:.6g} {unit}, more than {bound:g}")
 
 
 def _info(started: datetime) -> RigInfo:

@@ -22,6 +22,7 @@ VIEWERS = frozenset(
         # nothing is kept of these
         "plan_drawing",
         "text_path",
+        "import_path",
         "preview",
         # one's own, that nobody else sees
         "keep_layout",

@@ -92,7 +92,7 @@ def export(
 
 @app.command("import")
 def import_file(
-    file: Annotated[Path, typer.Argument(help="CSV file with columns time, x, y (docs/tracking.md).")],
+    file: Annotated[Path, typer.Argument(help="CSV file with columns time, x, y (docs/tables.md).")],
     name: Annotated[str | None, typer.Option(help="Of the recording; that of the file without it.")] = None,
     time_unit: Annotated[Literal["s", "ms", "us", "ns"], typer.Option(help="Where the header names none.")] = "s",
     length_unit: Annotated[Literal["m", "cm", "mm"], typer.Option(help="Where the header names none.")] = "m",

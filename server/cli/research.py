@@ -93,7 +93,7 @@ def calibrate(
 
 @app.command()
 def track(
-    reference: Annotated[Path, typer.Option(help="CSV file with columns t, x, y [s, m] (docs/tracking.md).")],
+    reference: Annotated[Path, typer.Option(help="CSV file with columns t, x, y [s, m] (docs/tables.md).")],
     actuator: ActuatorName = "P1",
     law: Annotated[
         str, typer.Option(help="ff, ff+p, ff+i, ff+pi; or sensors of ff+pi: rod6, rod10, rod6+10.")

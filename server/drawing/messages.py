@@ -13,6 +13,8 @@ from controller.schema.messages import Coordinate
 Point = tuple[Coordinate, Coordinate]
 DURATION_MIN, DURATION_MAX = 0.1, 280.0
 """Of a drawing: the rig's memory holds five minutes, the approach and some laps' way back included [s]."""
+POINTS_MAX = 5000
+"""Of a drawing."""
 
 
 def _no_download(name: str) -> str:
@@ -71,10 +73,11 @@ class DrawingBody(Both):
     """A drawing, as it is saved and planned."""
 
     name: DrawingName
-    points: Annotated[list[Point], Bounds(min_length=2, max_length=5000, fail_fast=True)]
+    points: Annotated[list[Point], Bounds(min_length=2, max_length=POINTS_MAX, fail_fast=True)]
     """Positions in the plane frame [m]; straight lines lie between them."""
     times: (
-        Annotated[list[Annotated[float, Bounds(allow_inf_nan=False)]], Bounds(max_length=5000, fail_fast=True)] | None
+        Annotated[list[Annotated[float, Bounds(allow_inf_nan=False)]], Bounds(max_length=POINTS_MAX, fail_fast=True)]
+        | None
     ) = None
     """Of the points [s], rising; only an imported file has them."""
     closed: bool = False
@@ -159,6 +162,31 @@ class TextPath(Model):
     """What is meant to be seen [m]."""
     points: list[tuple[float, float]]
     """One path through all strokes in turn: the pen never lifts [m]."""
+
+
+class ImportedColumn(Model):
+    """A column of an imported file."""
+
+    name: Literal["t", "x", "y"]
+    title: str
+    """As the header has it; the name where there is none."""
+    unit: str
+    stated: bool
+    """Whether the file says the unit; otherwise it is assumed."""
+
+
+class ImportedPath(Model):
+    """A path from a file, with what was understood of it; as many points as a drawing holds."""
+
+    points: list[tuple[float, float]]
+    """[m]."""
+    times: list[float] | None
+    """Of the points from the first one on [s]; null where the file has none."""
+    header: bool
+    """Whether the file names its columns; otherwise they are known by their order."""
+    columns: list[ImportedColumn]
+    notes: list[str]
+    """What was assumed, left out or thinned, a sentence each."""
 
 
 class Wanted(Model):

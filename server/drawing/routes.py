@@ -1,17 +1,20 @@
 """References: those of the library, and drawn ones: planned, and kept by name."""
 
 import asyncio
+from typing import Annotated
 
-from fastapi import APIRouter, Response
+from fastapi import APIRouter, Body, Query, Response
 
 from controller.reference import lettering
 from server.access.asking import Holder
 from server.drawing import references
+from server.drawing.imported import imported
 from server.drawing.messages import (
     DrawingBody,
     DrawingInfo,
     DrawingName,
     DrawingPlan,
+    ImportedPath,
     Name,
     ReferenceInfo,
     ReferencePath,
@@ -28,6 +31,9 @@ from server.rig.client import GivenRig
 
 router = APIRouter()
 
+FileName = Annotated[str, Query(min_length=1, max_length=255)]
+"""What errors call the file."""
+
 
 @router.post("/api/drawings/plan", tags=["drawings"])
 async def plan_drawing(body: DrawingBody, rig: GivenRig, operator: GivenOperator) -> DrawingPlan:
@@ -40,6 +46,14 @@ async def text_path(body: TextBody) -> TextPath:
     """Text in single-stroke letters; 422 for a character that has none."""
     strokes = lettering.strokes(body.text, body.height)
     return TextPath(strokes=[points(one) for one in strokes], points=points(lettering.joined(strokes)))
+
+
+@router.post("/api/drawings/import", tags=["drawings"])
+async def import_path(
+    text: Annotated[bytes, Body(media_type="text/csv")] = b"", name: FileName = "the file"
+) -> ImportedPath:
+    """A CSV file with columns x, y or t, x, y as a path, of which nothing is kept; 422 with line, column and value."""
+    return await asyncio.to_thread(imported, text, name)
 
 
 @router.get("/api/drawings", tags=["drawings"])

@@ -14,12 +14,11 @@ from controller.errors import ParameterError, sentence
 from controller.schema.parameters import SENSORS
 from recordings.exporting.apart import apart
 from recordings.exporting.tip_path import Wanted, What, tip_path
+from server.drawing.imported import evenly
 from server.drawing.messages import DrawingBody, Given
 from server.recorder.export_routes import From, To
 from server.recorder.folder import GivenFolder
 
-POINTS = 5000
-"""The most that a drawing holds."""
 DECIMALS = 6
 """Of its times [s] and points [m]."""
 NAME_LENGTH = 80
@@ -28,7 +27,7 @@ NAME_LENGTH = 80
 def recorded_drawing(source: Path, name: str, wanted: Wanted) -> DrawingBody:
     """The path with its times, evenly thinned to what a drawing holds. ParameterError when it cannot be one."""
     t, p = tip_path(source, wanted)
-    keep = np.unique(np.linspace(0, len(t) - 1, min(len(t), POINTS)).round().astype(np.intp))
+    keep = evenly(len(t))
     try:
         return DrawingBody(name=drawing_name(name), points=_plain(p[keep]), times=_plain(t[keep]), timing=Given())
     except ValidationError as error:

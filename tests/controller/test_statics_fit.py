@@ -12,7 +12,7 @@ from controller.errors import DataError
 from controller.kernels.model.rod import RodModel, make_load
 from controller.research.identification.poses import Poses, marker_arcs, read_poses
 from controller.research.identification.statics import fit_statics
-from controller.research.identification.tables import read_table
+from controller.research.identification.tables import read_measured
 from controller.schema.actuator import PRESETS, Actuator
 from tests.controller.chains import advance, posed
 from tests.oracles import Chain
@@ -112,7 +112,7 @@ def test_one_wrong_marker_is_named_and_a_robust_fit_withstands_it() -> None:
 def test_four_chamber_pressures_are_taken_as_two_differences(tmp_path: Path) -> None:
     file = tmp_path / "poses.csv"
     file.write_text("p1_kpa,p2_kpa,p3_kpa,p4_kpa,x1_mm,y1_mm\n100,20,0,30,200,50\n0,0,0,0,253,0\n")
-    poses = read_poses(read_table(file), PRESETS["P1"])
+    poses = read_poses(read_measured(file), PRESETS["P1"])
     np.testing.assert_allclose(poses.pressure, [[80e3, -30e3], [0.0, 0.0]])
     assert poses.arcs == pytest.approx([0.253])
 
@@ -131,7 +131,7 @@ def test_a_table_that_is_no_static_test_is_refused(tmp_path: Path, text: str, co
     file = tmp_path / "poses.csv"
     file.write_text(text)
     with pytest.raises(DataError, match=complaint):
-        read_poses(read_table(file), PRESETS["P1"])
+        read_poses(read_measured(file), PRESETS["P1"])
 
 
 def test_poses_that_leave_an_unknown_free_are_refused() -> None:

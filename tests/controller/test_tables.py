@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from controller.errors import DataError
-from controller.research.identification.tables import choose_ids, points_in, read_table
+from controller.research.identification.tables import choose_ids, points_in, read_measured
 
 
 def written(folder: Path, text: str) -> Path:
@@ -14,7 +14,7 @@ def written(folder: Path, text: str) -> Path:
 
 
 def test_columns_come_by_name_in_si_units_whatever_their_order(tmp_path: Path) -> None:
-    table = read_table(written(tmp_path, "# poses of May\nY1_mm,p1_kPa,p2,X1\n20,50,1e3,0.1\n\n30,60,0,0.2\n"))
+    table = read_measured(written(tmp_path, "# poses of May\nY1_mm,p1_kPa,p2,X1\n20,50,1e3,0.1\n\n30,60,0,0.2\n"))
     assert table.need("p1") == pytest.approx([50e3, 60e3])
     assert table.need("p2") == pytest.approx([1e3, 0.0])
     np.testing.assert_allclose(points_in(table, "xy"), [[[0.1, 0.02]], [[0.2, 0.03]]])
@@ -30,9 +30,9 @@ def test_columns_come_by_name_in_si_units_whatever_their_order(tmp_path: Path) -
         ("x1,y1\n1,2\n1,nan\n", "line 3: y1 = nan is not finite"),
         ("x1,y1\n1,2\n1,two\n", "line 3: y1 = 'two' is not a number"),
         ("x1,y1\n1,2,3\n", "line 2: 3 values, the header has 2 columns"),
-        ("x1,x1\n1,2\n", "names a column twice"),
+        ("x1,x1\n1,2\n", "the header names x1 twice ('x1' and 'x1')"),
         ("x1_inch,y1\n1,2\n", "'x1_inch' has an unknown unit"),
-        ("x1_kpa,y1\n1,2\n", "'x1_kpa' is not measured in kpa (but in m, mm)"),
+        ("x1_kpa,y1\n1,2\n", "'x1_kpa' has an unknown unit (known for x1: m, cm, mm)"),
         ("x1,y1,\n1,2,\n", "column '' has no name"),
     ],
 )
@@ -41,13 +41,13 @@ def test_what_is_wrong_in_a_file_is_said_with_file_line_column_and_value(
 ) -> None:
     file = written(tmp_path, text)
     with pytest.raises(DataError) as caught:
-        points_in(read_table(file), "xy")
+        points_in(read_measured(file), "xy")
     assert str(file) in str(caught.value) and complaint in str(caught.value)
 
 
 def test_a_file_that_is_not_there_is_said_in_one_line(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="cannot be read"):
-        read_table(tmp_path / "nothing.csv")
+        read_measured(tmp_path / "nothing.csv")
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""A path from a file: by the button, dropped on the page, and one that is broken."""
+"""A path from an SVG or CSV file: by the button, dropped on the page, and one that is broken."""
 
 from playwright.sync_api import FilePayload, Page, expect
 
@@ -49,3 +49,23 @@ def test_an_svg_path_is_chosen_or_dropped_and_a_broken_one_says_why(page: Page) 
     expect(page.get_by_role("alert").filter(has_text="empty.svg not imported")).to_contain_text("no path")
     expect(page.get_by_test_id("piece-size")).to_have_value("20")
     shot(page, "import-broken")
+
+
+def test_a_csv_path_is_read_by_the_server_which_says_what_it_assumed_or_what_is_wrong(page: Page) -> None:
+    page.get_by_role("tab", name="Run").click()
+    choose(page, "stroke.csv", "y_cm,x_cm,t [ms]\n14,2,0\n14,4,2000\n")
+    expect(page.get_by_test_id("piece-size")).to_have_value("20")
+    wait_until(lambda: length(page) == "20 mm", 5.0)
+    expect(page.get_by_test_id("timing")).to_have_value("given")
+    page.get_by_test_id("clear-drawing").click()
+
+    choose(page, "plain.csv", "20,140\n50,140\n")
+    expect(page.get_by_test_id("piece-size")).to_have_value("30")
+    notice = page.get_by_role("alert").filter(has_text="plain.csv imported")
+    expect(notice).to_contain_text("no header: the columns are x, y")
+    expect(notice).to_contain_text("x has no unit: taken as mm, as some values are beyond 2")
+
+    choose(page, "empty.csv", "10,20,\n11,21,\n")
+    problem = page.get_by_role("alert").filter(has_text="empty.csv not imported")
+    expect(problem).to_contain_text("empty.csv, line 1: y is empty")
+    expect(page.get_by_test_id("piece-size")).to_have_value("30")

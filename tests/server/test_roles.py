@@ -27,6 +27,7 @@ NEEDS = {
     ("DELETE", "/api/alarms"): ANYONE,
     ("POST", "/api/drawings/plan"): ANYONE,
     ("POST", "/api/drawings/text"): ANYONE,
+    ("POST", "/api/drawings/import"): ANYONE,
     ("POST", "/api/preview"): ANYONE,
     ("PUT", "/api/drawings/{name}"): LEASE,
     ("DELETE", "/api/drawings/{name}"): LEASE,

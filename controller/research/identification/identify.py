@@ -18,7 +18,7 @@ from controller.research.identification.motion.modal_fit import fit_modes
 from controller.research.identification.poses import is_static, read_poses
 from controller.research.identification.report.report import number_text, report_page
 from controller.research.identification.statics import fit_statics
-from controller.research.identification.tables import MeasuredTable, read_table
+from controller.research.identification.tables import MeasuredTable, read_measured
 from controller.schema.actuator import Actuator, write_actuator
 from controller.schema.parameters import ControllerParameters
 
@@ -37,7 +37,7 @@ class IdentificationTask:
 
 def identify(task: IdentificationTask) -> list[Fit]:
     """The fits that the data of `task` allow, each upon the one before: the last one's actuator has them all."""
-    tables = [read_table(path) for path in task.data]
+    tables = [read_measured(path) for path in task.data]
     statics, decays = [t for t in tables if is_static(t)], [t for t in tables if is_decay(t)]
     _refuse(tables, statics, decays, task)
     fits: list[Fit] = []

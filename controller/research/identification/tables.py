@@ -1,7 +1,5 @@
-"""Measured data as CSV files with a header (docs/identification.md): every column by name, every number checked."""
+"""Measured data as tables with a header (docs/identification.md, docs/tables.md): every column by name."""
 
-import csv
-import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,12 +9,9 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.errors import DataError
-
-UNITS = {"pa": 1.0, "kpa": 1e3, "m": 1.0, "mm": 1e-3, "s": 1.0, "ms": 1e-3}
-"""What a column's suffix multiplies: `p1_kpa` is p1 in kPa. Without a suffix a column is in SI units."""
-
-FITTING = {"p": ("pa", "kpa"), "t": ("s", "ms"), **dict.fromkeys("xyz", ("m", "mm"))}
-"""Units that a column may have, by its first letter."""
+from controller.tables.header import Header
+from controller.tables.lines import file_lines
+from controller.tables.table import read_table
 
 
 @dataclass(frozen=True)
@@ -39,23 +34,11 @@ class MeasuredTable:
             raise DataError(f"{self.path}: {self.lines.size} rows are too few, {what} needs at least {least}")
 
 
-def read_table(path: Path) -> MeasuredTable:
+def read_measured(path: Path) -> MeasuredTable:
     """The whole file; DataError names file, line, column and value of the first thing that is not a finite number."""
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            lines = [(number, line) for number, line in enumerate(file, 1) if line.strip() and line.lstrip()[0] != "#"]
-    except (OSError, UnicodeDecodeError) as error:
-        raise DataError(f"{path} cannot be read: {error}") from error
-    if not lines:
-        raise DataError(f"{path} is empty: a header and rows of numbers are needed")
-    names = [name.strip() for name in _cells(path, *lines[0])]
-    columns = [_plain_name(path, name) for name in names]
-    if len(set(columns)) < len(columns):
-        raise DataError(f"{path}: the header names a column twice ({', '.join(names)})")
-    rows = [_numbers(path, number, names, line) for number, line in lines[1:]]
-    values = np.array(rows, np.float64).reshape(len(rows), len(names)) * [_unit(name) for name in names]
-    at = np.array([number for number, _ in lines[1:]], np.float64)
-    return MeasuredTable(path, dict(zip(columns, values.T, strict=True)), at)
+    table = read_table(file_lines(path), str(path), Header.every, places={})
+    columns = {column.name: table.values(column.name) for column in table.columns}
+    return MeasuredTable(path, columns, table.lines.astype(np.float64))
 
 
 def points_in(table: MeasuredTable, axes: str) -> Array:
@@ -88,44 +71,3 @@ def choose_ids(text: str | None, present: Sequence[int], path: Path) -> list[int
             raise DataError(f"{path}: ID {part.strip()} is not there (IDs {available[0]} to {available[-1]} are)")
         chosen |= found
     return sorted(chosen)
-
-
-def _plain_name(path: Path, name: str) -> str:
-    """The name without its unit, as in x1 for X1_mm."""
-    plain, _, unit = name.partition("_")
-    if not plain:
-        raise DataError(f"{path}: column {name!r} has no name (a comma too many in the header?)")
-    if unit and unit.lower() not in UNITS:
-        raise DataError(f"{path}: column {name!r} has an unknown unit (known: {', '.join(UNITS)})")
-    known = FITTING.get(plain[0].lower(), ())
-    if unit and unit.lower() not in known:
-        raise DataError(f"{path}: column {name!r} is not measured in {unit} (but in {', '.join(known) or 'no unit'})")
-    return "ID" if plain.lower() == "id" else plain.lower()
-
-
-def _unit(name: str) -> float:
-    return UNITS[name.partition("_")[2].lower() or "s"]
-
-
-def _cells(path: Path, number: int, line: str) -> list[str]:
-    try:
-        return next(csv.reader([line]))
-    except csv.Error as error:
-        raise DataError(f"{path}, line {number}: {error}") from error
-
-
-def _numbers(path: Path, number: int, names: list[str], line: str) -> list[float]:
-    cells = _cells(path, number, line)
-    if len(cells) != len(names):
-        raise DataError(f"{path}, line {number}: {len(cells)} values, the header has {len(names)} columns")
-    return [_number(path, number, name, cell) for name, cell in zip(names, cells, strict=True)]
-
-
-def _number(path: Path, number: int, name: str, cell: str) -> float:
-    try:
-        value = float(cell)
-    except ValueError:
-        raise DataError(f"{path}, line {number}: {name} = {cell.strip()!r} is not a number") from None
-    if not math.isfinite(value):
-        raise DataError(f"{path}, line {number}: {name} = {cell.strip()} is not finite")
-    return value

@@ -308,7 +308,7 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
-  "/api/references": {
+  "/healthz": {
     parameters: {
       query?: never;
       header?: never;
@@ -316,10 +316,10 @@ export interface paths {
       cookie?: never;
     };
     /**
-     * Read References
-     * @description The references for the connected rig's actuator; 503 before the first contact.
+     * Read Healthz
+     * @description Whether all is well, 503 when something is not; open to anyone on this machine.
      */
-    get: operations["read_references"];
+    get: operations["read_healthz"];
     put?: never;
     post?: never;
     delete?: never;
@@ -328,7 +328,7 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
-  "/api/references/{name}": {
+  "/metrics": {
     parameters: {
       query?: never;
       header?: never;
@@ -336,10 +336,10 @@ export interface paths {
       cookie?: never;
     };
     /**
-     * Read Reference
-     * @description The points of one of them; 404 with the known names.
+     * Read Metrics
+     * @description Figures for Prometheus, with a session or `Authorization: Bearer ACCESS_TOKEN`.
      */
-    get: operations["read_reference"];
+    get: operations["read_metrics"];
     put?: never;
     post?: never;
     delete?: never;
@@ -382,6 +382,26 @@ export interface paths {
      * @description Text in single-stroke letters; 422 for a character that has none.
      */
     post: operations["text_path"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/drawings/import": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Import Path
+     * @description A CSV file with columns x, y or t, x, y as a path, of which nothing is kept; 422 with line, column and value.
+     */
+    post: operations["import_path"];
     delete?: never;
     options?: never;
     head?: never;
@@ -451,6 +471,46 @@ export interface paths {
      * @description Delete it; operator only, 404 when there is none of this name.
      */
     delete: operations["delete_drawing"];
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/references": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read References
+     * @description The references for the connected rig's actuator; 503 before the first contact.
+     */
+    get: operations["read_references"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/references/{name}": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Reference
+     * @description The points of one of them; 404 with the known names.
+     */
+    get: operations["read_reference"];
+    put?: never;
+    post?: never;
+    delete?: never;
     options?: never;
     head?: never;
     patch?: never;
@@ -576,7 +636,7 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
-  "/api/recordings/{id}/quick": {
+  "/api/recordings/{id}/path": {
     parameters: {
       query?: never;
       header?: never;
@@ -584,10 +644,10 @@ export interface paths {
       cookie?: never;
     };
     /**
-     * Recording Quick
-     * @description The main signals as extremes of bins, and the tip's path; of a running recording, up to now. 404 without it.
+     * Recording Path
+     * @description The path of the tip, its reference or a marker as a drawing with times; 404, or 422 says what is wrong.
      */
-    get: operations["recording_quick"];
+    get: operations["recording_path"];
     put?: never;
     post?: never;
     delete?: never;
@@ -730,6 +790,26 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/recordings/{id}/quick": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Recording Quick
+     * @description The main signals as extremes of bins, and the tip's path; of a running recording, up to now. 404 without it.
+     */
+    get: operations["recording_quick"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/recordings/{id}/signals": {
     parameters: {
       query?: never;
@@ -784,26 +864,6 @@ export interface paths {
      * @description A CSV file with columns time, x, y as a recording; the units hold where its header has none; 409 without room.
      */
     post: operations["import_recording"];
-    delete?: never;
-    options?: never;
-    head?: never;
-    patch?: never;
-    trace?: never;
-  };
-  "/api/recordings/{id}/path": {
-    parameters: {
-      query?: never;
-      header?: never;
-      path?: never;
-      cookie?: never;
-    };
-    /**
-     * Recording Path
-     * @description The path of the tip, its reference or a marker as a drawing with times; 404, or 422 says what is wrong.
-     */
-    get: operations["recording_path"];
-    put?: never;
-    post?: never;
     delete?: never;
     options?: never;
     head?: never;
@@ -942,46 +1002,6 @@ export interface paths {
      *     same goes back to the actuator before, and the log says why.
      */
     put: operations["change_actuator"];
-    post?: never;
-    delete?: never;
-    options?: never;
-    head?: never;
-    patch?: never;
-    trace?: never;
-  };
-  "/healthz": {
-    parameters: {
-      query?: never;
-      header?: never;
-      path?: never;
-      cookie?: never;
-    };
-    /**
-     * Read Healthz
-     * @description Whether all is well, 503 when something is not; open to anyone on this machine.
-     */
-    get: operations["read_healthz"];
-    put?: never;
-    post?: never;
-    delete?: never;
-    options?: never;
-    head?: never;
-    patch?: never;
-    trace?: never;
-  };
-  "/metrics": {
-    parameters: {
-      query?: never;
-      header?: never;
-      path?: never;
-      cookie?: never;
-    };
-    /**
-     * Read Metrics
-     * @description Figures for Prometheus, with a session or `Authorization: Bearer ACCESS_TOKEN`.
-     */
-    get: operations["read_metrics"];
-    put?: never;
     post?: never;
     delete?: never;
     options?: never;
@@ -2001,6 +2021,57 @@ export interface components {
        * @description How many are missing.
        */
       ticks: number;
+    };
+    /**
+     * ImportedColumn
+     * @description A column of an imported file.
+     */
+    ImportedColumn: {
+      /**
+       * Name
+       * @enum {string}
+       */
+      name: "t" | "x" | "y";
+      /**
+       * Title
+       * @description As the header has it; the name where there is none.
+       */
+      title: string;
+      /** Unit */
+      unit: string;
+      /**
+       * Stated
+       * @description Whether the file says the unit; otherwise it is assumed.
+       */
+      stated: boolean;
+    };
+    /**
+     * ImportedPath
+     * @description A path from a file, with what was understood of it; as many points as a drawing holds.
+     */
+    ImportedPath: {
+      /**
+       * Points
+       * @description [m].
+       */
+      points: [number, number][];
+      /**
+       * Times
+       * @description Of the points from the first one on [s]; null where the file has none.
+       */
+      times: number[] | null;
+      /**
+       * Header
+       * @description Whether the file names its columns; otherwise they are known by their order.
+       */
+      header: boolean;
+      /** Columns */
+      columns: components["schemas"]["ImportedColumn"][];
+      /**
+       * Notes
+       * @description What was assumed, left out or thinned, a sentence each.
+       */
+      notes: string[];
     };
     /**
      * Integrator
@@ -4846,7 +4917,7 @@ export interface operations {
       503: components["responses"]["Refused503"];
     };
   };
-  read_references: {
+  read_healthz: {
     parameters: {
       query?: never;
       header?: never;
@@ -4861,7 +4932,7 @@ export interface operations {
           [name: string]: unknown;
         };
         content: {
-          "application/json": components["schemas"]["ReferenceInfo"][];
+          "application/json": components["schemas"]["Healthz"];
         };
       };
       400: components["responses"]["Refused400"];
@@ -4876,27 +4947,33 @@ export interface operations {
       429: components["responses"]["Refused429"];
       431: components["responses"]["Refused431"];
       500: components["responses"]["Refused500"];
-      503: components["responses"]["Refused503"];
+      /** @description Something is not well */
+      503: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Healthz"];
+        };
+      };
     };
   };
-  read_reference: {
+  read_metrics: {
     parameters: {
       query?: never;
       header?: never;
-      path: {
-        name: string;
-      };
+      path?: never;
       cookie?: never;
     };
     requestBody?: never;
     responses: {
-      /** @description Successful Response */
+      /** @description Prometheus' text format */
       200: {
         headers: {
           [name: string]: unknown;
         };
         content: {
-          "application/json": components["schemas"]["ReferencePath"];
+          "text/plain": string;
         };
       };
       400: components["responses"]["Refused400"];
@@ -4971,6 +5048,45 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["TextPath"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  import_path: {
+    parameters: {
+      query?: {
+        name?: string;
+      };
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: {
+      content: {
+        "text/csv": string;
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ImportedPath"];
         };
       };
       400: components["responses"]["Refused400"];
@@ -5147,6 +5263,74 @@ export interface operations {
           [name: string]: unknown;
         };
         content?: never;
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  read_references: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ReferenceInfo"][];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  read_reference: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ReferencePath"];
+        };
       };
       400: components["responses"]["Refused400"];
       401: components["responses"]["Refused401"];
@@ -5369,11 +5553,13 @@ export interface operations {
       503: components["responses"]["Refused503"];
     };
   };
-  recording_quick: {
+  recording_path: {
     parameters: {
       query?: {
-        points?: number;
-        signals?: string[];
+        what?: "p_meas" | "p_ref" | "marker";
+        rod?: number;
+        from?: number | null;
+        to?: number | null;
       };
       header?: never;
       path: {
@@ -5389,7 +5575,7 @@ export interface operations {
           [name: string]: unknown;
         };
         content: {
-          "application/json": components["schemas"]["Quick"];
+          "application/json": components["schemas"]["DrawingBody"];
         };
       };
       400: components["responses"]["Refused400"];
@@ -5751,6 +5937,44 @@ export interface operations {
       503: components["responses"]["Refused503"];
     };
   };
+  recording_quick: {
+    parameters: {
+      query?: {
+        points?: number;
+        signals?: string[];
+      };
+      header?: never;
+      path: {
+        id: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Quick"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
   recording_signals: {
     parameters: {
       query?: never;
@@ -5881,46 +6105,6 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["Recording"];
-        };
-      };
-      400: components["responses"]["Refused400"];
-      401: components["responses"]["Refused401"];
-      403: components["responses"]["Refused403"];
-      404: components["responses"]["Refused404"];
-      409: components["responses"]["Refused409"];
-      411: components["responses"]["Refused411"];
-      413: components["responses"]["Refused413"];
-      421: components["responses"]["Refused421"];
-      422: components["responses"]["Refused422"];
-      429: components["responses"]["Refused429"];
-      431: components["responses"]["Refused431"];
-      500: components["responses"]["Refused500"];
-      503: components["responses"]["Refused503"];
-    };
-  };
-  recording_path: {
-    parameters: {
-      query?: {
-        what?: "p_meas" | "p_ref" | "marker";
-        rod?: number;
-        from?: number | null;
-        to?: number | null;
-      };
-      header?: never;
-      path: {
-        id: string;
-      };
-      cookie?: never;
-    };
-    requestBody?: never;
-    responses: {
-      /** @description Successful Response */
-      200: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["DrawingBody"];
         };
       };
       400: components["responses"]["Refused400"];
@@ -6271,80 +6455,6 @@ export interface operations {
         };
         content: {
           "application/json": unknown;
-        };
-      };
-      400: components["responses"]["Refused400"];
-      401: components["responses"]["Refused401"];
-      403: components["responses"]["Refused403"];
-      404: components["responses"]["Refused404"];
-      409: components["responses"]["Refused409"];
-      411: components["responses"]["Refused411"];
-      413: components["responses"]["Refused413"];
-      421: components["responses"]["Refused421"];
-      422: components["responses"]["Refused422"];
-      429: components["responses"]["Refused429"];
-      431: components["responses"]["Refused431"];
-      500: components["responses"]["Refused500"];
-      503: components["responses"]["Refused503"];
-    };
-  };
-  read_healthz: {
-    parameters: {
-      query?: never;
-      header?: never;
-      path?: never;
-      cookie?: never;
-    };
-    requestBody?: never;
-    responses: {
-      /** @description Successful Response */
-      200: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["Healthz"];
-        };
-      };
-      400: components["responses"]["Refused400"];
-      401: components["responses"]["Refused401"];
-      403: components["responses"]["Refused403"];
-      404: components["responses"]["Refused404"];
-      409: components["responses"]["Refused409"];
-      411: components["responses"]["Refused411"];
-      413: components["responses"]["Refused413"];
-      421: components["responses"]["Refused421"];
-      422: components["responses"]["Refused422"];
-      429: components["responses"]["Refused429"];
-      431: components["responses"]["Refused431"];
-      500: components["responses"]["Refused500"];
-      /** @description Something is not well */
-      503: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "application/json": components["schemas"]["Healthz"];
-        };
-      };
-    };
-  };
-  read_metrics: {
-    parameters: {
-      query?: never;
-      header?: never;
-      path?: never;
-      cookie?: never;
-    };
-    requestBody?: never;
-    responses: {
-      /** @description Prometheus' text format */
-      200: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "text/plain": string;
         };
       };
       400: components["responses"]["Refused400"];

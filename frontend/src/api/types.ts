@@ -40,6 +40,7 @@ export type Event = Schemas["Event"];
 export type DrawingBody = Schemas["DrawingBody"];
 export type DrawingInfo = Schemas["DrawingInfo"];
 export type DrawingPlan = Schemas["DrawingPlan"];
+export type ImportedPath = Schemas["ImportedPath"];
 export type TextPath = Schemas["TextPath"];
 export type PreviewBody = Schemas["PreviewBody"];
 export type Preview = Schemas["Preview"];

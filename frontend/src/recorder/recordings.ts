@@ -1,5 +1,5 @@
 import { ask, call } from "../api/rest";
-import type { Measured, Point, ProfileInfo, Quick, Recording, SignalInfo } from "../api/types";
+import type { ImportedPath, Measured, Point, ProfileInfo, Quick, Recording, SignalInfo } from "../api/types";
 
 /** What people may change of a recording. */
 export type RecordingChanges = Partial<Pick<Recording, "name" | "tags" | "notes" | "starred">>;
@@ -19,6 +19,18 @@ export const LENGTH_UNITS = ["m", "cm", "mm"] as const;
 export interface Units {
   readonly time: (typeof TIME_UNITS)[number];
   readonly length: (typeof LENGTH_UNITS)[number];
+}
+
+/** Units that a file leaves open. */
+export interface UnitsMissing {
+  readonly time: boolean;
+  readonly length: boolean;
+}
+
+/** Which units a path's file leaves open; both where it could not be read, which sending it explains. */
+export function unitsMissing(path: Pick<ImportedPath, "columns"> | null): UnitsMissing {
+  const open = path?.columns.filter((column) => !column.stated).map((column) => column.name);
+  return { time: open?.includes("t") ?? true, length: open?.some((name) => name !== "t") ?? true };
 }
 
 /** A recorded path [m] over time [s], ready to be followed. */

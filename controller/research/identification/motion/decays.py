@@ -8,7 +8,7 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.errors import DataError
-from controller.research.identification.tables import MeasuredTable, choose_ids, points_in, read_table
+from controller.research.identification.tables import MeasuredTable, choose_ids, points_in, read_measured
 
 PERIOD = 0.01
 """Between samples, where the file has no column t [s]."""
@@ -35,7 +35,7 @@ def is_decay(table: MeasuredTable) -> bool:
 
 def read_decays(path: Path, ids: str | None = None) -> list[Decay]:
     """The decays of `path` that `ids` names, as in "0-16,20"; DataError says what is wrong with file or IDs."""
-    return decays_in(read_table(path), ids)
+    return decays_in(read_measured(path), ids)
 
 
 def decays_in(table: MeasuredTable, ids: str | None = None) -> list[Decay]:

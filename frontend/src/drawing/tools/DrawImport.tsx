@@ -8,9 +8,9 @@ import { useServices, type Services } from "../../ui/services";
 import { ToolButton } from "../../ui/ToolButton";
 import { Drawing } from "../drawing";
 import { pieceOf, type Piece } from "../piece";
-import { ImportError, parseCsv } from "./csv";
+import { readPath } from "../readPath";
 import { middleOfReach } from "./DrawText";
-import { parseSvg } from "./svg";
+import { ImportError, parseSvg } from "./svg";
 
 /** Largest file that is read: the page would stand still over a larger one. */
 const BYTES_MAX = 2_000_000;
@@ -51,8 +51,8 @@ export function DrawImport() {
 
 async function read(file: File | null, services: Services): Promise<void> {
   if (!file) return;
-  const drawing = services.get(Drawing);
-  await services.get(Operations).attempt(`${file.name} not imported`, async () => {
+  const [drawing, operations] = [services.get(Drawing), services.get(Operations)];
+  await operations.attempt(`${file.name} not imported`, async () => {
     if (file.size > BYTES_MAX)
       throw new ImportError(
         `The file has ${file.size} bytes, more than ${BYTES_MAX}: a path needs far fewer`,
@@ -61,7 +61,7 @@ async function read(file: File | null, services: Services): Promise<void> {
     const isSvg = file.name.toLowerCase().endsWith(".svg") || text.trimStart().startsWith("<");
     const pieces = isSvg
       ? outlines(text, middleOfReach(services.get(PageStore).get().workspace?.length ?? 0.25))
-      : [fromCsv(text)];
+      : [await fromCsv(file, operations)];
     drawing.choose("drag");
     drawing.add(pieces);
     if (pieces[0].times) drawing.follow({ timing: { kind: "given" } });
@@ -69,9 +69,10 @@ async function read(file: File | null, services: Services): Promise<void> {
   });
 }
 
-/** A CSV file is in the plane's own frame: it stays where it says. */
-function fromCsv(text: string): Piece {
-  const { points, times } = parseCsv(text);
+/** A CSV file, as the server reads it, is in the plane's own frame: it stays where it says. */
+async function fromCsv(file: File, operations: Operations): Promise<Piece> {
+  const { points, times, notes } = await readPath(file);
+  if (notes.length > 0) operations.notify("info", `${file.name} imported`, notes.join("; "));
   return pieceOf(points, times);
 }
 

@@ -1,5 +1,4 @@
 import type { Point } from "../../api/types";
-import { ImportError } from "./csv";
 
 const SVG = "http://www.w3.org/2000/svg";
 const SHAPES = "path, polyline, polygon, line, rect, circle, ellipse";
@@ -10,6 +9,9 @@ const SPACING = 0.5;
 const POINTS_MAX = 4000;
 /** Every stroke is laid out by the browser once; a text turned into paths has some hundreds. */
 const STROKES_MAX = 2000;
+
+/** The file is no path. */
+export class ImportError extends Error {}
 
 /** A flat transform of SVG: x' = a x + c y + e, y' = b x + d y + f. */
 export interface Matrix {

@@ -1,9 +1,10 @@
 import { FileButton } from "@mantine/core";
 import { IconFileImport } from "@tabler/icons-react";
 import { useRef, useState } from "react";
+import { readPath } from "../../drawing/readPath";
 import { ControlButton } from "../../operate/ControlButton";
+import { unitsMissing } from "../recordings";
 import type { Recordings } from "../useRecordings";
-import { unitsMissing } from "./csvHead";
 import { ImportDialog, type Chosen } from "./ImportDialog";
 
 /** Another lab's CSV file as a recording: choose it, say what its header does not, look at what came of it. */
@@ -12,7 +13,7 @@ export function ImportButton({ recordings }: { readonly recordings: Recordings }
   const again = useRef<() => void>(null);
   const choose = async (file: File | null) => {
     again.current?.(); // the same file may be chosen once more, mended
-    if (file) setChosen({ file, missing: unitsMissing(await file.slice(0, 65_536).text()) });
+    if (file) setChosen({ file, missing: unitsMissing(await readPath(file).catch(() => null)) });
   };
   return (
     <>

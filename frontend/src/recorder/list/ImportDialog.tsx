@@ -1,13 +1,13 @@
 import { Button, Modal, SegmentedControl, TextInput } from "@mantine/core";
 import { useState } from "react";
 import { bytes, textOf } from "../../ui/format";
-import { LENGTH_UNITS, recordings as api, TIME_UNITS, type Units } from "../recordings";
+import { LENGTH_UNITS, recordings as api, TIME_UNITS, type Units, type UnitsMissing } from "../recordings";
 import type { Recordings } from "../useRecordings";
 
 export interface Chosen {
   readonly file: File;
   /** What its header does not say. */
-  readonly missing: { readonly time: boolean; readonly length: boolean };
+  readonly missing: UnitsMissing;
 }
 
 interface Props {
