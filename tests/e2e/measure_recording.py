@@ -58,7 +58,7 @@ def post(context: BrowserContext, product: Product, path: str, body: dict[str, A
 
 def windows(product: Product, count: int) -> list[Window]:
     """The next `count` windows, one after the other."""
-    ring, server = find_ring(product.rig), product.child("server")
+    ring, server = find_ring(product.rig), product.child("server.app")
     found = []
     for _ in range(count):
         head, used, start = ring.head, spent(server), time.monotonic()

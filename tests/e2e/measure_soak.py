@@ -48,7 +48,7 @@ class Watch:
     """Samples both processes from a thread of its own until it is closed."""
 
     def __init__(self, product: Product) -> None:
-        self._processes = {"rig": product.child("controller.realtime"), "server": product.child("server")}
+        self._processes = {"rig": product.child("controller.realtime"), "server": product.child("server.app")}
         self.seen: dict[str, list[Sample]] = {name: [] for name in self._processes}
         self._begin, self._over = time.monotonic(), threading.Event()
         self._thread = threading.Thread(target=self._run)

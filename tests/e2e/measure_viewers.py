@@ -95,7 +95,7 @@ def crowds(product: Product, count: int, processes: int, begin: float, seconds: 
 
 def measure(product: Product, seconds: float) -> dict[str, float]:
     """Server and rig over the next `seconds`."""
-    ring, server = find_ring(product.rig), product.child("server")
+    ring, server = find_ring(product.rig), product.child("server.app")
     before, used, start = ring.newest(), spent(server), time.monotonic()
     time.sleep(seconds)
     after, share = ring.newest(), (spent(server) - used) / (time.monotonic() - start)

@@ -36,12 +36,12 @@ def test_a_killed_server_leaves_the_rig_at_rest_and_no_tick_of_the_recording_is_
     page.get_by_test_id("record").click()
     time.sleep(1.5)
     ring = find_ring(product.rig)
-    killed = product.child("server")
+    killed = product.child("server.app")
     last = ring.newest()
     os.kill(killed.pid, signal.SIGKILL)
     wait_until(lambda: product.mode() == Mode.HOLD, 2.0)
     shot(page, "server-gone")
-    wait_until(lambda: product.child("server").pid != killed.pid, 10.0)
+    wait_until(lambda: product.child("server.app").pid != killed.pid, 10.0)
     expect(page.get_by_test_id("state")).to_contain_text("HOLD", timeout=20_000)
     assert last is not None
     wait_until(lambda: len(list(product.recordings.glob("*.rrd"))) == 2, 20.0)
@@ -57,7 +57,7 @@ def test_without_any_server_the_rig_ramps_to_rest(page: Page, product: Product) 
     if frame(page)["mode"] == Mode.VENTED:
         page.get_by_test_id("arm").click()
     expect(page.get_by_test_id("state")).to_contain_text("HOLD")
-    server = product.child("server")
+    server = product.child("server.app")
     server.suspend()
     try:
         wait_until(lambda: product.mode() in (Mode.REST, Mode.VENTED), 35.0)

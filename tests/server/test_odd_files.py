@@ -214,7 +214,7 @@ def test_read_only_folders_let_the_server_start_and_refuse_a_recording(shared_ri
         folder.chmod(0o500)
     output = (tmp_path / "log").open("wb")
     process = subprocess.Popen(
-        [*drop, sys.executable, "-m", "server", str(ready)], env=environment, stdout=output, stderr=output
+        [*drop, sys.executable, "-m", "server.app", str(ready)], env=environment, stdout=output, stderr=output
     )
     try:
         wait_for(lambda: ready.exists() or process.poll() is not None, "the server")

@@ -35,7 +35,7 @@ class Server:
             "light_scene": "1",
         }
         environment = os.environ | {f"TENDRIL_{name.upper()}": value for name, value in given.items()}
-        self.process = subprocess.Popen([sys.executable, "-m", "server", str(ready)], env=environment)
+        self.process = subprocess.Popen([sys.executable, "-m", "server.app", str(ready)], env=environment)
         wait_for(lambda: ready.exists() or self.process.poll() is not None, "the server")
         self.url, self.token = ServerReady.model_validate_json(ready.read_bytes()).url.split("/?token=")
 
