@@ -118,9 +118,9 @@ class SafetyLimits(Model):
     residual_max: Annotated[float, Bounds(gt=0.0, le=1.0), Q("m")] = 0.04
     residual_time: Annotated[float, Bounds(gt=0.0, le=60.0), Q("s")] = 1.0
     jump_max: Annotated[float, Bounds(gt=0.0, le=1.0), Q("m")] = 0.03
-    """A marker that leaves its own course, and the model's, by more than this between two samples is not used."""
+    """A marker that leaves its own course, and the model's, by more than this since it was seen last is not used."""
     jump_speed: Annotated[float, Bounds(ge=0.0, le=10.0), Q("m/s")] = 0.5
-    """Added to jump_max for the time between the two samples."""
+    """Added to jump_max for the time since then."""
     frozen_time: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.2
     frozen_torque: Annotated[float, Bounds(gt=0.0, le=0.2), Q("N m")] = 0.003
     speed_max: Annotated[float, Bounds(gt=0.0, le=100.0), Q("m/s")] = 20.0

@@ -3245,13 +3245,13 @@ export interface components {
       residual_time: number;
       /**
        * Jump Max
-       * @description A marker that leaves its own course, and the model's, by more than this between two samples is not used.
+       * @description A marker that leaves its own course, and the model's, by more than this since it was seen last is not used.
        * @default 0.03
        */
       jump_max: number;
       /**
        * Jump Speed
-       * @description Added to jump_max for the time between the two samples.
+       * @description Added to jump_max for the time since then.
        * @default 0.5
        */
       jump_speed: number;
