@@ -113,7 +113,7 @@ class SafetyLimits(Model):
     """Of the error, while the reference stands still: an amplitude of 35 mm."""
     swing_time: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.3
     """A tick counts as many times as the mean square is beyond its bound: a wide swing is stopped sooner."""
-    swing_ratio: Annotated[float, Bounds(ge=0.0, le=100.0), Q("1")] = 2.0
+    swing_ratio: Annotated[float, Bounds(ge=0.0, le=100.0), Q("1")] = 2.5
     """As much more is allowed for each metre by which the reference itself swings (root of the sum of squares)."""
     residual_max: Annotated[float, Bounds(gt=0.0, le=1.0), Q("m")] = 0.04
     residual_time: Annotated[float, Bounds(gt=0.0, le=60.0), Q("s")] = 1.0

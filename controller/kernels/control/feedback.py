@@ -27,7 +27,8 @@ def feed_back(control, settings, telemetry):
     """Set the error and u_fb: the law's feedback, plus what keeps u continuous where the law has just been switched."""
     state = control.state[0]
     live = is_live(state.mode) and settings.law != OPEN_LOOP
-    closed = live and settings.law > FF and state.used != 0
+    wanted = live and settings.law > FF and settings.sensed != 0
+    closed = wanted and state.used != 0
     measured = state.used & TIP
     for j in range(2):
         tip = telemetry.p_meas[j] if measured else telemetry.p_hat[j]
@@ -42,7 +43,8 @@ def feed_back(control, settings, telemetry):
     let_go(state, g_1, g_2, live, switched, math.exp(-control.dt / BUMP_TIME))
     if not live or settings.law == FF or settings.law == FF_P:
         state.integral[0] = state.integral[1] = 0.0
-    note_tracking(control, telemetry.error, closed)
+    if closed == wanted:  # else no marker is in sight for a moment: nothing is known of the error, nothing forgotten
+        note_tracking(control, telemetry.error, closed)
 
 
 @kernel

@@ -32,8 +32,10 @@ STATE = np.dtype(
         ("moved_ns", "<i8"),  # capture time of the last sample in which a marker was not where it was before
         ("u_moved", "<f8", (2,)),  # torque on the model at that time [N m]
         ("off_time", "<f8"),  # time with the tracking error above its limit, less that below it [s]
-        ("error_slow", "<f8", (2,)),  # mean of the error over a short window: what is left swings [m]
+        ("error_slow", "<f8", (2,)),  # mean of the error over a short window [m]
+        ("error_lag", "<f8", (2,)),  # by how much it lags behind: what is left without both swings [m]
         ("ref_slow", "<f8", (2,)),  # the same of the reference
+        ("ref_lag", "<f8", (2,)),
         ("swing", "<f8"),  # windowed mean square of the error's swing [m^2]
         ("swing_ref", "<f8"),  # the same of the reference's
         ("swing_held", "<f8"),  # the most that this was lately

@@ -2943,7 +2943,7 @@ export interface components {
        *       "error_rms_time": 1,
        *       "swing_max": 0.025,
        *       "swing_time": 0.3,
-       *       "swing_ratio": 2,
+       *       "swing_ratio": 2.5,
        *       "residual_max": 0.04,
        *       "residual_time": 1,
        *       "jump_max": 0.03,
@@ -3230,7 +3230,7 @@ export interface components {
       /**
        * Swing Ratio
        * @description As much more is allowed for each metre by which the reference itself swings (root of the sum of squares).
-       * @default 2
+       * @default 2.5
        */
       swing_ratio: number;
       /**
