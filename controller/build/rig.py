@@ -81,10 +81,12 @@ def no_sample() -> Sensing:
         p=unknown.copy(),
         v=np.zeros((SENSORS, 2)),
         seen=unknown.copy(),
+        seen_dot=np.zeros((SENSORS, 2)),
         age=np.zeros(1),
         off=unknown,
         fast=np.zeros(1),
         met_ns=np.zeros(SENSORS, np.int64),
+        dropped=np.zeros(1, np.int64),
     )
 
 

@@ -30,8 +30,10 @@ STATE = np.dtype(
         ("moved_ns", "<i8"),  # capture time of the last sample in which a marker was not where it was before
         ("u_moved", "<f8", (2,)),  # torque on the model at that time [N m]
         ("off_time", "<f8"),  # time with the tracking error above its limit, less that below it [s]
-        ("error_slow", "<f8", (2,)),  # mean of the error over a short window: what is left swings [m]
+        ("error_slow", "<f8", (2,)),  # mean of the error over a short window [m]
+        ("error_lag", "<f8", (2,)),  # by how much it lags behind: what is left without both swings [m]
         ("ref_slow", "<f8", (2,)),  # the same of the reference
+        ("ref_lag", "<f8", (2,)),
         ("swing", "<f8"),  # windowed mean square of the error's swing [m^2]
         ("swing_ref", "<f8"),  # the same of the reference's
         ("swing_held", "<f8"),  # the most that this was lately
@@ -120,7 +122,9 @@ class Sensing(NamedTuple):
     v: Array
     """Velocities by difference of the last two samples (10,2) [m/s], 0 where unknown."""
     seen: Array
-    """Positions in the last sample (10,2) [m], used or not; nan where not seen."""
+    """Positions when each was seen last (10,2) [m], used or not; nan where that tells nothing."""
+    seen_dot: Array
+    """Velocities at that time (10,2) [m/s], 0 where unknown."""
     age: Array
     """(1,) by how long the observer carries p on with v [s]."""
     off: Array
@@ -129,3 +133,5 @@ class Sensing(NamedTuple):
     """(1,) the highest speed of any marker or of the model's tip, fading [m/s]."""
     met_ns: Words
     """(10,) capture time of the last sample in which each marker was seen, used or not."""
+    dropped: Words
+    """(1,) int64: bit i-1 set: the marker of rod i jumped, and is not used."""

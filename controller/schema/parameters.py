@@ -115,14 +115,14 @@ class SafetyLimits(Model):
     """Of the error, while the reference stands still: an amplitude of 35 mm."""
     swing_time: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.3
     """A tick counts as many times as the mean square is beyond its bound: a wide swing is stopped sooner."""
-    swing_ratio: Annotated[float, Bounds(ge=0.0, le=100.0), Q("1")] = 2.0
+    swing_ratio: Annotated[float, Bounds(ge=0.0, le=100.0), Q("1")] = 2.5
     """As much more is allowed for each metre by which the reference itself swings (root of the sum of squares)."""
     residual_max: Annotated[float, Bounds(gt=0.0, le=1.0), Q("m")] = 0.04
     residual_time: Annotated[float, Bounds(gt=0.0, le=60.0), Q("s")] = 1.0
     jump_max: Annotated[float, Bounds(gt=0.0, le=1.0), Q("m")] = 0.03
-    """A marker that leaves its own course, and the model's, by more than this between two samples is not used."""
+    """A marker that leaves its own course, and the model's, by more than this since it was seen last is not used."""
     jump_speed: Annotated[float, Bounds(ge=0.0, le=10.0), Q("m/s")] = 0.5
-    """Added to jump_max for the time between the two samples."""
+    """Added to jump_max for the time since then."""
     frozen_time: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.2
     frozen_torque: Annotated[float, Bounds(gt=0.0, le=0.2), Q("N m")] = 0.003
     speed_max: Annotated[float, Bounds(gt=0.0, le=100.0), Q("m/s")] = 20.0

@@ -224,6 +224,18 @@ def test_a_jump_is_noticed_in_fast_motion_too(phase: float) -> None:
     assert (row["mode"], row["cause"]) == (Mode.FAULT, Cause.MEASUREMENT_JUMPED)
 
 
+@pytest.mark.parametrize("jump", [(0.0, 0.05), (0.04, 0.03)])
+@pytest.mark.parametrize("name", ["P1", "P2", "P3"])
+def test_a_jump_is_noticed_though_markers_are_often_not_seen(name: str, jump: tuple[float, float]) -> None:
+    trial = Trial(name)
+    inject(TwinFaults(marker_loss=0.3), trial.twin.faults)
+    trial.arm()
+    assert trial.follow(0.12, 0.1, 1.5)["mode"][-1] == Mode.FOLLOW
+    inject(TwinFaults(marker_loss=0.3, jump=jump), trial.twin.faults)
+    row = trial.run(800)[-1]
+    assert (row["mode"], row["cause"]) == (Mode.FAULT, Cause.MEASUREMENT_JUMPED)
+
+
 def test_a_marker_that_jumped_is_not_used_but_the_others_are() -> None:
     trial = Trial(sensed=1 << 5 | 1 << 9)
     trial.arm()

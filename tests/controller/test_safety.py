@@ -246,6 +246,32 @@ def test_an_observer_that_stays_far_from_its_markers_is_a_fault() -> None:
     assert 0.089 < desk.markers[9, 1] < 0.095, "a second at 50 mm/s after 40 mm"
 
 
+def test_a_marker_is_used_again_where_its_own_motion_led_it_while_it_was_out_of_sight() -> None:
+    """The model, which nothing pulls at meanwhile, stays where it was."""
+    desk = Desk(K_o=(0.0, 0.0), law=Law.FF)
+    desk.into(H)
+    for _ in range(20):
+        desk.markers[9, 1] += 1.5e-3
+        assert desk.step()["sensed"] == 1 << 9
+    y, desk.markers[9, 1] = desk.markers[9, 1], np.nan
+    desk.step(40)
+    desk.markers[9, 1] = y + 41 * 1.5e-3
+    assert desk.step()["sensed"] == 1 << 9
+
+
+def test_a_marker_that_jumped_is_not_used_for_being_out_of_sight_for_a_moment() -> None:
+    desk = Desk(law=Law.FF)
+    desk.into(H)
+    x, y = desk.markers[9] + (0.0, 0.04)
+    for _ in range(23):
+        desk.markers[9] = x, y
+        assert desk.step()["sensed"] == 0
+        desk.markers[9] = np.nan
+        desk.step(20)
+    desk.step(40)
+    assert (desk.mode, desk.cause) == (X, Cause.MEASUREMENT_JUMPED)
+
+
 @pytest.mark.parametrize("mode", [V, H, F, R, X])
 @pytest.mark.parametrize("where", ["command", "settings", "pose", "pressure"])
 def test_a_number_that_is_not_finite_or_too_high_vents_at_once(mode: Mode, where: str) -> None:

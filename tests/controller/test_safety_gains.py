@@ -6,11 +6,12 @@
 import numpy as np
 import pytest
 
+from controller.schema.messages import TwinFaults
 from controller.schema.modes import Mode, Request
 from controller.schema.parameters import SafetyLimits
 from tests.controller.calm import Drag, drag
 from tests.controller.trial import Trial
-from tests.controller.whips import NAMED, RUNS, Gains, broken, judged
+from tests.controller.whips import FREE, NAMED, RUNS, Gains, broken, judged, onset
 
 EVERYWHERE = (Gains("P1", 0.3, 20.0), Gains("P2", 5.0, 2.0), Gains("P1", 1.0, 10.0))
 HARD = [
@@ -18,6 +19,10 @@ HARD = [
     ("HOLD", Gains("P3", 3.0, 0.0, seed=1)),
     ("FOLLOW", Gains("P3", 0.3, 20.0)),
     ("TRACK", Gains("P3", 0.3, 20.0)),
+    # by little more than the reference moves
+    ("FOLLOW", Gains("P1", 0.3, 10.0, seed=1)),
+    ("FOLLOW", Gains("P2", 1.0, 2.0, seed=1)),
+    ("TRACK", Gains("P3", 0.3, 20.0, seed=10, others=(("K_o", (500.0, 500.0)),))),
 ]
 
 
@@ -27,6 +32,15 @@ def test_a_whipping_arm_is_in_rest_within_a_second_and_the_reason_is_named(mode:
     assert one.onset is not None, "these gains do not make it whip: try harder ones"
     assert one.reaction is not None and one.reaction <= one.onset + 1000
     assert one.mode == Mode.REST and one.cause in NAMED
+
+
+def test_a_whip_is_named_though_markers_are_often_not_seen() -> None:
+    """A drag that makes P2 whip, with 30 % of the markers lost."""
+    how = Drag("walk", "P2", seed=1, faults=TwinFaults(marker_loss=0.3))
+    rows, begins = drag(how, SafetyLimits()), onset(drag(how, FREE))
+    ends = broken(rows)
+    assert begins is not None and ends is not None and ends <= begins + 1000
+    assert rows["cause"][ends] in NAMED
 
 
 @pytest.mark.parametrize("mode", RUNS)

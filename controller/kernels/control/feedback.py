@@ -32,7 +32,8 @@ def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
     """
     state = control.state[0]
     live = is_live(state.mode) and settings.law != OPEN_LOOP
-    closed = live and settings.law > FF and state.used != 0
+    wanted = live and settings.law > FF and settings.sensed != 0
+    closed = wanted and state.used != 0
     measured = state.used & TIP
     for j in range(2):
         tip = telemetry.p_meas[j] if measured else telemetry.p_hat[j]
@@ -47,7 +48,8 @@ def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
     fade_bump(g_1, g_2, live, switched, math.exp(-control.dt / BUMP_TIME), state)
     if not live or settings.law == FF or settings.law == FF_P:
         state.integral[0] = state.integral[1] = 0.0
-    note_tracking(telemetry.error, closed, control)
+    if closed == wanted:  # else no marker is in sight for a moment: nothing is known of the error, nothing forgotten
+        note_tracking(telemetry.error, closed, control)
 
 
 @kernel

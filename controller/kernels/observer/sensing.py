@@ -28,8 +28,8 @@ def sense(
     if measurement.t_ns > sensing.sample_ns[0]:
         drop_jumps(observer.points, measurement, control, sensing)
         note_motion(sensing, observer.u_hat, measurement, state)
-        take_sample(measurement, state.jumped, sensing)
-        state.jumped &= settings.sensed
+        take_sample(measurement, sensing)
+        state.jumped = sensing.dropped[0] & settings.sensed
     for i in range(sensing.p.shape[0]):
         if settings.sensed >> i & 1 and math.isfinite(sensing.p[i, 0] + sensing.p[i, 1]):
             usable |= 1 << i
@@ -46,28 +46,54 @@ def drop_jumps(points: Array, measurement: Record, control: Control, sensing: Se
     """Find the markers that are neither where their own motion nor where the model's, `points`, would have led them.
 
     The distance from those, (10,2) [m], is compared with that when the marker was last used, so a constant error of the
-    model does not count. A marker that jumped is used again once it jumped back, was out of sight, or the rig stopped:
-    without it the model drifts, in time by as much as the marker is off. Not in the paper: safety.
-    In place: control.state.jumped, sensing.
+    model does not count. A marker that jumped is used again once it jumped back, was out of sight for long, or the rig
+    stopped: without it the model drifts, in time by as much as the marker is off. Not in the paper: safety.
+    In place: sensing.
     """
-    state, limits = control.state[0], control.limits[0]
-    state.jumped = 0
+    limits, live = control.limits[0], is_live(control.state[0].mode)
     whip = max(0.0, top_speed(control, measurement, sensing) - WHIP)
     for i in range(points.shape[0]):
+        since = (measurement.t_ns - sensing.met_ns[i]) * 1e-9
+        if sensing.met_ns[i] < sensing.sample_ns[0] and since > limits.measurement_old:
+            forget_jump(i, sensing)
         x, y = measurement.markers[i, 0] - points[i, 0], measurement.markers[i, 1] - points[i, 1]
         if math.isfinite(x + y):
-            since = (measurement.t_ns - sensing.met_ns[i]) * 1e-9
-            sensing.met_ns[i] = measurement.t_ns
             room = limits.jump_max + (limits.jump_speed + 2.0 * whip) * since
-            steady = off_course(sensing, measurement, i, since) <= room  # nan, not seen in the last sample: no
-            dropped = math.isnan(sensing.p[i, 0]) and math.isfinite(sensing.seen[i, 0])
+            steady = off_course(sensing, measurement, i, since) <= room  # nan, its course is unknown: no
             apart = math.hypot(x - sensing.off[i, 0], y - sensing.off[i, 1]) > room
+            dropped = sensing.dropped[0] >> i & 1 != 0
             back = not steady or whip > 0.0
-            if is_live(state.mode) and ((dropped and not back) or (apart and (dropped or not steady))):
-                state.jumped |= 1 << i
+            jumped = live and ((dropped and not back) or (apart and (dropped or not steady)))
+            note_course(measurement, i, 0.0 if dropped or jumped else 1.0 / since, sensing)
+            if jumped:
+                sensing.dropped[0] |= 1 << i
             else:
+                sensing.dropped[0] &= ~(1 << i)
                 sensing.off[i, 0], sensing.off[i, 1] = x, y
-        sensing.seen[i, 0], sensing.seen[i, 1] = measurement.markers[i, 0], measurement.markers[i, 1]
+
+
+@kernel
+def forget_jump(i: int, sensing: Sensing) -> None:
+    """Judge marker i anew, by the model alone, if it jumped: it is out of sight.
+
+    Not in the paper: see `drop_jumps`. In place: sensing.dropped, sensing.seen.
+    """
+    if sensing.dropped[0] >> i & 1:
+        sensing.dropped[0] &= ~(1 << i)
+        sensing.seen[i, 0] = sensing.seen[i, 1] = math.nan
+
+
+@kernel
+def note_course(measurement: Record, i: int, rate: float, sensing: Sensing) -> None:
+    """Remember where marker i is seen, and how fast it got there: `rate` [1/s] times the way since it was seen last.
+
+    Not in the paper: see `drop_jumps`. In place: sensing.seen, sensing.seen_dot, sensing.met_ns.
+    """
+    for j in range(2):
+        v = (measurement.markers[i, j] - sensing.seen[i, j]) * rate
+        sensing.seen_dot[i, j] = v if math.isfinite(v) else 0.0
+        sensing.seen[i, j] = measurement.markers[i, j]
+    sensing.met_ns[i] = measurement.t_ns
 
 
 @kernel
@@ -87,8 +113,8 @@ def off_course(sensing: Sensing, measurement: Record, i: int, since: float) -> f
 
     Not in the paper: see `drop_jumps`.
     """
-    x = measurement.markers[i, 0] - sensing.seen[i, 0] - sensing.v[i, 0] * since
-    return math.hypot(x, measurement.markers[i, 1] - sensing.seen[i, 1] - sensing.v[i, 1] * since)
+    x = measurement.markers[i, 0] - sensing.seen[i, 0] - sensing.seen_dot[i, 0] * since
+    return math.hypot(x, measurement.markers[i, 1] - sensing.seen[i, 1] - sensing.seen_dot[i, 1] * since)
 
 
 @kernel
@@ -107,15 +133,15 @@ def note_motion(sensing: Sensing, u_hat: Array, measurement: Record, state: Reco
 
 
 @kernel
-def take_sample(measurement: Record, jumped: int, sensing: Sensing) -> None:
-    """Hold the markers of `measurement`, but for those in `jumped`, and their velocity since the sample before.
+def take_sample(measurement: Record, sensing: Sensing) -> None:
+    """Hold the markers of `measurement`, but for those that jumped, and their velocity since the sample before.
 
     p_data and its rate: paper, "Dynamic observer". In place: sensing.p, sensing.v, sensing.sample_ns.
     """
     rate = 1e9 / (measurement.t_ns - sensing.sample_ns[0])
     for i in range(sensing.p.shape[0]):
         for j in range(2):
-            p = measurement.markers[i, j] if not jumped >> i & 1 else math.nan
+            p = measurement.markers[i, j] if not sensing.dropped[0] >> i & 1 else math.nan
             v = (p - sensing.p[i, j]) * rate
             sensing.v[i, j] = v if math.isfinite(v) and sensing.sample_ns[0] > 0 else 0.0
             sensing.p[i, j] = p

@@ -3014,7 +3014,7 @@ export interface components {
        *       "error_rms_time": 1,
        *       "swing_max": 0.025,
        *       "swing_time": 0.3,
-       *       "swing_ratio": 2,
+       *       "swing_ratio": 2.5,
        *       "residual_max": 0.04,
        *       "residual_time": 1,
        *       "jump_max": 0.03,
@@ -3301,7 +3301,7 @@ export interface components {
       /**
        * Swing Ratio
        * @description As much more is allowed for each metre by which the reference itself swings (root of the sum of squares).
-       * @default 2
+       * @default 2.5
        */
       swing_ratio: number;
       /**
@@ -3316,13 +3316,13 @@ export interface components {
       residual_time: number;
       /**
        * Jump Max
-       * @description A marker that leaves its own course, and the model's, by more than this between two samples is not used.
+       * @description A marker that leaves its own course, and the model's, by more than this since it was seen last is not used.
        * @default 0.03
        */
       jump_max: number;
       /**
        * Jump Speed
-       * @description Added to jump_max for the time between the two samples.
+       * @description Added to jump_max for the time since then.
        * @default 0.5
        */
       jump_speed: number;
