@@ -3,6 +3,7 @@
 What is to be broken stands as JSON in the file that the environment names as ORDER.
 """
 
+import contextlib
 import ctypes
 import json
 import os
@@ -12,40 +13,55 @@ import sys
 import time
 from functools import reduce
 from pathlib import Path
+from typing import Any
 
 ORDER = "FAULT_ORDER"
+NAP = 0.01
+"""Between two looks at it while something hangs [s]."""
 
 
 def act(*_: object) -> None:
     """Do what the order says: `hold_gil` for a number of seconds, `step_clock` by one; `stand` still, which the event
-    loop's own thread does; let `calls` ("module:Class.method") for `seconds` do `how`: fail, hang, or end their thread.
+    loop's own thread does; let `calls` ("module:Class.method") for `seconds` do `how`: fail, hang, or end their thread;
+    only those with `argument`, part of its text, if that is named. What hangs goes on once the order is another.
     """
-    order = json.loads(Path(os.environ[ORDER]).read_text())
+    order = given_order()
     if "hold_gil" in order:
         ctypes.PyDLL(None).usleep(int(order["hold_gil"] * 1e6))  # PyDLL keeps the GIL, unlike CDLL
     if "stand" in order:
         time.sleep(order["stand"])
     for name in order.get("calls", ()):
-        break_calls(name, order["how"], order["seconds"])
+        break_calls(name, order)
     if "step_clock" in order:
         step_clock(order["step_clock"])
 
 
-def break_calls(name: str, how: str, seconds: float) -> None:
-    """From now on calls of `name` do as `how` says, for so long; to `end` a thread is done once."""
+def given_order() -> dict[str, Any]:
+    """What the file says now; empty once it was taken back, or while another one is written."""
+    with contextlib.suppress(FileNotFoundError, ValueError):
+        found: dict[str, Any] = json.loads(Path(os.environ[ORDER]).read_text())
+        return found
+    return {}
+
+
+def break_calls(name: str, order: dict[str, Any]) -> None:
+    """From now on calls of `name` do as the order says, for so long; to `end` a thread is done once."""
+    how, argument, until = order["how"], order.get("argument", ""), time.monotonic() + order["seconds"]
     module, path = name.split(":")
     *owners, last = path.split(".")
     owner = reduce(getattr, owners, sys.modules[module])
-    call, until, ended = getattr(owner, last), time.monotonic() + seconds, False
+    call, ended = getattr(owner, last), False
 
     def broken(*given: object, **named: object) -> object:
         nonlocal ended
-        left = until - time.monotonic()
-        if left > 0.0 and how == "hang":
-            time.sleep(left)
-        elif left > 0.0 and how == "fail":
+        if time.monotonic() > until or (argument and argument not in repr((given, named))):
+            return call(*given, **named)
+        if how == "hang":
+            while time.monotonic() < until and given_order() == order:
+                time.sleep(NAP)
+        elif how == "fail":
             raise OSError(f"{last} was broken on purpose")
-        elif left > 0.0 and not ended:
+        elif not ended:
             ended = True
             raise SystemExit("ended on purpose")
         return call(*given, **named)

@@ -148,6 +148,10 @@ class Scene:
         self._order.write_text(json.dumps(order))
         os.kill(process, signal.SIGUSR1)
 
+    def go_on_inside(self) -> None:
+        """Take the order back: what hangs goes on."""
+        self._order.unlink()
+
     def block_supervisor(self) -> Path:
         """Let the system refuse (OSError) to start another rig, until the folder that this gives is removed."""
         place = self._supervisor.settings.ready
@@ -156,19 +160,21 @@ class Scene:
         place.mkdir()
         return place
 
-    def track(self) -> None:
-        """Bring the operator to tracking a circle, from wherever things are."""
+    def hold(self) -> None:
+        """Bring the operator to a rig that holds, from wherever things are."""
         self.operator.reconnect()
         self.operator.request("POST", "/api/run/stop")
         self._arm_anew()
+
+    def track(self) -> None:
+        """Bring the operator to tracking a circle, from wherever things are."""
+        self.hold()
         self.operator.ask("POST", "/api/run", reference=CIRCLE, laps=None, record=False)
         self._until_moving(Mode.TRACK, SPEED)
 
     def drag(self) -> None:
         """Bring the operator to dragging the target."""
-        self.operator.reconnect()
-        self.operator.request("POST", "/api/run/stop")
-        self._arm_anew()
+        self.hold()
         self.operator.drag()
         self._until_moving(Mode.FOLLOW, SLOW)
 

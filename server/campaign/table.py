@@ -153,6 +153,12 @@ FAULTS = (
         HOLD_MS,
         True,
     ),
+    Fault(
+        "lease-lost-planning",
+        "control is lost to somebody who is present, while a run is planned, uploaded or sent",
+        "nothing moves; the run is refused by a sentence, its recording ended, none is under way",
+        2000.0,
+    ),
     Fault("cpu-hog", "two busy processes for every core, 5 s", "TRACK or HOLD; the loop goes on", 1e3 * GAP),
     Fault("gil-hog", "the GIL of the rig held for 1 s, from its pump", "HOLD; the loop goes on", HOLD_MS),
     Fault("pump-dead", "the GIL of the rig held for 4 s, from its pump", "HOLD, REST after 2 s; vented", 2500.0),

@@ -78,9 +78,9 @@ class Runs:
         self._permit, self._boot, self._earlier = permit, info.boot, self._run
         with self._refusing(machine):
             leg, before, about = await self._prepare(machine, body, info)
-            self._run = Run(about, leg, machine, before, self._automatic.recording())
+            run = self._run = Run(about, leg, machine, before, self._automatic.recording())
             await self._track(machine)
-        return self._run.state()
+        return _kept(run)
 
     async def pause(self, permit: Permit) -> RunState:
         """Hold, and remember where; raises CommandRefused when no run is in motion."""
@@ -99,7 +99,7 @@ class Runs:
         with self._refusing(run.machine):
             await self._return(run)
             await self._track(run.machine)
-        return run.state()
+        return _kept(run)
 
     async def stop(self, permit: Permit) -> RunState:
         """Hold, and end the run, whatever it waits for; raises CommandRefused when there is none."""
@@ -230,7 +230,7 @@ class Runs:
             task.cancel()
             task.add_done_callback(lambda done: done.cancelled() or done.exception())
         if machine.phase not in phases:
-            raise _Left(": ".join(filter(None, [f"the run is {machine.phase.value}", machine.reason])))
+            raise _Left(_where(machine))
         return task.result()
 
     @contextlib.contextmanager
@@ -346,6 +346,17 @@ class Runs:
 
 class _Left(CommandRefused):
     """The run has left the phase in which something was waited for."""
+
+
+def _kept(run: Run) -> RunState:
+    """What is told to who began it; CommandRefused if they lost control before a row told of it."""
+    if run.machine.phase == Phase.BREAKING:
+        raise CommandRefused(_where(run.machine))
+    return run.state()
+
+
+def _where(machine: Machine) -> str:
+    return ": ".join(filter(None, [f"the run is {machine.phase.value}", machine.reason]))
 
 
 def _too_long(machine: Machine) -> str:

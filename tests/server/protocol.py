@@ -4,10 +4,12 @@ What stands in: the wire (it answers, loses the reply, loses the message, or del
 plant, whose markers stand still. A message is late by less than a second: zenoh ends a link that is silent for longer.
 """
 
+import copy
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Literal, cast
@@ -34,21 +36,26 @@ from server.operate import operator as operator_module
 from server.operate import stopper as stopper_module
 from server.operate.operator import Job, Operator
 from server.operate.stopper import Stopper
+from server.rig.client import QUIET
 from tests.controller.desk import MS
 from tests.controller.desk import Desk as Ticked
 
 Fate = Literal["answered", "reply lost", "lost", "late"]
 FATES: tuple[Fate, ...] = ("answered", "reply lost", "lost", "late")
 KEY, KEYS = b"k" * KEY_BYTES, Keys("test")
-LIMITS = SafetyLimits(operator_timeout=10.0, server_hold=10.0, server_rest=600.0)
-"""So long that no watchdog hides what the protocol lets through."""
+LIMITS = SafetyLimits(operator_timeout=10.0, server_hold=1.5, server_rest=600.0)
+"""So long that no watchdog hides what the protocol lets through; but it holds before another server may command."""
 TIMEOUT_MS, LATEST_MS = 50, 900
+SILENT_MS = 2100
+"""After which another server may command."""
+LONG, SELDOM = 50, 25
+"""From so many milliseconds on the loop ticks only every so many."""
 STILL = (Request.HOLD, Request.REST)
 MOVING = (Mode.FOLLOW, Mode.TRACK)
 ANYTHING = Permit(None, lambda request: "", sign=lambda: True)
 
 
-@dataclass
+@dataclass(eq=False)
 class Asked:
     """One thing that somebody asked for."""
 
@@ -56,9 +63,15 @@ class Asked:
     request: Request
     """NONE: a target alone."""
     boot: int
+    server: "Server"
     answer: "Future[CommandReply]"
     taken: int = 0
     """How often the loop accepted it."""
+
+    @property
+    def moves(self) -> bool:
+        """Whether the rig may move by it."""
+        return self.request in (Request.NONE, Request.FOLLOW, Request.TRACK)
 
     @property
     def said(self) -> bool | None:
@@ -83,18 +96,31 @@ class Message:
     sent_ns: int
 
 
+@cache
+def _first_rig() -> Ticked:
+    """A rig with a reference, as it starts: to build one takes longer than what is played with it."""
+    found = Ticked(RigParameters(limits=LIMITS))
+    found.plan(np.tile([0.25, 0.01], (60_000, 1)))
+    return found
+
+
+def _planned() -> dict[int, Any]:
+    """What copies of the first rig share with it, because nothing here writes it."""
+    control = _first_rig().rig.control
+    return {id(one): one for one in (control.reference, control.guide, control.kinds, control.smap)}
+
+
 class Rig(Ticked):
     """One boot of a rig, and its end of the link."""
 
     def __init__(self, world: "World", boot: int) -> None:
-        super().__init__(RigParameters(limits=LIMITS))
-        self.world, self.boot, self.seen = world, boot, 0
+        vars(self).update(copy.deepcopy(vars(_first_rig()), memo=_planned()))
+        self.world, self.boot, self.seen, self.heard = world, boot, 0, world.now
         self.rig.control.state["boot"] = boot
         self.operator = False
         self.box = mailbox(self.command.dtype)
         self.scratch = np.zeros(len(words(self.command)), np.int64)
         self.ring = create_ring("test", boot, world.folder, capacity=256)
-        self.plan(np.tile([0.25, 0.01], (60_000, 1)))
         info = RigInfo.model_construct(boot=boot, parameters=RigParameters(limits=LIMITS))
         desk = desk_module.Desk(info, self.ring, self.box, cast(Any, None), None)
         nothing = SimpleNamespace(undeclare=lambda: None)
@@ -109,8 +135,9 @@ class Rig(Ticked):
     def tick(self) -> None:
         """One tick, on whatever is in the mailbox."""
         self.now = self.world.now
-        self.seen = receive(self.box, self.seen, self.scratch, words(self.command))
-        self.status["server_ns"] = self.status["pump_ns"] = self.now
+        seen, self.seen = self.seen, receive(self.box, self.seen, self.scratch, words(self.command))
+        self.heard = self.now if self.seen != seen else self.heard
+        self.status["server_ns"], self.status["pump_ns"] = self.heard, self.now
         self.measurement["t_ns"] = self.now - MS
         hum = 1e-9 * (self.measurement["markers"][0, 0, 0] == self.markers[0, 0])
         self.measurement["markers"] = self.markers + hum
@@ -185,18 +212,24 @@ class Server:
 
     def __init__(self, world: "World") -> None:
         self.world, self.fate = world, cast(Fate, "answered")
-        self.boot, self.row = world.rig.boot, world.rig.telemetry.copy()
+        self.boot, self.row, self.seen = world.rig.boot, world.rig.telemetry.copy(), world.now
         self.commands, self.stops = Lane(world), Lane(world)
         self.serving: list[Asked] = []
+        self.pressed_within = False
+        """E-STOP is pressed, and answered, while the next record is on its way."""
         self.stopper = Stopper(self._stop, lambda: self.boot)
-        self.operator = Operator(self._send, lambda: self.boot, lambda: self.row, Settings(), self.stopper)
+        self.operator = Operator(self._send, self.hears, lambda: self.row, Settings(), self.stopper)
 
     def see(self) -> None:
         """Telemetry comes, of whatever boot is there now."""
         if self.boot != self.world.rig.boot:
             self.boot = self.world.rig.boot
             self.commands.sealer = self.stops.sealer = None
-        self.row = self.world.rig.telemetry.copy()
+        self.row, self.seen = self.world.rig.telemetry.copy(), self.world.now
+
+    def hears(self) -> int | None:
+        """The boot whose rows come; None where they do not."""
+        return self.boot if self.world.now - self.seen < QUIET * 1000 * MS else None
 
     def step(self, fate: Fate) -> None:
         """One turn of the operator's thread: a job, or a repetition."""
@@ -217,6 +250,10 @@ class Server:
     def _send(self, command: Command) -> CommandReply:
         what = [one for one in self.serving if command.request in (one.request, Request.NONE)]
         answer = self.commands.ask(KEYS.command, to_record(command).tobytes(), what, self.fate)
+        if self.pressed_within:
+            self.pressed_within = False
+            self.world.press(self)
+            self.step_stop("answered")
         return CommandReply.model_validate_json(answer)
 
     def _stop(self, number: int, boot: int) -> CommandReply:
@@ -259,10 +296,11 @@ class World:
         self.rig = Rig(self, self.boots)
         self.run(30)
 
-    def run(self, ticks: int) -> None:
-        """Let the loop tick."""
-        for _ in range(ticks):
-            self.now += MS
+    def run(self, milliseconds: int) -> None:
+        """Let the loop tick; where that is long only as often as it must, or it would have stood still."""
+        step = SELDOM if milliseconds >= LONG else 1
+        for _ in range(0, milliseconds, step):
+            self.now += step * MS
             self.rig.tick()
         self.late = [one for one in self.late if self.now - one.sent_ns < LATEST_MS * MS]
 
@@ -274,12 +312,13 @@ class World:
             answer = server.operator.move(at, ANYTHING)
         else:
             answer = server.operator.request(request, ANYTHING, at if request == Request.FOLLOW else None)
-        self.asked.append(Asked(self.order, request, server.boot, answer))
+        self.asked.append(Asked(self.order, request, server.boot, server, answer))
 
     def press(self, server: Server) -> None:
         """E-STOP."""
         self.order += 1
-        self.pressed.append(Asked(self.order, Request.E_STOP, server.boot, server.operator.stop()))
+        self.pressed.append(Asked(self.order, Request.E_STOP, server.boot, server, server.operator.stop()))
+        assert not server.operator._jobs, "something waits though an E-STOP was pressed"
 
     def deliver(self, index: int, again: bool) -> None:
         """A late message arrives, or one that arrived before comes once more."""
@@ -310,7 +349,9 @@ class World:
 
     def _taken(self, request: Request) -> None:
         if request == Request.E_STOP:
-            assert any(one.boot == self.rig.boot for one in self.pressed), "an E-STOP for another boot"
+            here = [one for one in self.pressed if one.boot == self.rig.boot]
+            assert here, "an E-STOP for another boot"
+            assert len(self.stopped_since) < len(here), "an E-STOP was acted on twice"
             self.stopped_since.append(max((one.order for one in self.pressed), default=0))
             return
         if request == Request.NONE:
@@ -318,12 +359,16 @@ class World:
         message = self.delivered[-1]
         whose = next((one for one in message.what if one.request == request), None)
         if whose is None:
-            assert request == Request.HOLD, f"nobody asked for {request.name}"
+            unsure = any(one.moves and one.answer.done() and one.said is None for one in self.asked)
+            assert request == Request.HOLD and unsure, f"nobody asked for {request.name}"
             return
         whose.taken += 1
         assert whose.taken == 1, f"{whose} was acted on twice"
         assert whose.boot == self.rig.boot, f"{whose} was for another boot"
         assert all(whose.order > stop for stop in self.stopped_since), f"{whose} was asked before an E-STOP"
+        mine = [one.order for one in self.pressed if one.server is whose.server and one.boot == whose.boot]
+        before = max((order for order in mine if order < whose.order), default=0)
+        assert before <= max(self.stopped_since, default=0), f"{whose} passes an E-STOP that waits"
         if request in (Request.FOLLOW, Request.TRACK):
             self.by = whose
             ended = [one for one in self.asked if one.request in STILL and one.said and one.boot == self.rig.boot]
@@ -332,6 +377,8 @@ class World:
     def settle(self) -> None:
         """The wire works again: everything is answered."""
         self.late.clear()
+        for server in self.servers:
+            server.pressed_within = False
         for _ in range(6):
             for server in self.servers:
                 server.see()
@@ -346,19 +393,49 @@ class World:
 
     def close(self) -> None:
         """What must hold in the end."""
-        pressed = [one for one in self.pressed if one.boot == self.rig.boot]
         try:
             self.settle()
+            self._judge_end()
+            self.work()
         finally:
             self.restore()
+
+    def work(self) -> None:
+        """A server that may command gets what it asks for, though no row tells it of the last."""
+        server, holder = self.servers[0], self.rig.end._holder._session
+        if not (holder and server.commands.sealer and holder.number == server.commands.sealer.session):
+            self.run(SILENT_MS)
+        server.see()
+        self.press(server)
+        server.step_stop("answered")
+        self._require_taken(self.pressed[-1])
+        server.operator.present(ANYTHING)
+        for request in (Request.CLEAR, Request.ARM, Request.FOLLOW, Request.NONE, Request.HOLD):
+            self.ask(server, request)
+            server.step("answered")
+            self._require_taken(self.asked[-1])
+            assert request != Request.NONE or self.followed == self.order, "the target does not move"
+
+    def _require_taken(self, one: Asked) -> None:
+        self._raise_wrong()
+        assert one.answer.done() and one.said, f"{one} was not taken: {one.answer}"
+
+    def _raise_wrong(self) -> None:
         if self.wrong:
             raise self.wrong[0]
+
+    def _judge_end(self) -> None:
+        self._raise_wrong()
         for one in [*self.asked, *self.pressed]:
             assert one.answer.done(), f"{one} was never answered"
-        for one in self.asked:
-            if one.request != Request.NONE and one.boot == self.rig.boot:
-                assert one.said is None or one.said == bool(one.taken), f"{one} was told something else"
-        if pressed:
+        here = [one for one in self.asked if one.boot == self.rig.boot and one.request != Request.NONE]
+        for one in here:
+            assert one.said is None or one.said == bool(one.taken), f"{one} was told something else"
+        if pressed := [one for one in self.pressed if one.boot == self.rig.boot]:
             assert max(self.stopped_since, default=0) >= pressed[-1].order, "the last E-STOP never came into force"
-        if Mode(int(self.rig.telemetry["mode"][0])) in MOVING:
+        mode = Mode(int(self.rig.telemetry["mode"][0]))
+        if mode in MOVING:
             assert self.by is not None and self.by.said, f"{self.by} moves the rig, and nobody was told"
+        if mode == Mode.FOLLOW:
+            newest = next(one for one in self.asked if one.order == self.followed)
+            assert newest.said, f"{newest} is where the rig goes, and nobody was told"

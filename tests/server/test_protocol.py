@@ -17,7 +17,7 @@ ACT = st.one_of(
     st.tuples(st.just("ask"), SERVER, st.sampled_from(ASKED)),
     st.tuples(st.just("step"), SERVER, FATE),
     st.tuples(st.just("step"), SERVER, st.just("answered")),
-    st.tuples(st.just("press"), SERVER, st.none()),
+    st.tuples(st.sampled_from(["press", "press_within"]), SERVER, st.none()),
     st.tuples(st.just("step_stop"), SERVER, FATE),
     st.tuples(st.just("see"), SERVER, st.none()),
     st.tuples(st.just("present"), SERVER, st.none()),
@@ -36,7 +36,9 @@ ONE = [
     *[[("ask", 0, Request.FOLLOW), ("step", 0, fate)] for fate in FATES[1:]],
     [("ask", 0, Request.TRACK), ("step", 0, "reply lost")],
     [("ask", 0, Request.FOLLOW), ("ask", 0, Request.HOLD), ("step", 0, "answered")],
+    [("ask", 0, Request.NONE), ("ask", 0, Request.FOLLOW), ("step", 0, "answered")],
     [("step", 0, "answered")],
+    [("step", 0, "lost")],
     [("see", 0, None)],
     [("late", 0, False)],
     [("late", 1, True)],
@@ -45,17 +47,37 @@ ONE = [
 TWO = [
     [("press", 0, None), ("step_stop", 0, "answered")],
     [("press", 0, None), ("step_stop", 0, "reply lost")],
-    [("press", 0, None), ("step_stop", 0, "lost")],
+    [("press", 0, None), ("step_stop", 0, "lost"), ("ask", 0, Request.FOLLOW), ("step", 0, "answered")],
     [("press", 1, None), ("step_stop", 1, "answered")],
     [("step_stop", 0, "answered")],
+    [("ask", 0, Request.HOLD), ("press", 0, None), ("step", 0, "answered")],
+    [
+        *[("ask", 0, Request.FOLLOW), ("step", 0, "reply lost"), ("see", 0, None)],
+        *[("ask", 0, Request.CLEAR), ("press_within", 0, None), ("step", 0, "answered")],
+    ],
     [("ask", 0, Request.HOLD), ("step", 0, "lost")],
     [("ask", 0, Request.CLEAR), ("step", 0, "late")],
     [("ask", 0, Request.CLEAR), ("step", 0, "answered")],
     [("see", 0, None)],
-    [("see", 1, None), ("run", 2100, None), ("ask", 1, Request.CLEAR), ("step", 1, "answered")],
+    [("run", 2100, None), ("see", 1, None), ("ask", 1, Request.CLEAR), ("step", 1, "answered")],
     [("late", 0, False)],
 ]
 """E-STOPs of two servers among requests that clear them."""
+BOOTS = [
+    [("restart", None, None)],
+    [("restart", None, None), ("see", 0, None)],
+    [("press", 0, None), ("restart", None, None), ("step_stop", 0, "answered")],
+    [("press", 0, None), ("step_stop", 0, "lost"), ("restart", None, None), ("see", 0, None)],
+    [("ask", 0, Request.ARM), ("restart", None, None), ("step", 0, "answered")],
+    [("ask", 0, Request.ARM), ("restart", None, None), ("see", 0, None), ("step", 0, "answered")],
+    [("ask", 0, Request.ARM), ("step", 0, "answered"), ("see", 0, None)],
+    [("ask", 0, Request.FOLLOW), ("step", 0, "late")],
+    [("present", 0, None), ("ask", 0, Request.FOLLOW), ("step", 0, "answered")],
+    [("press", 0, None), ("step_stop", 0, "answered")],
+    [("step_stop", 0, "answered")],
+    [("late", 0, False)],
+]
+"""Restarts of the rig that the server has seen, or not yet, with something on its way."""
 LONG = bool(os.environ.get("TENDRIL_LONG"))
 
 
@@ -76,6 +98,8 @@ def act(world: World, what: str, one: object, other: object) -> None:
         world.restart()
     elif what == "see":
         server.see()
+    elif what == "press_within":
+        server.pressed_within = True
     else:
         getattr(server, what)(other)
 
@@ -113,3 +137,9 @@ def test_every_few_things_that_can_come_of_a_drag(first: int, tmp_path: Path) ->
 def test_every_few_things_that_can_come_of_an_e_stop(first: int, tmp_path: Path) -> None:
     for acts in itertools.product(TWO, repeat=2 if LONG else 1):
         play(tmp_path, [*MOVED, *TWO[first], *itertools.chain(*acts)])
+
+
+@pytest.mark.parametrize("first", range(len(BOOTS)))
+def test_every_few_things_that_can_come_of_a_restart(first: int, tmp_path: Path) -> None:
+    for acts in itertools.product(BOOTS, repeat=2 if LONG else 1):
+        play(tmp_path, [*MOVED, *BOOTS[first], *itertools.chain(*acts)])

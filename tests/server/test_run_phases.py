@@ -196,6 +196,12 @@ def test_whatever_breaks_in_any_phase_ends_the_run(world: World, phase: Phase, w
     assert closed(world, results=int(world.phase != Phase.REFUSED))
 
 
+@pytest.mark.parametrize("phase", [Phase.STARTING, Phase.RESUMING])
+def test_who_loses_control_before_a_row_tells_of_the_run_is_refused(world: World, phase: Phase) -> None:
+    reach(world, phase, lambda: lose_lease(world))
+    assert "no longer operates" in str(world.asked[-1][1].result())
+
+
 @pytest.mark.parametrize("phase", UNENDED)
 def test_a_rig_that_hears_nothing_ends_nothing_but_what_waits_for_it(world: World, phase: Phase) -> None:
     """Its rows come, so a run in motion is followed on; it holds by itself as soon as presence ends."""

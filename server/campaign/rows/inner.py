@@ -35,7 +35,7 @@ def beat_failing(scene: Scene) -> Seen:
     """One look of the beat raises 60 times a second."""
     scene.track()
     mark, start = len(scene.operator.log), time.monotonic_ns()
-    calls = ["server.health.alarm_watch:AlarmWatch.__call__"]
+    calls = ["server.health.alarm_watch:AlarmWatch.look"]
     scene.break_inside(scene.server_process, calls=calls, how="fail", seconds=FAILING)
     line = scene.operator.sees("the alarms fails: OSError", mark, FAILING)
     took = (time.monotonic_ns() - start) * 1e-6
