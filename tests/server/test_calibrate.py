@@ -19,8 +19,8 @@ from controller.research.calibration.unknowns import Unknown
 from controller.research.experiments.paper_rows import FITTED, JUDGED
 from controller.research.experiments.pool import Pool
 from controller.schema.parameters import TwinParameters
+from server.cli import main as cli
 from server.cli.calibrate import run_calibrate
-from server.cli.main import main as cli
 
 UNKNOWNS = Unknown("torque_gain.0", 0.9, 1.3, 1.05, 5.0), Unknown("K_P", 0.1, 0.4, 0.15, 5.0, log=True)
 PROBLEM = Problem(Space(UNKNOWNS), FITTED[-1:], ())

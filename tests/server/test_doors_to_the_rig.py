@@ -34,7 +34,7 @@ DOORS = {
     "operate/command_routes.py": ["request", "stop"],
     "operate/hand.py": ["move", "present", "request", "request"],
     "operate/people.py": ["request"],
-    "operate/settings_routes.py": ["change"],
+    "operate/settings.py": ["change"],
     "operate/watch.py": ["request"],
     "presets/routes.py": ["order"],
     "rig/client.py": ["command", "faults", "faults", "plan", "stop"],
