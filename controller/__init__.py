@@ -14,14 +14,14 @@ import tempfile
 from importlib.metadata import version
 from pathlib import Path
 
-_CONSTANTS = ("modes.py", "states.py")
-"""Not compiled themselves, but their numbers are compiled into the kernels."""
+_IMPORTED = ("arrays.py", "modes.py", "states.py")
+"""Not compiled themselves, but kernels import them, and the numbers of two are compiled in."""
 
 
 def compiled_sources() -> list[Path]:
     """All files on which the machine code of the kernels depends."""
     paths = sorted(Path(__file__).parent.rglob("*.py"))
-    return [path for path in paths if path.name in _CONSTANTS or _is_compiled(path.read_bytes())]
+    return [path for path in paths if path.name in _IMPORTED or _is_compiled(path.read_bytes())]
 
 
 def _is_compiled(source: bytes) -> bool:
