@@ -39,9 +39,9 @@ def solve_inverse(settings: Record, control: Control) -> None:
     """One update of the static inverse of the wish, warm-started on the present branch.
 
     A planned row that names its torques is solved from those. Where the branch ends short of the wish, a blend to the
-    goal's branch begins. In FOLLOW the rate of u_ff is limited:
-    near a fold the inverse moves infinitely faster than the wish. Paper, "Quasi-Static Feedforward Control", and
-    "Task 5" for a live reference; branches and rates are not in the paper. In place: control.state.
+    goal's branch begins. In FOLLOW the rate of u_ff is limited: near a fold the inverse moves infinitely faster than
+    the wish. Paper, "Quasi-Static Feedforward Control"; branches and rates are not in the paper.
+    In place: control.state.
     """
     state = control.state[0]
     begin = (state.u_ff[0], state.u_ff[1])
