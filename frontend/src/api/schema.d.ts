@@ -123,7 +123,7 @@ export interface paths {
     put?: never;
     /**
      * Ask For Lease
-     * @description Ask whoever operates for the lease; the request stands for a minute. 409 where nobody operates.
+     * @description Ask the operator for the lease; the request stands for a minute. 409 where nobody operates.
      */
     post: operations["ask_for_lease"];
     /**
@@ -1611,7 +1611,7 @@ export interface components {
       torque_slew_max: number;
       /**
        * Reference Speed Max
-       * @description No planned reference that does not declare steps is faster, whoever plans it (ours: what settings may allow).
+       * @description No planned reference that does not declare steps is faster (ours: what settings may allow).
        * @default 1
        */
       reference_speed_max: number;
@@ -2246,7 +2246,7 @@ export interface components {
     People: {
       /**
        * Holder
-       * @description Tag of whoever operates, "" when nobody does.
+       * @description Tag of the operator, "" when nobody does.
        */
       holder: string;
       /**
@@ -2886,12 +2886,12 @@ export interface components {
     Restart: {
       /**
        * After
-       * @description The last tick of its life before.
+       * @description The last tick of its boot before.
        */
       after: number;
       /**
        * Seconds
-       * @description From that tick to the first of the new life.
+       * @description From that tick to the first of the new boot.
        */
       seconds: number;
     };
@@ -3732,7 +3732,7 @@ export interface components {
     };
     /**
      * TwinFaults
-     * @description What is injected into the twin beside its own flaws; off with every life of the rig.
+     * @description What is injected into the twin beside its own flaws; off with every boot of the rig.
      */
     "TwinFaults-Input": {
       /**
@@ -3794,7 +3794,7 @@ export interface components {
     };
     /**
      * TwinFaults
-     * @description What is injected into the twin beside its own flaws; off with every life of the rig.
+     * @description What is injected into the twin beside its own flaws; off with every boot of the rig.
      */
     "TwinFaults-Output": {
       /**
