@@ -3,14 +3,14 @@
 from dataclasses import dataclass, replace
 from typing import Annotated
 
-from fastapi import APIRouter, Depends, Request, Response
+from fastapi import APIRouter, Request, Response
 
 from server.access.lease import GivenLease, OperatorLease
 from server.access.messages import Login, Session
-from server.access.sessions import MAX_AGE, GivenSessions, Sessions
-from server.http.given import GivenSettings
+from server.access.sessions import MAX_AGE, Sessions
+from server.http.given import GivenSettings, given
 from server.http.who import Identity, Me
-from server.log.events import EventLog, GivenEvents
+from server.log.events import EventLog
 
 
 @dataclass(frozen=True)
@@ -38,11 +38,7 @@ class SignIn:
         return who
 
 
-async def _sign_in(sessions: GivenSessions, lease: GivenLease, events: GivenEvents) -> SignIn:
-    return SignIn(sessions, lease, events)
-
-
-GivenSignIn = Annotated[SignIn, Depends(_sign_in)]
+GivenSignIn = Annotated[SignIn, given(SignIn)]
 
 
 router = APIRouter(tags=["session"])

@@ -3,10 +3,8 @@
 import asyncio
 import time
 from collections.abc import Sequence
-from typing import Annotated
 
 from controller.system.looks import Looks, Watcher
-from server.http.given import given
 
 BEAT = 1 / 60
 """Seconds from one look at everything to the next."""
@@ -33,6 +31,3 @@ class Beat:
             for watcher in self._watchers:
                 self._looks.do(watcher.watched, watcher.look)
             self._beaten = time.monotonic()
-
-
-GivenBeat = Annotated[Beat, given(Beat)]

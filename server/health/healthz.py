@@ -5,15 +5,14 @@ import shutil
 from dataclasses import dataclass
 from typing import Annotated
 
-from fastapi import Depends
-
 from controller.schema.layout import Model
 from recordings.write.session import DISK_FREE_MIN
 from recordings.write.writer import Recorder
-from server.health.beat import Beat, GivenBeat
-from server.health.soundness import GivenSoundness, Soundness
-from server.recorder.folder import GivenFolder, GivenRecorder, RecordingsFolder
-from server.rig.client import GivenRig, Rig
+from server.health.beat import Beat
+from server.health.soundness import Soundness
+from server.http.given import given
+from server.recorder.folder import RecordingsFolder
+from server.rig.client import Rig
 
 DISK_MAX = 2.0
 """Longest wait for the disk's answer [s]."""
@@ -55,13 +54,7 @@ class Probed:
     folder: RecordingsFolder
 
 
-async def _probed(
-    beat: GivenBeat, soundness: GivenSoundness, rig: GivenRig, recorder: GivenRecorder, folder: GivenFolder
-) -> Probed:
-    return Probed(beat, soundness, rig, recorder, folder)
-
-
-GivenProbed = Annotated[Probed, Depends(_probed)]
+GivenProbed = Annotated[Probed, given(Probed)]
 
 
 async def healthz(probed: Probed) -> Healthz:

@@ -4,20 +4,19 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from fastapi import Depends
 from prometheus_client import CollectorRegistry, ProcessCollector, generate_latest
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
 
 from controller.schema.modes import Mode
 from recordings.write.writer import Recorder
-from server.access.lease import GivenLease, OperatorLease
-from server.health.loop_health import GivenLoop, LoopWatch
-from server.http.refused import GivenRefused, RefusedCounts
-from server.operate.pages import GivenPages, Pages
-from server.recorder.folder import GivenRecorder
-from server.rig.client import GivenRig, Rig
-from server.rig.history import GivenHistory, History
+from server.access.lease import OperatorLease
+from server.health.loop_health import LoopWatch
+from server.http.given import given
+from server.http.refused import RefusedCounts
+from server.operate.pages import Pages
+from server.rig.client import Rig
+from server.rig.history import History
 
 QUANTILES = (0.5, 0.99, 1.0)
 
@@ -98,19 +97,7 @@ class ServerCollector(Collector):
         yield gauge("recording_failed", "Whether the last recording ended by itself.", bool(state.problem))
 
 
-async def _figures(
-    rig: GivenRig,
-    history: GivenHistory,
-    loop: GivenLoop,
-    pages: GivenPages,
-    lease: GivenLease,
-    refused: GivenRefused,
-    recorder: GivenRecorder,
-) -> Figures:
-    return Figures(rig, history, loop, pages, lease, refused, recorder)
-
-
-GivenFigures = Annotated[Figures, Depends(_figures)]
+GivenFigures = Annotated[Figures, given(Figures)]
 
 
 def registry(of: Figures) -> CollectorRegistry:

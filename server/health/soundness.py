@@ -1,12 +1,10 @@
 """Is this server itself sound? Its threads, its looks at every beat, and its event loop; what is wrong is told once."""
 
 from collections.abc import Callable, Sequence
-from typing import Annotated
 
 from controller.system.looks import Looks
 from controller.system.worker import Worker
 from server.health.loop_watchdog import LoopWatchdog
-from server.http.given import given
 from server.log.events import EventLog
 
 
@@ -41,6 +39,3 @@ class Soundness:
     def trouble(self) -> str:
         """All of it."""
         return "; ".join(text for kind in self._sources if (text := self.of(kind)))
-
-
-GivenSoundness = Annotated[Soundness, given(Soundness)]

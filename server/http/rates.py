@@ -9,10 +9,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, auto
-from typing import Annotated
 
 from server.http.errors import TryLater
-from server.http.given import given
 
 CLIENTS_MAX = 10_000
 """Clients that a kind remembers; beyond, all begin anew: strangers must not fill the memory."""
@@ -135,6 +133,3 @@ class Rates:
         if session is not None and _HEAVY.fullmatch(path):
             found.append((self._heavy, session))
         return found
-
-
-GivenRates = Annotated[Rates, given(Rates)]

@@ -2,9 +2,6 @@
 
 from collections import Counter
 from dataclasses import dataclass, field
-from typing import Annotated
-
-from server.http.given import given
 
 
 @dataclass
@@ -22,6 +19,3 @@ class RefusedCounts:
         """Count an answer, if it is a refusal."""
         if status >= 400:
             self.requests[status] += 1
-
-
-GivenRefused = Annotated[RefusedCounts, given(RefusedCounts)]

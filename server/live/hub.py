@@ -5,7 +5,6 @@ import secrets
 import time
 from collections import deque
 from dataclasses import dataclass, field
-from typing import Annotated
 
 import numpy as np
 from pydantic import BaseModel
@@ -14,7 +13,6 @@ from starlette.websockets import WebSocket
 from controller.arrays import Rows
 from controller.system.looks import Looks
 from server.access.lease import OperatorLease
-from server.http.given import given
 from server.http.who import Identity
 from server.live.status import StatusView
 from server.operate.pages import Pages
@@ -156,9 +154,6 @@ class Hub:
         self._last_key, self._status_at = key, now
         for viewer in self._pages.open:
             viewer.status_due = True
-
-
-GivenHub = Annotated[Hub, given(Hub)]
 
 
 def encode_frame(newest: Rows) -> bytes:

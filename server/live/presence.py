@@ -8,7 +8,7 @@ import asyncio
 import contextlib
 from typing import Annotated
 
-from fastapi import APIRouter, Depends, WebSocket
+from fastapi import APIRouter, WebSocket
 from pydantic import ValidationError
 from starlette.websockets import WebSocketDisconnect
 
@@ -16,15 +16,13 @@ from controller.errors import sentence
 from controller.system.tasks import until_one_ends
 from server.access.sessions import GivenSessions
 from server.http.answers import refusal
-from server.http.rates import POLICY, GivenRates, Verdict
-from server.http.refused import GivenRefused
+from server.http.given import given
+from server.http.rates import POLICY, Verdict
 from server.http.who import Me
 from server.live.conversation import Hearing
 from server.live.hub import Viewer
 from server.live.messages import Heard
-from server.operate.hand import GivenHands
 from server.operate.messages import Presence
-from server.operate.pages import GivenPages
 
 router = APIRouter()
 
@@ -32,13 +30,9 @@ LONGEST = 64
 """Longest message of a worker [characters]."""
 
 
-async def _hearing(hands: GivenHands, pages: GivenPages, rates: GivenRates, refused: GivenRefused) -> Hearing:
-    return Hearing(hands, pages, rates, refused)
-
-
 @router.websocket("/ws/presence/{page}")
 async def presence(
-    socket: WebSocket, page: str, hearing: Annotated[Hearing, Depends(_hearing)], sessions: GivenSessions, who: Me
+    socket: WebSocket, page: str, hearing: Annotated[Hearing, given(Hearing)], sessions: GivenSessions, who: Me
 ) -> None:
     """Signs of the page that `Hello` named so, until its live socket or session ends, or its worker opens another."""
     viewer = hearing.pages.named(page, who)

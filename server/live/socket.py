@@ -4,28 +4,27 @@ import contextlib
 from dataclasses import dataclass
 from typing import Annotated
 
-from fastapi import APIRouter, Depends, WebSocket
+from fastapi import APIRouter, WebSocket
 from starlette.websockets import WebSocketDisconnect
 
 from controller.schema.layout import fields
 from controller.schema.messages import Telemetry
 from controller.system.tasks import until_one_ends
-from server.access.sessions import GivenSessions, Sessions
+from server.access.sessions import Sessions
 from server.http.connections import URGENT
-from server.http.given import GivenSettings
+from server.http.given import given
 from server.http.problems import answer
-from server.http.rates import POLICY, GivenRates
-from server.http.refused import GivenRefused
+from server.http.rates import POLICY
 from server.http.who import Me
 from server.live.conversation import Conversation, Hearing
-from server.live.hub import GivenHub, Hub, Viewer
+from server.live.hub import Hub, Viewer
 from server.live.messages import Health, Hello
 from server.live.status import GivenStatusView
-from server.operate.hand import GivenHands
 from server.operate.pages import Crowded, GivenPages, Pages
-from server.plots.feed import Feed, GivenPlots, Plots
+from server.plots.feed import Feed, Plots
 from server.rig.channels import CHANNELS
-from server.rig.client import GivenRig, Rig
+from server.rig.client import Rig
+from server.settings import ServerSettings
 
 router = APIRouter()
 
@@ -53,7 +52,7 @@ class Live:
     sessions: Sessions
     rig: Rig
     hearing: Hearing
-    unprotected: bool
+    settings: ServerSettings
 
     async def serve(self, viewer: Viewer) -> None:
         """Talk with the page of `viewer` until either side closes, or its session ends."""
@@ -69,7 +68,7 @@ class Live:
 
     def _hello(self, viewer: Viewer) -> Hello:
         return Hello(
-            session=self.hearing.hands.lease.session(viewer.who, self.unprotected),
+            session=self.hearing.hands.lease.session(viewer.who, self.settings.unprotected),
             layout=fields(Telemetry),
             channels=CHANNELS,
             page=viewer.name,
@@ -78,22 +77,8 @@ class Live:
         )
 
 
-async def _live(
-    hub: GivenHub,
-    pages: GivenPages,
-    plots: GivenPlots,
-    sessions: GivenSessions,
-    rig: GivenRig,
-    hands: GivenHands,
-    rates: GivenRates,
-    refused: GivenRefused,
-    settings: GivenSettings,
-) -> Live:
-    return Live(hub, pages, plots, sessions, rig, Hearing(hands, pages, rates, refused), settings.unprotected)
-
-
 @router.websocket("/ws/live")
-async def live(socket: WebSocket, here: Annotated[Live, Depends(_live)], who: Me) -> None:
+async def live(socket: WebSocket, here: Annotated[Live, given(Live)], who: Me) -> None:
     """Serve one page; 503 when too many look on."""
     try:
         with here.pages.seat(who):

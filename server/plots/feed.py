@@ -1,11 +1,9 @@
 """The binary half of the live socket: the newest row, and the bins that one viewer still lacks."""
 
 from collections import OrderedDict, deque
-from typing import Annotated
 
 import numpy as np
 
-from server.http.given import given
 from server.plots.messages import Kind
 from server.rig.history import Bins, History
 
@@ -34,9 +32,6 @@ class Plots:
             if len(self._made) > KEPT:
                 self._made.popitem(last=False)
         return self._made[lacks]
-
-
-GivenPlots = Annotated[Plots, given(Plots)]
 
 
 class Feed:

@@ -2,17 +2,16 @@
 
 import asyncio
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated
 
-from fastapi import APIRouter, Depends
+from fastapi import APIRouter
 
 from controller.errors import CommandRefused, RigUnreachable
 from controller.schema.actuator import PRESETS
 from controller.schema.modes import Mode
 from recordings.write.writer import Recorder
 from server.access.asking import Holder, Permitted
-from server.http.given import GivenSettings
+from server.http.given import GivenSettings, given
 from server.log.events import EventLog, GivenEvents
 from server.operate.operator import GivenOperator, Operator
 from server.operate.settings import GivenKeptSettings
@@ -20,8 +19,7 @@ from server.presets import actuator as actuators
 from server.presets.actuator import GivenOutcomes
 from server.presets.gains import GainPresets
 from server.presets.messages import ActuatorBody, ActuatorChoice, GainPreset, PresetName
-from server.recorder.folder import GivenRecorder
-from server.rig.client import GivenRig, Rig
+from server.rig.client import Rig
 from server.settings import ServerSettings
 
 router = APIRouter(tags=["presets"])
@@ -73,7 +71,7 @@ class Change:
     recorder: Recorder
     operator: Operator
     events: EventLog
-    orders: Path | None
+    settings: ServerSettings
 
     def require_rest(self) -> None:
         """Raise CommandRefused unless the rig is VENTED, and nothing is recorded."""
@@ -87,13 +85,7 @@ class Change:
             raise CommandRefused("the actuator cannot be changed while a recording runs: stop it first")
 
 
-async def _change(
-    rig: GivenRig, recorder: GivenRecorder, operator: GivenOperator, events: GivenEvents, settings: GivenSettings
-) -> Change:
-    return Change(rig, recorder, operator, events, settings.orders)
-
-
-GivenChange = Annotated[Change, Depends(_change)]
+GivenChange = Annotated[Change, given(Change)]
 
 
 @router.put("/api/rig/actuator", status_code=202)
@@ -106,7 +98,7 @@ async def change_actuator(body: ActuatorBody, change: GivenChange, permit: Permi
     info, in_force = change.rig.require_info(), change.operator.settings
     actuator = await asyncio.to_thread(actuators.accepted_actuator, body, info.parameters, in_force)
     change.require_rest()
-    actuators.order(change.orders, actuator, body, permit)
+    actuators.order(change.settings.orders, actuator, body, permit)
     change.events.add(f"{permit.name}: the rig starts again with actuator {actuator.name}", "warning")
 
 

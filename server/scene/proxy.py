@@ -10,7 +10,7 @@ from functools import partial
 from typing import Annotated
 
 import httpx
-from fastapi import APIRouter, Depends, Request, Response, WebSocket
+from fastapi import APIRouter, Request, Response, WebSocket
 from starlette.responses import PlainTextResponse, RedirectResponse
 from starlette.websockets import WebSocketDisconnect
 from websockets.asyncio.client import ClientConnection, connect
@@ -18,11 +18,12 @@ from websockets.exceptions import WebSocketException
 from websockets.typing import Subprotocol
 
 from controller.system.tasks import until_one_ends
-from server.access.sessions import GivenSessions, Sessions
+from server.access.sessions import Sessions
 from server.http.frames import TELL_ESCAPE, TELL_MOVED
-from server.http.rates import POLICY, GivenRates, Rates, Verdict
+from server.http.given import given
+from server.http.rates import POLICY, Rates, Verdict
 from server.http.who import Identity, Me
-from server.operate.hand import GivenHands, Hands
+from server.operate.hand import Hands
 from server.scene.drag import Drag
 from server.scene.messages import Scheme, SeatId, View
 from server.scene.scene import GivenScene, Scene
@@ -67,11 +68,7 @@ class Way:
                 await browser.close()
 
 
-async def _way(scene: GivenScene, hands: GivenHands, rates: GivenRates, sessions: GivenSessions) -> Way:
-    return Way(scene, hands, rates, sessions)
-
-
-GivenWay = Annotated[Way, Depends(_way)]
+GivenWay = Annotated[Way, given(Way)]
 
 
 @router.get("/viser/seat/{id}/")
