@@ -33,6 +33,7 @@ async def command(
         hands.lease.require(who)
     if body.request == "follow" and body.target is None:
         raise missing("body", "target")
+    hands.lease.touch(who)
     # The answer to an E-STOP that was acted on as it came in:
     pressed: Future[CommandReply] | None = connection.scope["state"].get(PRESSED)
     reply = await asyncio.wrap_future(pressed or _asked(body, hands, who))
@@ -48,7 +49,6 @@ def _in_turn(connection: HTTPConnection) -> None:
 
 
 def _asked(body: CommandBody, hands: Hands, who: Identity) -> "Future[CommandReply]":
-    hands.lease.touch(who)
     if body.request == "e_stop":
         return hands.operator.stop()
     hand = Hand(who, hands)

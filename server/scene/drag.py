@@ -78,17 +78,17 @@ class Drag:
 
     def _act(self, kind: str, message: dict[str, Any]) -> bool:
         """Whether the message is passed on; NotAllowed unless `who` operates."""
+        at = _position(message) if kind == UPDATE else None
+        if at is not None and self._dragging:
+            self._hand.move(at)
+            return True
         self._hand.sign()
         if kind == START:
             self._start()
         elif kind == END:
             self.end()
             self._hand.release()
-        elif (at := _position(message)) is None:
-            return False
-        elif self._dragging:
-            self._hand.move(at)
-        return True
+        return kind != UPDATE or at is not None
 
     def _start(self) -> None:
         if (at := self._scene.gizmo()) is not None:
