@@ -4,12 +4,8 @@ What stands in: the wire (it answers, loses the reply, loses the message, or del
 plant, whose markers stand still. A message is late by less than a second: zenoh ends a link that is silent for longer.
 """
 
-import copy
 import time
-from collections.abc import Callable
-from concurrent.futures import Future
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Literal, cast
@@ -17,19 +13,12 @@ from typing import Any, Literal, cast
 import numpy as np
 
 from controller.errors import RigUnreachable, SessionUnknown, TendrilError
-from controller.kernels.control.tick import tick
-from controller.link import rig_end
-from controller.link.keys import Keys
-from controller.link.rig_end import RigEnd
-from controller.link.seal import Introduction, Sealer, Seals
+from controller.link.seal import Introduction, Sealer
 from controller.realtime import desk as desk_module
-from controller.realtime.mailbox import mailbox, receive, words
-from controller.realtime.ring import create_ring, ring_push
 from controller.schema.layout import to_record
-from controller.schema.messages import Command, CommandReply, RigInfo
+from controller.schema.messages import Command, CommandReply
 from controller.schema.modes import Mode, Request
-from controller.schema.parameters import RigParameters, SafetyLimits, Settings
-from controller.system.keys import KEY_BYTES
+from controller.schema.parameters import Settings
 from controller.system.worker import Worker
 from server.access.permit import Permit, own
 from server.operate import operator as operator_module
@@ -38,125 +27,19 @@ from server.operate.operator import Job, Operator
 from server.operate.stopper import Stopper
 from server.rig.client import QUIET
 from tests.controller.desk import MS
-from tests.controller.desk import Desk as Ticked
+from tests.server.protocol_rig import KEY, KEYS, Asked, Message, Rig
 
-Fate = Literal["answered", "reply lost", "lost", "late"]
-FATES: tuple[Fate, ...] = ("answered", "reply lost", "lost", "late")
-KEY, KEYS = b"k" * KEY_BYTES, Keys("test")
-LIMITS = SafetyLimits(operator_timeout=10.0, server_hold=1.5, server_rest=600.0)
-"""So long that no watchdog hides what the protocol lets through; but it holds before another server may command."""
+Fate = Literal["answered", "reply lost", "lost", "late", "stalled"]
+FATES: tuple[Fate, ...] = ("answered", "reply lost", "lost", "late", "stalled")
+"""The last: it is answered, but the loop stands still meanwhile."""
 TIMEOUT_MS, LATEST_MS = 50, 900
 SILENT_MS = 2100
 """After which another server may command."""
 LONG, SELDOM = 50, 25
-"""From so many milliseconds on the loop ticks only every so many."""
+"""From the first on [ms] the loop ticks only every second [ms]."""
 STILL = (Request.HOLD, Request.REST)
 MOVING = (Mode.FOLLOW, Mode.TRACK)
 ANYTHING = Permit(None, lambda request: "", sign=lambda: True)
-
-
-@dataclass(eq=False)
-class Asked:
-    """One thing that somebody asked for."""
-
-    order: int
-    request: Request
-    """NONE: a target alone."""
-    boot: int
-    server: "Server"
-    answer: "Future[CommandReply]"
-    taken: int = 0
-    """How often the loop accepted it."""
-
-    @property
-    def moves(self) -> bool:
-        """Whether the rig may move by it."""
-        return self.request in (Request.NONE, Request.FOLLOW, Request.TRACK)
-
-    @property
-    def said(self) -> bool | None:
-        """Whether the asker was told that the rig took it; None: was told that nobody knows, or nothing yet."""
-        if not self.answer.done():
-            return None
-        error = self.answer.exception()
-        if error is None:
-            return self.answer.result().accepted
-        return None if isinstance(error, RigUnreachable) else False
-
-
-@dataclass(repr=False)
-class Message:
-    """A sealed message on its way."""
-
-    boot: int
-    key: str
-    payload: bytes
-    seal: bytes
-    what: list[Asked]
-    sent_ns: int
-
-
-@cache
-def _first_rig() -> Ticked:
-    """A rig with a reference, as it starts: to build one takes longer than what is played with it."""
-    found = Ticked(RigParameters(limits=LIMITS))
-    found.plan(np.tile([0.25, 0.01], (60_000, 1)))
-    return found
-
-
-def _planned() -> dict[int, Any]:
-    """What copies of the first rig share with it, because nothing here writes it."""
-    control = _first_rig().rig.control
-    return {id(one): one for one in (control.reference, control.guide, control.kinds, control.smap)}
-
-
-class Rig(Ticked):
-    """One boot of a rig, and its end of the link."""
-
-    def __init__(self, world: "World", boot: int) -> None:
-        vars(self).update(copy.deepcopy(vars(_first_rig()), memo=_planned()))
-        self.world, self.boot, self.seen, self.heard = world, boot, 0, world.now
-        self.rig.control.state["boot"] = boot
-        self.operator = False
-        self.box = mailbox(self.command.dtype)
-        self.scratch = np.zeros(len(words(self.command)), np.int64)
-        self.ring = create_ring("test", boot, world.folder, capacity=256)
-        info = RigInfo.model_construct(boot=boot, parameters=RigParameters(limits=LIMITS))
-        desk = desk_module.Desk(info, self.ring, self.box, cast(Any, None), None)
-        nothing = SimpleNamespace(undeclare=lambda: None)
-        session: Any = SimpleNamespace(
-            declare_publisher=lambda *given, **more: nothing,
-            declare_queryable=lambda *given: nothing,
-            liveliness=lambda: SimpleNamespace(declare_token=lambda key: nothing),
-        )
-        self.end = RigEnd(session, "test", Seals(KEY, boot, "key"), cast(rig_end.RigService, desk))
-        self.end._holder._now = lambda: world.now * 1e-9
-
-    def tick(self) -> None:
-        """One tick, on whatever is in the mailbox."""
-        self.now = self.world.now
-        seen, self.seen = self.seen, receive(self.box, self.seen, self.scratch, words(self.command))
-        self.heard = self.now if self.seen != seen else self.heard
-        self.status["server_ns"], self.status["pump_ns"] = self.heard, self.now
-        self.measurement["t_ns"] = self.now - MS
-        hum = 1e-9 * (self.measurement["markers"][0, 0, 0] == self.markers[0, 0])
-        self.measurement["markers"] = self.markers + hum
-        before, row = self.telemetry[0].copy(), self.telemetry[0]
-        tick(self.now, self.command[0], self.measurement[0], self.status[0], self.rig, row)
-        differences = self.rig.observer.u_hat * self.rig.control.pascal_per_torque
-        self.measurement["pressures"] = np.column_stack([differences, -differences]).clip(min=0.0).ravel()
-        ring_push(self.ring.header, self.ring.rows, words(self.telemetry))
-        self.world.judge(before, row)
-
-    def hear(self, message: Message) -> bytes:
-        """What the link's end makes of it."""
-        answers: dict[str, Callable[[bytes, bytes], bytes]] = {
-            KEYS.command: self.end._command,
-            KEYS.stop: self.end._stop,
-            KEYS.session: self.end._session,
-        }
-        self.world.delivered.append(message)
-        return answers[message.key](message.payload, message.seal)
 
 
 class Lane:
@@ -178,10 +61,12 @@ class Lane:
         if self.sealer is None:
             self.sealer = self._opened()
         message = Message(world.rig.boot, key, payload, self.sealer.seal(key, payload), what, world.now)
-        if fate in ("answered", "reply lost"):
+        if fate in ("answered", "reply lost", "stalled"):
+            world.stalls = fate == "stalled"
             answer = world.rig.hear(message)
+            world.stalls = False
             world.old.append(message)
-            if fate == "answered":
+            if fate != "reply lost":
                 return answer
         elif fate == "late":
             world.late.append(message)
@@ -279,6 +164,8 @@ class World:
     followed: int = 0
     """Order of the target that is in force."""
     wrong: list[AssertionError] = field(default_factory=list)
+    stalls: bool = False
+    """The loop stands still."""
     by: Asked | None = None
     """What began the motion that is under way."""
 
@@ -301,7 +188,8 @@ class World:
         step = SELDOM if milliseconds >= LONG else 1
         for _ in range(0, milliseconds, step):
             self.now += step * MS
-            self.rig.tick()
+            if not self.stalls:
+                self.rig.tick()
         self.late = [one for one in self.late if self.now - one.sent_ns < LATEST_MS * MS]
 
     def ask(self, server: Server, request: Request) -> None:
@@ -359,7 +247,7 @@ class World:
         message = self.delivered[-1]
         whose = next((one for one in message.what if one.request == request), None)
         if whose is None:
-            unsure = any(one.moves and one.answer.done() and one.said is None for one in self.asked)
+            unsure = any(one.moves and one.answer.done() and not one.said for one in self.asked)
             assert request == Request.HOLD and unsure, f"nobody asked for {request.name}"
             return
         whose.taken += 1

@@ -35,6 +35,8 @@ ONE = [
     *[[("ask", 0, Request.NONE), ("step", 0, fate)] for fate in FATES],
     *[[("ask", 0, Request.FOLLOW), ("step", 0, fate)] for fate in FATES[1:]],
     [("ask", 0, Request.TRACK), ("step", 0, "reply lost")],
+    [("ask", 0, Request.TRACK), ("step", 0, "stalled")],
+    [*[("ask", 0, Request.NONE), ("step", 0, "answered")] * 2, ("late", 1, True)],
     [("ask", 0, Request.FOLLOW), ("ask", 0, Request.HOLD), ("step", 0, "answered")],
     [("ask", 0, Request.NONE), ("ask", 0, Request.FOLLOW), ("step", 0, "answered")],
     [("step", 0, "answered")],
