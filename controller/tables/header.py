@@ -110,7 +110,7 @@ def titled(titles: Sequence[str], where: str) -> Header:
 
 
 def placed(width: int, places: Places, where: str) -> Header:
-    """The columns of a table without a header; DataError where `places` has none for so many."""
+    """The columns of a table without a header; DataError where `places` has none for that `width`."""
     if width not in places:
         wanted = " or ".join(f"{COUNTS[len(names)]} ({', '.join(names)})" for names in places.values())
         needed = f"{wanted} are needed, or a header" if wanted else "a header is needed"

@@ -47,7 +47,7 @@ def sent_lines(text: bytes, where: str) -> Iterator[str]:
 
 
 def rows_in(lines: Iterable[str], where: str) -> Iterator[Row]:
-    """The rows; blank lines and those that begin with # are left out. DataError for what is no CSV."""
+    """The rows; blank lines and those that begin with # are left out. DataError where it is not CSV."""
     delimiter = ""
     for number, line in enumerate(lines, 1):
         if not line.strip() or line.lstrip().startswith("#"):
@@ -75,7 +75,7 @@ def is_number(cell: str, comma: bool) -> bool:
 
 
 class Numbers:
-    """Reads the cells of one table. DataError names line, column and value of the first that is no finite number."""
+    """Reads the cells of one table. DataError names line, column and value of the first that is not a finite number."""
 
     def __init__(self, where: str) -> None:
         self._where = where
@@ -110,7 +110,7 @@ class Numbers:
 
 
 def _value(cell: str, comma: bool) -> float:
-    """ValueError for what is no number; Python's own 1_000 is none."""
+    """ValueError unless it is a number; Python's own 1_000 is not."""
     if "_" in cell:
         raise ValueError(cell)
     return float(cell.replace(",", ".") if comma else cell)

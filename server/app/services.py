@@ -26,8 +26,7 @@ from server.live.hub import Hub, Viewer
 from server.live.status import StatusView
 from server.log.audit import LARGEST, Audit, AuditEntry
 from server.log.event_file import EventFile
-from server.log.events import EventLog, to_log
-from server.log.messages import Event
+from server.log.events import Event, EventLog, to_log
 from server.operate.hand import Hands
 from server.operate.operator import Operator
 from server.operate.pages import Pages

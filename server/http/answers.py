@@ -18,7 +18,7 @@ class Complaint(Model):
     msg: str
     """With the bound."""
     input: JsonValue
-    """The value that was given; what is no JSON, as text."""
+    """The value that was given; as text where it is not JSON."""
     ctx: dict[str, JsonValue]
     """The bound by itself, where there is one."""
 

@@ -18,7 +18,7 @@ from controller.schema.messages import CommandReply, RigInfo
 from controller.schema.parameters import Settings
 from recordings.format.messages import RecordingState
 from server.access.messages import Lease, Session
-from server.log.messages import Event
+from server.log.events import Event
 from server.operate.messages import EStop, People, Presence, Release, Target
 from server.plots.messages import PlotChoice
 from server.rig.messages import PlotChannel

@@ -14,7 +14,7 @@ LARGEST = 5_000_000
 READ_BACK = 200
 """Lines that a new server begins with."""
 READ_BACK_BYTES = 1_000_000
-"""Of the end of each file: enough for so many lines, and no more where it is something else."""
+"""Of the end of each file: enough for that many lines, and no more where it is something else."""
 
 Line = TypeVar("Line", bound=BaseModel)
 

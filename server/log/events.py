@@ -6,6 +6,7 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from typing import Annotated, Literal
 
+from controller.schema.layout import Model
 from controller.schema.messages import CommandReply
 from controller.schema.modes import Cause, Mode
 from server.http.given import given
@@ -13,13 +14,21 @@ from server.http.rates import LINE, Bucket, Rate
 from server.log.audit import tell
 from server.log.event_file import EventFile
 from server.log.line_writer import LineWriter
-from server.log.messages import Event
 
 Level = Literal["info", "warning", "error"]
 MUTED = Rate("notes of lines left out", 1, 1 / 60)
 
 
 log = logging.getLogger(__name__)
+
+
+class Event(Model):
+    """One line of the log: who did what, and what was refused."""
+
+    type: Literal["event"] = "event"
+    time: datetime
+    level: Level
+    text: str
 
 
 def to_log(event: Event) -> None:
@@ -47,7 +56,7 @@ class EventLog:
 
     def add(self, text: str, level: Level = "info") -> None:
         """Write a line and tell the listeners, and the audit of what it is part of."""
-        plain = text.encode(errors="backslashreplace").decode()  # it may quote what is no Unicode, and no JSON
+        plain = text.encode(errors="backslashreplace").decode()  # it may quote bytes that are not Unicode
         event = Event(time=datetime.now(UTC), level=level, text=plain)
         self.recent.append(event)
         for listener in self._listeners:

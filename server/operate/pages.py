@@ -12,7 +12,7 @@ from server.access.lease import OperatorLease
 from server.http.errors import TryLater
 from server.http.given import given
 from server.http.who import Identity
-from server.log.messages import Event
+from server.log.events import Event
 
 HEARD = 5.0
 """Seconds for which a page's round trip is news."""

@@ -123,7 +123,7 @@ async def recording(id: str, folder: GivenFolder) -> Recording:
 @router.get("/api/recordings/{id}/metrics")
 async def recording_metrics(id: str, folder: GivenFolder) -> Measured:
     """How well the tip followed, over all and in each cycle, from the data; 404 when there is no such recording."""
-    await folder.look(folder.store.path, id)  # what is no recording costs no process
+    await folder.look(folder.store.path, id)  # only a recording costs a process
     async with folder.exporting:
         return await asyncio.to_thread(apart, measured, folder.store.folder, id)
 

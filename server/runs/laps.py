@@ -69,7 +69,7 @@ class Lap:
     """Rows of `p` at which a declared step begins."""
 
     def rows(self, laps: int | None) -> int:
-        """How many rows so many laps have; None: without end."""
+        """How many rows this number of laps has; None: without end."""
         return ENDLESS if laps is None else laps * len(self.p) - self.back
 
     @property
@@ -203,7 +203,7 @@ def period_rows(reference: Reference, rows: int, dt: float) -> int:
 
 
 def first_leg(smap: StaticMap, lap: Lap, laps: int | None, u: Array) -> Leg:
-    """From the torques u (2,) [N m] at which the rig is, through so many laps. ParameterError beyond the limits."""
+    """From the torques u (2,) [N m] at which the rig is, for these laps. ParameterError beyond the limits."""
     first = lap.lead[0] if len(lap.lead) else lap.p[0]
     p, led_u = travel(smap, held_by(smap, u), Pose(first, lap.u[0]), lap.allowed.travel, lap.allowed.dt, APPROACH)
     led = np.vstack([p, lap.lead])

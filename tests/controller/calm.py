@@ -44,7 +44,7 @@ def drag(how: Drag, limits: SafetyLimits) -> Rows:
 
 
 def paths(kind: str, random: np.random.Generator) -> Iterator[tuple[np.ndarray, float]]:
-    """Points (n, 2) [m] that the pointer takes one after the other, evenly in so many seconds."""
+    """Points (n, 2) [m] that the pointer takes one after the other, evenly in that time."""
     name, _, number = kind.partition(" ")
     t, away = np.arange(0.0, 5.0, 0.01), random.normal(size=2)
     away /= np.linalg.norm(away)

@@ -16,7 +16,7 @@ from controller.kernels.model.statics import static_tip, tip_of
 from controller.research.bench.bench import mujoco_tip_difference, time_beside_mujoco
 from controller.research.bench.dense import dense_step, stage_matrix
 from controller.research.bench.elastica_rod import beside_elastica
-from controller.research.bench.scaling import LET_GO, bent, run_steps, stable_step, step_us, time_chains
+from controller.research.bench.scaling import RELEASED_AT, bent, run_steps, stable_step, step_us, time_chains
 from controller.research.bench.tick_bench import closed_loop
 from controller.schema.actuator import PRESETS
 from controller.schema.parameters import RigParameters
@@ -53,7 +53,7 @@ def test_the_dense_step_of_the_benchmark_is_the_same_step() -> None:
 
 def test_the_dense_solver_is_given_the_system_of_the_implicit_stage() -> None:
     model, g = build_rod(PRESETS["P2"], 7), 3e-4
-    state, load, work = bent(model, LET_GO), make_load(7), make_implicit_work(7)
+    state, load, work = bent(model, RELEASED_AT), make_load(7), make_implicit_work(7)
     load.F[:], load.Q_theta[:] = 0.1, 2e-3
     rotations(state.q[2], model.arm, work.a)
     assemble(model, g, work.block)
@@ -68,13 +68,15 @@ def test_the_dense_solver_is_given_the_system_of_the_implicit_stage() -> None:
 
 def test_the_chain_is_let_go_from_its_static_pose() -> None:
     model = build_rod(PRESETS["P1"], 50)
-    assert tip_of(model, bent(model, LET_GO).q) == pytest.approx(static_tip(model, LET_GO, LET_GO), abs=1e-12)
+    assert tip_of(model, bent(model, RELEASED_AT).q) == pytest.approx(
+        static_tip(model, RELEASED_AT, RELEASED_AT), abs=1e-12
+    )
 
 
 def test_rk4_stays_finite_with_the_step_that_long_chains_are_timed_with() -> None:
     model = build_rod(PRESETS["P1"], 160)
     assert 0.5 * largest_step(model) < stable_step(model) < 0.9 * largest_step(model)
-    state = bent(model, LET_GO)
+    state = bent(model, RELEASED_AT)
     run_steps(model, state, make_load(160), stable_step(model), make_work(160), 20_000)
     assert np.isfinite(state.v).all()
 

@@ -21,7 +21,7 @@ ROD_6 = 5
 
 
 def sensed(twin: Twin, ticks: int) -> tuple[np.ndarray, np.ndarray]:
-    """Times of capture (k,) [ns] and markers (k,10,2) [m] of the samples delivered in so many ticks at rest."""
+    """Times of capture (k,) [ns] and markers (k,10,2) [m] of the samples delivered in that many ticks at rest."""
     measurement = run(twin, np.zeros((ticks, 4)))[1]
     fresh = np.flatnonzero(np.diff(measurement["t_ns"], prepend=0))
     return measurement["t_ns"][fresh], measurement["markers"][fresh]
@@ -179,7 +179,7 @@ def test_the_rig_notices_what_breaks_while_it_follows_and_works_again(
 
 
 def track(trial: Trial, path: np.ndarray, ticks: int) -> Rows:
-    """Arm, go to where the closed `path` (n,2) [m] begins, hold, and follow it, a point a tick, for so many ticks."""
+    """Arm, go to where the closed `path` (n,2) [m] begins, hold, and follow it, a point a tick, for that many ticks."""
     trial.arm()
     trial.follow(*path[0], 2.0)
     trial.ask(Request.HOLD, ticks=300)

@@ -13,7 +13,7 @@ from controller.schema.parameters import ControllerParameters
 
 
 def coarse(p: Array, every: int) -> Array:
-    """Every so many rows of p (n, 2), joined by straight lines."""
+    """Every few rows of p (n, 2), joined by straight lines."""
     at = np.arange(len(p))
     return np.column_stack([np.interp(at, at[::every], p[::every, j]) for j in range(2)])
 

@@ -47,7 +47,7 @@ class Hand:
         return places[-1]
 
     def move(self, dx: float, dy: float) -> None:
-        """Move on by so many pixels."""
+        """Move on by (dx, dy) [pixels]."""
         self.x, self.y = float(self.x + dx), float(self.y + dy)
         self._page.mouse.move(self.x, self.y)
 

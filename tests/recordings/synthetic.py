@@ -13,7 +13,7 @@ from controller.schema.parameters import BACKBONE_POINTS, SENSORS, RigParameters
 LENGTH = 0.253
 START_NS = 7_654_321_000_000_000
 LOST_AT = 1500
-"""One slot in so many is skipped, as a stall of the machine would."""
+"""One slot in this many is skipped, as a stall of the machine would."""
 
 
 def rig_info() -> RigInfo:

@@ -67,7 +67,7 @@ def test_a_running_recording_is_neither_broken_nor_mended(tmp_path: Path) -> Non
 def _check(path: Path, handed_over: int, torn_bytes: int = 0) -> int:
     """The rows in the file are the first ones, exactly, and at most LOSS_MAX are missing; their number.
 
-    A batch of 200 rows has more than 30 kB, so cutting off so many bytes costs one or two batches more.
+    A batch of 200 rows has more than 30 kB, so cutting off that many bytes costs one or two batches more.
     """
     found = read_rows(path)
     ticks = found["tick"]

@@ -30,7 +30,7 @@ from tests.recordings.write_through_power_cuts import ROWS
 LOSS_MAX = 1000
 """Ticks: 1 s."""
 MENDED = 60
-"""One cut in so many is followed by a start, which mends; it runs rerun's own tools."""
+"""One cut in this many is followed by a start, which mends; it runs rerun's own tools."""
 
 LONG = os.environ.get("TENDRIL_LONG") == "1"
 

@@ -1,4 +1,4 @@
-"""Connections that send too much, too slowly, or what is no request: ended, while others are served."""
+"""Connections that send too much, too slowly, or no request at all: ended, while others are served."""
 
 import contextlib
 import logging

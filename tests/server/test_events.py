@@ -4,8 +4,7 @@ import stat
 from pathlib import Path
 
 from server.log.event_file import EventFile
-from server.log.events import EventLog
-from server.log.messages import Event
+from server.log.events import Event, EventLog
 from tests.server.live_server import RigProcess, TestServer, free_environment
 
 

@@ -57,7 +57,7 @@ def test_whatever_comes_on_a_socket_the_loop_and_the_others_go_on(
 
 
 def _fuzz(page: Page, path: str, make: Make, count: int) -> int:
-    """Send so many messages, on another socket where one was closed; the bytes sent."""
+    """Send that many messages, on another socket where one was closed; the bytes sent."""
     random, sent = Random(f"{path} {count}"), 0
     socket = _connect(page, path)
     for _ in range(count):

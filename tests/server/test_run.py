@@ -23,7 +23,7 @@ PATH = np.column_stack([0.2 + 0.01 * np.sin(2.0 * np.pi * np.arange(N) / N), 0.0
 
 
 class Track:
-    """A run of so many laps of PATH, and the rows of a rig that follows it 3 mm off."""
+    """A run of that many laps of PATH, and the rows of a rig that follows it 3 mm off."""
 
     def __init__(self, laps: int | None = 2, frequency: tuple[float, float] | None = None) -> None:
         judged = np.zeros(N, bool)

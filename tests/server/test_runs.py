@@ -156,7 +156,7 @@ def test_a_recordings_metrics_are_those_of_its_runs_card(server: TestServer, pau
 
 
 def judged_errors(rows: Rows, leads: tuple[int, ...]) -> np.ndarray:
-    """Errors (k, 2) [m] of a run's rows but for so many that lead into it, where the tip was seen."""
+    """Errors (k, 2) [m] of a run's rows but for those that lead into it, where the tip was seen."""
     judged = shape(rows, leads)
     e: np.ndarray = judged["p_ref"] - judged["p_meas"]
     return e[np.isfinite(e).all(axis=1)]

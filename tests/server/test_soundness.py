@@ -27,9 +27,8 @@ from recordings.write.writer import Recorder
 from server.health.loop_watchdog import LoopWatchdog
 from server.health.soundness import Soundness
 from server.log.event_file import EventFile
-from server.log.events import EventLog
+from server.log.events import Event, EventLog
 from server.log.line_writer import LineWriter
-from server.log.messages import Event
 from tests.server.live_server import ROW, TestServer, wait_for
 
 INFO = RigInfo(

@@ -21,7 +21,7 @@ from controller.schema.parameters import DT
 RODS = (10, 20, 50, 100, 300, 1000)
 DENSE_MAX = 300
 """Largest chain that the dense solver is asked for: 0.4 s a step."""
-LET_GO = 0.015
+RELEASED_AT = 0.015
 """The chain starts bent by u1 = u2 of this [N m] and is let go."""
 
 
@@ -43,7 +43,7 @@ class Chain:
         self.rods, self.integrator = rods, integrator
         self.model = build_rod(PRESETS["P1"], rods)
         self.dt = DT if integrator == "implicit" else stable_step(self.model)
-        self._state, self._load = bent(self.model, LET_GO), make_load(rods)
+        self._state, self._load = bent(self.model, RELEASED_AT), make_load(rods)
         self._run = self._stepper()
         self._times: list[float] = []
 
@@ -71,7 +71,7 @@ class Chain:
     def _dense(self) -> float | None:
         if self.rods > DENSE_MAX:
             return None
-        model, state, load, dt = self.model, bent(self.model, LET_GO), self._load, self.dt
+        model, state, load, dt = self.model, bent(self.model, RELEASED_AT), self._load, self.dt
         repeats = max(1, 300 // self.rods)
         if self.integrator == "implicit":
             return time_steps(lambda count: solve_dense_stages(model, state.q, dt, count), repeats)

@@ -8,7 +8,7 @@ test.each(["", "#review", "#review/20261121-120000-run", "#review/compare/a,b,c"
   },
 );
 
-test("what is no address of ours is Live, and no more than four are compared", () => {
+test("any other address is Live, and no more than four are compared", () => {
   expect(placeOf("#elsewhere/x").view).toBe("live");
   expect(placeOf("#review/compare/a,b,b,c,d,e").compared).toEqual(["a", "b", "c", "d"]);
   expect(placeOf("#review/%E0%A4%A").reviewed).toBe("%E0%A4%A");
