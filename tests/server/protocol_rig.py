@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from tests.server.protocol import Server, World
 
 KEY, KEYS = b"k" * KEY_BYTES, Keys("test")
-LIMITS = SafetyLimits(operator_timeout=10.0, server_hold=1.5, server_rest=600.0)
-"""So long that no watchdog hides what the protocol lets through; but it holds before another server may command."""
+LIMITS = SafetyLimits(operator_timeout=10.0, server_hold=10.0, server_rest=600.0)
+"""So long that no watchdog hides what the protocol lets through."""
 
 
 @dataclass(eq=False)
