@@ -1508,7 +1508,7 @@ export interface components {
        * @description With the bound.
        */
       msg: string;
-      /** @description The value that was given; what is no JSON, as text. */
+      /** @description The value that was given; as text where it is not JSON. */
       input: components["schemas"]["JsonValue"];
       /**
        * Ctx
