@@ -146,7 +146,7 @@ def open_services(settings: ServerSettings, deadly: Callable[[], None] | None = 
     events.listen(pages.tell)
     people = PeopleHere(pages.present, lease, operator, permits, events)
 
-    automatic = Automatic(recorder, rig, review, events, lambda: operator.settings, settings.record_faults)
+    automatic = Automatic(recorder, rig, review, events, lambda: operator.settings, lambda: settings.record_faults)
     results = Results(settings.state / f"runs-{settings.rig}.json")
     runs = Runs(Tracker(rig, operator), automatic, events, results)
     history.listen(runs.inbox.put)

@@ -26,7 +26,10 @@ FAULT = "fault: "
 
 
 class Automatic:
-    """Only the event loop uses it; whatever waits for the recorder does so in a task. `faults`: these are recorded."""
+    """Only the event loop uses it; whatever waits for the recorder does so in a task.
+
+    `faults` says at every fault whether it is recorded.
+    """
 
     watched = "automatic recordings"
 
@@ -37,7 +40,7 @@ class Automatic:
         review: Review,
         events: EventLog,
         settings: Callable[[], Settings],
-        faults: bool = True,
+        faults: Callable[[], bool],
     ) -> None:
         self._recorder, self._rig, self._review, self._events = recorder, rig, review, events
         self._settings, self._faults = settings, faults
@@ -61,7 +64,7 @@ class Automatic:
         before, self._mode = self._mode, None if newest is None else Mode(int(newest[0]["mode"]))
         if (
             newest is not None
-            and self._faults
+            and self._faults()
             and self._mode in STOPPED
             and before not in CALM
             and not self.recording()
