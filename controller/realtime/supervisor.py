@@ -4,7 +4,6 @@ import logging
 import os
 import queue
 import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -14,6 +13,7 @@ from typing import IO, TYPE_CHECKING, NamedTuple
 from controller.errors import RigUnreachable, StartRefused, TendrilError
 from controller.realtime.settings import REFUSED, RigReady, RigSettings, failure_file, free_port
 from controller.schema.parameters import RigParameters
+from controller.system.child import Child, launched
 from controller.system.worker import Worker
 
 if TYPE_CHECKING:
@@ -24,12 +24,11 @@ log = logging.getLogger(__name__)
 STALLED = 0.5
 """Age of the loop's heartbeat at which the process is killed [s]."""
 POLL = 0.02
-SHORT_LIFE = 5.0
-"""A rig that dies younger than this a second time in a row is restarted with growing delay [s]."""
-DELAY_FIRST, DELAY_MAX = 0.5, 10.0
+RETRY = 0.5
+"""Wait after a look that failed [s]."""
 STOP_TIMEOUT = 5.0
 LONGEST = 15.0
-"""Longest time between two looks at the rig [s]: it waits for another try, or is ended in order, for 10 s at most."""
+"""Longest time between two looks at the rig [s]: it is ended in order, for STOP_TIMEOUT at most, and killed."""
 PROVEN = 200
 """Ticks after which parameters are those that a rig can run with."""
 START_TIMEOUT, FIRST_TIMEOUT = 60.0, 300.0
@@ -68,7 +67,9 @@ class Supervisor:
         self._ticked_last, self._wanted = fallback, self.settings.parameters
         self._ticked, self._ever_ticked, self._untold = False, False, fallback is not None
         self._starts: queue.SimpleQueue[Started] = queue.SimpleQueue()
-        self._process: subprocess.Popen[bytes] | None = None
+        self._child = Child(f"rig {settings.rig}", self._launch)
+        self._ring: Ring | None = None
+        self._late = 0.0
         self._stopping, self._replaced = threading.Event(), threading.Event()
         self._ready = threading.Event()
         self._failed_first = False
@@ -83,7 +84,7 @@ class Supervisor:
     @property
     def process(self) -> int:
         """Process id of the present rig, 0 if there is none."""
-        return self._process.pid if self._process else 0
+        return self._child.process.pid if self._child.process else 0
 
     def start(self) -> None:
         """Start the rig; see `wait_ready`."""
@@ -121,78 +122,67 @@ class Supervisor:
         """End the rig with SIGTERM, after a while with SIGKILL."""
         self._stopping.set()
         self.worker.join()
+        self._child.end(STOP_TIMEOUT)
         self._folder.cleanup()
 
     def _watch(self) -> None:
-        """Life after life. What the system refuses (no process, no file) is said, and tried again."""
-        quick_deaths = failures = 0
-        self.worker.turn()
-        while not self._stopping.wait(max(restart_delay(quick_deaths), retry_delay(failures))):
-            born = time.monotonic()
+        """Look after look, until `stop`. What makes one of them fail is said: nobody else would watch the rig."""
+        over = False
+        while not over and not self._stopping.wait(POLL):
+            self.worker.turn()
             try:
-                self._process = self._started(self._process)
-                failures = 0
-                self._live(self._process)
-            except Exception as error:  # nobody else would ever start the rig again
-                failures += 1
-                after = retry_delay(failures)
-                log.error("rig %s cannot be kept alive: %s; next try in %.1f s", self.settings.rig, error, after)
-                continue
-            if self._stopping.is_set():
-                break
-            if self._replaced.is_set():
-                self._replaced.clear()
-                self._ticked_last = self._ticked_last or self.settings.parameters  # replaced before it could be proven
-                self._take(self._wanted)
-                self._untold, quick_deaths = True, 0
-                continue
-            if self._fall_back(self._process):
-                quick_deaths = 0
-                continue
-            if not self._ready.is_set():
-                self._failed_first, self._first_code = True, self._process.poll()
-            self._ready.set()
-            if self._failed_first and self._first_code == REFUSED:
-                return  # it has said why, and would say it again; `is_ready` tells the process that started us
-            quick_deaths = quick_deaths + 1 if time.monotonic() - born < SHORT_LIFE else 0
-            fields = {"rig": self.settings.rig, "code": self._process.poll()}
-            log.error("rig %s ended with code %s: restart", *fields.values(), extra=fields)
-            self.restarts += 1
+                over = self._look()
+            except Exception as error:
+                log.error("%s cannot be watched: %s", self._child.name, error)
+                self._stopping.wait(RETRY)
 
-    def _started(self, before: "subprocess.Popen[bytes] | None") -> "subprocess.Popen[bytes]":
-        """Another process; or the one that is there, if what failed was only to watch it."""
-        if before is not None and before.poll() is None:
-            return before
+    def _look(self) -> bool:
+        """One look at the rig; whether it has ended for good."""
+        if self._replaced.is_set():
+            self._child.end(STOP_TIMEOUT)
+            self._replaced.clear()
+            self._ticked_last = self._ticked_last or self.settings.parameters  # replaced before it could be proven
+            self._untold = True
+            self._take(self._wanted)
+        elif (code := self._child.look()) is not None:
+            return self._restart(code)
+        elif self._child.alive:
+            self._live()
+        return False
+
+    def _launch(self) -> "subprocess.Popen[bytes]":
         self._ready_file.unlink(missing_ok=True)
         failure_file(self._ready_file).unlink(missing_ok=True)
-        self._ticked = False
-        return subprocess.Popen(
-            [sys.executable, "-m", *self._program, self.settings.model_dump_json()],
-            stdout=self._output,
-            stderr=self._output,
-            start_new_session=True,  # Ctrl-C in the terminal is for us: we end the rig in order
-        )
+        self._ring, self._ticked = None, False
+        self._late = time.monotonic() + (START_TIMEOUT if self._ever_ticked else FIRST_TIMEOUT)
+        return launched((*self._program, self.settings.model_dump_json()), self._output)
 
-    def _live(self, process: subprocess.Popen[bytes]) -> None:
-        """One life of the process, until it is over; kills it when its loop stands still, ends it on `stop`."""
-        ring: Ring | None = None
-        end = time.monotonic() + (START_TIMEOUT if self._ever_ticked else FIRST_TIMEOUT)
-        while process.poll() is None:
-            self.worker.turn()
-            if self._stopping.wait(POLL) or self._replaced.is_set():
-                end_process(process, STOP_TIMEOUT)
-            elif self._new and not self._ticked and time.monotonic() > end:
-                log.error("rig %s: not ready in time, killed", self.settings.rig)
-                process.kill()
-                process.wait()
-            elif ring is None:
-                ring = self._ring_when_ready()
-            elif not self._ticked and ring.head >= PROVEN:
-                self._prove()
-            elif stalled(ring):
-                log.error("rig %s: no tick for %.1f s, killed", self.settings.rig, STALLED)
-                process.kill()
-                process.wait()
+    def _live(self) -> None:
+        """A look at a rig that runs: kills it when its loop stands still, or does not begin to tick."""
+        if self._new and not self._ticked and time.monotonic() > self._late:
+            log.error("%s: not ready in time, killed", self._child.name)
+            self._child.kill()
+        elif self._ring is None:
+            self._ring = self._ring_when_ready()
+        elif not self._ticked and self._ring.head >= PROVEN:
+            self._prove()
+        elif stalled(self._ring):
+            log.error("%s: no tick for %.1f s, killed", self._child.name, STALLED)
+            self._child.kill()
+
+    def _restart(self, code: int) -> bool:
+        """After an end that nobody wanted; True when there is to be no restart."""
+        if self._fall_back(code):
+            return False
+        if not self._ready.is_set():
+            self._failed_first, self._first_code = True, code
+        self._ready.set()
+        if self._failed_first and self._first_code == REFUSED:
+            return True  # it has said why, and would say it again; `is_ready` tells the process that started us
+        fields = {"rig": self.settings.rig, "code": code}
+        log.error("rig %s ended with code %s: restart", *fields.values(), extra=fields)
+        self.restarts += 1
+        return False
 
     @property
     def _new(self) -> bool:
@@ -200,7 +190,9 @@ class Supervisor:
         return self._ticked_last is not None and self._ticked_last != self.settings.parameters
 
     def _take(self, parameters: RigParameters) -> None:
+        """The next life has these, and begins at once."""
         self.settings = self.settings.model_copy(update={"parameters": parameters})
+        self._child.forgive()
 
     def _prove(self) -> None:
         """The present parameters ticked."""
@@ -209,14 +201,14 @@ class Supervisor:
             self._tell("")
         self._ticked_last = self.settings.parameters
 
-    def _fall_back(self, process: subprocess.Popen[bytes]) -> bool:
+    def _fall_back(self, code: int) -> bool:
         """After a start that did not come to tick, take the parameters that ticked last, and say so."""
         if self._ticked or not self._new or self._ticked_last is None:
             return False
         try:
             reason = failure_file(self._ready_file).read_text()
         except OSError:
-            reason = f"it ended with code {process.poll()} before it ticked"
+            reason = f"it ended with code {code} before it ticked"
         back, name = self._ticked_last, self.settings.parameters.actuator.name
         fields = {"actuator": name, "reason": reason, "back": back.actuator.name}
         log.error("actuator %s did not start: %s; %s is in force again", *fields.values(), extra=fields)
@@ -241,28 +233,8 @@ class Supervisor:
         return ring
 
 
-def restart_delay(quick_deaths: int) -> float:
-    """Wait before the next start [s] after this number of short lives in a row: none after the first, then doubling."""
-    return 0.0 if quick_deaths < 2 else min(DELAY_MAX, DELAY_FIRST * 2.0 ** (quick_deaths - 2))
-
-
-def retry_delay(failures: int) -> float:
-    """Wait after this number of failures in a row to start or watch it [s]: 0.5 s after the first, then doubling."""
-    return min(DELAY_MAX, DELAY_FIRST * 2.0 ** (failures - 1)) if failures else 0.0
-
-
 def stalled(ring: "Ring") -> bool:
     """The loop of this ring has not ended a tick for STALLED seconds."""
     from controller.realtime.ring import LOOP_NS
 
     return time.monotonic_ns() - int(ring.header[LOOP_NS]) > STALLED * 1e9
-
-
-def end_process(process: subprocess.Popen[bytes], timeout: float) -> None:
-    """End a child with SIGTERM, after `timeout` [s] with SIGKILL."""
-    process.terminate()
-    try:
-        process.wait(timeout)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()

@@ -5,12 +5,12 @@ import threading
 import time
 from collections.abc import Callable
 
+from controller.system.child import retry_delay
+
 log = logging.getLogger(__name__)
 
-DELAY_FIRST, DELAY_MAX = 0.5, 10.0
-"""Wait before it begins anew [s], doubling from one failure to the next within MEMORY."""
 MEMORY = 60.0
-"""Seconds for which a failure is trouble, after the thread has begun anew."""
+"""Seconds for which a failure is trouble, after the thread has begun anew; failures within it count as in a row."""
 
 
 class Worker:
@@ -77,7 +77,7 @@ class Worker:
                 self._note(error)
             finally:
                 self.rest()
-            if self._closing.wait(self._delay()):
+            if self._closing.wait(retry_delay(self._failures)):
                 return
 
     def _note(self, error: BaseException) -> None:
@@ -85,6 +85,3 @@ class Worker:
         self._failures = self._failures + 1 if now - self._failed < MEMORY else 1
         self._failed, self._why = now, f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
         log.error("thread %s ended, and begins anew", self.name, exc_info=error)
-
-    def _delay(self) -> float:
-        return float(min(DELAY_MAX, DELAY_FIRST * 2.0 ** (self._failures - 1)))

@@ -109,7 +109,7 @@ class Scene:
     @property
     def server_process(self) -> int:
         """Process id of the server."""
-        return self._server.process.pid
+        return self._server.process
 
     @property
     def boot(self) -> int:

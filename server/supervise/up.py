@@ -4,7 +4,6 @@ import logging
 import os
 import signal
 import subprocess
-import sys
 import tempfile
 import time
 import webbrowser
@@ -18,8 +17,9 @@ from rich.panel import Panel
 
 from controller.errors import KeyRefused, StartRefused, TendrilError
 from controller.realtime.settings import REFUSED, RigSettings, free_port
-from controller.realtime.supervisor import SHORT_LIFE, Supervisor, end_process, restart_delay, retry_delay
+from controller.realtime.supervisor import Supervisor
 from controller.schema.parameters import RigParameters
+from controller.system.child import Child, launched
 from controller.system.keys import made_key, mended_key
 from controller.system.logs import log_in_background
 from controller.system.looks import Looks
@@ -48,14 +48,17 @@ class ServerChild:
         output: IO[bytes] | None = None,
     ) -> None:
         """`program` follows `python -m`; `output` None leaves it where ours goes."""
-        self._command, self._output = [sys.executable, "-m", *program, str(ready)], output
-        self._environment = os.environ | environment(settings)
+        self._program, self._output = (*program, str(ready)), output
+        self._environment = environment(settings)
         self._ready = ready
         self.settings = settings
-        self._deaths = self._failures = 0
-        self._due = 0.0
-        self._born = 0.0
-        self.process = self._start()
+        self._child = Child("the server", self._launch)
+        self._child.start()
+
+    @property
+    def process(self) -> int:
+        """Process id of the present server, 0 if there is none."""
+        return self._child.process.pid if self._child.process else 0
 
     def wait_ready(self) -> ServerReady:
         """Wait for the first answer; raises as `look`."""
@@ -71,41 +74,23 @@ class ServerChild:
             found = ServerReady.model_validate_json(self._ready.read_bytes())
             self._environment["TENDRIL_PORT"] = str(urlsplit(found.url).port)  # the page finds a restarted server
             return found
-        if (code := self.process.poll()) is not None:
+        if (code := self._child.look()) is not None:
             kind = StartRefused if code == REFUSED else TendrilError
             raise kind("the server could not start; its own output says why")
         return None
 
     def keep_alive(self) -> None:
         """Start it again if it is dead: at once the first time, with growing delay when it keeps dying young."""
-        if self.process.poll() is None:
-            self._failures = 0
-            return
-        if not self._due:
-            fields = {"code": self.process.poll()}
-            log.error("server ended with code %s: restart", *fields.values(), extra=fields)
-            self._deaths = self._deaths + 1 if time.monotonic() - self._born < SHORT_LIFE else 0
-            self._due = time.monotonic() + restart_delay(self._deaths)
-        if time.monotonic() >= self._due:
-            try:
-                self.process = self._start()
-            except OSError as error:  # no process, no file: nobody else would ever start it again
-                self._failures += 1
-                after = retry_delay(self._failures)
-                self._due = time.monotonic() + after
-                log.error("the server cannot be started: %s; next try in %.1f s", error, after)
+        if (code := self._child.look()) is not None:
+            log.error("server ended with code %s: restart", code, extra={"code": code})
 
     def stop(self) -> None:
         """End it with SIGTERM, after a while with SIGKILL."""
-        end_process(self.process, STOP_TIMEOUT)
+        self._child.end(STOP_TIMEOUT)
 
-    def _start(self) -> subprocess.Popen[bytes]:
+    def _launch(self) -> "subprocess.Popen[bytes]":
         self._ready.unlink(missing_ok=True)
-        self._born, self._due = time.monotonic(), 0.0
-        # A session of its own: Ctrl-C in the terminal is for us, we end both children in order.
-        return subprocess.Popen(
-            self._command, env=self._environment, stdout=self._output, stderr=self._output, start_new_session=True
-        )
+        return launched(self._program, self._output, self._environment)
 
 
 def run_up(

@@ -10,7 +10,7 @@ import pytest
 from controller.errors import StartRefused, TendrilError
 from controller.realtime.ring import find_ring
 from controller.realtime.settings import RigSettings
-from controller.realtime.supervisor import Started, Supervisor, restart_delay
+from controller.realtime.supervisor import Started, Supervisor
 from controller.schema.actuator import PRESETS, Actuator
 from controller.schema.modes import Cause, Mode, Request
 from controller.schema.parameters import RigParameters
@@ -135,10 +135,6 @@ def test_a_rig_that_cannot_start_is_an_error_and_not_an_endless_wait(tmp_path: P
     with pytest.raises(TendrilError, match="could not start"):
         supervisor.wait_ready()
     supervisor.stop()
-
-
-def test_repeated_quick_deaths_slow_the_restarts_down() -> None:
-    assert [restart_delay(deaths) for deaths in (0, 1, 2, 3, 4, 99)] == [0.0, 0.0, 0.5, 1.0, 2.0, 10.0]
 
 
 def test_a_start_that_the_rig_itself_refuses_is_said_once(supervisor: Supervisor, tmp_path: Path) -> None:
