@@ -11,6 +11,7 @@ from recordings.read.quick import prepare
 from recordings.store.edits import Edit
 from recordings.store.store import Store
 from recordings.write.writer import Recorder
+from tests.recordings.lateness import Lateness
 from tests.recordings.synthetic import rig_info, telemetry_rows
 
 BATCH, ROWS = 10, 3000
@@ -25,11 +26,11 @@ def main(folder: Path, edited: str, removed: str) -> None:
     store, recorder, rows = Store(folder), Recorder(folder), telemetry_rows(ROWS)
     running = recorder.start("cut", rig_info(), Settings()).id
     say(f"started {running}")
-    start = time.monotonic()
+    start, lateness = time.monotonic(), Lateness()
     for first in range(0, ROWS, BATCH):
         time.sleep(max(0.0, start + first * 1e-3 - time.monotonic()))
         recorder.rows(rows[first : first + BATCH])
-        say(f"tick {first + BATCH - 1}")
+        say(f"tick {first + BATCH - 1} {lateness.ticks}")
         if first == ROWS // 2:
             store.edit(edited, Edit(name="new name"))
             say("edited")
