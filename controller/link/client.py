@@ -37,7 +37,7 @@ from controller.system.worker import Worker
 
 log = logging.getLogger(__name__)
 
-QUEUED_BATCHES = 3000
+QUEUED_BATCHES = 1800
 """Batches kept for a slow reader: 30 s, as long as the rig's ring could refill them."""
 QUIET = 1.0
 """Seconds without a batch after which the rig counts as not connected [s]."""
@@ -84,7 +84,7 @@ class RigClient:
         self._keys, self._key, self._endpoint = Keys(rig_id), key, endpoint
         self._on_boot = on_boot
         self._stream = RowStream(self._missing, on_rows)
-        self._queue: queue.Queue[_Batch | None] = queue.Queue(QUEUED_BATCHES)
+        self._queue: queue.SimpleQueue[_Batch | None] = queue.SimpleQueue()
         self._boot: int | None = None
         self._dead: deque[int] = deque(maxlen=DEAD_LIVES)
         self._heard = self._floor = 0
@@ -199,10 +199,7 @@ class RigClient:
         self._asker.leave(LEAVE_TIMEOUT)
         self._session.close()
         while self.worker.alive:
-            try:
-                self._queue.put_nowait(None)
-            except queue.Full:
-                self._queue.get_nowait()
+            self._queue.put(None)
             if self.worker.join(0.1):
                 return
 
@@ -212,11 +209,10 @@ class RigClient:
         try:
             batch = self._proven(sample, now)
             self._hear(batch)
-            self._queue.put_nowait(batch)
+            if self._queue.qsize() < QUEUED_BATCHES:
+                self._queue.put(batch)
         except Unproven as error:
             self._refusals.note(self._keys.telemetry, error)
-        except queue.Full:
-            pass
 
     def _proven(self, sample: Any, now: float) -> _Batch:
         attachment, payload = sample.attachment, sample.payload
@@ -269,7 +265,7 @@ class RigClient:
             return True
 
     def _complain(self, error: Exception) -> None:
-        """Log with the traceback once for every kind: there are 100 batches a second."""
+        """Log with the traceback once for every kind: there are 60 batches a second."""
         kind = type(error)
         log.error("telemetry batch failed: %s: %s", kind.__name__, error, exc_info=kind not in self._logged)
         self._logged.add(kind)

@@ -45,7 +45,8 @@ class RowStream:
         self._pass_on(rows)
 
     def _pass_on(self, rows: np.ndarray) -> None:
-        fresh = rows[rows["tick"] >= self._next]
+        ticks = rows["tick"]
+        fresh = rows[int(np.searchsorted(ticks, self._next)) :]
         if len(fresh):
-            self._next = int(fresh["tick"][-1]) + 1
+            self._next = int(ticks[-1]) + 1
             self._deliver(fresh)

@@ -38,7 +38,7 @@ from controller.system.whole_file import open_lock, write_whole
 
 log = logging.getLogger(__name__)
 
-PUMP_PERIOD = 0.01
+PUMP_PERIOD = 1 / 60
 BATCH = 1000
 """Most rows in one batch: a pump that was held up for long sends several."""
 
@@ -116,11 +116,13 @@ class RigProcess:
         run_baseline(self.ring.header, self._period_ns)
 
     def _pump(self, loop: threading.Thread, end: RigEnd) -> None:
+        due = time.monotonic()
         while loop.is_alive():
             self._beat()
             self._send(end)
             self._leave_orphaned()
-            time.sleep(PUMP_PERIOD)
+            due = max(due + PUMP_PERIOD, time.monotonic())
+            time.sleep(max(0.0, due - time.monotonic()))
         self._send(end)
         end.close()
         if self.ring.header[STOP] == 0:
@@ -130,9 +132,11 @@ class RigProcess:
         self.ring.header[PUMP_NS] = time.monotonic_ns()
 
     def _send(self, end: RigEnd) -> None:
-        while self._sent < self.ring.head:
+        """All that is there now; what comes meanwhile waits for its own turn."""
+        for _ in range(1 + (self.ring.head - self._sent) // BATCH):
             start, rows = self.ring.read(self._sent, BATCH)
-            end.publish(rows)
+            if len(rows):
+                end.publish(rows)
             self._sent = start + len(rows)
 
     def _leave_orphaned(self) -> None:

@@ -94,9 +94,10 @@ class Ring:
 
     def read(self, first: int, count: int) -> tuple[int, np.ndarray]:
         """Up to `count` Telemetry rows from index `first` on, and the index of the first one returned."""
-        out = np.empty((min(count, len(self.rows)), ROW_WORDS), np.int64)
+        ready = max(0, min(count, self.head - first, len(self.rows)))
+        out = np.empty((ready, ROW_WORDS), np.int64)
         start, copied = ring_read(self.header, self.rows, first, out)
-        return int(start), out[:copied].view(ROW)[:, 0]
+        return start, np.ndarray(copied, ROW, out)  # as a view, but a view of records is checked for 50 us
 
     def newest(self) -> np.void | None:
         """The last Telemetry row, or None while there is none."""

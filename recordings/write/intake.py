@@ -14,7 +14,7 @@ from controller.errors import RecordingError
 from recordings.write.before import Before
 
 QUEUE_BATCHES = 6000
-"""A minute of batches at 100 Hz. A recording whose queue is full has lost rows, and ends."""
+"""A minute and a half of batches at 60 Hz. A recording whose queue is full has lost rows, and ends."""
 QUEUE_JOBS = 500
 """Lines of the log and the like that may wait; what comes beyond them is left out, and counted."""
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from controller.arrays import Rows
 from controller.errors import RecordingError
+from controller.schema.layout import copied
 from controller.schema.messages import RigInfo
 from controller.schema.parameters import Settings
 from controller.system.worker import Worker
@@ -82,7 +83,7 @@ class Recorder:
     def rows(self, rows: Rows) -> None:
         """Take telemetry rows (n,) in the order of their ticks. Cheap: they are copied and handed over."""
         if len(rows):
-            self._intake.rows(rows.copy())
+            self._intake.rows(copied(rows))
 
     def events(self, text: str, level: Level = "info") -> None:
         """Add a line to the log of the running recording, if any; it never waits, and is left out behind 500 others."""

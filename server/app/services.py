@@ -185,6 +185,7 @@ def open_services(settings: ServerSettings, deadly: Callable[[], None] | None = 
             hub,  # last: pages are told of this beat
         ),
     )
+    history.listen(beat.rows)
     tokens.start()
     return Services(
         settings=settings,

@@ -111,7 +111,7 @@ def _kernel_rows(figures: Figures) -> Iterator[tuple[str, str]]:
 
 
 def _proofs(figures: Figures) -> str:
-    return f"{figures['link']['prove_us']:.0f}; {figures['link']['judge_us']:.0f} us, 100 times a second"
+    return f"{figures['link']['prove_us']:.0f}; {figures['link']['judge_us']:.0f} us, 60 times a second"
 
 
 def _elastica(figures: Figures) -> str:

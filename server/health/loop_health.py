@@ -10,6 +10,7 @@ from controller.schema.layout import Model, record_dtype
 from controller.schema.messages import Telemetry
 from controller.schema.parameters import DT
 from server.http.given import given
+from server.rig.numbered import Numbered
 
 LOOP_TICKS = 10_000
 """Ticks that the timing is taken from: 10 s."""
@@ -29,7 +30,12 @@ FAITH = 0.5
 """Least share of the pressures' motion that the fitted lag must explain."""
 
 
-_KEPT = ["tick", "slot", "lateness_ns", "step_ns", "pressure_cmd", "pressure_meas"]
+_KEPT = np.dtype(
+    [
+        (name, record_dtype(Telemetry)[name])
+        for name in ("tick", "slot", "lateness_ns", "step_ns", "pressure_cmd", "pressure_meas")
+    ]
+)
 
 
 class Spread(Model):
@@ -74,19 +80,19 @@ class LoopWatch:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._batches = [np.empty(0, record_dtype(Telemetry))[_KEPT]]
-        self._count = 0
+        self._rows = Numbered(LAG_TICKS, _KEPT)
+        self._last: int | None = None
 
     def add(self, rows: Rows) -> None:
         """Take telemetry rows, oldest first; a rig that restarted begins anew."""
-        kept = rows[_KEPT].copy()
+        kept = np.empty(len(rows), _KEPT)
+        for name in _KEPT.names or ():
+            kept[name] = rows[name]
         with self._lock:
-            if self._count and kept["tick"][0] <= self._batches[-1]["tick"][-1]:
-                self._batches, self._count = [], 0
-            self._batches.append(kept)
-            self._count += len(kept)
-            while self._count - len(self._batches[0]) >= LAG_TICKS:
-                self._count -= len(self._batches.pop(0))
+            if self._last is not None and kept["tick"][0] <= self._last:
+                self._rows.count = 0
+            self._rows.add(kept)
+            self._last = int(kept["tick"][-1])
 
     def lateness_p99(self) -> float:
         """Of the newest ticks [s]; nan before the first."""
@@ -94,8 +100,7 @@ class LoopWatch:
 
     def lateness(self, quantiles: tuple[float, ...]) -> list[float]:
         """Of the newest ticks [s]; nan before the first."""
-        with self._lock:
-            late = np.concatenate([batch["lateness_ns"] for batch in self._batches])[-LOOP_TICKS:]
+        late = self._newest(LOOP_TICKS)["lateness_ns"]
         if not len(late):
             return [float("nan")] * len(quantiles)
         found: list[float] = (1e-9 * np.quantile(late, quantiles)).tolist()
@@ -103,9 +108,12 @@ class LoopWatch:
 
     def health(self) -> LoopHealth:
         """Judge the newest ticks."""
+        return _judge(self._newest(LAG_TICKS))
+
+    def _newest(self, most: int) -> Rows:
+        """A copy of the newest rows, oldest first."""
         with self._lock:
-            rows = np.concatenate(self._batches)
-        return _judge(rows)
+            return self._rows.between(max(self._rows.oldest, self._rows.count - most), self._rows.count)
 
 
 def _judge(rows: Rows) -> LoopHealth:

@@ -5,7 +5,7 @@ import numpy.typing as npt
 
 from controller.arrays import Rows
 from controller.errors import ParameterError
-from controller.schema.layout import quantity, record_dtype
+from controller.schema.layout import fields, numbers, quantity, record_dtype
 from controller.schema.messages import Telemetry
 from controller.schema.parameters import BACKBONE_POINTS, SENSORS
 from server.rig.messages import PlotChannel
@@ -73,11 +73,10 @@ class UnknownChannel(ParameterError):
 def extract(rows: Rows) -> npt.NDArray[np.float32]:
     """Values of all channels, (n, channels), of n telemetry rows; a norm is that of each row, nan where one is."""
     out = np.empty((len(rows), len(CHANNELS)), np.float32)
-    for field, at, width, norm in _BLOCKS:
-        values = rows[field].reshape(len(rows), width)
-        out[:, at : at + width] = values
-        if norm:
-            out[:, at + width] = np.hypot(values[:, 0], values[:, 1])
+    for kind, places, found in _PLAIN:
+        out[:, places] = numbers(rows, kind)[:, found]
+    plane = numbers(rows, np.float64)
+    out[:, _NORMS] = np.hypot(plane[:, _NORMED], plane[:, _NORMED + 1])
     return out
 
 
@@ -119,4 +118,21 @@ def _channels(field: str) -> list[PlotChannel]:
 
 CHANNELS: list[PlotChannel] = [channel for field in TITLES for channel in _channels(field)]
 _PLACES = {channel.key: i for i, channel in enumerate(CHANNELS)}
-_BLOCKS = [(f, _PLACES[_channels(f)[0].key], _width(f), _is_vector(f)) for f in TITLES]
+
+
+def _plain(kind: str) -> tuple[type[np.generic], npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """Fields that are stored as `kind`: the type, the places of their channels, and where in a row the numbers are."""
+    places: list[int] = []
+    found: list[int] = []
+    size = np.dtype(kind).itemsize
+    for field in (field for field in fields(Telemetry) if field.type == kind and field.name in TITLES):
+        first, at, width = _PLACES[_channels(field.name)[0].key], field.offset // size, _width(field.name)
+        places += range(first, first + width)
+        found += range(at, at + width)
+    return np.dtype(kind).type, np.array(places, np.intp), np.array(found, np.intp)
+
+
+_PLAIN = [_plain(kind) for kind in ("float64", "float32", "int64")]
+_VECTORS = [field for field in fields(Telemetry) if field.name in TITLES and _is_vector(field.name)]
+_NORMS = np.array([_PLACES[f"{field.name}.norm"] for field in _VECTORS], np.intp)
+_NORMED = np.array([field.offset // 8 for field in _VECTORS], np.intp)

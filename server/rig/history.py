@@ -13,11 +13,12 @@ import numpy as np
 import numpy.typing as npt
 
 from controller.arrays import Rows
-from controller.schema.layout import record_dtype
+from controller.schema.layout import copied, record_dtype
 from controller.schema.messages import Telemetry
 from server.http.given import given
 from server.rig.channels import CHANNELS, column, extract
 from server.rig.messages import PlotChannel
+from server.rig.numbered import Numbered
 
 BIN_TICKS = 16
 """Ticks in one bin: 16 ms at 1 kHz, just shorter than the beat of the live socket."""
@@ -50,12 +51,11 @@ class History:
 
     def __init__(self, rows: int = ROWS, bins: int = BINS) -> None:
         self._lock = threading.Lock()
-        self._rows = np.zeros(rows, record_dtype(Telemetry))
+        self._rows = Numbered(rows, record_dtype(Telemetry))
         self._t = np.zeros(bins)
         self._low = np.zeros((bins, len(CHANNELS)), np.float32)
         self._high = np.zeros((bins, len(CHANNELS)), np.float32)
-        self._count = self._first = 0
-        self._binned = 0
+        self._first = self._binned = 0
         self._bin_first = self._bin_stop = 0
         self._newest: Rows | None = None
         self._listeners: list[Callable[[Rows], None]] = []
@@ -63,7 +63,7 @@ class History:
     @property
     def count(self) -> int:
         """Rows added so far: the number of the next row."""
-        return self._count
+        return self._rows.count
 
     @property
     def bin_stop(self) -> int:
@@ -78,12 +78,12 @@ class History:
     @property
     def nbytes(self) -> int:
         """Memory of the rings when they are full [bytes]."""
-        return self._rows.nbytes + self._t.nbytes + self._low.nbytes + self._high.nbytes
+        return self._rows.memory.nbytes + self._t.nbytes + self._low.nbytes + self._high.nbytes
 
     def claim(self) -> None:
         """Have all that memory now, not as it fills: what a server takes later is a leak. Holds up `add` by 0.3 s."""
         with self._lock:
-            for ring in (self._rows, self._t, self._low, self._high):
+            for ring in (self._rows.memory, self._t, self._low, self._high):
                 ring.reshape(-1).view(np.uint8)[:: mmap.PAGESIZE] |= 0
 
     def listen(self, on_rows: Callable[[Rows], None]) -> None:
@@ -92,22 +92,21 @@ class History:
 
     def add(self, rows: Rows) -> None:
         """Append telemetry rows, oldest first."""
-        self._append(rows[-len(self._rows) :])
+        self._append(rows)
         for on_rows in self._listeners:
             on_rows(rows)
 
     def _append(self, rows: Rows) -> None:
-        newest = rows[-1:].copy()
+        newest = copied(rows[-1:])
         with self._lock:
-            self._rows[np.arange(self._count, self._count + len(rows)) % len(self._rows)] = rows
-            self._count += len(rows)
+            self._rows.add(rows)
             self._newest = newest
             self._fill_bins()
 
     def forget(self) -> None:
         """Drop everything (numbers are not used again): the rig restarted, its clock may have too."""
         with self._lock:
-            self._first = self._binned = self._count
+            self._first = self._binned = self._rows.count
             self._bin_first = self._bin_stop
             self._newest = None
 
@@ -130,15 +129,15 @@ class History:
         """Time [s] and the channels of every row in [start, stop] s, (n, 1 + channels); None if older ones are gone."""
         with self._lock:
             oldest = self._oldest_row()
-            t_ns = self._rows["t_ns"][np.arange(oldest, self._count) % len(self._rows)]
+            t_ns = self._rows.column("t_ns", oldest, self._rows.count)
             if oldest > self._first and start < t_ns[0] * 1e-9:
                 return None
             begin, end = np.searchsorted(t_ns, (start * 1e9, stop * 1e9))
-            rows = self._rows[np.arange(oldest + begin, oldest + end) % len(self._rows)]
+            rows = self._rows.between(oldest + int(begin), oldest + int(end))
         return np.column_stack([rows["t_ns"] * 1e-9, *(column(rows, channel) for channel in channels)])
 
     def _oldest_row(self) -> int:
-        return max(self._first, self._count - len(self._rows))
+        return max(self._first, self._rows.oldest)
 
     def _oldest_bin(self) -> int:
         return max(self._bin_first, self._bin_stop - len(self._t))
@@ -146,10 +145,10 @@ class History:
     def _fill_bins(self) -> None:
         """Bin the rows that fill a bin; what is left waits for the next rows."""
         self._binned = max(self._binned, self._oldest_row())
-        whole = (self._count - self._binned) // BIN_TICKS
+        whole = (self._rows.count - self._binned) // BIN_TICKS
         if not whole:
             return
-        rows = self._rows[np.arange(self._binned, self._binned + whole * BIN_TICKS) % len(self._rows)]
+        rows = self._rows.between(self._binned, self._binned + whole * BIN_TICKS)
         values = extract(rows).reshape(whole, BIN_TICKS, -1)
         at = np.arange(self._bin_stop, self._bin_stop + whole) % len(self._t)
         self._t[at] = rows["t_ns"][BIN_TICKS // 2 :: BIN_TICKS] * 1e-9

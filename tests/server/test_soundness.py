@@ -13,10 +13,10 @@ from typing import Any
 
 import pytest
 
-import controller.system.worker as workers
 from controller.errors import RecordingError
 from controller.schema.messages import RigInfo
 from controller.schema.parameters import RigParameters, Settings
+from controller.system import child
 from controller.system.logs import Background
 from controller.system.looks import MEMORY, Looks
 from controller.system.tasks import Tasks, forever
@@ -78,7 +78,7 @@ def test_a_server_one_of_whose_looks_fails_serves_frames_status_and_e_stop(serve
 
 
 def test_a_thread_that_ends_is_said_and_begins_anew(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(workers, "DELAY_FIRST", 0.01)
+    monkeypatch.setattr(child, "DELAY_FIRST", 0.01)
     ends, over = [SystemExit(3), RuntimeError("by a mistake")], threading.Event()
 
     def work() -> None:

@@ -1,4 +1,4 @@
-"""What it costs to prove telemetry and to judge it: one batch as the rig's pump sends it, 100 times a second."""
+"""What it costs to prove telemetry and to judge it: one batch as the rig's pump sends it, 60 times a second."""
 
 from typing import TypedDict
 
