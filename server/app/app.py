@@ -16,6 +16,7 @@ from fastapi import Depends, FastAPI
 from starlette.datastructures import State
 
 from controller.schema.modes import Cause, Freeze, Integrator, Law, Mode
+from controller.schema.parameters import RigParameters
 from controller.system.memory import forget_start
 from controller.system.tasks import forever
 from server.access import page, sign_in
@@ -23,6 +24,7 @@ from server.access.gate import Gate, admits
 from server.access.hosts import Hosts
 from server.access.roles import authorise
 from server.app.services import Services
+from server.drawing import references
 from server.drawing import routes as drawing
 from server.health import routes as health
 from server.http import given, problems
@@ -71,6 +73,8 @@ ROUTES = (
 _ENUMERATIONS: tuple[type[IntEnum], ...] = (Cause, Freeze, Integrator, Law, Mode)
 
 
+MEETING = 0.1
+"""Between two looks for the rig [s]."""
 THREADS = 32
 """For what requests ask of disks and processors. Where a disk hangs each that asks for it keeps one; commands to the
 rig, uploads of runs and the beat need none."""
@@ -145,7 +149,7 @@ async def presence_messages(body: Presence) -> Heard:  # type: ignore[empty-body
 async def _lifespan(app: FastAPI) -> AsyncIterator[dict[str, Any]]:
     services: Services = app.state.services
     threading.Thread(target=_settle, args=[app], name="settle", daemon=True).start()
-    beat = asyncio.create_task(forever("the beat", services.beat.run))
+    tasks = [asyncio.create_task(forever("the beat", services.beat.run)), asyncio.create_task(_prepare(services))]
     services.turning.start()
     asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(THREADS, "request"))
     hosts = Hosts(services.settings)
@@ -153,9 +157,23 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[dict[str, Any]]:
     try:
         yield {WHOLE: lane}
     finally:
-        beat.cancel()
+        for task in tasks:
+            task.cancel()
         services.turning.stop()
         await asyncio.to_thread(services.close)
+
+
+async def _prepare(services: Services) -> None:
+    """What every page asks for first is made when the rig is met, and what only that needed is given back."""
+    while (info := services.rig.info) is None:
+        await asyncio.sleep(MEETING)
+    await asyncio.to_thread(_prepare_pages, info.parameters)
+
+
+def _prepare_pages(parameters: RigParameters) -> None:
+    rig.workspace(parameters)
+    references.listed(parameters)
+    forget_start()
 
 
 def _settle(app: FastAPI) -> None:
