@@ -14,17 +14,17 @@ from tests.e2e.product import Product, open_page
 from tests.e2e.screencast import Shown, screencast
 
 VIEWPORT = {"width": 1280, "height": 720}
-WIDTH = 960
+WIDTH = 880
 """Of the picture [pixels]."""
-FRAMES = 70
-TURNS = 2
-RADIUS = 60.0
+FRAMES = 48
+TURNS = 1
+RADIUS = 36.0
 """Of the drag [pixels]."""
-QUALITY = 60
+QUALITY = 50
 
 
 def film() -> list[Shown]:
-    """Frames of two turns of the target, with the tip behind it."""
+    """Frames of a turn of the target, with the tip behind it."""
     with Product(Path(tempfile.mkdtemp(prefix="tendril-film-"))) as product, launch_chromium() as browser:
         page = open_page(browser.new_context(viewport=VIEWPORT), product)
         arm(page)
