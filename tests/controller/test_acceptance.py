@@ -127,7 +127,7 @@ def test_other_numbers_of_rods_integrators_and_periods_are_tried_too(controller:
     require_running(RigParameters(controller=controller))
 
 
-def test_a_rig_that_does_not_stand_still_is_refused_unless_it_does_with_the_gains_in_force() -> None:
+def test_a_rig_that_swings_is_refused_unless_it_is_at_rest_with_the_gains_in_force() -> None:
     """Its limits let nothing swing at all; the feedback is what makes it."""
     nervous = RigParameters(limits=SafetyLimits(swing_max=1e-4, swing_ratio=0.0))
     with pytest.raises(ParameterError, match=r"does not stand still: REST \(OSCILLATION\)"):

@@ -63,7 +63,7 @@ def test_rounded_or_noisy_points_move_the_start_by_less_than_20_ms() -> None:
 @pytest.mark.parametrize(
     ("fx", "fy", "whole"), [(0.5, 1.0, 0.5), (1.2, 0.8, 0.4), (1.0, 0.7, 0.7), (2.0, 0.3, 0.3), (1.31, 1.7, 1.31)]
 )
-def test_each_axis_of_a_lissajous_figure_has_its_frequency_even_if_the_figure_does_not_close(
+def test_each_axis_of_a_lissajous_figure_has_its_frequency_even_if_it_does_not_close(
     fx: float, fy: float, whole: float
 ) -> None:
     found = course(led(swinging(fx, fy, 6.0)), DT, True)
@@ -94,7 +94,7 @@ def test_a_reference_of_the_library_is_understood_with_its_approach_and_without(
 
 
 @pytest.mark.parametrize("shape", [spiral(3), spiral(30), polygon()])
-def test_what_does_not_repeat_begins_where_the_approach_pauses_or_after_the_paper_s_two_seconds(shape: Array) -> None:
+def test_what_does_not_repeat_begins_where_the_approach_pauses_or_after_two_seconds(shape: Array) -> None:
     for straight in (False, True):
         assert course(led(shape, straight), DT, True) == (2000, (), None, None)
     assert course(shape, DT, False) == (0, (), None, None)

@@ -38,9 +38,7 @@ def circle(t: Array) -> Array:
 
 
 @pytest.mark.parametrize(("name", "actuator"), [("circle_1hz", "P1"), ("circle_1hz", "P2"), ("digit_3", "P3")])
-def test_a_shape_of_the_library_given_as_points_is_the_library_s_reference_to_the_last_bit(
-    name: str, actuator: str
-) -> None:
+def test_a_shape_of_the_library_given_as_points_is_its_reference_to_the_last_bit(name: str, actuator: str) -> None:
     planned = reference(name, PRESETS[actuator])
     p = planned.p[planned.start :]
     found, _ = taken(np.round(7.0 + 1e-3 * np.arange(len(p)), 3), p, actuator=actuator)

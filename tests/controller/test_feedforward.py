@@ -173,7 +173,7 @@ def test_a_dragged_target_crosses_without_a_jump_and_is_reached(name: str, x: fl
 
 
 @pytest.mark.parametrize("period", [0.01, 0.1])
-def test_between_two_solutions_the_reference_is_where_the_torque_leads_and_a_hold_stays_there(period: float) -> None:
+def test_between_two_solutions_the_reference_follows_the_torque_and_a_hold_stays_there(period: float) -> None:
     trial = Trial(feedforward_period=period)
     trial.arm()
     reference, plan = trial.rig.control.reference, trial.rig.control.plan

@@ -135,7 +135,7 @@ def test_the_implicit_step_never_stores_more_than_it_was_given(
     assert np.diff(kept[:, 1], prepend=0.0).max() <= 1e-12 * through
 
 
-def test_numerical_damping_falls_with_the_square_of_the_step_and_baumgartes_power_is_gravitys() -> None:
+def test_damping_of_the_step_falls_with_its_square_and_baumgartes_power_is_gravitys() -> None:
     model, u = preset("P1", g=np.array([0.5, -1.0])), np.array([0.03, -0.02])
     coarse, fine = (implicit(model, thrown(model, 1, 0.1, 0.5), pressed(model, u), 0.3, dt, u) for dt in (5e-4, 2.5e-4))
     assert 3.4 < coarse[-1, 1] / fine[-1, 1] < 4.6

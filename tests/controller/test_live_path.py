@@ -59,7 +59,7 @@ def test_the_same_path_gives_the_same_bits(followed: Outcome) -> None:
     assert run_live(CASE, Setup(), drawn()).rows.tobytes() == followed.rows.tobytes()
 
 
-def test_a_live_reference_has_the_inverse_at_100_hz_no_velocity_gain_and_the_widest_limits() -> None:
+def test_a_live_reference_has_the_inverse_at_100_hz_no_velocity_gain_and_wide_limits() -> None:
     settings = live_settings(CASE, Settings(K_FF=(0.1, 0.1)))
     assert (settings.feedforward_period, settings.K_FF) == (0.01, (0.0, 0.0))
     Settings.model_validate(settings.model_dump())

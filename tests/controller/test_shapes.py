@@ -20,7 +20,7 @@ def test_the_one_is_a_vertical_line_of_30_mm() -> None:
     assert np.ptp(shapes.digit(1), axis=0) == pytest.approx([0.0, 30e-3])
 
 
-def test_the_zero_is_an_ellipse_of_60_mm_by_30_mm_with_the_length_of_the_elliptic_integral() -> None:
+def test_the_zero_is_an_ellipse_of_60_by_30_mm_as_long_as_the_elliptic_integral_says() -> None:
     path = shapes.digit(0)
     assert np.ptp(path, axis=0) == pytest.approx([30e-3, 60e-3], rel=1e-6)
     assert path[-1] == pytest.approx(path[0], abs=1e-12)

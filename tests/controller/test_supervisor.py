@@ -72,7 +72,7 @@ def toppled(parameters: RigParameters) -> RigParameters:
     return parameters.model_copy(update={"actuator": Actuator.model_validate(fields)})
 
 
-def test_a_rig_that_does_not_start_with_other_parameters_goes_back_to_those_that_ticked_last(
+def test_a_rig_that_fails_to_start_goes_back_to_the_parameters_that_ticked_last(
     supervisor: Supervisor, caplog: pytest.LogCaptureFixture
 ) -> None:
     operator = connected_operator(supervisor)

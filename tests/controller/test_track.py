@@ -63,7 +63,7 @@ def test_the_library_s_circle_from_a_file_gives_the_library_s_metrics_to_the_las
     ("name", "actuator", "law"), [("circle_1hz", "P1", "ff+pi"), ("step", "P2", "ff"), ("digit_8", "P3", "rod6")]
 )
 @pytest.mark.parametrize("begin", [0, 2000])
-def test_the_library_s_metrics_come_out_to_the_last_bit_with_the_file_s_own_approach_or_ours(
+def test_the_metrics_of_the_library_come_out_to_the_bit_with_either_approach(
     tmp_path: Path, name: str, actuator: str, law: str, begin: int
 ) -> None:
     known = run_case(Case(name, actuator, law, seed=3), Setup())

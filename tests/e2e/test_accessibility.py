@@ -17,7 +17,7 @@ SETTLED = (
 )
 
 
-def test_axe_finds_nothing_serious_in_any_tab_of_either_scheme_and_the_guide_is_shown_once(
+def test_axe_finds_nothing_serious_in_any_tab_or_scheme_and_the_guide_is_shown_once(
     browser: Browser, product: Product
 ) -> None:
     context = browser.new_context(viewport={"width": 1280, "height": 720}, color_scheme="dark")
@@ -49,9 +49,7 @@ def test_axe_finds_nothing_serious_in_any_tab_of_either_scheme_and_the_guide_is_
     context.close()
 
 
-def test_axe_finds_nothing_serious_while_the_page_records_runs_and_faults_and_in_what_opens(
-    browser: Browser, product: Product
-) -> None:
+def test_axe_finds_nothing_serious_in_records_runs_faults_and_in_what_opens(browser: Browser, product: Product) -> None:
     context = browser.new_context(viewport={"width": 1280, "height": 720})
     page = open_page(context, product)
     load_axe(page)

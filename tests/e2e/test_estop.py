@@ -92,7 +92,7 @@ def test_with_forced_colours_it_looks_like_no_other_button(touched: Page, produc
     clear(touched, product)
 
 
-def test_without_its_cookie_the_page_stops_the_rig_by_the_socket_and_signed_out_it_names_the_hardware_stop(
+def test_without_its_cookie_it_stops_by_the_socket_and_signed_out_names_the_hardware_stop(
     touched: Page, product: Product
 ) -> None:
     touched.context.clear_cookies()

@@ -111,7 +111,7 @@ def test_a_page_that_is_stopped_ends_a_drag_and_waking_moves_nothing(page: Page,
     hand.up()
 
 
-def test_two_tabs_of_one_session_have_one_live_socket_each_and_the_closed_ones_presence_ends(
+def test_two_tabs_have_one_live_socket_each_and_the_closed_ones_presence_ends(
     browser: Browser, product: Product
 ) -> None:
     context = browser.new_context(viewport={"width": 1280, "height": 720})

@@ -65,7 +65,7 @@ def test_gains_are_saved_changed_and_loaded_again(page: Page) -> None:
 
 
 @pytest.mark.long
-def test_limits_of_the_health_figures_are_set_bounded_and_reset_and_the_log_says_when_red_is_passed(page: Page) -> None:
+def test_limits_of_figures_are_set_bounded_and_reset_and_passing_red_is_logged(page: Page) -> None:
     operate(page, "Health")
     page.get_by_test_id("alarm-limits").click()
     for colour, limit in (("amber", "0.01"), ("red", "0.02")):

@@ -40,7 +40,7 @@ def test_signals_show_at_once_without_a_quick_look_before(page: Page, made: Reco
 
 
 @pytest.mark.long
-def test_the_viewer_is_ready_behind_the_quick_look_opens_the_recording_when_it_is_shown_and_hears_esc(
+def test_the_viewer_is_ready_behind_the_quick_look_opens_when_shown_and_hears_esc(
     page: Page, made: Recording, asked: list[str]
 ) -> None:
     open_recording(page, made)
@@ -48,7 +48,7 @@ def test_the_viewer_is_ready_behind_the_quick_look_opens_the_recording_when_it_i
     notes.fill("the valve sticks")
     expect(frame).to_have_attribute("data-ready", "true", timeout=60_000)
     expect(frame).to_have_attribute("data-shown", "false")
-    expect(notes).to_be_focused()  # whoever writes goes on
+    expect(notes).to_be_focused()  # who writes goes on
     shot(page, "signals-started-behind")
     assert asked == ["/rerun/?", ".wasm"], "no data are read ahead"
     sight(page, "Signals")

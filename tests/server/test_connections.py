@@ -113,7 +113,7 @@ def test_of_too_many_connections_those_that_ask_nothing_make_room(
         page = server.operator()
         with page.live() as live:
             assert live.wait("hello")
-            assert page.command("e_stop").status_code == 200, "whoever asks is served"
+            assert page.command("e_stop").status_code == 200, "who asks is served"
 
 
 def test_an_address_with_too_many_sockets_is_told_so(server: TestServer, monkeypatch: pytest.MonkeyPatch) -> None:

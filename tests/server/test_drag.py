@@ -1,4 +1,4 @@
-"""What may pass up to viser, and what a drag does, judged for whoever sent it."""
+"""What may pass up to viser, and what a drag does, judged by its sender."""
 
 from typing import Any, cast
 

@@ -76,7 +76,7 @@ def test_another_actuator_is_ordered_from_rest_only_and_refused_where_the_rig_is
     assert take_order(tmp_path / "actuator.json") is None
 
 
-def test_the_next_start_has_the_actuator_that_was_chosen_last_and_the_default_where_that_fails(
+def test_the_next_start_has_the_actuator_chosen_last_or_the_default_where_that_fails(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     server, rig = ServerSettings(rig="arm", state=tmp_path), RigParameters()

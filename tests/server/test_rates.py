@@ -87,7 +87,7 @@ def test_messages_beyond_the_rate_are_dropped_told_once_a_second_and_a_flood_end
     assert verdicts.count(Verdict.DROPPED) == FLOOD.burst - 1
     assert verdicts[-1] == Verdict.FLOOD
     clock.t += 1.0
-    assert rates.message("page") == Verdict.HEARD, "and whoever calms down is heard again"
+    assert rates.message("page") == Verdict.HEARD, "and who calms down is heard again"
 
 
 def test_too_many_requests_get_429_with_the_time_to_wait_but_a_stop_always_passes(server: TestServer) -> None:

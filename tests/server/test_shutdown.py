@@ -63,7 +63,7 @@ def running(folder: Path) -> Iterator[tuple[RigProcess, Server]]:
         rig.stop()
 
 
-def test_a_server_that_is_ended_while_it_tracks_vents_the_rig_tells_everyone_and_closes_the_recording(
+def test_a_server_ended_while_it_tracks_vents_tells_everyone_and_closes_the_recording(
     tmp_path: Path,
 ) -> None:
     with running(tmp_path) as (rig, server), server.operator() as page, page.live() as live:

@@ -109,7 +109,7 @@ EXAMPLES = 600 if os.environ.get("TENDRIL_LONG") else 12
 
 @settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
 @given(bodies(), st.sampled_from(sorted(RIGS)), st.integers(1, 2), st.booleans(), st.floats(0.0, 1.0))
-def test_whatever_is_drawn_or_imported_is_within_the_limits_or_refused_with_place_and_figure(
+def test_what_is_drawn_or_imported_keeps_the_limits_or_is_refused_with_place_and_figure(
     body: dict[str, Any], name: str, laps: int, slow: bool, left: float
 ) -> None:
     rig, bounds = RIGS[name], Settings(speed_max=0.05, acceleration_max=0.4) if slow else LIVE
