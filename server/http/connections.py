@@ -1,5 +1,5 @@
 """Connections that are not without end: a head has a length, a request a time within which it is all here, and an
-address so many connections.
+address a bounded number.
 
 uvicorn alone would keep whatever sends a header without end, or one byte a minute.
 """

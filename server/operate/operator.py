@@ -256,7 +256,7 @@ class Operator:
         last, presence = self._command, self._command.presence
         with self._wake:
             signs, self._present = self._present if self._signed.stands() else 0, 0
-        if signs:  # the rig takes only a number above all that it has seen, whoever sent them
+        if signs:  # the rig takes only a number above all that it has seen, of any server
             presence = max(presence, int(newest["presence"])) + signs
         changes: dict[str, Any] = {"n": last.n + 1, "presence": presence}
         if job.request != Request.NONE:

@@ -22,7 +22,7 @@ addEventListener("message", ({ origin, data }) => {
   _handle.override_panel_state("top");
 });
 </script>"""
-"""So a viewer can start behind something else. It takes the focus as it starts: whoever writes there, or has a finger
+"""So a viewer can start behind something else. It takes the focus as it starts: one who writes there, or has a finger
 on the key for HOLD, must keep it. `_handle` is there before rerun's page says READY. A viewer at rest finds what was
 added with its next frame only; to override nothing makes it draw one."""
 

@@ -1,4 +1,4 @@
-"""How a started process tells its address to whoever started it: a small file, written whole."""
+"""How a started process tells its address to the process that started it: a small file, written whole."""
 
 import os
 from collections.abc import Callable
