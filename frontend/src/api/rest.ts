@@ -1,3 +1,6 @@
+import createClient from "openapi-fetch";
+import type { paths } from "./schema";
+
 /** The server refused; `message` is its own text. */
 export class Refusal extends Error {
   constructor(
@@ -13,41 +16,28 @@ export class Refusal extends Error {
 /** The server did not answer at all. */
 export class Unreachable extends Error {}
 
-export type Method = "GET" | "POST" | "PUT" | "PATCH" | "DELETE";
+/** The server's REST with the paths and types of its own OpenAPI document; raises Refusal or Unreachable. */
+export const api = createClient<paths>({ credentials: "same-origin", fetch: accepted });
 
-/** What the server answered, with what it says beside it. */
-export interface Answer<T> {
-  readonly body: T;
-  readonly headers: Headers;
+/** What the server answered; what it refuses has been raised already. */
+export async function told<T>(asked: Promise<{ data?: T }>): Promise<T> {
+  return (await asked).data as T;
 }
 
-/** Ask the server; raises Refusal with its own words, or Unreachable. */
-export async function call<T>(method: Method, path: string, body?: unknown): Promise<T> {
-  return (await ask<T>(method, path, body)).body;
+/** A file goes as it is: OpenAPI knows its text only as a string. */
+export function asCsv(file: File) {
+  return { body: "", bodySerializer: () => file, headers: { "content-type": "text/csv" } };
 }
 
-/** As `call`, with the headers too. A file goes as it is, anything else as JSON. */
-export async function ask<T>(
-  method: Method,
-  path: string,
-  body?: unknown,
-  how: RequestInit = {},
-): Promise<Answer<T>> {
-  const init: RequestInit = { ...how, method, credentials: "same-origin" };
-  if (body instanceof File) {
-    init.body = body;
-    init.headers = { "content-type": "text/csv" };
-  } else if (body !== undefined) {
-    init.body = JSON.stringify(body);
-    init.headers = { "content-type": "application/json" };
-  }
-  const response = await fetch(path, init).catch((error: unknown) => {
+/** An E-STOP goes out by this: nothing may be awaited before `fetch`, here or in a middleware of `api`. */
+async function accepted(request: Request): Promise<Response> {
+  const response = await fetch(request).catch((error: unknown) => {
     throw new Unreachable(`The server did not answer (${String(error)})`);
   });
+  if (response.ok) return response;
   const answer: unknown = await response.json().catch(() => null);
-  if (!response.ok)
-    throw new Refusal(response.status, refusalText(answer, response.statusText), method !== "GET");
-  return { body: answer as T, headers: response.headers };
+  const { status, statusText } = response;
+  throw new Refusal(status, refusalText(answer, statusText), request.method !== "GET");
 }
 
 /** The sentence in an error body: `{detail: "..."}`, FastAPI's list of field errors, or a refused CommandReply. */

@@ -104,7 +104,7 @@ function SavedList({ onLoad }: { readonly onLoad: (name: string) => void }) {
               component="a"
               variant="subtle"
               color="gray"
-              href={`${drawingUrl(name)}.csv`}
+              href={drawingUrl(name)}
               download
               aria-label={`Download ${name}`}
             >

@@ -1,5 +1,5 @@
-import { call } from "../api/rest";
-import type { DrawingBody, DrawingPlan } from "../api/types";
+import { api, told } from "../api/rest";
+import type { DrawingBody } from "../api/types";
 import type { Page } from "../live/page";
 import { textOf } from "../ui/format";
 import type { Store } from "../ui/store";
@@ -7,7 +7,7 @@ import { bodyOf, sketchOf, type DrawingState } from "./drawing";
 
 /** Who plans, and the clock: tests have others. */
 const server = {
-  plan: (body: DrawingBody) => call<DrawingPlan>("POST", "/api/drawings/plan", body),
+  plan: (body: DrawingBody) => told(api.POST("/api/drawings/plan", { body })),
   later: (action: () => void, delay: number): unknown => setTimeout(action, delay),
 };
 

@@ -1,14 +1,14 @@
-import { call } from "../api/rest";
-import type { DrawingBody, DrawingInfo } from "../api/types";
+import { api, told } from "../api/rest";
+import type { DrawingInfo } from "../api/types";
 import type { Operations } from "../operate/operations";
 import { Store } from "../ui/store";
 import { bodyOf, type Drawing } from "./drawing";
 
-const DRAWINGS = "/api/drawings";
+const at = (name: string) => ({ params: { path: { name } } });
 
-/** Address of the saved drawing `name`; with ".csv" behind it, of its download. */
+/** Address of the saved drawing `name` as a file. */
 export function drawingUrl(name: string): string {
-  return `${DRAWINGS}/${encodeURIComponent(name)}`;
+  return `/api/drawings/${encodeURIComponent(name)}.csv`;
 }
 
 /** The drawings kept by the server. */
@@ -22,7 +22,7 @@ export class SavedDrawings {
 
   async learn(): Promise<void> {
     await this.operations.attempt("Drawings not listed", async () => {
-      this.store.patch({ list: await call("GET", DRAWINGS) });
+      this.store.patch({ list: await told(api.GET("/api/drawings")) });
     });
   }
 
@@ -30,18 +30,20 @@ export class SavedDrawings {
   async save(): Promise<void> {
     const body = bodyOf(this.drawing.store.get());
     if (!body) return;
-    await this.operations.attempt("Drawing not saved", () => call("PUT", drawingUrl(body.name), body));
+    await this.operations.attempt("Drawing not saved", () =>
+      api.PUT("/api/drawings/{name}", { ...at(body.name), body }),
+    );
     await this.learn();
   }
 
   async load(name: string): Promise<void> {
     await this.operations.attempt("Drawing not loaded", async () => {
-      this.drawing.load(await call<DrawingBody>("GET", drawingUrl(name)));
+      this.drawing.load(await told(api.GET("/api/drawings/{name}", at(name))));
     });
   }
 
   async remove(name: string): Promise<void> {
-    await this.operations.attempt("Drawing not deleted", () => call("DELETE", drawingUrl(name)));
+    await this.operations.attempt("Drawing not deleted", () => api.DELETE("/api/drawings/{name}", at(name)));
     await this.learn();
   }
 }

@@ -1,6 +1,6 @@
 import { Tooltip } from "@mantine/core";
 import { useEffect, useState } from "react";
-import { call } from "../api/rest";
+import { api, told } from "../api/rest";
 import type { LoopHealth } from "../api/types";
 import { Live } from "../live/live";
 import { usePage } from "../live/page";
@@ -132,7 +132,7 @@ function useLoopHealth(): LoopHealth | null {
   useEffect(() => {
     let shown = true;
     const ask = async () => {
-      const answer = await call<LoopHealth>("GET", "/api/health/loop").catch(() => null);
+      const answer = await told(api.GET("/api/health/loop")).catch(() => null);
       if (shown) setHealth(answer);
     };
     const timer = setInterval(() => void ask(), PERIOD_MS);

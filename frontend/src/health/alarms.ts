@@ -1,10 +1,8 @@
-import { call } from "../api/rest";
+import { api, told } from "../api/rest";
 import type { AlarmLimits } from "../api/types";
 import type { Page } from "../live/page";
 import type { Operations } from "../operate/operations";
 import type { Store } from "../ui/store";
-
-const PATH = "/api/alarms";
 
 /** From where on the health figures are amber and red for me; kept on the server, and what it keeps is shown. */
 export class Alarms {
@@ -14,20 +12,20 @@ export class Alarms {
   ) {}
 
   async learn(): Promise<void> {
-    await this.take("Limits not known", () => call("GET", PATH));
+    await this.take("Limits not known", api.GET("/api/alarms"));
   }
 
   async keep(title: string, limits: AlarmLimits): Promise<void> {
-    await this.take(title, () => call("PUT", PATH, limits));
+    await this.take(title, api.PUT("/api/alarms", { body: limits }));
   }
 
   async reset(): Promise<void> {
-    await this.take("Limits not reset", () => call("DELETE", PATH));
+    await this.take("Limits not reset", api.DELETE("/api/alarms"));
   }
 
-  private async take(title: string, ask: () => Promise<AlarmLimits>): Promise<void> {
+  private async take(title: string, asked: Promise<{ data?: AlarmLimits }>): Promise<void> {
     await this.operations.attempt(title, async () => {
-      this.page.patch({ alarms: await ask() });
+      this.page.patch({ alarms: await told(asked) });
     });
   }
 }

@@ -1,6 +1,6 @@
-import { call, Refusal } from "../api/rest";
+import { api, Refusal, told } from "../api/rest";
 import { LayoutError, type LiveSocket } from "../api/socket";
-import type { FromServer, Session, Workspace } from "../api/types";
+import type { FromServer, Session } from "../api/types";
 import { asCause, asMode } from "../rig/modes";
 import type { Store } from "../ui/store";
 import type { Live } from "./live";
@@ -84,7 +84,7 @@ export class Connection {
   }
 
   private async signIn(token: string): Promise<void> {
-    await call<Session>("POST", "/api/session", { token });
+    await api.POST("/api/session", { body: { token } });
     this.tabs.postMessage(null);
     await this.enter();
   }
@@ -116,7 +116,7 @@ export class Connection {
   /** Connect as the session of this browser's cookie; a socket of the session before, from another tab, ends. */
   private async enter(): Promise<void> {
     try {
-      const session = await call<Session>("GET", "/api/session");
+      const session = await told(api.GET("/api/session"));
       const { session: before, me } = this.page.get();
       this.page.patch({ session: "present", me: mine(session) });
       if (before === "present" && (me.name !== session.name || me.role !== session.role))
@@ -140,7 +140,7 @@ export class Connection {
   /** No socket came about: the session may be over, or there are too many pages. */
   private async askWhy(): Promise<void> {
     try {
-      await call("GET", "/api/live");
+      await api.GET("/api/live");
       this.page.patch({ shutOut: "" });
     } catch (error) {
       this.page.patch({ shutOut: error instanceof Refusal ? error.message : "" });
@@ -226,7 +226,7 @@ export class Connection {
 
   private async learnReach(): Promise<void> {
     try {
-      this.page.patch({ workspace: await call<Workspace>("GET", "/api/workspace") });
+      this.page.patch({ workspace: await told(api.GET("/api/workspace")) });
     } catch (error) {
       this.listener.failed("Reach not known", error);
     }

@@ -1,4 +1,4 @@
-import { call, Refusal, type Method } from "../api/rest";
+import { api, Refusal, told } from "../api/rest";
 import type { CommandBody, Event, Lease, Settings } from "../api/types";
 import { keep, withLines, type Page } from "../live/page";
 import { textOf } from "../ui/format";
@@ -23,7 +23,7 @@ export class Operations {
 
   /** Ask the rig for another mode. */
   async command(body: CommandBody): Promise<void> {
-    await this.attempt("Refused", () => call("POST", "/api/command", body));
+    await this.attempt("Refused", () => api.POST("/api/command", { body }));
   }
 
   /** Esc: HOLD where that means something; elsewhere it is only the first half of Esc Esc. */
@@ -32,30 +32,31 @@ export class Operations {
   }
 
   async takeLease(): Promise<void> {
-    await this.pass("Control not taken", "POST");
+    await this.pass("Control not taken", api.POST("/api/lease"));
   }
 
   async releaseLease(): Promise<void> {
-    await this.pass("Control not released", "DELETE");
+    await this.pass("Control not released", api.DELETE("/api/lease"));
   }
 
   /** Give control to the session `tag`. */
   async handOver(tag: string): Promise<void> {
-    await this.pass("Control not handed over", "POST", "/hand-over", { tag });
+    await this.pass("Control not handed over", api.POST("/api/lease/hand-over", { body: { tag } }));
   }
 
   /** Take control from the session `tag`. */
   async takeOver(tag: string): Promise<void> {
-    await this.pass("Control not taken over", "POST", "/take-over", { tag });
+    await this.pass("Control not taken over", api.POST("/api/lease/take-over", { body: { tag } }));
   }
 
   async refuseRequest(tag: string): Promise<void> {
-    await this.pass("Request not refused", "POST", "/refuse", { tag });
+    await this.pass("Request not refused", api.POST("/api/lease/refuse", { body: { tag } }));
   }
 
   /** Ask the operator for control, or ask no longer. */
   async askForLease(wanted: boolean): Promise<void> {
-    await this.pass("Control not asked for", wanted ? "POST" : "DELETE", "/request");
+    const request = "/api/lease/request";
+    await this.pass("Control not asked for", wanted ? api.POST(request) : api.DELETE(request));
   }
 
   /** The lease came or went without this page's doing. */
@@ -65,10 +66,10 @@ export class Operations {
     else this.notify("warning", "You no longer operate", holder === "" ? "" : `${holder} operates now.`);
   }
 
-  private async pass(title: string, method: Method, path = "", body?: unknown): Promise<void> {
+  private async pass(title: string, asked: Promise<{ data?: Lease }>): Promise<void> {
     this.passing += 1;
     await this.attempt(title, async () => {
-      this.page.patch({ lease: await call<Lease>(method, `/api/lease${path}`, body) });
+      this.page.patch({ lease: await told(asked) });
     });
     this.passing -= 1;
   }
@@ -76,14 +77,14 @@ export class Operations {
   /** Held clutch: letting go of the target holds the rig. */
   async setClutch(clutch: boolean): Promise<void> {
     await this.attempt("Clutch not changed", async () => {
-      this.page.patch({ lease: await call<Lease>("PATCH", "/api/lease", { clutch }) });
+      this.page.patch({ lease: await told(api.PATCH("/api/lease", { body: { clutch } })) });
     });
   }
 
   /** Change live settings; what the rig then has is shown. */
   async changeSettings(title: string, changes: Partial<Settings>): Promise<void> {
     await this.attempt(title, async () => {
-      const settings = await call<Settings>("PATCH", "/api/settings", { changes });
+      const settings = await told(api.PATCH("/api/settings", { body: { changes } }));
       this.page.patch({ settings: keep(this.page.get().settings, settings) });
     });
   }

@@ -1,5 +1,5 @@
 import { useEffect, useState } from "react";
-import { call } from "../api/rest";
+import { api, told } from "../api/rest";
 import type { PlotLayout } from "../api/types";
 import { Operations } from "../operate/operations";
 import { useService } from "../ui/services";
@@ -18,15 +18,15 @@ export interface Layouts {
   readonly forget: (name: string) => Promise<void>;
 }
 
-const LAYOUTS = "/api/layouts";
-const layoutUrl = (name: string) => `${LAYOUTS}/${encodeURIComponent(name)}`;
-const layoutOf = (name: string) => call<PlotLayout>("GET", layoutUrl(name));
-const keepLayout = (name: string, layout: PlotLayout) => call("PUT", layoutUrl(name), layout);
+const at = (name: string) => ({ params: { path: { name } } });
+const savedNames = () => told(api.GET("/api/layouts"));
+const layoutOf = (name: string) => told(api.GET("/api/layouts/{name}", at(name)));
+const keepLayout = (name: string, body: PlotLayout) => api.PUT("/api/layouts/{name}", { ...at(name), body });
 
 /** Names of the saved layouts, and the one that was used last; the default one where the server does not say. */
 async function remembered(): Promise<[string[], PlotLayout]> {
   try {
-    const names = await call<string[]>("GET", LAYOUTS);
+    const names = await savedNames();
     const last = names.includes(LAST) ? await layoutOf(LAST) : DEFAULT_LAYOUT;
     return [names.filter((name) => name !== LAST), last];
   } catch {
@@ -61,7 +61,7 @@ export function useLayout(): Layouts {
     };
   }, [layout, kept]);
   const relist = async () => {
-    const known = await call<string[]>("GET", LAYOUTS);
+    const known = await savedNames();
     setNames(known.filter((name) => name !== LAST));
   };
   return {
@@ -81,7 +81,7 @@ export function useLayout(): Layouts {
       }),
     forget: (name) =>
       operations.attempt("Layout not deleted", async () => {
-        await call("DELETE", layoutUrl(name));
+        await api.DELETE("/api/layouts/{name}", at(name));
         await relist();
       }),
   };

@@ -1,4 +1,4 @@
-import { call } from "../api/rest";
+import { api, told } from "../api/rest";
 import type { components } from "../api/schema";
 
 type Schemas = components["schemas"];
@@ -7,13 +7,13 @@ export type GainPreset = Schemas["GainPreset"];
 export type ActuatorChoice = Schemas["ActuatorChoice"];
 export type ActuatorBody = Schemas["ActuatorBody"];
 
-const gains = (name: string) => `/api/gains/${encodeURIComponent(name)}`;
+const at = (name: string) => ({ params: { path: { name } } });
 
 /** Presets of gains, and the choice of the actuator. */
 export const presets = {
-  gains: () => call<GainPreset[]>("GET", "/api/gains"),
-  save: (name: string) => call<GainPreset[]>("PUT", gains(name)),
-  remove: (name: string) => call<GainPreset[]>("DELETE", gains(name)),
-  actuators: () => call<ActuatorChoice>("GET", "/api/rig/actuator"),
-  change: (body: ActuatorBody) => call<null>("PUT", "/api/rig/actuator", body),
+  gains: () => told(api.GET("/api/gains")),
+  save: (name: string) => told(api.PUT("/api/gains/{name}", at(name))),
+  remove: (name: string) => told(api.DELETE("/api/gains/{name}", at(name))),
+  actuators: () => told(api.GET("/api/rig/actuator")),
+  change: (body: ActuatorBody) => api.PUT("/api/rig/actuator", { body }),
 };

@@ -1,5 +1,4 @@
-import { call } from "../api/rest";
-import type { RecordingState } from "../api/types";
+import { api, told } from "../api/rest";
 import type { Page } from "../live/page";
 import type { Operations } from "../operate/operations";
 import type { Store } from "../ui/store";
@@ -16,11 +15,11 @@ export class Recorder {
     const { recording, recordingName, recordingProfile } = this.page.get();
     if (reason !== null) this.operations.notify("warning", "Recording", reason);
     else if (recording.recording)
-      await this.operations.attempt("Recording not stopped", () => call("DELETE", "/api/recordings/current"));
+      await this.operations.attempt("Recording not stopped", () => api.DELETE("/api/recordings/current"));
     else
       await this.operations.attempt("Recording not started", async () => {
         const body = { name: recordingName, profile: recordingProfile };
-        this.page.patch({ recording: await call<RecordingState>("POST", "/api/recordings", body) });
+        this.page.patch({ recording: await told(api.POST("/api/recordings", { body })) });
       });
   }
 }

@@ -1,5 +1,5 @@
-import { ask, call } from "../api/rest";
-import type { ImportedPath, Measured, Point, ProfileInfo, Quick, Recording, SignalInfo } from "../api/types";
+import { api, asCsv, told } from "../api/rest";
+import type { ImportedPath, Recording } from "../api/types";
 
 /** What people may change of a recording. */
 export type RecordingChanges = Partial<Pick<Recording, "name" | "tags" | "notes" | "starred">>;
@@ -31,13 +31,6 @@ export interface UnitsMissing {
 export function unitsMissing(path: Pick<ImportedPath, "columns"> | null): UnitsMissing {
   const open = path?.columns.filter((column) => !column.stated).map((column) => column.name);
   return { time: open?.includes("t") ?? true, length: open?.some((name) => name !== "t") ?? true };
-}
-
-/** A recorded path [m] over time [s], ready to be followed. */
-export interface RecordedPath {
-  readonly name: string;
-  readonly points: Point[];
-  readonly times: number[];
 }
 
 /** Formats, their short names, and who reads them. */
@@ -80,34 +73,37 @@ export function viewerUrl(url: string | null, theme: "dark" | "light", renderer:
   return `/rerun/?${query.toString()}&hide_welcome_screen&persist=0&theme=${theme}`;
 }
 
+const at = (id: string) => ({ params: { path: { id } } });
+
 export const recordings = {
   /** The first `limit` of those with every word of `search`, in the order `sort`: a column, "-" before it falls. */
   list: async (search: string, sort: string, limit: number): Promise<Listed> => {
-    const query = new URLSearchParams({ search, sort, limit: String(limit) });
-    const { body, headers } = await ask<Recording[]>("GET", `/api/recordings?${query.toString()}`);
-    const count = (name: string) => Number(headers.get(name) ?? body.length);
-    return { rows: body, found: count("x-found"), inAll: count("x-in-all"), sort };
+    const query = { search, sort, limit };
+    const { data: rows = [], response } = await api.GET("/api/recordings", { params: { query } });
+    const count = (name: string) => Number(response.headers.get(name) ?? rows.length);
+    return { rows, found: count("x-found"), inAll: count("x-in-all"), sort };
   },
   /** Its figures, taken anew. */
-  metrics: (id: string) => call<Measured>("GET", recordingUrl(id, "/metrics")),
+  metrics: (id: string) => told(api.GET("/api/recordings/{id}/metrics", at(id))),
   /** What can be exported of it. */
-  signals: (id: string) => call<SignalInfo[]>("GET", recordingUrl(id, "/signals")),
-  find: (id: string) => call<Recording>("GET", recordingUrl(id)),
+  signals: (id: string) => told(api.GET("/api/recordings/{id}/signals", at(id))),
+  find: (id: string) => told(api.GET("/api/recordings/{id}", at(id))),
   /** The quick look with at most `points` values of each of the signals `keys`. */
   quick: (id: string, points: number, keys: readonly string[]) => {
-    const query = new URLSearchParams([["points", String(points)], ...keys.map((key) => ["signals", key])]);
-    return call<Quick>("GET", recordingUrl(id, `/quick?${query.toString()}`));
+    const query = { points, signals: [...keys] };
+    return told(api.GET("/api/recordings/{id}/quick", { params: { path: { id }, query } }));
   },
-  change: (id: string, changes: RecordingChanges) => call<Recording>("PATCH", recordingUrl(id), changes),
-  remove: (id: string) => call<unknown>("DELETE", recordingUrl(id)),
+  change: (id: string, body: RecordingChanges) =>
+    told(api.PATCH("/api/recordings/{id}", { ...at(id), body })),
+  remove: (id: string) => api.DELETE("/api/recordings/{id}", at(id)),
   /** The recorded path of the tip or of its reference. */
   path: (id: string, what: "p_meas" | "p_ref") =>
-    call<RecordedPath>("GET", recordingUrl(id, `/path?what=${what}`)),
+    told(api.GET("/api/recordings/{id}/path", { params: { path: { id }, query: { what } } })),
   /** What a recording may keep of every tick, the default first. */
-  profiles: () => call<ProfileInfo[]>("GET", "/api/recordings/profiles"),
+  profiles: () => told(api.GET("/api/recordings/profiles")),
   /** A CSV file of another lab; `units` hold where its header names none. */
   take: (file: File, name: string, units: Units) => {
-    const query = new URLSearchParams({ name, time_unit: units.time, length_unit: units.length });
-    return call<Recording>("POST", `/api/recordings/import?${query.toString()}`, file);
+    const query = { name, time_unit: units.time, length_unit: units.length };
+    return told(api.POST("/api/recordings/import", { params: { query }, ...asCsv(file) }));
   },
 };

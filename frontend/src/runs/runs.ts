@@ -1,4 +1,4 @@
-import { call } from "../api/rest";
+import { api, told } from "../api/rest";
 import type { Preview, PreviewBody, ReferenceInfo, RunBody, RunState } from "../api/types";
 import { bodyOf, isPlanned, sketchOf, type DrawingState } from "../drawing/drawing";
 import { isSame, planInputs } from "../drawing/planner";
@@ -32,9 +32,9 @@ export const FIRST_CHOICE: RunChoice = {
 
 /** What previews and runs: the server, or a test. */
 const server = {
-  preview: (body: PreviewBody) => call<Preview>("POST", "/api/preview", body),
-  run: (body: RunBody) => call<RunState>("POST", "/api/run", body),
-  steer: (step: "pause" | "resume" | "stop") => call<RunState>("POST", `/api/run/${step}`),
+  preview: (body: PreviewBody) => told(api.POST("/api/preview", { body })),
+  run: (body: RunBody) => told(api.POST("/api/run", { body })),
+  steer: (step: "pause" | "resume" | "stop") => told(api.POST(`/api/run/${step}`)),
 };
 
 /** Previews and runs of what is chosen: the drawing, or a reference of the library. */

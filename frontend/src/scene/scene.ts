@@ -1,6 +1,5 @@
-import { call } from "../api/rest";
+import { api, told } from "../api/rest";
 import type { components } from "../api/schema";
-import type { Point } from "../api/types";
 
 type Schemas = components["schemas"];
 
@@ -11,16 +10,16 @@ export type SceneView = "top" | "oblique";
 export type SceneScheme = SeatLook["scheme"];
 export type SceneRole = "reference" | "ghost" | "outside";
 /** Points of each line of a path [m]. */
-export type Lines = readonly (readonly Point[])[];
-
-const at = (seat: string) => `/api/scene/${seat}`;
+export type Lines = Schemas["SeatPath"]["lines"];
 
 /** What a page says about its own 3D view. */
 export const scene = {
-  look: (seat: string, body: SeatLook) => call<null>("PUT", `${at(seat)}/look`, body),
-  path: (seat: string, role: SceneRole, lines: Lines) =>
-    call<null>("PUT", `${at(seat)}/path/${role}`, { lines }),
-  play: (seat: string, body: PlaybackBody) => call<Playback>("PUT", `${at(seat)}/playback`, body),
+  look: (seat: string, body: SeatLook): Promise<unknown> =>
+    api.PUT("/api/scene/{seat}/look", { params: { path: { seat } }, body }),
+  path: (seat: string, role: SceneRole, lines: Lines): Promise<unknown> =>
+    api.PUT("/api/scene/{seat}/path/{role}", { params: { path: { seat, role } }, body: { lines } }),
+  play: (seat: string, body: PlaybackBody) =>
+    told(api.PUT("/api/scene/{seat}/playback", { params: { path: { seat } }, body })),
 };
 
 /** Address of viser's page on this seat. */

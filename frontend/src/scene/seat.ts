@@ -82,11 +82,9 @@ function drawingLines(drawing: DrawingState): Partial<SceneLines> {
   };
 }
 
-function rounded(lines: Lines): Lines {
+function rounded(lines: readonly (readonly Point[])[]): Lines {
   const grid = (x: number) => Math.round(x * PER_METRE) / PER_METRE;
-  return lines
-    .filter((line) => line.length > 1)
-    .map((line) => line.map(([x, y]): Point => [grid(x), grid(y)]));
+  return lines.filter((line) => line.length > 1).map((line) => line.map(([x, y]) => [grid(x), grid(y)]));
 }
 
 function seatId(): string {

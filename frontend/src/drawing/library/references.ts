@@ -1,13 +1,13 @@
-import { call } from "../../api/rest";
-import type { ReferenceInfo, ReferencePath } from "../../api/types";
+import { api, told } from "../../api/rest";
+import type { ReferenceInfo } from "../../api/types";
 import { keep, type Page } from "../../live/page";
 import type { Operations } from "../../operate/operations";
 import type { Store } from "../../ui/store";
 
 /** Where references come from: the server, or a test. */
 export const library = {
-  references: () => call<ReferenceInfo[]>("GET", "/api/references"),
-  reference: (name: string) => call<ReferencePath>("GET", `/api/references/${encodeURIComponent(name)}`),
+  references: () => told(api.GET("/api/references")),
+  reference: (name: string) => told(api.GET("/api/references/{name}", { params: { path: { name } } })),
 };
 
 /** The reference menu, and the one reference that is drawn on the plan. */

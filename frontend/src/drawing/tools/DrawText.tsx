@@ -1,8 +1,8 @@
 import { Button, NumberInput, Popover, TextInput } from "@mantine/core";
 import { IconTypography } from "@tabler/icons-react";
 import { useState } from "react";
-import { call } from "../../api/rest";
-import type { Point, TextPath } from "../../api/types";
+import { api, told } from "../../api/rest";
+import type { Point } from "../../api/types";
 import { usePage } from "../../live/page";
 import { Operations } from "../../operate/operations";
 import { useService } from "../../ui/services";
@@ -21,7 +21,7 @@ export function DrawText() {
   const place = () =>
     operations.attempt("Text not placed", async () => {
       const body = { text, height: Number(height) / 1e3 };
-      const { points } = await call<TextPath>("POST", "/api/drawings/text", body);
+      const { points } = await told(api.POST("/api/drawings/text", { body }));
       const piece = pieceOf(points);
       drawing.choose("drag");
       drawing.add([{ ...piece, placement: { ...piece.placement, centre: middleOfReach(length) } }]);

@@ -1,4 +1,4 @@
-import { ask, Refusal } from "../../api/rest";
+import { api, Refusal, told } from "../../api/rest";
 import type { CommandReply } from "../../api/types";
 import type { StopNews } from "../../live/page";
 import { textOf } from "../../ui/format";
@@ -37,9 +37,9 @@ const LOST_SHOWN_MS = 30_000;
 const TITLE = "E-STOP did not reach the rig: use the hardware stop";
 
 /** By HTTP it goes before what else the browser fetches, and goes on when the page is closed. */
-export async function stopByHttp(): Promise<CommandReply> {
+export function stopByHttp(): Promise<CommandReply> {
   const how: RequestInit = { priority: "high", keepalive: true };
-  return (await ask<CommandReply>("POST", "/api/command", { request: "e_stop" }, how)).body;
+  return told(api.POST("/api/command", { ...how, body: { request: "e_stop" } }));
 }
 
 /** E-STOP: for every viewer, in every state, at once by every way there is, until one of them has arrived. */

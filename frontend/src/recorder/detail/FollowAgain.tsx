@@ -28,7 +28,7 @@ export function FollowAgain({ recording }: { readonly recording: Recording }) {
       const { name, points, times } = await recordings.path(recording.id, what);
       drawing.load({
         name,
-        points: points.map(([x, y]) => [x, y]),
+        points,
         times,
         closed: false,
         smoothing: SMOOTHING[what],
