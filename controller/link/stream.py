@@ -45,8 +45,9 @@ class RowStream:
         self._pass_on(rows)
 
     def _pass_on(self, rows: np.ndarray) -> None:
+        """Deliver those of `rows`, whose ticks rise, that are new."""
         ticks = rows["tick"]
-        fresh = rows[int(np.searchsorted(ticks, self._next)) :]
+        fresh = rows[int(np.searchsorted(ticks, self._next or 0)) :]
         if len(fresh):
             self._next = int(ticks[-1]) + 1
             self._deliver(fresh)
