@@ -63,7 +63,8 @@ class Operator:
         return np.concatenate(list(self.batches))
 
     def newest(self) -> np.void:
-        """The newest row."""
+        """The newest row; waits for the first: a rig is met before its next batch comes."""
+        wait_for(lambda: self.batches)
         return self.batches[-1][-1]  # type: ignore[no-any-return]
 
     def first(self, column: str, value: int) -> int:
