@@ -59,7 +59,8 @@ class Operator:
         assert self.send(Request.FOLLOW, target=(0.24, 0.02)).accepted
 
     def rows(self) -> np.ndarray:
-        """Every row so far."""
+        """Every row so far, one at least."""
+        wait_for(lambda: self.batches)
         return np.concatenate(list(self.batches))
 
     def newest(self) -> np.void:
