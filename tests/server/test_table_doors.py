@@ -62,7 +62,7 @@ WRONG = {
     "no row": ("# nothing\n", "is empty: columns t, x, y are needed"),
     "too far": ("t,x_m,y_m\n0,0,0\n1,0,2e3\n", "line 3: y = 2000 m, more than 1000"),
 }
-"""What is no path, and what is said of it."""
+"""Files that hold no path, and what is said of each."""
 MEASURED_WRONG = {
     "an empty cell": ("p1,x1,y1\n1,2,\n", "line 2: y1 is empty"),
     "an infinite cell": ("ID,x1,y1\n1,2,inf\n", "line 2: y1 = inf is not finite"),
