@@ -24,6 +24,9 @@ export async function told<T>(asked: Promise<{ data?: T }>): Promise<T> {
   return (await asked).data as T;
 }
 
+/** Fills `{name}` of a path. */
+export const named = (name: string) => ({ params: { path: { name } } });
+
 /** A file goes as it is: OpenAPI knows its text only as a string. */
 export function asCsv(file: File) {
   return { body: "", bodySerializer: () => file, headers: { "content-type": "text/csv" } };

@@ -1,10 +1,8 @@
-import { api, told } from "../api/rest";
+import { api, named, told } from "../api/rest";
 import type { DrawingInfo } from "../api/types";
 import type { Operations } from "../operate/operations";
 import { Store } from "../ui/store";
 import { bodyOf, type Drawing } from "./drawing";
-
-const at = (name: string) => ({ params: { path: { name } } });
 
 /** Address of the saved drawing `name` as a file. */
 export function drawingUrl(name: string): string {
@@ -31,19 +29,21 @@ export class SavedDrawings {
     const body = bodyOf(this.drawing.store.get());
     if (!body) return;
     await this.operations.attempt("Drawing not saved", () =>
-      api.PUT("/api/drawings/{name}", { ...at(body.name), body }),
+      api.PUT("/api/drawings/{name}", { ...named(body.name), body }),
     );
     await this.learn();
   }
 
   async load(name: string): Promise<void> {
     await this.operations.attempt("Drawing not loaded", async () => {
-      this.drawing.load(await told(api.GET("/api/drawings/{name}", at(name))));
+      this.drawing.load(await told(api.GET("/api/drawings/{name}", named(name))));
     });
   }
 
   async remove(name: string): Promise<void> {
-    await this.operations.attempt("Drawing not deleted", () => api.DELETE("/api/drawings/{name}", at(name)));
+    await this.operations.attempt("Drawing not deleted", () =>
+      api.DELETE("/api/drawings/{name}", named(name)),
+    );
     await this.learn();
   }
 }

@@ -1,5 +1,5 @@
 import { useEffect, useState } from "react";
-import { api, told } from "../api/rest";
+import { api, named, told } from "../api/rest";
 import type { PlotLayout } from "../api/types";
 import { Operations } from "../operate/operations";
 import { useService } from "../ui/services";
@@ -18,10 +18,10 @@ export interface Layouts {
   readonly forget: (name: string) => Promise<void>;
 }
 
-const at = (name: string) => ({ params: { path: { name } } });
 const savedNames = () => told(api.GET("/api/layouts"));
-const layoutOf = (name: string) => told(api.GET("/api/layouts/{name}", at(name)));
-const keepLayout = (name: string, body: PlotLayout) => api.PUT("/api/layouts/{name}", { ...at(name), body });
+const layoutOf = (name: string) => told(api.GET("/api/layouts/{name}", named(name)));
+const keepLayout = (name: string, body: PlotLayout) =>
+  api.PUT("/api/layouts/{name}", { ...named(name), body });
 
 /** Names of the saved layouts, and the one that was used last; the default one where the server does not say. */
 async function remembered(): Promise<[string[], PlotLayout]> {
@@ -81,7 +81,7 @@ export function useLayout(): Layouts {
       }),
     forget: (name) =>
       operations.attempt("Layout not deleted", async () => {
-        await api.DELETE("/api/layouts/{name}", at(name));
+        await api.DELETE("/api/layouts/{name}", named(name));
         await relist();
       }),
   };

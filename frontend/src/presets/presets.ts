@@ -1,4 +1,4 @@
-import { api, told } from "../api/rest";
+import { api, named, told } from "../api/rest";
 import type { components } from "../api/schema";
 
 type Schemas = components["schemas"];
@@ -7,13 +7,11 @@ export type GainPreset = Schemas["GainPreset"];
 export type ActuatorChoice = Schemas["ActuatorChoice"];
 export type ActuatorBody = Schemas["ActuatorBody"];
 
-const at = (name: string) => ({ params: { path: { name } } });
-
 /** Presets of gains, and the choice of the actuator. */
 export const presets = {
   gains: () => told(api.GET("/api/gains")),
-  save: (name: string) => told(api.PUT("/api/gains/{name}", at(name))),
-  remove: (name: string) => told(api.DELETE("/api/gains/{name}", at(name))),
+  save: (name: string) => told(api.PUT("/api/gains/{name}", named(name))),
+  remove: (name: string) => told(api.DELETE("/api/gains/{name}", named(name))),
   actuators: () => told(api.GET("/api/rig/actuator")),
   change: (body: ActuatorBody) => api.PUT("/api/rig/actuator", { body }),
 };

@@ -1,4 +1,4 @@
-import { api, told } from "../../api/rest";
+import { api, named, told } from "../../api/rest";
 import type { ReferenceInfo } from "../../api/types";
 import { keep, type Page } from "../../live/page";
 import type { Operations } from "../../operate/operations";
@@ -7,7 +7,7 @@ import type { Store } from "../../ui/store";
 /** Where references come from: the server, or a test. */
 export const library = {
   references: () => told(api.GET("/api/references")),
-  reference: (name: string) => told(api.GET("/api/references/{name}", { params: { path: { name } } })),
+  reference: (name: string) => told(api.GET("/api/references/{name}", named(name))),
 };
 
 /** The reference menu, and the one reference that is drawn on the plan. */
