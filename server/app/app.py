@@ -18,7 +18,7 @@ from starlette.datastructures import State
 from controller.schema.modes import Cause, Freeze, Integrator, Law, Mode
 from controller.schema.parameters import RigParameters
 from controller.system.memory import forget_start
-from controller.system.tasks import forever
+from controller.system.tasks import Tasks, forever
 from server.access import page, sign_in
 from server.access.gate import Gate, admits
 from server.access.hosts import Hosts
@@ -149,7 +149,9 @@ async def presence_messages(body: Presence) -> Heard:  # type: ignore[empty-body
 async def _lifespan(app: FastAPI) -> AsyncIterator[dict[str, Any]]:
     services: Services = app.state.services
     threading.Thread(target=_settle, args=[app], name="settle", daemon=True).start()
-    tasks = [asyncio.create_task(forever("the beat", services.beat.run)), asyncio.create_task(_prepare(services))]
+    beat = asyncio.create_task(forever("the beat", services.beat.run))
+    preparing = Tasks()
+    preparing.begin("what every page asks for first", _prepare(services))
     services.turning.start()
     asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(THREADS, "request"))
     hosts = Hosts(services.settings)
@@ -157,8 +159,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[dict[str, Any]]:
     try:
         yield {WHOLE: lane}
     finally:
-        for task in tasks:
-            task.cancel()
+        beat.cancel()
         services.turning.stop()
         await asyncio.to_thread(services.close)
 
