@@ -39,6 +39,10 @@ class StartRefused(TendrilError):
     """A process could not start, and has said why in a sentence of its own."""
 
 
+class ProcessKilled(TendrilError):
+    """A process that worked for us was killed, or had to be."""
+
+
 class RigHeld(CommandRefused):
     """Another server commands the rig; the text says which and since when."""
 

@@ -20,12 +20,17 @@ from controller.kernels.observer.observer import Observer, ObserverGains, reset_
 from controller.schema.actuator import Actuator
 from controller.schema.layout import to_record
 from controller.schema.modes import Cause, Integrator, RowKind
-from controller.schema.parameters import BACKBONE_POINTS, SENSORS, ControllerParameters, RigParameters, SafetyLimits
+from controller.schema.parameters import (
+    BACKBONE_POINTS,
+    REFERENCE_ROWS,
+    SENSORS,
+    ControllerParameters,
+    RigParameters,
+    SafetyLimits,
+)
 
 SEED_GRID = 41
 """Points a side of the grid of starts for the inverse: 3 mN m, some 10 mm at the tip."""
-REFERENCE_ROWS = 300_000
-"""Room for a planned reference: 5 minutes at 1 kHz."""
 
 
 def build_rig(parameters: RigParameters, boot: int) -> Rig:

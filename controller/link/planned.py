@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.build.rig import REFERENCE_ROWS
 from controller.errors import ParameterError
+from controller.schema.parameters import REFERENCE_ROWS
 
 HEAD, POINT, TORQUES, KIND = 32, 16, 8, 1
 """Bytes of the four words, of a point, of its torques (float32: the rig refines them) and of its kind."""

@@ -15,7 +15,7 @@ from controller.realtime.mailbox import post, words
 from controller.realtime.ring import Ring
 from controller.schema.layout import to_record
 from controller.schema.messages import Command, CommandReply, RigInfo, TwinFaults
-from controller.schema.modes import Cause, Mode, Request, RowKind
+from controller.schema.modes import Cause, Mode, Request, RowKind, refused_text
 
 ECHO_MIN, ECHO_MAX = 0.05, 0.4
 """Wait for a tick that saw a command [s]: as long as the rig's limits let the loop pause, between these two."""
@@ -28,18 +28,6 @@ START_NEAR = 3e-3
 STANDING = (Mode.HOLD, Mode.FOLLOW)
 POLL = 1e-4
 """Pause between two looks at the ring [s]."""
-
-REASONS = {
-    Cause.WRONG_BOOT: "the rig has restarted since; read its state and arm again",
-    Cause.NO_REFERENCE: "no reference is planned",
-    Cause.NO_OPERATOR: "no operator is present",
-}
-NEXT_STEPS = {
-    Mode.VENTED: "arm first",
-    Mode.REST: "wait until the rig is vented",
-    Mode.FAULT: "clear the fault first",
-    Mode.E_STOP: "clear the E-STOP first",
-}
 
 Stopper = tuple[int, int]
 """Which E-STOP of which server: a session, and a number that this server gives to one press."""
@@ -242,14 +230,6 @@ def answer(command: Command, row: np.void) -> CommandReply:
     if refusal == Cause.NONE:
         return _reply(command, mode, cause, mode.name, accepted=True)
     return _reply(command, mode, refusal, refused_text(command.request, mode, refusal))
-
-
-def refused_text(request: Request, mode: Mode, cause: Cause) -> str:
-    """Why `request` was refused in `mode`, as "refused: FOLLOW is not possible in VENTED; arm first"."""
-    if cause in REASONS:
-        return f"refused: {REASONS[cause]}"
-    hint = NEXT_STEPS.get(mode)
-    return f"refused: {request.name} is not possible in {mode.name}" + (f"; {hint}" if hint else "")
 
 
 def _older(command: Command, mode: Mode, used: int) -> CommandReply:

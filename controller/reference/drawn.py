@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.rig import REFERENCE_ROWS
 from controller.errors import DataError, ParameterError
 from controller.kernels.model.statics import StaticMap
 from controller.reference.feasible.approach import approach
@@ -17,7 +16,7 @@ from controller.reference.library import APPROACH, static_map
 from controller.reference.path_file import Samples
 from controller.reference.reference import Reference
 from controller.schema.actuator import Actuator
-from controller.schema.parameters import ControllerParameters
+from controller.schema.parameters import REFERENCE_ROWS, ControllerParameters
 
 ON_GRID = 1e-6
 """A sample that is this near to a tick is on it, so that a path sampled like the loop stays as it is [ticks]."""

@@ -107,3 +107,26 @@ class Freeze(IntEnum):
     """The last sample is delivered again as it was, so nothing new is."""
     FRESH_TIME = 2
     """The last positions are delivered under new times of capture."""
+
+
+REASONS = {
+    Cause.WRONG_BOOT: "the rig has restarted since; read its state and arm again",
+    Cause.NO_REFERENCE: "no reference is planned",
+    Cause.NO_OPERATOR: "no operator is present",
+}
+"""What a refusal means."""
+NEXT_STEPS = {
+    Mode.VENTED: "arm first",
+    Mode.REST: "wait until the rig is vented",
+    Mode.FAULT: "clear the fault first",
+    Mode.E_STOP: "clear the E-STOP first",
+}
+"""What an operator does first."""
+
+
+def refused_text(request: Request, mode: Mode, cause: Cause) -> str:
+    """Why `request` was refused in `mode`, as "refused: FOLLOW is not possible in VENTED; arm first"."""
+    if cause in REASONS:
+        return f"refused: {REASONS[cause]}"
+    hint = NEXT_STEPS.get(mode)
+    return f"refused: {request.name} is not possible in {mode.name}" + (f"; {hint}" if hint else "")

@@ -20,6 +20,9 @@ of rod 6 of 10 and "rod 10" the tip, whatever the number of rods in the model.""
 BACKBONE_POINTS = 21
 """Backbone samples in telemetry, at arc lengths j L / 20: every second one is a sensor position."""
 
+REFERENCE_ROWS = 300_000
+"""Room for a planned reference: 5 minutes at 1 kHz."""
+
 DT = 1e-3
 """Period of the loop unless it is started with another, and of the rows of every reference [s]."""
 

@@ -82,9 +82,13 @@ class Child:
 
 
 def launched(
-    program: tuple[str, ...], output: IO[bytes] | None, environment: Mapping[str, str] | None = None
+    program: tuple[str, ...],
+    output: IO[bytes] | None,
+    environment: Mapping[str, str] | None = None,
+    keep: tuple[int, ...] = (),
 ) -> "subprocess.Popen[bytes]":
-    """A process that runs `python -m *program`; `output` None leaves what it prints where ours goes.
+    """A process that runs `python -m *program`; `output` None leaves what it prints where ours goes. It gets the
+    descriptors `keep`.
 
     It has a session of its own: Ctrl-C in the terminal is for us, who end it in order.
     """
@@ -94,6 +98,7 @@ def launched(
         stdout=output,
         stderr=output,
         start_new_session=True,
+        pass_fds=keep,
     )
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
-from controller.errors import TendrilError
+from controller.errors import ProcessKilled, TendrilError
 from recordings.store import apart as process
 
 P = ParamSpec("P")
@@ -18,5 +18,5 @@ def apart(work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
     """`recordings.store.apart.apart`; ExportKilled when it was killed."""
     try:
         return process.apart(work, *arguments, **named)
-    except process.Killed:
+    except ProcessKilled:
         raise ExportKilled("the export was killed, perhaps for want of memory: choose fewer signals") from None

@@ -5,19 +5,11 @@ from pathlib import Path
 from typing import Literal
 
 from controller.errors import ParameterError
-from recordings.exporting.arrow import write_csv, write_parquet
-from recordings.exporting.matlab import write_mat
-from recordings.exporting.mcap_file import write_mcap
 from recordings.exporting.table import Choice, RowReader, Table
 from recordings.format import frames
 
 Format = Literal["csv", "parquet", "mat", "mcap", "rrd"]
-WRITERS: dict[Format, Callable[[Iterable[Table], Path], None]] = {
-    "csv": write_csv,
-    "parquet": write_parquet,
-    "mat": write_mat,
-    "mcap": write_mcap,
-}
+Writer = Callable[[Iterable[Table], Path], None]
 
 
 def export(source: Path, target: Path, kind: Format, choice: Choice) -> None:
@@ -29,10 +21,33 @@ def export(source: Path, target: Path, kind: Format, choice: Choice) -> None:
         require_whole(choice)
         frames.copy_whole(source, target)
     else:
-        WRITERS[kind](RowReader(source).pieces(choice), target)
+        _writer(kind)(RowReader(source).pieces(choice), target)
 
 
 def require_whole(choice: Choice) -> None:
     """ParameterError unless everything is chosen: an .rrd file is given as it is."""
     if choice != Choice():
         raise ParameterError("format = rrd is the whole file as it is: signals, from and to are for the other formats")
+
+
+def _writer(kind: Format) -> Writer:
+    """Each brings libraries of its own, so it is imported when it is asked for: a server only passes the order on."""
+    match kind:
+        case "csv":
+            from recordings.exporting.arrow import write_csv
+
+            return write_csv
+        case "parquet":
+            from recordings.exporting.arrow import write_parquet
+
+            return write_parquet
+        case "mat":
+            from recordings.exporting.matlab import write_mat
+
+            return write_mat
+        case "mcap":
+            from recordings.exporting.mcap_file import write_mcap
+
+            return write_mcap
+        case "rrd":
+            raise AssertionError("an .rrd file is copied")

@@ -8,7 +8,7 @@ from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from typing import Any, ParamSpec, TypeVar
 
-from controller.errors import TendrilError
+from controller.errors import ProcessKilled
 from controller.system.parent import end_with_parent
 
 P = ParamSpec("P")
@@ -16,12 +16,11 @@ T = TypeVar("T")
 NICE = 19
 
 
-class Killed(TendrilError):
-    """The process was killed from outside."""
-
-
 def apart(work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
-    """`work(*arguments, **named)` elsewhere: its result or its error; Killed when it was killed. It ends when we do."""
+    """`work(*arguments, **named)` elsewhere: its result or its error; ProcessKilled when it was killed.
+
+    It ends when we do.
+    """
     context = get_context("spawn")
     ours, theirs = context.Pipe(duplex=False)
     process = context.Process(target=_answer, args=(theirs, NICE, work, arguments, named), daemon=True)
@@ -30,7 +29,7 @@ def apart(work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
     try:
         result, error = ours.recv()
     except EOFError:
-        raise Killed("the process was killed, perhaps for want of memory") from None
+        raise ProcessKilled("the process was killed, perhaps for want of memory") from None
     finally:
         process.join()
         ours.close()

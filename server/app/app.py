@@ -16,7 +16,6 @@ from fastapi import Depends, FastAPI
 from starlette.datastructures import State
 
 from controller.schema.modes import Cause, Freeze, Integrator, Law, Mode
-from controller.schema.parameters import RigParameters
 from controller.system.memory import forget_start
 from controller.system.tasks import Tasks, forever
 from server.access import page, sign_in
@@ -24,7 +23,7 @@ from server.access.gate import Gate, admits
 from server.access.hosts import Hosts
 from server.access.roles import authorise
 from server.app.services import Services
-from server.drawing import references
+from server.drawing import planning
 from server.drawing import routes as drawing
 from server.health import routes as health
 from server.http import given, problems
@@ -40,8 +39,8 @@ from server.plots import routes as plots
 from server.presets import routes as presets
 from server.recorder import export_routes, rerun_routes
 from server.recorder import routes as recorder
+from server.rig import reach, twin_routes
 from server.rig import routes as rig
-from server.rig import twin_routes
 from server.runs import recorded_path
 from server.runs import routes as runs
 from server.scene import proxy
@@ -165,16 +164,11 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[dict[str, Any]]:
 
 
 async def _prepare(services: Services) -> None:
-    """What every page asks for first is made when the rig is met, and what only that needed is given back."""
+    """What every page asks for first is made when the rig is met."""
     while (info := services.rig.info) is None:
         await asyncio.sleep(MEETING)
-    await asyncio.to_thread(_prepare_pages, info.parameters)
-
-
-def _prepare_pages(parameters: RigParameters) -> None:
-    rig.workspace(parameters)
-    references.listed(parameters)
-    forget_start()
+    await services.planner.do(reach.workspace, info.parameters)
+    await services.planner.do(planning.menu, info.parameters)
 
 
 def _settle(app: FastAPI) -> None:

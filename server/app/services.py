@@ -44,7 +44,8 @@ from server.recorder.review import Review
 from server.recorder.watch import RecorderWatch
 from server.rig.client import Rig
 from server.rig.history import History
-from server.runs.preview import Previews
+from server.rig.planner import Planner
+from server.runs.previews import Previews
 from server.runs.results import Results
 from server.runs.runs import Runs
 from server.runs.tracker import Tracker
@@ -69,6 +70,7 @@ class Services:
     history: History
     loop: LoopWatch
     rig: Rig
+    planner: Planner
     operator: Operator
     kept: KeptSettings
     hands: Hands
@@ -99,8 +101,9 @@ class Services:
         return {type(part): part for part in parts}
 
     def close(self) -> None:
-        """End commands and link, then run and recording (which have then seen every row), then the 3D view."""
+        """End plans, commands and link, then run and recording (which have then seen every row), then the 3D view."""
         self.tokens.stop()
+        self.planner.close()
         self.operator.close()
         self.rig.close()
         self.runs.close()
@@ -113,10 +116,13 @@ class Services:
         self.folder.close()
 
 
-def open_services(settings: ServerSettings, deadly: Callable[[], None] | None = None) -> Services:
+def open_services(
+    settings: ServerSettings, deadly: Callable[[], None] | None = None, planner: Planner | None = None
+) -> Services:
     """Connect to the rig and start everything that has a thread of its own. `deadly` is called where the event loop
-    does not turn any more.
+    does not turn any more; `planner` is to be used instead of one of their own.
     """
+    planner = planner or Planner()
     file = TokenFile(settings)
     secrets = file.made()
     sessions, lease = Sessions(secrets, settings.rig), OperatorLease()
@@ -148,7 +154,7 @@ def open_services(settings: ServerSettings, deadly: Callable[[], None] | None = 
 
     automatic = Automatic(recorder, rig, review, events, lambda: operator.settings, lambda: settings.record_faults)
     results = Results(settings.state / f"runs-{settings.rig}.json")
-    runs = Runs(Tracker(rig, operator), automatic, events, results)
+    runs = Runs(Tracker(rig, operator), planner, automatic, events, results)
     history.listen(runs.inbox.put)
     scene = Scene(lambda: history.newest, rig.actuator, settings.light_scene)
     alarms = Alarms(UserFiles(settings.state / "alarms", "the limits"))
@@ -201,6 +207,7 @@ def open_services(settings: ServerSettings, deadly: Callable[[], None] | None = 
         history=history,
         loop=loop,
         rig=rig,
+        planner=planner,
         operator=operator,
         kept=kept,
         hands=hands,
@@ -211,7 +218,7 @@ def open_services(settings: ServerSettings, deadly: Callable[[], None] | None = 
         review=review,
         automatic=automatic,
         drawings=Drawings(settings.state / "drawings"),
-        previews=Previews(),
+        previews=Previews(planner),
         results=results,
         runs=runs,
         plots=Plots(history),

@@ -39,6 +39,7 @@ ACTS: dict[str, Callable[[Scene], Seen]] = {
     "rig-killed": processes.rig_killed,
     "rig-paused": processes.rig_paused,
     "rig-stopped": processes.rig_stopped,
+    "planner-killed": processes.planner_killed,
     "recorder-killed": files.recorder_killed,
     "recorder-stopped": files.recorder_stopped,
     "disk-full": files.disk_full,

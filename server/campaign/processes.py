@@ -3,10 +3,11 @@
 import os
 import signal
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 from controller.schema.modes import Cause, Mode
 from server.campaign import trace
-from server.campaign.scene import Scene
+from server.campaign.scene import CIRCLE, Scene
 from server.campaign.table import RESTART_MS
 from server.campaign.waiting import Seen, require, wait
 
@@ -14,6 +15,8 @@ PAUSE = 2.0
 """For which a process is stopped [s]."""
 SHORT = 0.25
 """The same, longer than the loop's gap and shorter than the supervisor waits [s]."""
+LAPS = 20
+"""Of a preview that takes longer than that."""
 SLACK = 2.0
 """After which a reaction is not waited for any more [s]; its limit is judged by the ring's own times."""
 REST_AFTER = 30.0
@@ -36,6 +39,27 @@ def server_killed(scene: Scene) -> Seen:
     scene.stays_calm()
     scene.acts_again()
     return Seen(f"{observed}; the next server's page shows HOLD, and an operator can arm again", took)
+
+
+def planner_killed(scene: Scene) -> Seen:
+    """The server has another one at once, and asks it again."""
+    scene.track()
+    start = time.monotonic_ns()
+    killed = scene.planner_process
+    with ThreadPoolExecutor(1) as pool:
+        answer = pool.submit(scene.operator.request, "POST", "/api/preview", reference=CIRCLE, laps=LAPS)
+        time.sleep(SHORT)
+        require(not answer.done(), "the preview was there before the planner was killed")
+        os.kill(killed, signal.SIGKILL)
+        found = answer.result()
+    require(found.status_code == 200, f"the preview was answered with {found.status_code}: {found.text[:200]}")
+    rows = scene.since(start)
+    require((rows["mode"] == Mode.TRACK).all(), f"left TRACK for {Mode(rows['mode'][-1]).name}")
+    require(scene.planner_process != killed, "the planner lives")
+    scene.acts_again()
+    return Seen(
+        f"TRACK; the preview came after {1e-9 * (time.monotonic_ns() - start):.1f} s", trace.longest_gap_ms(rows)
+    )
 
 
 def server_stopped(scene: Scene) -> Seen:

@@ -20,6 +20,7 @@ from controller.realtime.settings import RigSettings
 from controller.realtime.supervisor import Supervisor
 from controller.schema.modes import Cause, Mode
 from controller.schema.parameters import RigParameters, SafetyLimits
+from controller.system import working
 from server.campaign import inside, trace
 from server.campaign.certificates import make_certificates
 from server.campaign.person import Person
@@ -110,6 +111,13 @@ class Scene:
     def server_process(self) -> int:
         """Process id of the server."""
         return self._server.process
+
+    @property
+    def planner_process(self) -> int:
+        """Process id of the server's planner."""
+        tasks = Path(f"/proc/{self.server_process}/task")
+        children = [pid for task in tasks.iterdir() for pid in (task / "children").read_text().split()]
+        return next(int(pid) for pid in children if working.__name__ in Path(f"/proc/{pid}/cmdline").read_text())
 
     @property
     def boot(self) -> int:

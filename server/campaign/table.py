@@ -67,6 +67,12 @@ FAULTS = (
     Fault("rig-paused", "SIGSTOP of the rig, SIGCONT after 250 ms", "HOLD (loop stalled) on resume", 100.0),
     Fault("rig-stopped", "SIGSTOP of the rig for good", "killed, restarted VENTED; the page says so", RESTART_MS),
     Fault(
+        "planner-killed",
+        "kill -9 of the process that plans, while it foresees a run",
+        "TRACK goes on; another one foresees the run",
+        1e3 * GAP,
+    ),
+    Fault(
         "recorder-killed",
         "kill -9 of the server, of which the recorder is a thread, while it records",
         "HOLD; the next server mends the recording and goes on in a second part without a hole",

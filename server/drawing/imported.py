@@ -4,12 +4,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from controller.arrays import Array, Values
+from controller.arrays import Array
 from controller.reference.path_file import path_table, points_of, times_of
 from controller.tables.header import Column
 from controller.tables.lines import sent_lines
 from controller.tables.table import Table
 from server.drawing.messages import POINTS_MAX, ImportedColumn, ImportedPath
+from server.drawing.picture import evenly
 
 METRES_MAX = 2.0
 """Coordinates beyond this are in mm where no unit is said: the plane ends there [m]."""
@@ -23,7 +24,7 @@ def imported(text: bytes, where: str) -> ImportedPath:
     units = _units(table)
     p = points_of(table, units)
     t = times_of(table, units["t"]) if "t" in units else None
-    kept = evenly(len(p))
+    kept = evenly(len(p), POINTS_MAX)
     return ImportedPath(
         points=[(x, y) for x, y in p[kept].tolist()],
         times=None if t is None else (t - t[0])[kept].tolist(),
@@ -31,11 +32,6 @@ def imported(text: bytes, where: str) -> ImportedPath:
         columns=[_column(column, units) for column in table.columns],
         notes=[*_notes(table, units), *_thinned(len(p))],
     )
-
-
-def evenly(count: int) -> Values:
-    """Indices of at most as many of `count` points as a drawing holds, evenly chosen, first and last among them."""
-    return np.unique(np.linspace(0, count - 1, min(count, POINTS_MAX)).round().astype(np.intp))
 
 
 def _units(table: Table) -> dict[str, str]:

@@ -1,7 +1,6 @@
 """What the page gets to know of a drawing's plan, and the same plan as a file."""
 
 import io
-from typing import Any
 
 import numpy as np
 
@@ -9,16 +8,14 @@ from controller.reference.feasible.bounds import accelerations, speeds, standing
 from controller.reference.shapes import lengths
 from controller.schema.parameters import RigParameters, Settings
 from server.drawing.messages import DrawingBody, DrawingPlan
+from server.drawing.picture import evenly, points, times
 from server.drawing.planned import plan
-from server.drawing.references import POINTS, points, times
-
-Indices = np.ndarray[Any, np.dtype[np.intp]]
 
 
 def drawing_plan(drawing: DrawingBody, rig: RigParameters, settings: Settings) -> DrawingPlan:
     """What would be followed. Raises ParameterError for what cannot be timed."""
     found, dt = plan(drawing, rig, settings), rig.controller.dt
-    path, rows = found.path, spread(len(found.path.p))
+    path, rows = found.path, evenly(len(found.path.p))
     out = path.distance > 0.0
     return DrawingPlan(
         length=float(lengths(path.p)[-1]),
@@ -35,11 +32,6 @@ def drawing_plan(drawing: DrawingBody, rig: RigParameters, settings: Settings) -
         reachable=drawing.outside == "project" or not out.any(),
         reason="; ".join(filter(None, [found.outside(), *path.said])),
     )
-
-
-def spread(rows: int) -> Indices:
-    """At most POINTS of `rows` rows, evenly, the last included."""
-    return np.unique(np.linspace(0, rows - 1, min(rows, POINTS)).round().astype(np.intp))
 
 
 def csv_of(drawing: DrawingBody, rig: RigParameters, settings: Settings) -> str:

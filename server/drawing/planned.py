@@ -22,8 +22,9 @@ from controller.reference.reference import Reference
 from controller.reference.shapes import lengths
 from controller.schema.parameters import RigParameters, Settings
 from controller.simulation.live_path import LIVE_PATH_FILE
+from server.drawing.errors import UnknownReference
 from server.drawing.messages import DURATION_MAX, DURATION_MIN, DrawingBody, Duration, Fastest, Given, Speed, Wanted
-from server.drawing.references import TITLES, UnknownReference
+from server.drawing.references import TITLES
 
 LENGTH_MIN = 1e-3
 """A drawing is at least so long [m]."""

@@ -2,10 +2,8 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from controller.arrays import Array
 from controller.errors import ParameterError
@@ -14,17 +12,12 @@ from controller.reference.reference import Reference
 from controller.schema.actuator import Actuator
 from controller.schema.parameters import ControllerParameters, RigParameters
 from controller.simulation.live_path import read_marker_path
+from server.drawing.errors import UnknownReference
 from server.drawing.messages import ReferenceInfo, ReferencePath
-from server.http.errors import NotFound
+from server.drawing.picture import POINTS, points, times
 
-POINTS = 2000
-"""Most points of a path that the page gets: enough for a picture."""
 SPEED_WINDOW = 0.25
 """Time over which the speed of a recorded path is averaged [s]: its samples come unevenly."""
-
-
-class UnknownReference(NotFound):
-    """There is no reference of this name."""
 
 
 @dataclass(frozen=True)
@@ -135,13 +128,3 @@ def _path(name: str, t: Array, p: Array, keep: list[int]) -> ReferencePath:
     stride = -(-len(p) // (POINTS - len(sides) - 1))
     rows = np.union1d(np.arange(0, len(p), stride), [*sides, len(p) - 1])
     return ReferencePath(name=name, t=times(t[rows]), points=points(p[rows]), start=int(np.searchsorted(rows, keep[0])))
-
-
-def times(t: npt.NDArray[np.floating[Any]]) -> list[float]:
-    """Times t (n,) [s] to a tenth of a millisecond, as the page gets them."""
-    return [round(value, 4) for value in t.tolist()]
-
-
-def points(p: Array) -> list[tuple[float, float]]:
-    """Rows p (n, 2) [m] to a hundredth of a millimetre, as the page gets them."""
-    return [(round(x, 5), round(y, 5)) for x, y in p.tolist()]

@@ -7,7 +7,7 @@ from fastapi import APIRouter, Body, Query, Response
 
 from controller.reference import lettering
 from server.access.asking import Holder
-from server.drawing import references
+from server.drawing import planning
 from server.drawing.imported import imported
 from server.drawing.messages import (
     DrawingBody,
@@ -21,13 +21,13 @@ from server.drawing.messages import (
     TextBody,
     TextPath,
 )
-from server.drawing.plan import csv_of, drawing_plan
-from server.drawing.references import points
+from server.drawing.picture import points
 from server.drawing.store import GivenDrawings
 from server.http import answers
 from server.log.events import GivenEvents
 from server.operate.operator import GivenOperator
 from server.rig.client import GivenRig
+from server.rig.planner import GivenPlanner
 
 router = APIRouter()
 
@@ -36,9 +36,9 @@ FileName = Annotated[str, Query(min_length=1, max_length=255)]
 
 
 @router.post("/api/drawings/plan", tags=["drawings"])
-async def plan_drawing(body: DrawingBody, rig: GivenRig, operator: GivenOperator) -> DrawingPlan:
+async def plan_drawing(body: DrawingBody, rig: GivenRig, operator: GivenOperator, planner: GivenPlanner) -> DrawingPlan:
     """What would be followed; 422 with field, value and bound for what cannot be planned."""
-    return await asyncio.to_thread(drawing_plan, body, rig.require_info().parameters, operator.settings)
+    return await planner.do(planning.drawing_plan, body, rig.require_info().parameters, operator.settings)
 
 
 @router.post("/api/drawings/text", tags=["drawings"])
@@ -68,9 +68,12 @@ async def read_drawings(drawings: GivenDrawings) -> list[DrawingInfo]:
     response_class=Response,
     responses=answers.body("text/csv", "The file"),
 )
-async def drawing_file(name: DrawingName, drawings: GivenDrawings, rig: GivenRig, operator: GivenOperator) -> Response:
+async def drawing_file(
+    name: DrawingName, drawings: GivenDrawings, rig: GivenRig, operator: GivenOperator, planner: GivenPlanner
+) -> Response:
     """What would be followed as CSV: t, x, y in s and m, every tick; 404 when there is none of this name."""
-    text = await asyncio.to_thread(csv_of, drawings.read(name), rig.require_info().parameters, operator.settings)
+    drawing, parameters = await asyncio.to_thread(drawings.read, name), rig.require_info().parameters
+    text = await planner.do(planning.drawing_csv, drawing, parameters, operator.settings)
     return Response(text, media_type="text/csv", headers={"content-disposition": f'attachment; filename="{name}.csv"'})
 
 
@@ -98,12 +101,12 @@ async def delete_drawing(name: DrawingName, drawings: GivenDrawings, who: Holder
 
 
 @router.get("/api/references", tags=["references"])
-async def read_references(rig: GivenRig) -> list[ReferenceInfo]:
+async def read_references(rig: GivenRig, planner: GivenPlanner) -> list[ReferenceInfo]:
     """The references for the connected rig's actuator; 503 before the first contact."""
-    return await asyncio.to_thread(references.listed, rig.require_info().parameters)
+    return await planner.do(planning.menu, rig.require_info().parameters)
 
 
 @router.get("/api/references/{name}", tags=["references"])
-async def read_reference(name: Name, rig: GivenRig) -> ReferencePath:
+async def read_reference(name: Name, rig: GivenRig, planner: GivenPlanner) -> ReferencePath:
     """The points of one of them; 404 with the known names."""
-    return await asyncio.to_thread(references.path, rig.require_info().parameters, name)
+    return await planner.do(planning.reference_path, rig.require_info().parameters, name)

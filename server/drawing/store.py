@@ -11,8 +11,8 @@ from pydantic import TypeAdapter, ValidationError
 from controller.errors import TendrilError
 from controller.reference.shapes import lengths
 from controller.system.whole_file import read_whole, set_aside, write_whole
+from server.drawing.errors import UnknownDrawing
 from server.drawing.messages import DrawingBody, DrawingInfo, DrawingName, Duration, Given, Speed
-from server.drawing.references import UnknownReference
 from server.http.given import given
 
 _NAME: TypeAdapter[str] = TypeAdapter(DrawingName)
@@ -20,10 +20,6 @@ TOLD_MAX = 20
 """Odd files that the log names."""
 
 log = logging.getLogger(__name__)
-
-
-class UnknownDrawing(UnknownReference):
-    """There is no drawing of this name, or none that can be read."""
 
 
 class Drawings:

@@ -13,7 +13,6 @@ from pydantic import ValidationError
 from controller.errors import CommandRefused, ParameterError, TendrilError, sentence
 from controller.schema.actuator import PRESETS, Actuator, parse_actuator
 from controller.schema.parameters import RigParameters, Settings
-from controller.simulation.acceptance import require_built, require_running
 from controller.system.whole_file import read_whole, set_aside, write_whole
 from server.access.permit import Permit
 from server.http.given import given
@@ -28,6 +27,8 @@ LOOK = 0.25
 
 def accepted_actuator(body: ActuatorBody, rig: RigParameters, in_force: Settings) -> Actuator:
     """The actuator that `body` describes; ParameterError unless this rig was built with it and stood and moved here."""
+    from controller.simulation.acceptance import require_running  # in the planner only
+
     actuator = wanted_actuator(body, rig)
     require_running(rig.model_copy(update={"actuator": actuator}), in_force)
     return actuator
@@ -35,6 +36,8 @@ def accepted_actuator(body: ActuatorBody, rig: RigParameters, in_force: Settings
 
 def wanted_actuator(body: ActuatorBody, rig: RigParameters) -> Actuator:
     """The actuator that `body` describes; ParameterError unless all of this rig can be built for it."""
+    from controller.simulation.acceptance import require_built
+
     if (body.name is None) == (body.toml is None):
         raise ParameterError("actuator: give either name or toml")
     if body.toml is not None:

@@ -20,6 +20,7 @@ from server.presets.actuator import GivenOutcomes
 from server.presets.gains import GainPresets
 from server.presets.messages import ActuatorBody, ActuatorChoice, GainPreset, PresetName
 from server.rig.client import Rig
+from server.rig.planner import GivenPlanner
 from server.settings import ServerSettings
 
 router = APIRouter(tags=["presets"])
@@ -89,14 +90,14 @@ GivenChange = Annotated[Change, given(Change)]
 
 
 @router.put("/api/rig/actuator", status_code=202)
-async def change_actuator(body: ActuatorBody, change: GivenChange, permit: Permitted) -> None:
+async def change_actuator(body: ActuatorBody, change: GivenChange, planner: GivenPlanner, permit: Permitted) -> None:
     """Start the rig again with another actuator; 409 unless it is VENTED, ours, and nothing is recorded.
 
     422 unless the actuator can be built, stands and moves in a simulation. A rig that does not tick with it all the
     same goes back to the actuator before, and the log says why.
     """
     info, in_force = change.rig.require_info(), change.operator.settings
-    actuator = await asyncio.to_thread(actuators.accepted_actuator, body, info.parameters, in_force)
+    actuator = await planner.do(actuators.accepted_actuator, body, info.parameters, in_force)
     change.require_rest()
     actuators.order(change.settings.orders, actuator, body, permit)
     change.events.add(f"{permit.name}: the rig starts again with actuator {actuator.name}", "warning")

@@ -7,11 +7,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
-from controller.errors import TendrilError
+from controller.errors import ProcessKilled, TendrilError
 from controller.system.worker import Worker
 from recordings.format.messages import Recording
 from recordings.read.viewer import viewer_files
-from recordings.store.apart import Killed, apart
+from recordings.store.apart import apart
 from recordings.store.finishing import finish
 from recordings.store.store import Store
 from server.http.given import given
@@ -84,7 +84,7 @@ class Review:
         try:
             for problem in apart(finish, self._store.folder, id):
                 _say(id, problem)
-        except Killed as error:
+        except ProcessKilled as error:
             self._store.sweep()
             _say(id, error)
         except Exception as error:  # whatever is wrong with one, the next ones wait for us

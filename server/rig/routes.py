@@ -1,15 +1,12 @@
 """Who the rig is, and how far it reaches."""
 
-import asyncio
-from functools import cache
-
 from fastapi import APIRouter
 
-from controller.reference.feasible.reach import reach_map
 from controller.schema.messages import RigInfo
-from controller.schema.parameters import RigParameters
 from server.rig.client import GivenRig
 from server.rig.messages import Workspace
+from server.rig.planner import GivenPlanner
+from server.rig.reach import workspace
 
 router = APIRouter(tags=["rig"])
 
@@ -21,15 +18,6 @@ async def rig_info(rig: GivenRig) -> RigInfo:
 
 
 @router.get("/api/workspace")
-async def read_workspace(rig: GivenRig) -> Workspace:
+async def read_workspace(rig: GivenRig, planner: GivenPlanner) -> Workspace:
     """Reach of the connected rig's actuator; 503 before the first contact."""
-    return await asyncio.to_thread(workspace, rig.require_info().parameters)
-
-
-@cache
-def workspace(parameters: RigParameters) -> Workspace:
-    """The reach map as the page draws it; a tenth of a millimetre is enough for a picture."""
-    points = reach_map(parameters).p
-    rows, columns = points.shape[:2]
-    flat = [(round(x, 4), round(y, 4)) for x, y in points.reshape(-1, 2).tolist()]
-    return Workspace(rows=rows, columns=columns, points=flat, length=parameters.actuator.length)
+    return await planner.do(workspace, rig.require_info().parameters)

@@ -1,14 +1,11 @@
 """A reference on the twin of the connected rig before it is run: the tick itself, far faster than real time."""
 
-import asyncio
 import time
-from typing import Annotated
 
 import numpy as np
 from numpy.lib.recfunctions import repack_fields
 
 from controller.arrays import Array, Rows
-from controller.build.rig import REFERENCE_ROWS
 from controller.errors import DataError, ParameterError, TendrilError
 from controller.kernels.model.statics import StaticMap
 from controller.reference.feasible.approach import blended_torques
@@ -16,18 +13,15 @@ from controller.reference.feasible.reach import static_tips
 from controller.reference.library import static_map
 from controller.reference.reference import Reference
 from controller.schema.modes import Mode, Request
-from controller.schema.parameters import RigParameters, Settings
+from controller.schema.parameters import REFERENCE_ROWS, RigParameters, Settings
 from controller.simulation.metrics import true_tip
 from controller.simulation.run import armed, plan, request, require_mode
 from server.drawing.messages import DURATION_MIN, DrawingBody, Duration
-from server.drawing.plan import Indices, spread
+from server.drawing.picture import Indices, evenly, points, times
 from server.drawing.planned import wanted
-from server.drawing.references import points, times
-from server.http.given import given
 from server.runs.laps import allowed_by, first_leg, lap_of
 from server.runs.messages import Preview, PreviewBody
 from server.runs.tally import Tally
-from server.runs.tracker import LIVE
 
 FIELDS = ["slot", "mode", "cause", "request_cause", "saturated", "p_ref", "p_meas", "twin_backbone"]
 """What is kept of a row: minutes of whole ones are hundreds of megabytes."""
@@ -37,17 +31,8 @@ WAY = 2000
 """Ticks in which the twin comes to where the rig stands."""
 SETTLE = 2000
 """Ticks for which the twin stands where the rig does, before the run."""
-AT_REST = 1e-3
-"""Less torque than this is none [N m]."""
 MEASURES = ("rmse", "max_error", "lag_deg_x", "lag_deg_y")
 """What there is only of a run to the end."""
-
-
-class Previews(asyncio.Lock):
-    """One preview at a time: each keeps a core busy."""
-
-
-GivenPreviews = Annotated[Previews, given(Previews)]
 
 
 def predicted(body: PreviewBody, rig: RigParameters, settings: Settings, u: Array) -> Preview:
@@ -70,7 +55,7 @@ def predicted(body: PreviewBody, rig: RigParameters, settings: Settings, u: Arra
     rows = rows[rows["mode"] == Mode.TRACK]
     tally = Tally(lap.frequency)
     tally.add(rows[~leg.travel[row[: len(rows)]]])
-    figures, shown = tally.figures(), spread(len(rows))
+    figures, shown = tally.figures(), evenly(len(rows))
     return Preview(
         t=times(shown * rig.controller.dt),
         points=points(true_tip(rows)[shown]),
@@ -87,14 +72,6 @@ def warm_up(rig: RigParameters) -> None:
     """Compile, or load from the cache, all that a preview calls."""
     far = DrawingBody(name="far", points=[(-1.0, 1.0), (-1.0, 0.99)], timing=Duration(duration=DURATION_MIN))
     predicted(PreviewBody(drawing=far), rig, Settings(), np.zeros(2))
-
-
-def standing(newest: Rows | None) -> Array:
-    """Torques (2,) [N m] of the feedforward in this row (1,), where the rig holds or moves; else 0, at rest."""
-    if newest is None or newest["mode"][0] not in LIVE or np.abs(newest["u_ff"]).max() < AT_REST:
-        return np.zeros(2)
-    found: Array = newest["u_ff"][0].astype(np.float64)
-    return found
 
 
 def way_to(smap: StaticMap, u: Array) -> tuple[Array, Array]:

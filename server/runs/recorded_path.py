@@ -14,8 +14,8 @@ from controller.errors import ParameterError, sentence
 from controller.schema.parameters import SENSORS
 from recordings.exporting.apart import apart
 from recordings.exporting.tip_path import Wanted, What, tip_path
-from server.drawing.imported import evenly
-from server.drawing.messages import DrawingBody, Given
+from server.drawing.messages import POINTS_MAX, DrawingBody, Given
+from server.drawing.picture import evenly
 from server.recorder.export_routes import From, To
 from server.recorder.folder import GivenFolder
 
@@ -27,7 +27,7 @@ NAME_LENGTH = 80
 def recorded_drawing(source: Path, name: str, wanted: Wanted) -> DrawingBody:
     """The path with its times, evenly thinned to what a drawing holds. ParameterError when it cannot be one."""
     t, p = tip_path(source, wanted)
-    keep = evenly(len(t))
+    keep = evenly(len(t), POINTS_MAX)
     try:
         return DrawingBody(name=drawing_name(name), points=_plain(p[keep]), times=_plain(t[keep]), timing=Given())
     except ValidationError as error:

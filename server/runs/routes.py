@@ -1,15 +1,14 @@
 """Runs of a reference: foreseen, started, paused, resumed, stopped, and what came of the last ones."""
 
-import asyncio
-
 from fastapi import APIRouter
 
 from server.access.asking import Permitted
 from server.operate.operator import GivenOperator
 from server.rig.client import GivenRig
 from server.runs.messages import Preview, PreviewBody, RunBody, RunResult, RunState
-from server.runs.preview import GivenPreviews, predicted, standing
+from server.runs.previews import GivenPreviews
 from server.runs.runs import GivenRuns
+from server.runs.tracker import standing
 
 router = APIRouter()
 
@@ -18,8 +17,7 @@ router = APIRouter()
 async def preview(body: PreviewBody, rig: GivenRig, operator: GivenOperator, previews: GivenPreviews) -> Preview:
     """The run that would follow now, on the twin of the connected rig, far faster than real time."""
     parameters, settings = rig.require_info().parameters, operator.settings
-    async with previews:
-        return await asyncio.to_thread(predicted, body, parameters, settings, standing(rig.newest))
+    return await previews.of(body, parameters, settings, standing(rig.newest))
 
 
 @router.post("/api/run", tags=["runs"])

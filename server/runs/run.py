@@ -9,7 +9,7 @@ import numpy as np
 from controller.arrays import Array, Rows
 from controller.schema.modes import Cause, Mode
 from server.log.events import words
-from server.runs.laps import Lap, Leg, Place
+from server.runs.lap import Lap, Leg, Place
 from server.runs.messages import RunResult, RunState
 from server.runs.phases import Event, Machine, Phase
 from server.runs.tally import Tally

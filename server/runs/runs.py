@@ -12,18 +12,16 @@ from datetime import UTC, datetime
 from typing import Annotated, Any, TypeVar
 
 from controller.errors import CommandRefused, NotAllowed, RigUnreachable, TendrilError
-from controller.kernels.model.statics import StaticMap
-from controller.reference.library import static_map
 from controller.schema.messages import RigInfo
 from controller.schema.modes import Request
-from controller.schema.parameters import RigParameters, Settings
 from server.access.permit import Permit, own
-from server.drawing.planned import wanted
 from server.http.given import given
 from server.log.events import EventLog, Level
 from server.recorder.automatic import Automatic
+from server.rig.planner import Planner
+from server.runs import planning
 from server.runs.inbox import Inbox
-from server.runs.laps import Lap, Leg, allowed_by, first_leg, lap_of, next_leg
+from server.runs.lap import Leg
 from server.runs.messages import RunBody, RunResult, RunState
 from server.runs.phases import CLOSES, DEADLINES, HALTING, MOVING, Closes, Event, Machine, Phase
 from server.runs.results import Results
@@ -50,13 +48,14 @@ class Runs:
     def __init__(
         self,
         tracker: Tracker,
+        planner: Planner,
         automatic: Automatic,
         events: EventLog,
         results: Results,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.inbox = Inbox()
-        self._tracker, self._automatic = tracker, automatic
+        self._tracker, self._planner, self._automatic = tracker, planner, automatic
         self._events, self._results, self._clock = events, results, clock
         self._machine: Machine | None = None
         self._run: Run | None = None
@@ -156,22 +155,21 @@ class Runs:
 
     async def _prepare(self, machine: Machine, body: RunBody, info: RigInfo) -> tuple[Leg, Before, About]:
         """Everything before the rig is asked to track."""
-        planning = asyncio.to_thread(_plan, body, info.parameters, self._tracker.settings)
-        lap = await self._while(machine, planning)
+        rig = info.parameters
+        lap = await self._while(machine, self._planner.do(planning.lap, body, rig, self._tracker.settings))
         held = await self._while(machine, self._tracker.hold(self._permit))
-        leading = asyncio.to_thread(first_leg, _map(info.parameters), lap, body.laps, held.u)
-        leg = await self._while(machine, leading)
+        leg = await self._while(machine, self._planner.do(planning.leg, rig, lap, body.laps, held.u))
         if body.record:
             await self._while(machine, self._automatic.begin_run(lap.name, self._permit.name))
         await self._while(machine, self._tracker.upload(leg, self._permit))
-        number, dt = self._results.next_id(), info.parameters.controller.dt
+        number, dt = self._results.next_id(), rig.controller.dt
         return leg, held.before, About(number, lap, body.laps, datetime.now(UTC), dt)
 
     async def _return(self, run: Run) -> None:
         """Everything before the rig is asked to track again."""
-        smap, about = _map(self._tracker.require_ready().parameters), run.about
+        rig, about = self._tracker.require_ready().parameters, run.about
         held = await self._while(run.machine, self._tracker.hold(self._permit))
-        leading = asyncio.to_thread(next_leg, smap, about.lap, about.laps, held.u, run.left)
+        leading = self._planner.do(planning.leg, rig, about.lap, about.laps, held.u, run.left)
         leg = await self._while(run.machine, leading)
         await self._while(run.machine, self._tracker.upload(leg, self._permit))
         run.begin(leg, held.before)
@@ -368,15 +366,6 @@ def _too_long(machine: Machine) -> str:
     if machine.phase == Phase.RETURNING:
         return machine.reason
     return f"it was {machine.phase.value} for {seconds:g} s"
-
-
-def _plan(body: RunBody, rig: RigParameters, settings: Settings) -> Lap:
-    allowed = allowed_by(rig, settings, drawn=body.drawing is not None)
-    return lap_of(wanted(body, rig, settings), rig, body.laps, allowed)
-
-
-def _map(rig: RigParameters) -> StaticMap:
-    return static_map(rig.actuator, rig.controller)
 
 
 GivenRuns = Annotated[Runs, given(Runs)]

@@ -9,14 +9,13 @@ import numpy as np
 from controller.arrays import Array, Rows
 from controller.errors import CommandRefused, RigUnreachable
 from controller.link import PlannedRows
-from controller.realtime.desk import refused_text
 from controller.schema.messages import RigInfo
-from controller.schema.modes import Cause, Law, Mode, Request
+from controller.schema.modes import Cause, Law, Mode, Request, refused_text
 from controller.schema.parameters import Settings
 from server.access.permit import Permit, own
 from server.operate.operator import Operator
 from server.rig.client import Rig
-from server.runs.laps import Leg
+from server.runs.lap import Leg
 from server.runs.run import Before
 
 POLL = 5e-3
@@ -26,6 +25,8 @@ PATIENCE = 1.0
 ANSWER = 5.0
 """The same for the answer: it may wait behind others, each of which the link ends after a second at most [s]."""
 LIVE = (Mode.HOLD, Mode.FOLLOW, Mode.TRACK)
+AT_REST = 1e-3
+"""Less torque than this is none [N m]."""
 
 
 @dataclass(frozen=True)
@@ -117,3 +118,11 @@ class Tracker:
     def _newest(self) -> np.void | None:
         newest: Rows | None = self._rig.newest
         return None if newest is None else newest[0]
+
+
+def standing(newest: Rows | None) -> Array:
+    """Torques (2,) [N m] of the feedforward in this row (1,), where the rig holds or moves; else 0, at rest."""
+    if newest is None or newest["mode"][0] not in LIVE or np.abs(newest["u_ff"]).max() < AT_REST:
+        return np.zeros(2)
+    found: Array = newest["u_ff"][0].astype(np.float64)
+    return found

@@ -26,6 +26,7 @@ from controller.system.keys import KEY_BYTES
 from server.app.app import create_app
 from server.app.run import address, listen, uvicorn_server
 from server.app.services import Services, open_services
+from server.rig.planner import Planner
 from server.settings import ServerSettings
 
 TOKEN = "correct horse"
@@ -184,6 +185,11 @@ class Page(httpx.Client):
             found.close()
 
 
+PLANNER = Planner()
+"""One for all servers of a test process, with which it ends: each would take a second to start."""
+PLANNER.close = lambda: None  # type: ignore[method-assign]
+
+
 class TestServer:
     """The server in a thread of this process, so that tests can also look inside."""
 
@@ -203,7 +209,7 @@ class TestServer:
             record_faults=False,  # every operator begins with an E-STOP
             **more,
         )
-        self.services: Services = open_services(self.settings)
+        self.services: Services = open_services(self.settings, planner=PLANNER)
         self.app = create_app(self.services)
         listening = listen("127.0.0.1", 0)
         self.url = address(self.settings, listening)

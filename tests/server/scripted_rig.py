@@ -16,10 +16,9 @@ import numpy as np
 from controller.arrays import Rows
 from controller.errors import RigUnreachable, TendrilError
 from controller.link import PlannedRows
-from controller.realtime.desk import refused_text
 from controller.schema.layout import record_dtype
 from controller.schema.messages import CommandReply, Telemetry
-from controller.schema.modes import Cause, Mode, Request
+from controller.schema.modes import Cause, Mode, Request, refused_text
 from controller.schema.parameters import RigParameters, Settings
 from controller.schema.states import MOVING, next_mode
 from server.access.permit import Permit

@@ -20,12 +20,14 @@ from controller.schema.modes import Mode
 from controller.schema.parameters import RigParameters, Settings
 from controller.simulation.metrics import rmse
 from controller.simulation.run import run
+from server.drawing.errors import UnknownDrawing
 from server.drawing.messages import DrawingBody
 from server.drawing.plan import csv_of, drawing_plan
 from server.drawing.planned import planned
-from server.drawing.store import Drawings, UnknownDrawing
+from server.drawing.store import Drawings
 from server.runs.messages import PreviewBody
-from server.runs.preview import predicted, standing
+from server.runs.preview import predicted
+from server.runs.tracker import standing
 from tests.server.live_server import TestServer, wait_for
 
 RIG, LIVE, REST = RigParameters(), Settings(), np.zeros(2)

@@ -11,7 +11,8 @@ from controller.reference.library import reference, static_map
 from controller.reference.reference import Reference
 from controller.schema.actuator import PRESETS
 from controller.schema.parameters import RigParameters
-from server.runs.laps import Lap, Place, first_leg, lap_of, next_leg
+from server.runs.lap import Lap, Place
+from server.runs.laps import first_leg, lap_of, next_leg
 
 RIG = RigParameters()
 SMAP = static_map(RIG.actuator, RIG.controller)

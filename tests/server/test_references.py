@@ -7,8 +7,10 @@ from controller.arrays import Array
 from controller.reference import library
 from controller.schema.actuator import PRESETS
 from controller.schema.parameters import RigParameters
+from server.drawing.errors import UnknownReference
 from server.drawing.messages import ReferenceInfo
-from server.drawing.references import POINTS, UnknownReference, listed, path
+from server.drawing.picture import POINTS
+from server.drawing.references import listed, path
 from tests.server.live_server import TestServer, wait_for
 
 

@@ -11,7 +11,8 @@ from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.schema.modes import Cause, Mode
 from controller.schema.parameters import RigParameters, Settings
-from server.runs.laps import Lap, Leg, allowed_by
+from server.runs.lap import Lap, Leg
+from server.runs.laps import allowed_by
 from server.runs.phases import Event, Machine
 from server.runs.run import About, Before, Run
 from server.runs.tally import PHASE_ROWS, Tally

@@ -10,14 +10,13 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 
 from controller.schema.modes import Cause, Mode, Request
 from server.http.who import Identity
-from server.runs import runs as module
 from server.runs.inbox import ROWS
 from server.runs.messages import RunBody
 from server.runs.phases import DEADLINES, ENDS, MOVING, Phase
 from server.runs.results import KEPT
 from server.runs.runs import AGAIN, GONE, STRAY
 from tests.server.leave import ANYTHING
-from tests.server.run_world import ANN, BOB, LONG, LONGEST_REQUEST, SLACK, World, planned
+from tests.server.run_world import ANN, BOB, LONG, LONGEST_REQUEST, SLACK, World
 from tests.server.scripted_rig import Fate
 
 
@@ -27,7 +26,6 @@ class AnyOrder(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self._folder = TemporaryDirectory()
-        self._plan, module._plan = module._plan, planned
         self.world = World(Path(self._folder.name))
         self.ended: set[int] = set()
 
@@ -169,7 +167,6 @@ class AnyOrder(RuleBasedStateMachine):
             assert world.rig.mode != Mode.TRACK
             self.an_end_closed_everything()
         finally:
-            module._plan = self._plan
             world.close()
             self._folder.cleanup()
 

@@ -18,13 +18,14 @@ from server.access.permit import Permit
 from server.http.who import Identity
 from server.log.events import EventLog
 from server.recorder.automatic import Automatic
-from server.runs.laps import Leg
+from server.runs.lap import Leg
 from server.runs.messages import RunBody
 from server.runs.results import KEPT, Results
 from server.runs.run import Before
 from server.runs.runs import GONE, Runs
 from server.runs.tracker import Held, Tracker
 from tests.server.leave import permits_of
+from tests.server.live_server import PLANNER
 
 ANN, BOB = Identity("a", "ann"), Identity("b", "bob")
 CIRCLE = RunBody(reference="circle_1hz", laps=None)
@@ -92,7 +93,7 @@ class Desk:
         self.results = Results(folder / "runs.json")
         ignored = {"end_run": lambda: None, "recording": lambda: None, "approach": lambda first, end: None}
         automatic = cast(Automatic, SimpleNamespace(begin_run=nothing, **ignored))
-        self.runs = Runs(cast(Tracker, self.rig), automatic, self.events, self.results)
+        self.runs = Runs(cast(Tracker, self.rig), PLANNER, automatic, self.events, self.results)
         self.rig.runs = self.runs  # type: ignore[attr-defined]
         self.lease.acquire(ANN)
 

@@ -7,13 +7,12 @@ from typing import Any
 import pytest
 
 from controller.schema.modes import Cause, Mode, Request
-from server.runs import runs as module
 from server.runs.inbox import ROWS
 from server.runs.messages import RunBody
 from server.runs.phases import CLOSES, DEADLINES, ENDS, MOVING, PAGE, TRANSITIONS, Closes, Event, Phase, filled
 from server.runs.runs import AGAIN, STRAY
 from tests.server.leave import ANYTHING
-from tests.server.run_world import BOB, LONGEST_REQUEST, World, planned
+from tests.server.run_world import BOB, LONGEST_REQUEST, World
 
 
 def test_the_table_is_whole() -> None:
@@ -33,8 +32,7 @@ def test_the_document_shows_the_table() -> None:
 
 
 @pytest.fixture
-def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
-    monkeypatch.setattr(module, "_plan", planned)
+def world(tmp_path: Path) -> Any:
     found = World(tmp_path)
     yield found
     found.close()

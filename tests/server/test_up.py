@@ -101,3 +101,19 @@ def test_where_the_state_takes_no_file_the_key_holds_for_one_run(
     (tmp_path / "state").write_text("a file where a folder should be")
     key = usable_key(ServerSettings(rig="rig", state=tmp_path / "state"), tmp_path)
     assert (key, len(read_key(key)), len(caplog.records)) == (tmp_path / "rig.key", 32, 1)
+
+
+def test_kernels_and_their_compiler_are_in_the_planner_and_not_in_the_server(tmp_path: Path) -> None:
+    with running(tmp_path) as product:
+        page = Page(f"http://{urlsplit(product.url).netloc}")
+        page.get(product.url)
+        circle = {"reference": "circle_1hz"}
+        wait_for(lambda: page.post("/api/preview", json=circle).status_code == 200, "a preview")
+        assert page.get("/api/workspace").json()["points"]
+        processes = {" ".join(one.cmdline()): one for one in psutil.Process().children(recursive=True)}
+        compilers = {
+            name: any("llvmlite" in region.path for region in one.memory_maps())
+            for name, one in processes.items()
+            if "server.app" in name or "controller.system.working" in name
+        }
+        assert sorted(compilers.values()) == [False, True], compilers

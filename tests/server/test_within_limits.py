@@ -22,7 +22,8 @@ from controller.schema.parameters import RigParameters, Settings
 from server.drawing.messages import DrawingBody, Wanted
 from server.drawing.plan import drawing_plan
 from server.drawing.planned import wanted
-from server.runs.laps import Leg, Place, allowed_by, first_leg, lap_of, next_leg
+from server.runs.lap import Leg, Place
+from server.runs.laps import allowed_by, first_leg, lap_of, next_leg
 from server.runs.messages import PreviewBody
 from server.runs.preview import predicted
 

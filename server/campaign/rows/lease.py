@@ -123,7 +123,7 @@ def _asked(scene: Scene, before: int) -> bool:
 
 
 MOMENTS = (
-    Moment("planned", "server.runs.runs:_plan", "", _soon, _taken_over),
+    Moment("planned", "server.rig.planner:Planner.call", "function lap ", _soon, _taken_over),
     Moment("uploaded", "server.rig.client:Rig.plan", "", _recorded, _signed_out),
     Moment("sent", "server.operate.operator:Operator._call", "TRACK", _asked, _given_back),
 )

@@ -1,0 +1,11 @@
+"""What is asked for by a name that nobody gave."""
+
+from server.http.errors import NotFound
+
+
+class UnknownReference(NotFound):
+    """There is no reference of this name."""
+
+
+class UnknownDrawing(UnknownReference):
+    """There is no drawing of this name, or none that can be read."""

@@ -1,0 +1,16 @@
+"""Where everything is planned and foreseen that needs the kernels: a process of its own."""
+
+from typing import Annotated
+
+from controller.system.work_process import WorkProcess
+from server.http.given import given
+
+
+class Planner(WorkProcess):
+    """It knows the actuators that it was asked about last, so the second question is answered at once."""
+
+    def __init__(self) -> None:
+        super().__init__("planning")
+
+
+GivenPlanner = Annotated[Planner, given(Planner)]

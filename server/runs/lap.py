@@ -1,0 +1,101 @@
+"""One lap of a reference, and a leg: what the rig is given of it at once."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from controller.arrays import Array
+from controller.link import ENDLESS
+from controller.reference.feasible.bounds import Limits
+from controller.reference.reference import row_kinds
+
+
+class Allowed(NamedTuple):
+    """What the rows of a run are held within."""
+
+    shape: Limits
+    travel: Limits
+    """Of approaches and ways back, which are ours."""
+    dt: float
+    """Period of the rows [s]."""
+
+
+@dataclass(frozen=True)
+class Lap:
+    """A reference as a run follows it, over and over."""
+
+    name: str
+    lead: Array
+    """Rows (m, 2) [m] before the first lap only, as where the tip waits for the first of some steps."""
+    p: Array
+    """Rows (n, 2) [m] of one lap; the first comes after the last."""
+    back: int
+    """So many rows at its end are a way back to its start, which is left out after the last lap."""
+    u: Array
+    """Torques (m + n, 2) [N m] that hold `lead` and `p`."""
+    frequency: tuple[float, float] | None
+    """[Hz] of x and y where the laps are periodic."""
+    travel: np.ndarray
+    """(n,) of bool: rows of `p` that only lead to another pose of the arm, or back to the start."""
+    allowed: Allowed
+    known: bool
+    """Whether the arm is known to follow the shape."""
+    steps: tuple[int, ...] = ()
+    """Rows of `p` at which a declared step begins."""
+
+    def rows(self, laps: int | None) -> int:
+        """How many rows this number of laps has; None: without end."""
+        return ENDLESS if laps is None else laps * len(self.p) - self.back
+
+    @property
+    def torques(self) -> Array:
+        """(n, 2) [N m] of `p`."""
+        return self.u[len(self.lead) :]
+
+
+@dataclass(frozen=True)
+class Leg:
+    """What the rig is given for one stretch of a run: from its start, or from a pause, on."""
+
+    p: Array
+    """Rows (n, 2) [m]."""
+    u: Array
+    """Torques (n, 2) [N m] that hold them."""
+    travel: np.ndarray
+    """(n,) of bool: rows that are not judged."""
+    again: int
+    """Row that comes after the last one: the first of the shape."""
+    done: int
+    """Rows of the shape that were followed in earlier legs."""
+    ticks: int
+    """Rows to follow in all."""
+    known: bool
+    """Whether the arm is known to follow the rows that are judged."""
+    steps: bool = False
+    """It declares that it steps."""
+
+    @property
+    def kinds(self) -> np.ndarray:
+        """RowKind (n,) of uint8."""
+        return row_kinds(self.travel, self.known)
+
+    def row(self, index: np.ndarray) -> np.ndarray:
+        """Rows of `p` that come at `index` (k,), counted from the leg's first tick."""
+        repeating = self.again + (index - self.again) % (len(self.p) - self.again)
+        return np.where(index < len(self.p), index, repeating)
+
+    def at(self, index: np.ndarray) -> Array:
+        """Where the reference is at the ticks `index` (k,) counted from the leg's first: (k, 2) [m]."""
+        found: Array = self.p[self.row(index)]
+        return found
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a run was left."""
+
+    done: int
+    """Rows of the shape that were followed."""
+    u: Array
+    """Feedforward torques (2,) [N m] there."""
