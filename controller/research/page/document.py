@@ -1,9 +1,10 @@
-"""The page itself: style sheet, frame and tables, as HTML text."""
+"""The page itself: style sheet, frame and tables. Whatever is not `Markup` is text, and is escaped."""
 
-from collections.abc import Sequence
-from html import escape
+from collections.abc import Collection, Iterable, Sequence
 
-STYLE = """
+from markupsafe import Markup
+
+STYLE = Markup("""
 @page { size: A4; margin: 14mm }
 body { font: 10pt/1.4 "Liberation Sans", Arial, Helvetica, sans-serif; color: #1a1a1a; background: #fff;
   max-width: 182mm; margin: 8mm auto; padding: 0 4mm }
@@ -21,25 +22,39 @@ pre { font: 8.5pt/1.35 "Liberation Mono", monospace; background: #f6f6f6; paddin
   break-inside: avoid }
 @media print { body { margin: 0; padding: 0; max-width: none } }
 @media (max-width: 600px) { .plots { grid-template-columns: 1fr } .wide { overflow-x: auto } }
-"""
+""")
+PAGE = Markup(
+    '<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{heading}</title>'
+    '<meta name="viewport" content="width=device-width, initial-scale=1">'
+    "<style>{common}{style}</style></head><body><h1>{heading}</h1>{body}</body></html>\n"
+)
+NOTHING = Markup()
 
 
-def document(heading: str, body: str, style: str = "") -> str:
-    """The whole page around `body` (HTML); `style` is CSS beside the common sheet."""
-    return (
-        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(heading)}</title>'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<style>{STYLE}{style}</style></head><body><h1>{escape(heading)}</h1>{body}</body></html>\n"
-    )
+def document(heading: str, body: Markup, style: Markup = NOTHING) -> str:
+    """The whole page around `body`; `style` is CSS beside the common sheet."""
+    return str(PAGE.format(heading=heading, common=STYLE, style=style, body=body))
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[int] = (1,)) -> str:
-    """A table of cells that are HTML already; the columns `numbers` hold numbers. Nothing without rows."""
+def joined(parts: Iterable[str]) -> Markup:
+    """`parts`, one after another."""
+    return NOTHING.join(parts)
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: Collection[int] = (1,)) -> Markup:
+    """A table; the columns `numbers` hold numbers. Nothing without rows."""
     if not rows:
-        return ""
+        return NOTHING
 
-    def line(cells: Sequence[str], tag: str) -> str:
-        opening = (f"<{tag} class=number>" if i in numbers else f"<{tag}>" for i in range(len(cells)))
-        return "<tr>" + "".join(f"{open}{cell}</{tag}>" for open, cell in zip(opening, cells, strict=True)) + "</tr>"
+    def line(cells: Sequence[str], plain: Markup, number: Markup) -> Markup:
+        inside = joined((number if i in numbers else plain).format(cell) for i, cell in enumerate(cells))
+        return Markup("<tr>{}</tr>").format(inside)
 
-    return f'<div class="wide"><table>{line(head, "th")}{"".join(line(row, "td") for row in rows)}</table></div>'
+    first = line(head, Markup("<th>{}</th>"), Markup("<th class=number>{}</th>"))
+    rest = joined(line(row, Markup("<td>{}</td>"), Markup("<td class=number>{}</td>")) for row in rows)
+    return Markup('<div class="wide"><table>{}{}</table></div>').format(first, rest)
+
+
+def dense(inside: Markup) -> Markup:
+    """`inside` in the small type of long tables."""
+    return Markup('<div class="dense">{}</div>').format(inside)

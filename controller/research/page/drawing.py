@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 import matplotlib
+from markupsafe import Markup
 from matplotlib.figure import Figure
 
 RC: Any = {
@@ -27,7 +28,7 @@ RC: Any = {
 }
 
 
-def svg(draw: Callable[[Figure], None], size: tuple[float, float] = (3.5, 2.6)) -> str:
+def svg(draw: Callable[[Figure], None], size: tuple[float, float] = (3.5, 2.6)) -> Markup:
     """What `draw` puts into a figure of `size` [inch], as an <svg> element."""
     with matplotlib.rc_context(RC):
         figure = Figure(figsize=size, layout="constrained")
@@ -35,4 +36,4 @@ def svg(draw: Callable[[Figure], None], size: tuple[float, float] = (3.5, 2.6)) 
         file = io.StringIO()
         figure.savefig(file, format="svg", dpi=200, metadata={"Date": None, "Creator": None})
     text = file.getvalue()
-    return text[text.index("<svg") :]
+    return Markup(text[text.index("<svg") :])  # noqa: S704  matplotlib escapes every text

@@ -1,10 +1,11 @@
 """What the report says from the fit's own file: who fitted what, and how far near-equal fits lie apart."""
 
 from collections.abc import Mapping
-from html import escape
 from typing import Any
 
-from controller.research.page.document import table
+from markupsafe import Markup
+
+from controller.research.page.document import NOTHING, table
 from controller.research.report.wording import number
 
 Key = tuple[str, str, str, str]
@@ -26,14 +27,14 @@ def provenance(fit: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [*about, ("fitted numbers of the twin", ", ".join(fit["twin"])), ("fitted gains", ", ".join(fit["gains"]))]
 
 
-def margins_table(fit: Mapping[str, Any]) -> str:
-    """What each trial of the loop's stability left; HTML, nothing before there are any."""
+def margins_table(fit: Mapping[str, Any]) -> Markup:
+    """What each trial of the loop's stability left; nothing before there are any."""
     margins = fit.get("margins", ())
     if not margins:
-        return ""
-    head = [escape(name.replace("_mm", " [mm]")) for name in margins[0]]
-    rows = [[escape(_text(value)) for value in one.values()] for one in margins]
-    return f"<p>Trials of the loop's stability with these numbers:</p>{table(head, rows, ())}"
+        return NOTHING
+    head = [name.replace("_mm", " [mm]") for name in margins[0]]
+    rows = [[_text(value) for value in one.values()] for one in margins]
+    return Markup("<p>Trials of the loop's stability with these numbers:</p>{}").format(table(head, rows, ()))
 
 
 def _text(value: Any) -> str:

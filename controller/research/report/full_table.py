@@ -1,16 +1,16 @@
 """Every number of every experiment, in both windows, and the numbers of the twin and the controller behind them."""
 
 from collections.abc import Mapping
-from html import escape
 from typing import Any
 
+from markupsafe import Markup
 from pydantic import BaseModel
 
 from controller.research.experiments.results import ResultRow, Results
-from controller.research.page.document import table
+from controller.research.page.document import dense, table
 from controller.research.report.fitted import margins_table
 from controller.research.report.main_table import windows
-from controller.research.report.wording import METRICS, run_name, unit
+from controller.research.report.wording import METRICS, metric_name, raised, run_name
 from controller.schema.fit import GAIN_NAMES
 from controller.schema.layout import quantity
 from controller.simulation.metrics import UNITS
@@ -18,38 +18,33 @@ from controller.simulation.metrics import UNITS
 GAINS = (*GAIN_NAMES, "K_o", "B_o")
 
 
-def full_table(results: Results) -> str:
+def full_table(results: Results) -> Markup:
     """A row for each run, a column for each metric: whole run above, after the approach below."""
     runs: dict[str, dict[str, ResultRow]] = {}
     for row in results.rows:
         runs.setdefault(run_name(row.about), {})[row.about.metric] = row
     used = [metric for metric in METRICS if any(metric in found for found in runs.values())]
-    head = ["run", *(_head(metric) for metric in used)]
+    head = ["run", *(metric_name(metric, UNITS[metric][0]) for metric in used)]
     rows = [[name, *(_both(found.get(metric)) for metric in used)] for name, found in runs.items()]
-    return f'<div class="dense">{table(head, rows, range(1, len(head)))}</div>'
+    return dense(table(head, rows, range(1, len(head))))
 
 
-def setup_table(results: Results, fit: Mapping[str, Any]) -> str:
+def setup_table(results: Results, fit: Mapping[str, Any]) -> Markup:
     """Numbers of the twin and gains of the controller; which of them were fitted, and how firmly the loop is stable."""
     gains = results.setup.gains
     rows = [
         _number(results.twin, name, name in fit["twin"]) for name in type(results.twin).model_fields if name != "seed"
     ]
     rows += [_number(gains, name, name in fit["gains"]) for name in GAINS]
-    numbers = table(("number", "value", "unit", ""), rows)
-    return f'<div class="dense">{numbers}</div>{margins_table(fit)}'
-
-
-def _head(metric: str) -> str:
-    named = unit(UNITS[metric][0])
-    return escape(METRICS[metric]) + (f" [{named}]" if named else "")
+    return dense(table(("number", "value", "unit", ""), rows)) + margins_table(fit)
 
 
 def _both(row: ResultRow | None) -> str:
-    return "" if row is None else "failed" if row.failed else "<br>".join(windows(row))
+    return "" if row is None else "failed" if row.failed else Markup("<br>").join(windows(row))
 
 
 def _number(model: BaseModel, name: str, is_fitted: bool) -> tuple[str, str, str, str]:
     value = getattr(model, name)
     values = value if isinstance(value, tuple) else (value,)
-    return name, ", ".join(f"{one:.4g}" for one in values), unit(quantity(type(model), name).unit), "fitted" * is_fitted
+    unit = quantity(type(model), name).unit
+    return name, ", ".join(f"{one:.4g}" for one in values), raised(unit) if unit != "1" else "", "fitted" * is_fitted

@@ -4,21 +4,22 @@ import os
 import platform
 from collections.abc import Mapping
 from datetime import UTC, datetime
-from html import escape
 from pathlib import Path
 from typing import Any
 
+from markupsafe import Markup
+
 from controller.research.experiments.results import Results
-from controller.research.page.document import table
+from controller.research.page.document import joined, table
 from controller.research.report.bars import bars
 from controller.research.report.fitted import provenance
 
 
-def headline(results: Results, fit: Mapping[str, Any]) -> str:
-    """Bars as a list, facts as a table; HTML."""
-    items = "".join(f"<li>{escape(one)}</li>" for one in (*bars(results), failures(results)))
+def headline(results: Results, fit: Mapping[str, Any]) -> Markup:
+    """Bars as a list, facts as a table."""
+    items = joined(Markup("<li>{}</li>").format(one) for one in (*bars(results), failures(results)))
     facts = [*provenance(fit), *circumstances(results)]
-    return f"<ul>{items}</ul>" + table(("", ""), [(escape(name), escape(value)) for name, value in facts], ())
+    return Markup("<ul>{}</ul>{}").format(items, table(("", ""), facts, ()))
 
 
 def failures(results: Results) -> str:
@@ -27,10 +28,10 @@ def failures(results: Results) -> str:
     return f"{count} of {results.runs} runs failed; see below." if count else "No run failed."
 
 
-def failed_runs(results: Results) -> str:
-    """All runs that did not come to their end, with their sentences; HTML."""
+def failed_runs(results: Results) -> Markup:
+    """All runs that did not come to their end, with their sentences."""
     rows = [
-        (escape(f"{case.reference}, {case.actuator}, {case.law}"), str(case.seed), escape(one.sentence))
+        (f"{case.reference}, {case.actuator}, {case.law}", str(case.seed), one.sentence)
         for one in results.failures
         for case in (one.case,)
     ]

@@ -1,13 +1,14 @@
 """The page of `tendril reproduce`: sections in the order of the paper."""
 
 from collections.abc import Mapping, Sequence
-from html import escape
 from pathlib import Path
 from typing import Any
 
+from markupsafe import Markup
+
 from controller.errors import TendrilError
 from controller.research.experiments.results import Results
-from controller.research.page.document import document
+from controller.research.page.document import NOTHING, document, joined
 from controller.research.report.figures.drawing_figures import digit_plates, vu_plate
 from controller.research.report.figures.live_figures import live_plate
 from controller.research.report.figures.periodic_figures import circle_plate, tracking_plate
@@ -42,7 +43,7 @@ OBSERVER = (
 )
 BOUNDS = "The paper gives bounds: one range of RMSE for all digits, and largest errors. Small: over the whole run."
 FULL = "Bold: the paper's window. Upper number: whole run, approach included; lower number: after the approach."
-STYLE = """
+STYLE = Markup("""
 sup { line-height: 0 } small { color: #555 }
 figure { margin: 3mm 0 5mm; break-inside: avoid } figcaption { color: #333; margin-bottom: 1mm; break-after: avoid }
 .panels { display: grid; gap: 2mm } .panels svg { width: 100%; height: auto } .panels > div { break-inside: avoid }
@@ -54,7 +55,7 @@ figure { margin: 3mm 0 5mm; break-inside: avoid } figcaption { color: #333; marg
 .met { color: #00634a } .over, .failed { color: #a83e00 }
 .met, .over { white-space: nowrap }
 @media (max-width: 600px) { .of2 { grid-template-columns: 1fr } .of4, .of5 { grid-template-columns: 1fr 1fr } }
-"""
+""")
 
 
 def write_report(results: Results, folder: Path) -> Path:
@@ -74,35 +75,40 @@ def write_report(results: Results, folder: Path) -> Path:
 
 def report_page(results: Results, fit: Mapping[str, Any]) -> str:
     """The whole page; `fit` is the file of the fitted numbers."""
-    body = "".join(
+    body = joined(
         (
-            f'<p class="about">{escape(ABOUT)}</p>',
+            Markup('<p class="about">{}</p>').format(ABOUT),
             headline(results, fit),
             section("Beside the paper", main_table(results, fit)),
             section("Step response", step_table(results), step_plates(results)),
             section(
                 "Task 1: slow and precise",
-                f"<p>{BOUNDS}</p>{bounds_table(results)}",
+                paragraph(BOUNDS) + bounds_table(results),
                 [*digit_plates(results), vu_plate(results, "P1")],
             ),
-            section("Task 2: fast", "", fast(results)),
-            section("The observer's tip against the true one", f"<p>{OBSERVER}</p>{observer_table(results)}"),
-            section("Task 3: other actuators", "", others(results)),
+            section("Task 2: fast", NOTHING, fast(results)),
+            section("The observer's tip against the true one", paragraph(OBSERVER) + observer_table(results)),
+            section("Task 3: other actuators", NOTHING, others(results)),
             section("Task 4: fewer sensors", sensing_table(results), sensing_plates(results)),
-            section("Task 5: live reference", "", [live_plate(results)]),
+            section("Task 5: live reference", NOTHING, [live_plate(results)]),
             section("Frequency sweep", sweep_table(results), [sweep_plate(results)]),
             section("Pressure steps", pressure_table(results), [pressure_plate(results)]),
-            section("Failed runs", failed_runs(results)) if results.failures else "",
-            section("All numbers", f"<p>{FULL}</p>{full_table(results)}"),
+            section("Failed runs", failed_runs(results)) if results.failures else NOTHING,
+            section("All numbers", paragraph(FULL) + full_table(results)),
             section("The twin and the gains", setup_table(results, fit)),
         )
     )
     return document(HEADING, body, STYLE)
 
 
-def section(title: str, tables: str, plates: Sequence[Plate] = ()) -> str:
-    """A heading over tables (HTML) and figures."""
-    return f"<h2>{escape(title)}</h2>{tables}{''.join(map(plate_html, plates))}"
+def section(title: str, tables: Markup, plates: Sequence[Plate] = ()) -> Markup:
+    """A heading over tables and figures."""
+    return Markup("<h2>{}</h2>{}{}").format(title, tables, joined(map(plate_html, plates)))
+
+
+def paragraph(text: str) -> Markup:
+    """`text` as a paragraph."""
+    return Markup("<p>{}</p>").format(text)
 
 
 def fast(results: Results) -> list[Plate]:

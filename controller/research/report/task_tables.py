@@ -1,36 +1,37 @@
 """Tables of single experiments: the steps, Task 4, the frequency sweep, the chambers."""
 
 import math
-from html import escape
+
+from markupsafe import Markup
 
 from controller.research.experiments.paper_rows import DIGITS, SENSING_LAWS, STEP_LAWS, STEP_TABLE
 from controller.research.experiments.results import ResultRow, Results, SensedLaw, SensedTrajectory, SweepPoint
-from controller.research.page.document import table
+from controller.research.page.document import dense, table
 from controller.research.report.figures.look import KPA, LAW_NAMES
 from controller.research.report.figures.sensing_figures import NAMES
 from controller.research.report.main_table import mark
 from controller.research.report.verdict import Verdict, verdict
-from controller.research.report.wording import METRICS, MISSING, number, paper_text, with_spread
+from controller.research.report.wording import METRICS, MISSING, bold, number, paper_text, raised, with_spread
 
 STEP_METRICS = ("rmse", "sse", "ise")
 BOUNDED = ("rmse", "max_x", "max_y")
-STEP_HEAD = ("RMSE [mm]", "SSE [mm]", "ISE [mm<sup>2</sup> s]")
+STEP_HEAD = tuple(map(raised, ("RMSE [mm]", "SSE [mm]", "ISE [mm^2 s]")))
 
 
-def step_table(results: Results) -> str:
+def step_table(results: Results) -> Markup:
     """The paper's table of the step response, ours beside it."""
     found = {row.about.key[2:]: row for row in results.rows if row.about.experiment == "step"}
-    head = ["controller", *(name for column in STEP_HEAD for name in (f"{column}, paper", "ours"))]
+    head = ["controller", *(name for column in STEP_HEAD for name in (column + ", paper", "ours"))]
     rows = []
     for law in STEP_LAWS:
         cells = [LAW_NAMES[law]]
         for metric, paper in zip(STEP_METRICS, STEP_TABLE[law], strict=True):
             cells += [f"{paper:g}", _ours(found.get((law, metric)))]
         rows.append(cells)
-    return f'<div class="dense">{table(head, rows, range(1, 7))}</div>'
+    return dense(table(head, rows, range(1, 7)))
 
 
-def bounds_table(results: Results) -> str:
+def bounds_table(results: Results) -> Markup:
     """Rows of Task 1 for which the paper gives bounds, after the approach and (small) over the whole run."""
     found = {row.about.key: row for row in results.rows}
     head = ["run", *(name for metric in BOUNDED for name in (f"{METRICS[metric]} [mm], paper", "ours"))]
@@ -38,24 +39,24 @@ def bounds_table(results: Results) -> str:
     for experiment in (*DIGITS, "digits", "vu"):
         bounded = [found.get((experiment, "P1", "ff+pi", metric)) for metric in BOUNDED]
         rows.append([experiment, *(cell for row in bounded for cell in _bounded(row))])
-    return f'<div class="dense">{table(head, rows, range(1, 7))}</div>'
+    return dense(table(head, rows, range(1, 7)))
 
 
-def sensing_table(results: Results) -> str:
+def sensing_table(results: Results) -> Markup:
     """Mean RMSE and reduction against FF for each trajectory and choice of sensors."""
     laws = (f"{LAW_NAMES[law]} [mm]" for law in SENSING_LAWS)
     head = ["trajectory", *laws, "paper, rod 6", "order", "p, rods 10 and 6+10"]
-    return f'<div class="dense">{table(head, [_sensing_row(one) for one in results.sensing], (1, 2, 3, 4, 5, 7))}</div>'
+    return dense(table(head, [_sensing_row(one) for one in results.sensing], (1, 2, 3, 4, 5, 7)))
 
 
-def sweep_table(results: Results) -> str:
+def sweep_table(results: Results) -> Markup:
     """Share of the feedback, error and phase by frequency."""
     share = ("share, ours [%]", "without K_FF [%]", "share, paper [%]")
     head = ("frequency [Hz]", *share, "RMSE [mm]", "lag x [deg]", "lag y [deg]", "")
     return table(head, [_sweep_row(point) for point in results.sweep], range(7))
 
 
-def observer_table(results: Results) -> str:
+def observer_table(results: Results) -> Markup:
     """The observer's error with the paper's gains and others."""
     runs = list(results.observer[0].observer_rmse) if results.observer else []
     head = ("K_o [N/m]", "B_o [N s/m]", "marker", *(f"{name} [mm]" for name in runs))
@@ -71,7 +72,7 @@ def observer_table(results: Results) -> str:
     return table(head, rows, (0, 1, *range(3, 3 + len(runs))))
 
 
-def pressure_table(results: Results) -> str:
+def pressure_table(results: Results) -> Markup:
     """Dead time and time to 63 % for each step of pressure."""
     rows = [
         (
@@ -86,26 +87,26 @@ def pressure_table(results: Results) -> str:
 
 
 def _ours(row: ResultRow | None) -> str:
-    return MISSING if row is None else "failed" if row.failed else f"<b>{with_spread(row.ours, row.ours_std)}</b>"
+    return MISSING if row is None else "failed" if row.failed else bold(with_spread(row.ours, row.ours_std))
 
 
 def _bounded(row: ResultRow | None) -> tuple[str, str]:
     if row is None or row.failed:
         return (MISSING, MISSING) if row is None else (paper_text(row.about), "failed")
-    sign = mark(Verdict("", verdict(row).met))
-    return paper_text(row.about), f"<b>{number(row.ours)}</b> {sign}<br><small>{number(row.ours_other_window)}</small>"
+    texts = bold(number(row.ours)), mark(Verdict("", verdict(row).met)), number(row.ours_other_window)
+    return paper_text(row.about), Markup("{} {}<br><small>{}</small>").format(*texts)
 
 
 def _sensing_row(one: SensedTrajectory) -> list[str]:
     laws = {law.law: law for law in one.laws}
-    cells = [escape(NAMES[one.experiment])]
+    cells = [NAMES[one.experiment]]
     for name in SENSING_LAWS:
         law = laws.get(name)
         if law is None:
             cells.append("failed")
             continue
         mean = number(sum(law.rmse) / len(law.rmse))
-        cells.append(f"<b>{mean}</b>" + _reduction(law))
+        cells.append(bold(mean) + _reduction(law))
     order = Verdict("as in the paper" if one.ordered else "another", one.ordered)
     return [*cells, f"{-100 * one.paper_reduction:+.0f} %", mark(order), number(one.p_value)]
 
@@ -125,7 +126,7 @@ def _sweep_row(point: SweepPoint) -> list[str]:
         number(_percent(point.paper)),
         number(point.rmse),
         *lags,
-        escape(point.failed),
+        point.failed,
     ]
 
 

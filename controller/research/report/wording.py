@@ -2,9 +2,11 @@
 
 import math
 import re
-from html import escape
+
+from markupsafe import Markup
 
 from controller.research.experiments.paper_rows import PaperRow
+from controller.research.page.document import joined
 from controller.research.report.figures.look import LAW_NAMES
 
 MISSING = "-"
@@ -35,29 +37,34 @@ def with_spread(value: float | None, std: float | None) -> str:
     """`value`, and its standard deviation over the seeds where there are several."""
     if value is None or std is None:
         return number(value)
-    return f"{number(value)}&nbsp;&plusmn;&nbsp;{max(std, SMALLEST):.1g}"
+    return f"{number(value)}\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}{max(std, SMALLEST):.1g}"
 
 
-def unit(name: str) -> str:
-    """`name` of a unit as HTML; nothing for a pure number."""
-    return "" if name == "1" else re.sub(r"\^(\d)", r"<sup>\1</sup>", escape(name))
+def bold(text: str) -> Markup:
+    """`text` in bold."""
+    return Markup("<b>{}</b>").format(text)
+
+
+def raised(text: str) -> Markup:
+    """`text` with its powers raised, as that of "mm^2"."""
+    parts = re.split(r"\^(\d)", text)
+    return joined(Markup("<sup>{}</sup>").format(part) if i % 2 else part for i, part in enumerate(parts))
+
+
+def metric_name(metric: str, unit: str) -> Markup:
+    """Metric and its unit."""
+    return raised(METRICS[metric] + ("" if unit == "1" else f" [{unit}]"))
 
 
 def run_name(row: PaperRow) -> str:
     """Experiment, actuator and law."""
-    return escape(f"{row.experiment}, {row.actuator}, {LAW_NAMES.get(row.law, row.law)}")
-
-
-def metric_name(row: PaperRow) -> str:
-    """Metric and its unit."""
-    named = unit(row.unit)
-    return escape(METRICS[row.metric]) + (f" [{named}]" if named else "")
+    return f"{row.experiment}, {row.actuator}, {LAW_NAMES.get(row.law, row.law)}"
 
 
 def paper_text(row: PaperRow) -> str:
     """The paper's number and bounds."""
     low, high = row.paper_low, row.paper_high
-    limits = f"{low:g} .. {high:g}" if low is not None and high is not None else f"&lt; {high:g}" if high else ""
+    limits = f"{low:g} .. {high:g}" if low is not None and high is not None else f"< {high:g}" if high else ""
     if row.paper is None:
         return limits or MISSING
     return f"{row.paper:g}" + (f" ({limits})" if limits else "")

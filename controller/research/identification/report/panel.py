@@ -3,6 +3,7 @@
 from itertools import cycle
 from typing import Any
 
+from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator
 
@@ -27,7 +28,7 @@ POINTS: Any = {
 LINE: Any = {"linewidth": 1.1}
 
 
-def panel(plot: Plot) -> str:
+def panel(plot: Plot) -> Markup:
     """`plot` as an <svg> element."""
     return svg(lambda figure: _draw(figure.add_subplot(), plot))
 

@@ -2,11 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from html import escape
 
+from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from controller.research.experiments.results import Finished, Results
+from controller.research.page.document import joined
 from controller.research.page.drawing import svg
 from controller.research.report.figures.look import LAW_NAMES
 
@@ -20,7 +21,7 @@ class Panel:
 
     name: str
     """What it shows, for those who cannot see it."""
-    picture: str
+    picture: Markup
     """An <svg> element."""
 
 
@@ -41,12 +42,13 @@ def panel(name: str, draw: Callable[[Figure], None], size: tuple[float, float] =
     return Panel(name, svg(draw, size))
 
 
-def plate_html(plate: Plate) -> str:
+def plate_html(plate: Plate) -> Markup:
     """`plate` as a <figure>."""
-    pictures = "".join(f'<div role="img" aria-label="{escape(one.name)}">{one.picture}</div>' for one in plate.panels)
-    below = f'<p class="failed">{escape(plate.missing)}</p>' if plate.missing else ""
-    panels = f'<div class="panels of{plate.columns}">{pictures}</div>' if pictures else ""
-    return f"<figure><figcaption>{escape(plate.caption)}</figcaption>{panels}{below}</figure>"
+    picture = Markup('<div role="img" aria-label="{}">{}</div>')
+    pictures = joined(picture.format(one.name, one.picture) for one in plate.panels)
+    panels = Markup('<div class="panels of{}">{}</div>').format(plate.columns, pictures) if pictures else pictures
+    below = Markup('<p class="failed">{}</p>').format(plate.missing) if plate.missing else ""
+    return Markup("<figure><figcaption>{}</figcaption>{}{}</figure>").format(plate.caption, panels, below)
 
 
 def first(results: Results, reference: str, actuator: str = "P1", law: str = "ff+pi") -> Finished | None:
