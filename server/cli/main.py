@@ -16,12 +16,13 @@ from server.cli.recordings import app as recordings_app
 from server.cli.research import ActuatorName
 from server.cli.research import app as research_app
 from server.cli.tokens import app as token_app
+from server.cli.typed import RecordingsFolder, commands
 
 if TYPE_CHECKING:
     from controller.schema.parameters import RigParameters
     from server.supervise.ready import Addresses
 
-app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False, help=__doc__)
+app = commands(no_args_is_help=True, pretty_exceptions_enable=False)
 app.add_typer(recordings_app, name="recordings")
 app.add_typer(token_app, name="token")
 app.add_typer(research_app)
@@ -30,7 +31,6 @@ out = Console()
 RigName = Annotated[str, typer.Option(help="Rig id: part of every key on the link and of every recording.")]
 Host = Annotated[str, typer.Option(help="Address to serve on; anything but loopback is reachable by others.")]
 Port = Annotated[int, typer.Option(help="Port to serve on; 0 takes a free one.")]
-Folder = Annotated[Path | None, typer.Option(help="Folder of the recordings.")]
 KeyFile = Annotated[
     Path | None,
     typer.Option(envvar="TENDRIL_KEY_FILE", help="The rig's key; RIG.key in the state folder without it."),
@@ -70,8 +70,21 @@ LoopGap = Annotated[
 ]
 
 
+def _say_version(wanted: bool) -> None:
+    from controller.system.origin import version_text
+
+    if wanted:
+        typer.echo(version_text())
+        raise typer.Exit
+
+
 @app.callback()
-def configure(verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Log more.")] = False) -> None:
+def configure(
+    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Log more.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_say_version, is_eager=True, help="Print version and commit.")
+    ] = False,
+) -> None:
     """Live dashboard and teleoperation for planar pneumatic soft actuators."""
     logging.basicConfig(
         level=logging.INFO if verbose else logging.WARNING, format="%(message)s", handlers=[RichHandler(console=out)]
@@ -87,7 +100,7 @@ def up(
     loop_gap: LoopGap = 0.05,
     host: Host = "127.0.0.1",
     port: Port = 8321,
-    recordings: Folder = None,
+    recordings: RecordingsFolder = None,
     key_file: KeyFile = None,
     tls_cert: TlsCert = None,
     tls_key: TlsKey = None,
@@ -127,7 +140,7 @@ def serve(
     endpoint: Annotated[str, typer.Option(help="Where the rig listens.")] = "tcp/127.0.0.1:7447",
     host: Host = "127.0.0.1",
     port: Port = 8321,
-    recordings: Folder = None,
+    recordings: RecordingsFolder = None,
     key_file: KeyFile = None,
     link_tls: LinkTls = None,
     tls_cert: TlsCert = None,
@@ -251,7 +264,7 @@ def schema() -> None:
 def main() -> None:
     """Entry point: our own errors are one clear line, not a traceback."""
     with one_line_errors():
-        app()
+        app(prog_name="tendril")
 
 
 def _start_log(process: str, log_format: LogFormat) -> None:

@@ -8,14 +8,14 @@ import typer
 from rich.console import Console
 
 from controller.errors import RecordingError
+from server.cli.typed import RecordingsFolder, commands
 
 if TYPE_CHECKING:
     from recordings.store.store import Store
 
-app = typer.Typer(no_args_is_help=True, help=__doc__)
+app = commands(no_args_is_help=True, help=__doc__)
 out = Console()
 
-Folder = Annotated[Path | None, typer.Option(help="Folder of the recordings; the server's without it.")]
 Id = Annotated[str, typer.Argument(help="Id of a recording, as ls shows it.")]
 Ids = Annotated[list[str], typer.Argument(help="Ids of recordings, as ls shows them.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
@@ -28,7 +28,7 @@ COMPARED_MAX = 4
 def ls(
     words: Annotated[list[str] | None, typer.Argument(help="Only recordings that have all of these words.")] = None,
     limit: Annotated[int, typer.Option(min=1, help="How many, the newest first.")] = 50,
-    folder: Folder = None,
+    folder: RecordingsFolder = None,
     as_json: Json = False,
 ) -> None:
     """List recordings, the newest first."""
@@ -45,7 +45,7 @@ def ls(
 
 
 @app.command()
-def show(id: Id, folder: Folder = None, as_json: Json = False) -> None:
+def show(id: Id, folder: RecordingsFolder = None, as_json: Json = False) -> None:
     """Everything that is known about one recording."""
     from server.cli.recordings_tables import details
 
@@ -69,7 +69,7 @@ def export(
     stop: Stop = None,
     what: Annotated[Literal["p_meas", "p_ref", "marker"], typer.Option(help="Of --format path.")] = "p_meas",
     rod: Annotated[int, typer.Option(min=1, max=10, help="Of --what marker.")] = 10,
-    folder: Folder = None,
+    folder: RecordingsFolder = None,
 ) -> None:
     """Write a recording's numbers into a file that other programs read (docs/recordings.md)."""
     from recordings.exporting.export import export as write
@@ -96,7 +96,7 @@ def import_file(
     name: Annotated[str | None, typer.Option(help="Of the recording; that of the file without it.")] = None,
     time_unit: Annotated[Literal["s", "ms", "us", "ns"], typer.Option(help="Where the header names none.")] = "s",
     length_unit: Annotated[Literal["m", "cm", "mm"], typer.Option(help="Where the header names none.")] = "m",
-    folder: Folder = None,
+    folder: RecordingsFolder = None,
 ) -> None:
     """Make a recording of a path that was measured elsewhere."""
     from controller.reference.path_file import read_samples
@@ -108,7 +108,7 @@ def import_file(
 
 
 @app.command()
-def compare(ids: Ids, folder: Folder = None, as_json: Json = False) -> None:
+def compare(ids: Ids, folder: RecordingsFolder = None, as_json: Json = False) -> None:
     """Put the figures of up to four recordings side by side."""
     from recordings.store.comparing import compared
     from server.cli.recordings_tables import comparison_table
@@ -125,7 +125,7 @@ def compare(ids: Ids, folder: Folder = None, as_json: Json = False) -> None:
 
 
 @app.command()
-def repair(ids: Annotated[list[str] | None, typer.Argument()] = None, folder: Folder = None) -> None:
+def repair(ids: Annotated[list[str] | None, typer.Argument()] = None, folder: RecordingsFolder = None) -> None:
     """Mend what a killed writer left behind: all such recordings, or those given."""
     store = _store(folder)
     for id in ids or store.broken():
@@ -137,7 +137,7 @@ def repair(ids: Annotated[list[str] | None, typer.Argument()] = None, folder: Fo
 def rm(
     ids: Ids,
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask.")] = False,
-    folder: Folder = None,
+    folder: RecordingsFolder = None,
 ) -> None:
     """Delete recordings for good; those with a star stay."""
     store = _store(folder)
@@ -149,7 +149,7 @@ def rm(
 
 
 @app.command()
-def play(id: Id, folder: Folder = None) -> None:
+def play(id: Id, folder: RecordingsFolder = None) -> None:
     """Open a recording in rerun's own viewer; needs a display."""
     from recordings.read.playing import play as open_viewer
 

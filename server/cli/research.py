@@ -1,4 +1,4 @@
-"""The commands that work on data and simulations: identify, observe, calibrate, track, reproduce. None needs a rig."""
+"""What works on data and simulations and needs no rig: identify, observe, calibrate, reach, track, reproduce."""
 
 import shlex
 import sys
@@ -8,7 +8,9 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-app = typer.Typer()
+from server.cli.typed import commands
+
+app = commands()
 out = Console()
 
 ActuatorName = Annotated[str, typer.Option(help="P1, P2, P3 or a .toml file (docs/actuators.md).")]
@@ -89,6 +91,22 @@ def calibrate(
     problem = Problem(trials=() if quick else TRIALS, seed=seed)
     command = shlex.join(["tendril", *sys.argv[1:]])
     run_calibrate(CalibrationTask(problem, effort, seed, workers, command), out_file, out)
+
+
+@app.command()
+def reach(
+    actuator: Annotated[str, typer.Argument(help="P1, P2, P3 or a .toml file (docs/actuators.md).")],
+    rods: Annotated[int, typer.Option(min=2, max=1000, help="Of the model.")] = 10,
+    csv: Annotated[Path | None, typer.Option(help="Write the torques and tips of a grid to this file.")] = None,
+    svg: Annotated[Path | None, typer.Option(help="Write a drawing of the reach to this file.")] = None,
+) -> None:
+    """How far the tip reaches: the image of all admissible torques, at rest (docs/actuators.md)."""
+    from controller.schema.actuator import read_actuator
+    from controller.schema.parameters import ControllerParameters, RigParameters
+    from server.cli.reach import run_reach
+
+    parameters = RigParameters(actuator=read_actuator(actuator), controller=ControllerParameters(rods=rods))
+    run_reach(parameters, csv, svg, out)
 
 
 @app.command()

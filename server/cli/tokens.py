@@ -1,10 +1,12 @@
-"""`tendril token`: the access tokens, shown and changed; a running server takes a new one over within a second."""
+"""The access tokens, shown and changed; a running server takes a new one over within a second."""
 
 from typing import Annotated, Literal
 
 import typer
 
-app = typer.Typer(no_args_is_help=True, help=__doc__)
+from server.cli.typed import commands
+
+app = commands(no_args_is_help=True, help=__doc__)
 
 Whose = Annotated[Literal["operator", "viewer"] | None, typer.Argument(help="Whose; both without it.")]
 

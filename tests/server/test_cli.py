@@ -1,14 +1,24 @@
 """The command line: a user's mistake is answered in one line that names it."""
 
+import csv
+import inspect
 import socket
 import subprocess
 import sys
+from collections.abc import Iterator
+from importlib.metadata import version
 from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
 
+import numpy as np
 import pytest
+from typer.main import get_command
+from typer.testing import CliRunner
 
 from controller.errors import TendrilError
 from server.app.run import listen
+from server.cli.main import app
 
 TENDRIL = Path(sys.executable).parent / "tendril"
 
@@ -41,3 +51,63 @@ def test_a_port_in_use_is_named() -> None:
         port = other.getsockname()[1]
         with pytest.raises(TendrilError, match=f"port = {port}: Address already in use"):
             listen("127.0.0.1", port)
+
+
+def commands(group: Any, *path: str) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Every command by the words that call it."""
+    yield path, group
+    for name, command in getattr(group, "commands", {}).items():
+        yield from commands(command, *path, name)
+
+
+ALL = dict(commands(get_command(app)))
+
+
+@pytest.mark.parametrize("words", ALL, ids=" ".join)
+def test_help_says_all_that_it_was_given_brackets_too(words: tuple[str, ...]) -> None:
+    shown = CliRunner(env={"COLUMNS": "300"}).invoke(app, [*words, "--help"]).output
+    plain = _plain(shown)
+    for parameter in ALL[words].params:
+        assert _plain(getattr(parameter, "help", None) or "") in plain
+    assert _plain(inspect.cleandoc(ALL[words].help or "").split("\n\n")[0]) in plain
+
+
+def _plain(text: str) -> str:
+    """Without what Markdown, the frame and its width make of it."""
+    return " ".join(text.replace("`", "").replace("│", " ").split())
+
+
+def test_an_option_has_one_meaning_and_one_name_in_every_command() -> None:
+    folders = {words for words, command in ALL.items() for one in command.params if "--folder" in one.opts}
+    assert {("up",), ("serve",), ("recordings", "ls"), ("recordings", "import")} <= folders
+    assert all("--recordings" in one.opts for words in folders for one in ALL[words].params if "--folder" in one.opts)
+
+
+def test_the_version_names_the_commit() -> None:
+    here = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False)
+    shown = CliRunner().invoke(app, ["--version"])
+    assert shown.exit_code == 0
+    assert shown.output.startswith(f"tendril {version('tendril')}")
+    assert here.returncode or f"(commit {here.stdout.strip()}" in shown.output
+
+
+def test_python_m_server_is_the_same_command() -> None:
+    done = subprocess.run([sys.executable, "-m", "server", "track", "--help"], capture_output=True, text=True)
+    assert done.returncode == 0 and "Usage: tendril track" in done.stdout
+
+
+def test_the_reach_of_an_actuator_is_said_and_written(tmp_path: Path) -> None:
+    table, drawing = tmp_path / "reach.csv", tmp_path / "reach.svg"
+    shown = CliRunner().invoke(app, ["reach", "P1", "--csv", str(table), "--svg", str(drawing)])
+    assert shown.exit_code == 0 and "at rest the tip is at (253.0, 0.0) mm" in shown.output
+    with table.open() as lines:
+        head, *rows = csv.reader(lines)
+    assert head == ["u_1 [N m]", "u_2 [N m]", "x [m]", "y [m]"]
+    p = np.array(rows, float)[:, 2:]
+    assert len(p) == 61 * 61 and f"x {1e3 * p[:, 0].min():.1f} to {1e3 * p[:, 0].max():.1f} mm" in shown.output
+    assert ElementTree.parse(drawing).getroot().tag.endswith("svg")
+
+
+def test_a_reach_that_nobody_could_write_is_refused_before_the_work(tmp_path: Path) -> None:
+    missing = tmp_path / "no" / "reach.csv"
+    assert isinstance(CliRunner().invoke(app, ["reach", "P1", "--csv", str(missing)]).exception, TendrilError)
