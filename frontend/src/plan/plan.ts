@@ -3,14 +3,14 @@ import { Drawing } from "../drawing/drawing";
 import { Live } from "../live/live";
 import { PageStore } from "../live/page";
 import { Aim } from "../operate/target/aim";
-import type { Wish } from "../operate/target/handle";
 import { Runs } from "../runs/runs";
 import { INK, type Scheme } from "../ui/colours";
 import { Painters } from "../ui/painters";
 import type { Services } from "../ui/services";
 import { Ticker } from "../ui/ticker";
-import { resize, sheetOf, type Sheet } from "./paint/canvas";
-import { handleRadius, paintFigure } from "./paint/figure";
+import { resize, sheetOf, type Look, type Sheet } from "./paint/canvas";
+import { handleRadius } from "./paint/figure";
+import { FigureLayer } from "./paint/figureLayer";
 import { paintPaper, reachOf, type Reach } from "./paint/paper";
 import { reachQuads } from "./paint/reach";
 import { SketchLayer } from "./paint/sketchLayer";
@@ -39,25 +39,30 @@ export interface Canvases {
   readonly paper: HTMLCanvasElement;
   /** What is wanted and predicted: painted when it changes. */
   readonly sketch: HTMLCanvasElement;
-  /** The actuator: painted per frame. It takes the pointer. */
+  /** The actuator: painted when it moves. It takes the pointer. */
   readonly figure: HTMLCanvasElement;
 }
 
 /** The plan view behind its canvases. */
 export class Plan implements PlanSurface {
-  size: Size = { width: 1, height: 1 };
   onHover: (point: Point | null) => void = () => undefined;
-  private shown: View = { centre: [0, 0], scale: 1000 };
+  private look: Look = {
+    view: { centre: [0, 0], scale: 1000 },
+    size: { width: 1, height: 1 },
+    scheme: "dark",
+    ratio: devicePixelRatio,
+  };
+  /** How the paper was looked at when it was painted; null when it must be painted. */
+  private paperLook: Look | null = null;
   private fitted = true;
   private box = FIRST_BOX;
   private reach: Reach | null = null;
   private workspace: Workspace | null = null;
   private readonly sketch: SketchLayer;
+  /** False behind the review. */
+  private seen = true;
+  private readonly figure = new FigureLayer();
   private readonly canvas: HTMLCanvasElement;
-  private scheme: Scheme = "dark";
-  private paperDirty = true;
-  private paintedFrames = -1;
-  private paintedWish: Wish | null = null;
   private readonly aim: Aim;
   private readonly drawn: Drawing;
   private readonly live: Live;
@@ -84,14 +89,19 @@ export class Plan implements PlanSurface {
     });
     sizes.observe(this.canvas);
     const pointer = new PlanPointer(this.canvas, this, this.aim);
+    const listening = new AbortController();
+    // A canvas that the browser took away comes back empty.
+    for (const canvas of [this.canvases.paper, this.canvases.sketch, this.canvases.figure])
+      canvas.addEventListener("contextrestored", () => { this.change({}); }, listening); // prettier-ignore
     const stops = [
       this.services.get(Ticker).every(60, "plan", (now) => {
         pointer.check();
-        this.paint(now);
+        if (this.seen) this.paint(now);
       }),
       pointer.listen(),
       () => {
         sizes.disconnect();
+        listening.abort();
       },
     ];
     return () => {
@@ -100,29 +110,31 @@ export class Plan implements PlanSurface {
   }
 
   get view(): View {
-    return this.shown;
+    return this.look.view;
   }
 
   set view(view: View) {
-    this.shown = view;
+    this.change({ view });
     this.fitted = false;
-    this.paperDirty = true;
+  }
+
+  get size(): Size {
+    return this.look.size;
   }
 
   useScheme(scheme: Scheme): void {
-    this.scheme = scheme;
-    this.paperDirty = true;
+    this.change({ scheme });
   }
 
   fit(): void {
     const { width, height } = this.size;
-    this.shown = pan(fit(this.box, { width, height: height - TOOLS_PX }, FIT_MARGIN_PX), 0, TOOLS_PX / 2);
+    const view = pan(fit(this.box, { width, height: height - TOOLS_PX }, FIT_MARGIN_PX), 0, TOOLS_PX / 2);
+    this.change({ view });
     this.fitted = true;
-    this.paperDirty = true;
   }
 
   handleReach(touch: boolean): number {
-    const radius = handleRadius(this.shown.scale) + HANDLE_EXTRA_PX;
+    const radius = handleRadius(this.view.scale) + HANDLE_EXTRA_PX;
     return touch ? Math.max(FINGER_PX, radius) : radius;
   }
 
@@ -131,7 +143,7 @@ export class Plan implements PlanSurface {
   }
 
   grab(point: Point, reach: number): Gesture | null {
-    const { scale } = this.shown;
+    const { scale } = this.view;
     return gestureOf(this.drawn, { point, reach: reach / scale, scale });
   }
 
@@ -144,63 +156,66 @@ export class Plan implements PlanSurface {
   /** Position on the screen [CSS px of the window] of a point of the plane [m]. */
   clientOf(point: Point): Point {
     const bounds = this.canvas.getBoundingClientRect();
-    const [px, py] = toPixel(this.shown, this.size, point);
+    const [px, py] = toPixel(this.view, this.size, point);
     return [bounds.left + px, bounds.top + py];
   }
 
   /** Point of the plane [m] at a position on the screen. */
   planeOf([clientX, clientY]: Point): Point {
     const bounds = this.canvas.getBoundingClientRect();
-    return toPlane(this.shown, this.size, [clientX - bounds.left, clientY - bounds.top]);
+    return toPlane(this.view, this.size, [clientX - bounds.left, clientY - bounds.top]);
   }
 
   private resized(size: Size): void {
-    if (size.width < 2 || size.height < 2) return;
-    this.size = size;
-    this.paperDirty = true;
+    this.seen = size.width >= 2 && size.height >= 2;
+    if (!this.seen) return;
+    this.change({ size });
     if (this.fitted) this.fit();
+  }
+
+  /** Look at the plan in another way; every layer is then painted. */
+  private change(change: Partial<Look>): void {
+    this.look = { ...this.look, ...change };
   }
 
   /** Paint what is new, layer by layer: whichever fails, the others are painted. */
   private paint(frame: number): void {
-    const { aim, live, page, painters } = this;
-    this.follow(page.get().workspace);
-    const paperDirty = this.paperDirty;
-    if (paperDirty)
-      painters.run(LAYERS.paper, frame, () => {
-        this.paintPaper();
-      });
-    painters.run(LAYERS.sketch, frame, () => {
-      this.sketch.paint([this.shown, this.size, this.scheme], () => this.sheet(this.canvases.sketch));
+    const { painters, canvases } = this;
+    this.follow(this.page.get().workspace);
+    if (this.look.ratio !== devicePixelRatio) this.change({ ratio: devicePixelRatio });
+    painters.run(LAYERS.paper, frame, () => {
+      this.paintPaper();
     });
-    if (paperDirty || this.paintedFrames !== live.frames || this.paintedWish !== aim.wanted)
-      painters.run(LAYERS.figure, frame, () => {
-        this.paintFigure();
-      });
+    painters.run(LAYERS.sketch, frame, () => {
+      this.sketch.paint(this.look, () => this.sheet(canvases.sketch));
+    });
+    painters.run(LAYERS.figure, frame, () => {
+      this.paintFigure();
+    });
   }
 
   private paintFigure(): void {
     const { aim, live, page } = this;
-    const sheet = this.sheet(this.canvas);
-    if (!sheet || !live.telemetry) return;
-    sheet.g.clearRect(0, 0, this.size.width, this.size.height);
+    const { telemetry, trail, frames } = live;
+    if (!telemetry) return;
     const now = performance.now();
     const width = page.get().rig?.parameters.actuator.width ?? BODY_WIDTH_M;
-    const { telemetry, trail } = live;
-    paintFigure(sheet, { telemetry, trail, width, handle: aim.handle(now), now: now / 1e3 });
-    this.paintedFrames = live.frames;
-    this.paintedWish = aim.wanted;
+    const figure = { telemetry, trail, frames, width, handle: aim.handle(now), now: now / 1e3 };
+    this.figure.paint(this.look, figure, () => this.sheet(this.canvas));
   }
 
   private paintPaper(): void {
+    const { look } = this;
+    if (this.paperLook === look) return;
     const sheet = this.sheet(this.canvases.paper);
-    if (sheet) paintPaper(sheet, this.reach, devicePixelRatio);
-    this.paperDirty = false;
+    if (sheet) paintPaper(sheet, this.reach, look.ratio);
+    this.paperLook = look;
   }
 
   private sheet(canvas: HTMLCanvasElement): Sheet | null {
-    const g = resize(canvas, this.size, devicePixelRatio);
-    return g && sheetOf(g, this.shown, this.size, INK[this.scheme]);
+    const { view, size, scheme, ratio } = this.look;
+    const g = resize(canvas, size, ratio);
+    return g && sheetOf(g, view, size, INK[scheme]);
   }
 
   private follow(workspace: Workspace | null): void {
@@ -208,7 +223,7 @@ export class Plan implements PlanSurface {
     this.workspace = workspace;
     this.reach = workspace && reachOf(reachQuads(workspace), workspace.points);
     this.box = (workspace && boundingBox(workspace.points)) ?? FIRST_BOX;
-    this.paperDirty = true;
+    this.change({});
     if (this.fitted) this.fit();
   }
 }

@@ -1,6 +1,15 @@
 import type { Point } from "../../api/types";
-import type { Ink } from "../../ui/colours";
+import type { Ink, Scheme } from "../../ui/colours";
 import { toPixel, type Size, type View } from "../transform";
+
+/** How the plan is looked at: another object once any of it changes, so that layers know what they painted. */
+export interface Look {
+  readonly view: View;
+  readonly size: Size;
+  readonly scheme: Scheme;
+  /** Device pixels per CSS pixel. */
+  readonly ratio: number;
+}
 
 /** Where painters draw: CSS pixels, with the plane's transform at hand. */
 export interface Sheet {

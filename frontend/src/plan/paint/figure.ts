@@ -1,4 +1,5 @@
 import type { Point } from "../../api/types";
+import { distance } from "../../drawing/piece";
 import type { Trail } from "../../live/trail";
 import type { Handle } from "../../operate/target/handle";
 import type { Telemetry } from "../../rig/telemetry";
@@ -8,6 +9,7 @@ import { disc, polyline, segment, type Sheet } from "./canvas";
 
 /** Residual arrows are drawn this many times as long as they are. */
 export const RESIDUAL_GAIN = 5;
+const ARROW_PX = 3;
 const TRAIL_SHADES = 12;
 const HANDLE_M = 0.006;
 const HANDLE_PX = 7;
@@ -21,6 +23,8 @@ export interface Figure {
   readonly width: number;
   /** Page clock [s]. */
   readonly now: number;
+  /** Telemetry frames received so far. */
+  readonly frames: number;
 }
 
 /** The moving figure: body, backbones, markers, trail, reference and target. */
@@ -34,7 +38,8 @@ export function paintFigure(sheet: Sheet, figure: Figure): void {
   paintTarget(sheet, figure);
 }
 
-function backbone(telemetry: Telemetry, name: "backbone" | "twin_backbone"): Point[] {
+/** The points of a backbone that are known [m]. */
+export function backbone(telemetry: Telemetry, name: "backbone" | "twin_backbone"): Point[] {
   const points: Point[] = [];
   for (let i = 0; i < telemetry.points(name); i++) {
     const point = telemetry.point(name, i);
@@ -101,15 +106,24 @@ function paintTrail(sheet: Sheet, trail: Trail, now: number): void {
   g.globalAlpha = 1;
 }
 
-function paintMarker(sheet: Sheet, { measured, observed, sensed }: Marker): void {
+/** End of a marker's residual arrow [m], null where none is drawn; `scale` in pixels per metre. */
+export function arrowOf({ measured, observed, sensed }: Marker, scale: number): Point | null {
+  if (!sensed || !observed) return null;
+  const end = arrowEnd(observed, measured, RESIDUAL_GAIN);
+  return distance(observed, end) * scale < ARROW_PX ? null : end;
+}
+
+function paintMarker(sheet: Sheet, marker: Marker): void {
   const { g, ink } = sheet;
+  const { measured, observed, sensed } = marker;
   g.strokeStyle = ROLE.measured;
   g.fillStyle = sensed ? ROLE.measured : ink.paper;
   g.lineWidth = 1.5;
   disc(g, sheet.pixel(measured), sensed ? 4.5 : 3.5);
   g.fill();
   g.stroke();
-  if (sensed && observed) paintArrow(sheet, observed, arrowEnd(observed, measured, RESIDUAL_GAIN));
+  const end = arrowOf(marker, sheet.view.scale);
+  if (observed && end) paintArrow(sheet, observed, end);
 }
 
 function paintArrow(sheet: Sheet, from: Point, to: Point): void {
@@ -117,7 +131,6 @@ function paintArrow(sheet: Sheet, from: Point, to: Point): void {
   const [start, end] = [sheet.pixel(from), sheet.pixel(to)];
   const [dx, dy] = [end[0] - start[0], end[1] - start[1]];
   const length = Math.hypot(dx, dy);
-  if (length < 3) return;
   const [ux, uy] = [(4 * dx) / length, (4 * dy) / length];
   g.strokeStyle = ROLE.measured;
   g.lineWidth = 1.5;

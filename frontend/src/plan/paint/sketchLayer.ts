@@ -6,7 +6,7 @@ import { isSame } from "../../drawing/planner";
 import type { Page } from "../../live/page";
 import type { Runs } from "../../runs/runs";
 import type { Store } from "../../ui/store";
-import type { Sheet } from "./canvas";
+import type { Look, Sheet } from "./canvas";
 import { paintPlanned } from "./planned";
 import { paintDrawing, paintGhost } from "./sketch";
 
@@ -24,12 +24,12 @@ export class SketchLayer {
     private readonly page: Store<Page>,
   ) {}
 
-  /** Paint on the sheet that `open` gives, if there is something new; `look` says how it is looked at. */
-  paint(look: readonly unknown[], open: () => Sheet | null): void {
+  /** Paint on the sheet that `open` gives, if there is something new. */
+  paint(look: Look, open: () => Sheet | null): void {
     const { preview } = this.runs.store.get();
     const state = this.drawing.store.get();
     const cursor = state.stroke.length > 0 ? this.cursor : null;
-    const shown = [...look, preview, state, this.page.get().reference, cursor];
+    const shown = [look, preview, state, this.page.get().reference, cursor];
     if (isSame(shown, this.painted)) return;
     const sheet = open();
     if (!sheet) return;
