@@ -32,8 +32,13 @@ export function ChartBox({ chart, onPainter, onGesture, children }: Props) {
       made.resize(Math.floor(entry.contentRect.width), Math.floor(entry.contentRect.height));
     });
     sizes.observe(element);
+    const sight = new IntersectionObserver((entries) => {
+      made.seen = entries.at(-1)?.isIntersecting ?? true;
+    });
+    sight.observe(element);
     return () => {
       sizes.disconnect();
+      sight.disconnect();
       forget();
       made.destroy();
     };

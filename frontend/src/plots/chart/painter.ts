@@ -23,6 +23,8 @@ export type Legend = readonly (HTMLElement | null)[];
 /** One uPlot chart that follows the ring without React. */
 export class ChartPainter implements Painter {
   readonly name: string;
+  /** Any of it is in sight: not scrolled away, nor behind the review. */
+  seen = true;
   private readonly plot: uPlot;
   private readonly data: PlotData;
   private readonly readout: Readout;

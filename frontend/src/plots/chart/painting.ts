@@ -3,10 +3,18 @@ import type { Painters } from "../../ui/painters";
 import type { ChartPainter } from "./painter";
 import { moved, scaled, visible, whole, zoomed, type Gesture, type Now, type View } from "./view";
 
-/** Keeps all charts up to date, one in a frame while they follow the rig: no frame gets long, however many they are. */
+/** Most charts that are painted in one frame while they follow the rig: no frame gets long, however many they are. */
+const TOGETHER = 4;
+
+/**
+ * Keeps all charts up to date. While they follow the rig they take turns, on average one in a frame, but several of them
+ * in the same frame: the browser lays the whole page together anew in every frame in which anything was painted.
+ */
 export class Painting {
   private readonly charts: ChartPainter[] = [];
   private next = 0;
+  /** Frames since charts that follow were painted. */
+  private waited = 0;
   private heldAt: number | null = null;
 
   constructor(
@@ -33,12 +41,17 @@ export class Painting {
     const range = visible(view, now);
     if (!Number.isFinite(range.to)) return;
     const origin = view.stoppedAt ?? now.newest;
-    const most = view.stoppedAt === null ? 1 : this.charts.length;
-    for (let tried = 0, painted = 0; tried < this.charts.length && painted < most; tried++) {
-      this.next = (this.next + 1) % this.charts.length;
-      const chart = this.charts[this.next];
+    const seen = this.charts.filter((chart) => chart.seen);
+    const most = view.stoppedAt === null ? Math.min(TOGETHER, seen.length) : seen.length;
+    this.waited += 1;
+    if (view.stoppedAt === null && this.waited < most) return;
+    for (let tried = 0, painted = 0; tried < seen.length && painted < most; tried++) {
+      this.next = (this.next + 1) % seen.length;
+      const chart = seen[this.next];
       this.painters.run(chart, performance.now(), () => {
-        if (chart.follow(this.ring, range, origin)) painted += 1;
+        if (!chart.follow(this.ring, range, origin)) return;
+        painted += 1;
+        this.waited = 0;
       });
     }
   }
