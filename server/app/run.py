@@ -29,6 +29,9 @@ UNSENT_MAX = 16 * 1024
 """Bytes that may wait in the kernel for a slow viewer: beyond it, frames are skipped instead of delayed."""
 FILES = 8192
 """Files and sockets that may be open; a page with a 3D view takes seven, and 1024 is what most systems begin with."""
+KEPT_OPEN = 20.0
+"""Idle connections are closed after this [s]: well after clients give them up, most of which do after 5 s. One that was
+closed just as it is used again is an error in theirs."""
 MESSAGE_MAX = 1 << 20
 """Longest message that a browser may send on a socket [bytes]."""
 
@@ -86,6 +89,7 @@ def uvicorn_server(
         access_log=False,
         server_header=False,
         proxy_headers=False,
+        timeout_keep_alive=KEPT_OPEN,  # type: ignore[arg-type]  # it takes any number
         timeout_graceful_shutdown=2,
         ssl_certfile=settings.tls_cert,
         ssl_keyfile=settings.tls_key,

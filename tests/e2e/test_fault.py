@@ -17,9 +17,10 @@ def dashboard(browser: Browser, product: Product) -> Page:
     return open_page(context, product)
 
 
-def lose_samples(page: Page, percent: int) -> None:
-    """Inject the loss of this share of the twin's samples, as an operator does it."""
+def lose_samples(page: Page, before: int, percent: int) -> None:
+    """Inject the loss of this share of the twin's samples, as an operator does it who sees what is in force."""
     page.get_by_role("tab", name="Sensing").click()
+    expect(page.get_by_test_id("fault-sample_loss")).to_have_value(str(before))
     page.get_by_test_id("fault-sample_loss").fill(str(percent))
     with page.expect_response(lambda answer: answer.url.endswith("/faults") and answer.request.method != "GET"):
         page.get_by_test_id("fault-sample_loss").press("Enter")
@@ -31,7 +32,7 @@ def test_a_rig_that_sees_no_marker_faults_and_the_page_leads_out_of_it(browser: 
     page.get_by_test_id("lease-take").click()
     page.get_by_test_id("arm").click()
     expect(page.get_by_test_id("state")).to_contain_text("HOLD")
-    lose_samples(page, 100)
+    lose_samples(page, 0, 100)
     expect(page.get_by_role("status", name="State: FAULT")).to_be_visible()
     expect(page.get_by_test_id("cause")).to_have_text("no measurement")
     expect(page.get_by_role("alert")).to_contain_text(
@@ -49,7 +50,7 @@ def test_a_rig_that_sees_no_marker_faults_and_the_page_leads_out_of_it(browser: 
     expect(viewer.get_by_test_id("clear-latch")).to_have_accessible_description(re.compile(r"\w+ \w+ \d\d operates"))
     shot(viewer, "fault-viewer")
 
-    lose_samples(page, 0)
+    lose_samples(page, 100, 0)
     page.get_by_test_id("clear-latch").click()
     expect(page.get_by_test_id("state")).to_contain_text("VENTED")
     expect(page.get_by_role("alert")).to_have_count(0)

@@ -22,6 +22,7 @@ from tests.server.live_server import Page, free_environment, wait_for
 
 TENDRIL = Path(sys.executable).parent / "tendril"
 RIG = f"up-{os.getpid()}"
+WORKING = "controller.system.working"
 
 
 def command(folder: Path, rig: str, port: int, ready: Path) -> list[str | Path]:
@@ -51,6 +52,7 @@ def test_a_second_up_says_in_one_sentence_why_not_and_the_first_goes_on(tmp_path
     with running(tmp_path) as first:
         port = urlsplit(first.url).port
         assert port
+        wait_for(lambda: children_of(server(), WORKING), "the first one's planner")
         for rig, other_port, why in (
             (RIG, 0, f"rig '{RIG}' already runs on this machine"),
             (f"{RIG}-other", port, f"port = {port}: Address already in use"),
@@ -105,15 +107,25 @@ def test_where_the_state_takes_no_file_the_key_holds_for_one_run(
 
 def test_kernels_and_their_compiler_are_in_the_planner_and_not_in_the_server(tmp_path: Path) -> None:
     with running(tmp_path) as product:
-        page = Page(f"http://{urlsplit(product.url).netloc}")
-        page.get(product.url)
-        circle = {"reference": "circle_1hz"}
-        wait_for(lambda: page.post("/api/preview", json=circle).status_code == 200, "a preview")
-        assert page.get("/api/workspace").json()["points"]
-        processes = {" ".join(one.cmdline()): one for one in psutil.Process().children(recursive=True)}
-        compilers = {
-            name: any("llvmlite" in region.path for region in one.memory_maps())
-            for name, one in processes.items()
-            if "server.app" in name or "controller.system.working" in name
-        }
-        assert sorted(compilers.values()) == [False, True], compilers
+        with Page(f"http://{urlsplit(product.url).netloc}") as page:
+            page.get(product.url)
+            circle = {"reference": "circle_1hz"}
+            wait_for(lambda: page.post("/api/preview", json=circle).status_code == 200, "a preview")
+            assert page.get("/api/workspace").json()["points"]
+        (planner,) = children_of(server(), WORKING)
+        assert has_compiler(planner) and not has_compiler(server())
+
+
+def server() -> psutil.Process:
+    """That of the product that runs."""
+    (found,) = children_of(psutil.Process(), "server.app")
+    return found
+
+
+def children_of(process: psutil.Process, program: str) -> list[psutil.Process]:
+    """Its children, and theirs, that run this program."""
+    return [one for one in process.children(recursive=True) if program in one.cmdline()]
+
+
+def has_compiler(process: psutil.Process) -> bool:
+    return any("llvmlite" in region.path for region in process.memory_maps())
