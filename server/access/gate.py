@@ -108,16 +108,16 @@ class Gate:
         return counted
 
 
-def admits(scope: Scope, sessions: Sessions, hosts: Hosts) -> bool:
-    """Whether the gate lets a signed-in command pass; nothing is counted."""
+def admitted(scope: Scope, sessions: Sessions, hosts: Hosts) -> Identity | None:
+    """Who sends a command that the gate lets pass, None where it would not; nothing is counted."""
     headers = Headers(scope=scope)
     if _twice(scope) or not same_origin(headers) or _too_long(headers, COMMAND_MAX) is not None:
-        return False
+        return None
     try:
         who = sessions.read(HTTPConnection(scope).cookies)
     except CookieError:
-        return False
-    return who is not None and hosts.allows(headers, (scope.get("server") or ("", 0))[1])
+        return None
+    return who if hosts.allows(headers, (scope.get("server") or ("", 0))[1]) else None
 
 
 def _too_long(headers: Headers, most: int) -> JSONResponse | None:

@@ -19,7 +19,7 @@ from controller.schema.modes import Cause, Freeze, Integrator, Law, Mode
 from controller.system.memory import forget_start
 from controller.system.tasks import Tasks, forever
 from server.access import page, sign_in
-from server.access.gate import Gate, admits
+from server.access.gate import Gate, admitted
 from server.access.hosts import Hosts
 from server.access.roles import authorise
 from server.app.services import Services
@@ -154,7 +154,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[dict[str, Any]]:
     services.turning.start()
     asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(THREADS, "request"))
     hosts = Hosts(services.settings)
-    lane = StopLane(lambda scope: admits(scope, services.sessions, hosts), services.operator.stop)
+    lane = StopLane(lambda scope: admitted(scope, services.sessions, hosts), services.operator.stop)
     try:
         yield {WHOLE: lane}
     finally:

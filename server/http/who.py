@@ -25,6 +25,11 @@ class Identity:
     """Mark of the token that opened the session: another token of that role ends it."""
 
     @property
+    def described(self) -> str:
+        """The name, and the role where that is not to operate."""
+        return self.name if self.role == "operator" else f"{self.name} ({self.role})"
+
+    @property
     def tag(self) -> str:
         """Names this session to others, who must not know its id."""
         return hashlib.sha256(self.id.encode()).hexdigest()[:12]

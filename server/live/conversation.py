@@ -136,7 +136,7 @@ class Conversation:
         self._when_answered(asked, lambda done: self._answer(message, done))
 
     def _stop(self, message: EStop) -> None:
-        asked = self._hearing.hands.operator.stop()
+        asked = self._hearing.hands.operator.stop(self._viewer.who.described)
         self._when_answered(asked, lambda done: self._stopped(message.n, done))
 
     def _when_answered(self, asked: "Future[CommandReply]", answer: "Callable[[Future[CommandReply]], None]") -> None:
@@ -146,9 +146,9 @@ class Conversation:
     def _stopped(self, n: int, done: "Future[CommandReply]") -> None:
         who, error = self._viewer.who, done.exception()
         if error is not None:
-            self._events.refused(who.name, "e-stop", str(error))
+            self._events.refused(who.described, "e-stop", str(error))
             return self._viewer.post(Refused(id=0, detail=str(error), n=n))
-        self._events.answered(who.name, "e-stop", done.result())
+        self._events.answered(who.described, "e-stop", done.result())
         self._viewer.post(Reply(id=0, reply=done.result(), n=n))
 
     def _answer(self, message: Target, done: "Future[CommandReply]") -> None:

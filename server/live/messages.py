@@ -64,6 +64,8 @@ class Status(Model):
     recording: RecordingState
     health: Health
     rig: RigInfo | None
+    stopped_by: str
+    """Who pressed the E-STOP in which the rig is, "" where nobody did by this server."""
     run: RunState | None
     """The run under way, or how the last one ended; null before this server's first."""
     result: RunResult | None

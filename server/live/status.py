@@ -49,6 +49,7 @@ class StatusView:
             recording=self.recorder.state(),
             health=self.health(),
             rig=self.rig.info,
+            stopped_by=self.operator.stopper.by,
             run=self.runs.state(),
             result=self.runs.last(),
         )
@@ -65,6 +66,7 @@ class StatusView:
             self.people.key(),
             self.operator.settings,
             (recording.recording, recording.id),
+            self.operator.stopper.by,
             (self.rig.boot(), info.boot if info else None, self.rig.trouble),
             len(self.pages.open),
             self.runs.key(),

@@ -100,4 +100,4 @@ GivenEvents = Annotated[EventLog, given(EventLog)]
 
 def words(member: Mode | Cause) -> str:
     """A mode or a cause as people read it."""
-    return member.name.replace("_", " ").lower() if isinstance(member, Cause) else member.name.replace("_", " ")
+    return member.name.replace("_", " ").lower() if isinstance(member, Cause) else member.name.replace("_", "-")

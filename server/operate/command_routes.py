@@ -37,7 +37,7 @@ async def command(
     # The answer to an E-STOP that was acted on as it came in:
     pressed: Future[CommandReply] | None = connection.scope["state"].get(PRESSED)
     reply = await asyncio.wrap_future(pressed or _asked(body, hands, who))
-    hands.events.answered(who.name, body.request.replace("_", "-"), reply)
+    hands.events.answered(who.described, body.request.replace("_", "-"), reply)
     return reply if reply.accepted else JSONResponse(reply.model_dump(), 409)
 
 
@@ -50,7 +50,7 @@ def _in_turn(connection: HTTPConnection) -> None:
 
 def _asked(body: CommandBody, hands: Hands, who: Identity) -> "Future[CommandReply]":
     if body.request == "e_stop":
-        return hands.operator.stop()
+        return hands.operator.stop(who.described)
     hand = Hand(who, hands)
     if body.target is not None and body.request == "follow":
         return hand.press(body.target)

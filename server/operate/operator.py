@@ -130,11 +130,11 @@ class Operator:
         """Put other settings in force; they are kept only when the rig accepts them."""
         return self._ask(Job(permit, settings=settings))
 
-    def stop(self) -> "Future[CommandReply]":
-        """E-STOP, for anyone: it passes everything that is under way, and ends what waits."""
+    def stop(self, who: str = "") -> "Future[CommandReply]":
+        """E-STOP, for anyone, who is then named: it passes everything that is under way, and ends what waits."""
         with self._wake:
             self._stops += 1
-        answer = self.stopper.stop()
+        answer = self.stopper.stop(who)
         with self._wake:
             self._drop(CommandRefused("overtaken by an E-STOP"))
         return answer

@@ -9,6 +9,7 @@ from starlette.types import Scope
 
 from controller.schema.messages import CommandReply
 from server.access.gate import COMMAND
+from server.http.who import Identity
 from server.operate.messages import CommandBody
 
 PRESSED = "pressed"
@@ -18,15 +19,19 @@ LONGEST = 256
 
 
 class StopLane:
-    """Told of every request that is whole. `admits` is the gate's own judgement, without its bookkeeping."""
+    """Told of every request that is whole. `admitted` says who asks, as the gate judges, without its bookkeeping."""
 
-    def __init__(self, admits: Callable[[Scope], bool], stop: "Callable[[], Future[CommandReply]]") -> None:
-        self._admits, self._stop = admits, stop
+    def __init__(
+        self, admitted: Callable[[Scope], Identity | None], stop: "Callable[[str], Future[CommandReply]]"
+    ) -> None:
+        self._admitted, self._stop = admitted, stop
 
     def __call__(self, scope: Scope, body: bytes) -> None:
         """Stop, if that is what an admitted request asks for; its route answers as ever."""
-        if scope.get("path") == COMMAND and scope["method"] == "POST" and _is_stop(scope, body) and self._admits(scope):
-            scope["state"][PRESSED] = self._stop()
+        if scope.get("path") != COMMAND or scope["method"] != "POST" or not _is_stop(scope, body):
+            return
+        if who := self._admitted(scope):
+            scope["state"][PRESSED] = self._stop(who.described)
 
 
 def _is_stop(scope: Scope, body: bytes) -> bool:

@@ -35,6 +35,8 @@ class Stopper:
         self._passed: tuple[int | None, int] = (None, 0)
         self._wake = threading.Condition()
         self._closed = False
+        self.by = ""
+        """Who pressed first since the rig was last known to be in no E-STOP, "" for nobody here."""
         self.worker = Worker("e-stop", self._run)
         self.worker.start()
 
@@ -49,11 +51,12 @@ class Stopper:
         known, number = self._passed
         return number if known == boot else 0
 
-    def stop(self) -> "Future[CommandReply]":
-        """Ask now; RigUnreachable where no answer came at once, but it is sent until there is one."""
+    def stop(self, who: str = "") -> "Future[CommandReply]":
+        """Ask now, for `who`; RigUnreachable where no answer came at once, but it is sent until there is one."""
         answer: Future[CommandReply] = Future()
         answer.set_running_or_notify_cancel()
         with self._wake:
+            self.by = self.by or who
             if self._closed:
                 answer.set_exception(RigUnreachable("the server is shutting down"))
             else:
@@ -61,6 +64,10 @@ class Stopper:
                 self._meant = self._boot()
                 self._wake.notify()
         return answer
+
+    def over(self) -> None:
+        """The rig has left its E-STOP, or is another one: who presses next is the first."""
+        self.by = ""
 
     def close(self) -> None:
         """End; who waits is told."""

@@ -42,6 +42,7 @@ class Watch:
             self._events.add("the rig is gone", "error")
         elif self._boot not in (None, boot):
             self._events.add("the rig restarted: arm it again", "warning")
+            self._operator.stopper.over()
         else:
             self._events.add("the rig is connected")
         self._connected, self._boot = boot, boot or self._boot
@@ -76,8 +77,16 @@ class Watch:
             return
         mode, cause = Mode(int(newest[0]["mode"])), Cause(int(newest[0]["cause"]))
         if self._mode not in (None, (mode, cause)):
-            self._events.add(f"rig: {words(mode)} ({words(cause)})", _level(mode, cause))
+            self._events.add(f"rig: {words(mode)} ({self._why(mode, cause)})", _level(mode, cause))
+        if mode != Mode.E_STOP and self._mode is not None and self._mode[0] == Mode.E_STOP:
+            self._operator.stopper.over()
         self._mode = mode, cause
+
+    def _why(self, mode: Mode, cause: Cause) -> str:
+        """The cause in words; of an E-STOP that was pressed here, by whom."""
+        pressed = mode == Mode.E_STOP and cause == Cause.OPERATOR
+        by = self._operator.stopper.by if pressed else ""
+        return f"by {by}" if by else words(cause)
 
 
 def _level(mode: Mode, cause: Cause) -> Level:

@@ -114,7 +114,7 @@ def test_a_paused_run_goes_on_where_it_was_and_the_way_back_is_not_judged() -> N
         (Mode.HOLD, Cause.OPERATOR_LOST, "broken off", "HOLD (operator lost)"),
         (Mode.HOLD, Cause.SERVER_LOST, "broken off", "HOLD (server lost)"),
         (Mode.FAULT, Cause.TRACKING_ERROR, "broken off", "FAULT (tracking error)"),
-        (Mode.E_STOP, Cause.OPERATOR, "broken off", "E STOP (operator)"),
+        (Mode.E_STOP, Cause.OPERATOR, "broken off", "E-STOP (operator)"),
     ],
 )
 def test_who_ended_a_run_is_told_from_the_first_row_after_it(mode: Mode, cause: Cause, phase: str, reason: str) -> None:
@@ -143,7 +143,7 @@ def test_a_paused_run_ends_when_the_rig_leaves_the_modes_it_could_go_on_from() -
     track.run.take(track.follow(track.leg(0), 0, LEAD + 9))
     track.pause()
     track.run.take(np.concatenate([track.rows(Mode.HOLD, 9), track.rows(Mode.E_STOP, 9)]))
-    assert (track.phase, track.machine.reason) == ("broken off", "E STOP (operator)")
+    assert (track.phase, track.machine.reason) == ("broken off", "E-STOP (operator)")
 
 
 def test_until_stopped_the_progress_is_that_of_the_lap() -> None:

@@ -5,7 +5,7 @@ import socket
 import pytest
 
 from controller.schema.modes import Mode
-from tests.server.live_server import VIEWER_TOKEN, Page, TestServer
+from tests.server.live_server import VIEWER_TOKEN, Page, TestServer, wait_for
 
 
 def test_anyone_stops_by_the_socket_and_is_answered_with_the_number(server: TestServer) -> None:
@@ -18,6 +18,20 @@ def test_anyone_stops_by_the_socket_and_is_answered_with_the_number(server: Test
         assert answer["reply"]["mode"] == Mode.E_STOP
         live.wait_mode(Mode.E_STOP)
         live.wait("event", lambda m: m["text"].endswith("e-stop"))
+
+
+def test_a_viewers_stop_is_named_as_the_viewers_in_status_and_log(server: TestServer) -> None:
+    operator, viewer = server.operator(), server.page().sign_in(VIEWER_TOKEN)
+    assert operator.command("arm").status_code == 200
+    name = f"{viewer.get('/api/session').json()['name']} (viewer)"
+    with operator.live() as live:
+        assert live.wait("status")["stopped_by"] == ""
+        assert viewer.command("e_stop").status_code == 200
+        live.wait("status", lambda m: m["stopped_by"] == name)
+        live.wait("event", lambda m: m["text"] == f"rig: E-STOP (by {name})")
+        assert operator.command("e_stop").status_code == 200  # the first who pressed stays
+        assert operator.command("clear").status_code == 200
+        wait_for(lambda: [m for m in live.texts if m["type"] == "status"][-1]["stopped_by"] == "", "its end")
 
 
 def test_a_stop_passes_on_a_socket_whose_messages_are_dropped(server: TestServer) -> None:
@@ -49,7 +63,7 @@ def test_by_http_behind_other_requests_it_acts_once_and_is_answered_in_its_turn(
     assert page.command("arm").status_code == 200
     pressed: list[int] = []
     really = stopper.stop
-    monkeypatch.setattr(stopper, "stop", lambda: pressed.append(1) or really())
+    monkeypatch.setattr(stopper, "stop", lambda who: pressed.append(1) or really(who))
     with socket.create_connection((page.base_url.host, page.base_url.port)) as link:
         link.sendall(raw(page, b'{"request": "hold"}', JSON) * 20 + raw(page, BODY, JSON))
         answers = b""

@@ -3585,6 +3585,11 @@ export interface components {
       recording: components["schemas"]["RecordingState"];
       health: components["schemas"]["Health"];
       rig: components["schemas"]["RigInfo"] | null;
+      /**
+       * Stopped By
+       * @description Who pressed the E-STOP in which the rig is, "" where nobody did by this server.
+       */
+      stopped_by: string;
       /** @description The run under way, or how the last one ended; null before this server's first. */
       run: components["schemas"]["RunState"] | null;
       /** @description Of the last run that ended, this server's or an earlier one's. */

@@ -16,7 +16,7 @@ interface Step {
   readonly done: (page: Page) => boolean;
 }
 
-const STEPS: readonly Step[] = [
+const TO_OPERATE: readonly Step[] = [
   {
     title: "Arm",
     text: "Take control, then press Arm: the chambers are pressurised and the actuator holds where it is.",
@@ -37,30 +37,54 @@ const STEPS: readonly Step[] = [
   },
 ];
 
-/** Three steps for the first visit, beside the real controls; once dismissed it never returns. */
+const TO_LOOK: readonly Step[] = [
+  {
+    title: "Watch",
+    text: "The plan shows the measured tip and the observer's backbone as the rig moves. Nothing that you do here moves it.",
+    at: [".plan"],
+    done: () => false,
+  },
+  {
+    title: "Stop",
+    text: "E-STOP is for everyone who looks: it vents the chambers at once, and the log says that it was you.",
+    at: ["[data-testid=e-stop]"],
+    done: ({ mode }) => mode === MODE.E_STOP,
+  },
+  {
+    title: "Look back",
+    text: "Review has the recordings: play, compare and export them.",
+    at: [".header [role=radiogroup]"],
+    done: ({ view }) => view === "review",
+  },
+];
+
+/** A few steps for the first visit, beside the real controls; once dismissed they never return. */
 export function Guide() {
-  const [step, setStep] = useState(() => (localStorage.getItem(SEEN) === null ? 0 : STEPS.length));
+  const role = usePage(({ me }) => me.role);
+  const [step, setStep] = useState(() => (localStorage.getItem(SEEN) === null ? 0 : null));
+  const steps = role === "viewer" ? TO_LOOK : TO_OPERATE;
   const finish = () => {
     localStorage.setItem(SEEN, "seen");
-    setStep(STEPS.length);
+    setStep(null);
   };
-  if (step >= STEPS.length) return null;
+  if (step === null) return null;
   const next = () => {
-    if (step + 1 < STEPS.length) setStep(step + 1);
+    if (step + 1 < steps.length) setStep(step + 1);
     else finish();
   };
-  return <Card key={step} index={step} onNext={next} onSkip={finish} />;
+  return <Card key={`${role} ${step}`} steps={steps} index={step} onNext={next} onSkip={finish} />;
 }
 
 interface CardProps {
+  readonly steps: readonly Step[];
   readonly index: number;
   readonly onNext: () => void;
   readonly onSkip: () => void;
 }
 
-function Card({ index, onNext, onSkip }: CardProps) {
+function Card({ steps, index, onNext, onSkip }: CardProps) {
   const ticker = useService(Ticker);
-  const { title, text, at, done } = STEPS[index];
+  const { title, text, at, done } = steps[index];
   const isDone = usePage(done);
   const card = useRef<HTMLElement>(null);
   const ring = useRef<HTMLDivElement>(null);
@@ -79,12 +103,12 @@ function Card({ index, onNext, onSkip }: CardProps) {
       <div ref={ring} className="guide-ring" aria-hidden />
       <section ref={card} className="guide" role="dialog" aria-labelledby="guide-title" data-testid="guide">
         <h2 id="guide-title">
-          {index + 1} of {STEPS.length}: {title}
+          {index + 1} of {steps.length}: {title}
         </h2>
         <p>{text}</p>
         <div className="row">
           <Button size="xs" onClick={onNext} data-testid="guide-next">
-            {index + 1 < STEPS.length ? "Next" : "Done"}
+            {index + 1 < steps.length ? "Next" : "Done"}
           </Button>
           <Button size="xs" variant="subtle" onClick={onSkip} data-testid="guide-skip">
             Skip the guide

@@ -175,6 +175,7 @@ export class Connection {
           health: keep(page.health, message.health),
           run: keep(page.run, message.run),
           result: keep(page.result, message.result),
+          stoppedBy: message.stopped_by,
         });
         if (page.lease.mine !== message.lease.mine)
           this.listener.leaseChanged(message.lease.mine, message.lease.holder);

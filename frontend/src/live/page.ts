@@ -69,6 +69,8 @@ export interface Page {
   readonly result: RunResult | null;
   readonly mode: Mode | null;
   readonly cause: Cause;
+  /** Who pressed the E-STOP in which the rig is, "" where that is not known. */
+  readonly stoppedBy: string;
   readonly saturated: boolean;
   readonly reachable: boolean;
   readonly log: readonly LogLine[];
@@ -108,6 +110,7 @@ export const EMPTY_PAGE: Page = {
   result: null,
   mode: null,
   cause: 0,
+  stoppedBy: "",
   saturated: false,
   reachable: true,
   log: [],
