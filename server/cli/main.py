@@ -13,8 +13,8 @@ from rich.logging import RichHandler
 from controller.system.complaints import one_line_errors
 from controller.system.logs import LogFormat, log_json
 from server.cli.recordings import app as recordings_app
-from server.cli.research import ActuatorName
-from server.cli.research import app as research_app
+from server.cli.research.commands import ActuatorName
+from server.cli.research.commands import app as research_app
 from server.cli.tokens import app as token_app
 from server.cli.typed import RecordingsFolder, commands
 

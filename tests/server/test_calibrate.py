@@ -20,7 +20,7 @@ from controller.research.experiments.paper_rows import FITTED, JUDGED
 from controller.research.experiments.pool import Pool
 from controller.schema.parameters import TwinParameters
 from server.cli import main as cli
-from server.cli.calibrate import run_calibrate
+from server.cli.research.calibrate import run_calibrate
 
 UNKNOWNS = Unknown("torque_gain.0", 0.9, 1.3, 1.05, 5.0), Unknown("K_P", 0.1, 0.4, 0.15, 5.0, log=True)
 PROBLEM = Problem(Space(UNKNOWNS), FITTED[-1:], ())
@@ -71,7 +71,7 @@ def test_an_interrupt_after_the_search_still_gives_the_fit(
 
 def test_a_file_that_fails_after_the_search_costs_no_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(calibrate, "walk", interrupted)
-    monkeypatch.setattr("server.cli.calibrate.require_file", lambda out: (tmp_path / "fit.toml").mkdir())
+    monkeypatch.setattr("server.cli.research.calibrate.require_file", lambda out: (tmp_path / "fit.toml").mkdir())
     printed = StringIO()
     with pytest.raises(TendrilError, match="cannot be written: Is a directory"):
         run_calibrate(TASK, tmp_path / "fit.toml", Console(file=printed, width=200))
@@ -85,7 +85,7 @@ def test_a_search_in_which_nothing_keeps_the_margins_says_how_it_ended() -> None
 
 def test_quick_asks_for_no_margins_and_the_command_is_quoted(monkeypatch: pytest.MonkeyPatch) -> None:
     given: list[CalibrationTask] = []
-    monkeypatch.setattr("server.cli.calibrate.run_calibrate", lambda task, out, console: given.append(task))
+    monkeypatch.setattr("server.cli.research.calibrate.run_calibrate", lambda task, out, console: given.append(task))
     monkeypatch.setattr(sys, "argv", ["tendril", "calibrate", "--out", "my fit.toml"])
     cli.app(["calibrate", "--quick", "--starts", "3"], standalone_mode=False)
     [task] = given

@@ -15,8 +15,8 @@ from controller.simulation.case import Case, Setup
 from recordings.format import tool
 from recordings.read.reader import read_about
 from server.cli.main import app
-from server.cli.reproduce import run_reproduce
-from server.cli.reproduce_table import sensing_table
+from server.cli.research.reproduce import run_reproduce
+from server.cli.research.reproduce_table import sensing_table
 
 CASES = (
     *(Case("circle_2hz", "P3", seed=seed) for seed in (3, 4)),

@@ -8,7 +8,7 @@ import pytest
 
 from controller.errors import TendrilError
 from server.cli.main import app
-from server.cli.track import number
+from server.cli.research.track import number
 
 
 def run(*arguments: object) -> None:

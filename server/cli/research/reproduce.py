@@ -20,7 +20,7 @@ from controller.simulation.live_path import live_settings
 from controller.simulation.run import for_reference
 from recordings.write.run_file import write_run
 from server.cli.files import made, require_file, write
-from server.cli.reproduce_table import show
+from server.cli.research.reproduce_table import show
 
 RECORDINGS = "recordings"
 """Folder of the .rrd files in the report's."""

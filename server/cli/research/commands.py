@@ -29,7 +29,7 @@ def identify(
     """Fit stiffness and damping to measured data (docs/identification.md)."""
     from controller.research.identification.identify import IdentificationTask
     from controller.schema.actuator import read_actuator
-    from server.cli.identify import run_identify
+    from server.cli.research.identify import run_identify
 
     run_identify(IdentificationTask(tuple(data), read_actuator(actuator), ids, profile, robust), out_file, report, out)
 
@@ -51,7 +51,7 @@ def observe(
     """Run the observer over recorded decays and score bodies that it does not see (docs/identification.md)."""
     from controller.research.identification.observe import ObserverTask
     from controller.schema.actuator import read_actuator
-    from server.cli.observe import numbers, run_observe
+    from server.cli.research.observe import numbers, run_observe
 
     bodies = numbers("sense", sense), numbers("score", score)
     run_observe(ObserverTask(data, read_actuator(actuator), *bodies, ids, from_s, rods), json_file, rrd, out)
@@ -85,7 +85,7 @@ def calibrate(
     from controller.research.calibration.margins import TRIALS
     from controller.research.calibration.problem import Problem
     from controller.research.calibration.search import QUICK, Effort, effort_of
-    from server.cli.calibrate import run_calibrate
+    from server.cli.research.calibrate import run_calibrate
 
     effort = effort_of(QUICK if quick else Effort(), screen, starts, minutes)
     problem = Problem(trials=() if quick else TRIALS, seed=seed)
@@ -103,7 +103,7 @@ def reach(
     """How far the tip reaches: the image of all admissible torques, at rest (docs/actuators.md)."""
     from controller.schema.actuator import read_actuator
     from controller.schema.parameters import ControllerParameters, RigParameters
-    from server.cli.reach import run_reach
+    from server.cli.research.reach import run_reach
 
     parameters = RigParameters(actuator=read_actuator(actuator), controller=ControllerParameters(rods=rods))
     run_reach(parameters, csv, svg, out)
@@ -138,7 +138,7 @@ def track(
     from controller.schema.actuator import read_actuator
     from controller.schema.parameters import TwinParameters
     from controller.simulation.case import Setup
-    from server.cli.track import run_track
+    from server.cli.research.track import run_track
 
     require_controller(controller)
     wish = Wish(project, frequency, velocity_feedforward, start)
@@ -160,7 +160,7 @@ def reproduce(
     from controller.research.experiments.pool import cores
     from controller.research.experiments.reproduce import Order
     from controller.research.track import require_controller
-    from server.cli.reproduce import run_reproduce
+    from server.cli.research.reproduce import run_reproduce
 
     require_controller(controller)
     order = Order(catalogue(seed, quick), workers=workers or cores(), quick=quick)
