@@ -7,7 +7,7 @@ import {
 } from "@tabler/icons-react";
 import { Live } from "../live/live";
 import { usePage, type Page } from "../live/page";
-import { ASKED_FOR, CAUSE_TEXT, clearing, isLatched, MODE, remedy } from "../rig/modes";
+import { clearing, isLatched, MODE, remedy, whyText } from "../rig/modes";
 import { seconds } from "../ui/format";
 import { LiveText } from "../ui/LiveText";
 import { useService } from "../ui/services";
@@ -91,14 +91,8 @@ function Missing({ trouble }: { readonly trouble: Trouble }) {
   );
 }
 
-function whyLatched({ mode, cause, stoppedBy }: Page): string {
-  return mode === MODE.E_STOP && cause === ASKED_FOR && stoppedBy !== ""
-    ? `by ${stoppedBy}`
-    : CAUSE_TEXT[cause];
-}
-
 function Latched({ trouble }: { readonly trouble: "fault" | "stopped" }) {
-  const cause = usePage(whyLatched);
+  const cause = usePage(whyText);
   const next = usePage(wayOut);
   const Glyph = trouble === "fault" ? IconAlertTriangle : IconHandStop;
   return (

@@ -11,7 +11,7 @@ import {
 import type { Icon } from "@tabler/icons-react";
 import type { Mode } from "../api/types";
 import { usePage } from "../live/page";
-import { CAUSE_TEXT, clearing, isLatched, isUnasked, MODE_MEANING, MODE_WORD } from "../rig/modes";
+import { clearing, isLatched, isUnasked, MODE_MEANING, MODE_WORD, whyText } from "../rig/modes";
 import { useService } from "../ui/services";
 import { ControlButton } from "./ControlButton";
 import { Operations } from "./operations";
@@ -29,13 +29,13 @@ const LOOK: Record<Mode, { icon: Icon; colour: string }> = {
 /** The rig's state as word, icon and colour. */
 export function StatePill() {
   const mode = usePage((page) => page.mode);
-  const cause = usePage((page) => page.cause);
+  const why = usePage(whyText);
   const online = usePage((page) => page.online);
   const rigLive = usePage((page) => page.rigLive);
   if (mode === null || !online || !rigLive)
     return <Unknown mode={mode} word={online ? "NO RIG" : "NO LINK"} />;
   const { icon: Glyph, colour } = LOOK[mode];
-  const meaning = cause === 0 ? MODE_MEANING[mode] : `${MODE_MEANING[mode]} (${CAUSE_TEXT[cause]})`;
+  const meaning = why === "" ? MODE_MEANING[mode] : `${MODE_MEANING[mode]} (${why})`;
   return (
     <output
       className={`pill pill-${colour}`}
@@ -74,12 +74,13 @@ export function Latch() {
   const operations = useService(Operations);
   const mode = usePage(({ mode, online, rigLive }) => (online && rigLive ? mode : null));
   const cause = usePage((page) => page.cause);
+  const why = usePage(whyText);
   if (mode === null) return null;
   return (
     <>
       {isLatched(mode) || isUnasked(cause) ? (
         <span className="cause" data-testid="cause">
-          {CAUSE_TEXT[cause]}
+          {why}
         </span>
       ) : null}
       {isLatched(mode) ? (

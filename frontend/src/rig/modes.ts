@@ -37,11 +37,11 @@ export function clearing(mode: Mode): string {
 }
 
 /** The cause of what somebody asked for. */
-export const ASKED_FOR: Cause = 1;
+const ASKED_FOR: Cause = 1;
 
 export const CAUSE_TEXT: Record<Cause, string> = {
   0: "",
-  1: "asked for",
+  1: "asked for by somebody",
   2: "rig started",
   3: "operator's page was gone",
   4: "no server",
@@ -65,6 +65,19 @@ export const CAUSE_TEXT: Record<Cause, string> = {
   22: "tracking error swings too widely",
   23: "observer too far from the markers",
 };
+
+/** Why the rig is in its state; of an E-STOP that was pressed, by whom. */
+export function whyText({ mode, cause, stoppedBy }: Why): string {
+  const pressed = mode === MODE.E_STOP && cause === ASKED_FOR && stoppedBy !== "";
+  return pressed ? `by ${stoppedBy}` : CAUSE_TEXT[cause];
+}
+
+/** What `whyText` reads of the page. */
+interface Why {
+  readonly mode: Mode | null;
+  readonly cause: Cause;
+  readonly stoppedBy: string;
+}
 
 /** What to look at before the rig is cleared or armed again: without it the same would only happen again. */
 const REMEDY: Partial<Record<Cause, string>> = {
