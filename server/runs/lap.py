@@ -31,7 +31,7 @@ class Lap:
     p: Array
     """Rows (n, 2) [m] of one lap; the first comes after the last."""
     back: int
-    """So many rows at its end are a way back to its start, which is left out after the last lap."""
+    """This many rows at its end are a way back to its start, which is left out after the last lap."""
     u: Array
     """Torques (m + n, 2) [N m] that hold `lead` and `p`."""
     frequency: tuple[float, float] | None
