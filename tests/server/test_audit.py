@@ -44,7 +44,7 @@ def test_every_action_and_refusal_stands_in_the_audit_log_and_no_token(server: T
         )
 
     assert found(action="POST /api/command", status=403, name=who, role="viewer", address="127.0.0.1")
-    assert said("POST /api/command", 200, f"{who}: e-stop", "viewer")
+    assert said("POST /api/command", 200, f"{who} (viewer): e-stop", "viewer")
     assert said("PATCH /api/settings", 200, "K_P = [0.1, 0.1]", "operator")
     assert said("PATCH /api/recordings/nothing", 403, "viewer's token", "viewer")
     assert said("GET /", 303, "signed in with the operator's token", "")
