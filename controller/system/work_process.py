@@ -7,12 +7,15 @@ may be done twice: a process that is killed is started again, and asked once mor
 
 import asyncio
 import itertools
+import os
 import pickle
+import signal
 import socket
 import struct
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future, wait
+from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import Any, ParamSpec, TypeVar
 
@@ -31,11 +34,11 @@ NUMBER = struct.Struct("q")
 
 
 class WorkProcess:
-    """Thread safe. The process starts when it is first asked, and ends when this one does."""
+    """Thread safe. The process starts when it is first asked; it and all that it runs end when this one does."""
 
-    def __init__(self, name: str, patience: float = PATIENCE) -> None:
-        """`name` says in errors what the process is for."""
-        self._name, self._patience = name, patience
+    def __init__(self, name: str, patience: float | None = PATIENCE, nice: int = 0) -> None:
+        """`name` says in errors what the process is for; `patience` None is for work that may take hours."""
+        self._name, self._patience, self._nice = name, patience, nice
         self._life: _Life | None = None
         self._closed = False
         self._starting = threading.Lock()
@@ -78,7 +81,7 @@ class WorkProcess:
             if self._closed:
                 raise ProcessKilled(f"{self._name} has ended")
             if self._life is None or not self._life.alive:
-                self._life = _Life(self._name)
+                self._life = _Life(self._name, self._nice)
             return self._life
 
 
@@ -89,12 +92,12 @@ class _Gone(Exception):
 class _Life:
     """One process, and what it was asked and has not answered."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, nice: int) -> None:
         ours, theirs = socket.socketpair()
         ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, struct.pack("ll", int(SENDING), 0))
         with theirs:
             end = theirs.fileno()
-            self.process = launched(("controller.system.working", str(end)), None, keep=(end,))
+            self.process = launched(("controller.system.working", str(end), str(nice)), None, keep=(end,))
         self._pipe = Connection(ours.detach())
         self._asked: dict[int, Future[Any]] = {}
         self._numbers = itertools.count()
@@ -122,8 +125,9 @@ class _Life:
         return answer
 
     def end(self) -> None:
-        """Kill it; the reader then tells who waits."""
-        self.process.kill()
+        """Kill it and what it runs; the reader then tells who waits."""
+        with suppress(ProcessLookupError):
+            os.killpg(self.process.pid, signal.SIGKILL)
 
     def _read(self) -> None:
         """Hand out the answers until the process ends."""
@@ -141,7 +145,7 @@ class _Life:
     def _close(self) -> None:
         with self._lock:
             self._open, waiting = False, list(self._asked.values())
-        self.process.kill()
+        self.end()
         self.process.wait()
         with self._sending:
             self._pipe.close()

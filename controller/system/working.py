@@ -1,7 +1,8 @@
-"""The other end of a WorkProcess: `python -m controller.system.working FD` answers what comes on that socket."""
+"""The other end of a WorkProcess: `python -m controller.system.working FD NICE` answers what comes on that socket."""
 
 import os
 import pickle
+import signal
 import sys
 import threading
 import traceback
@@ -62,5 +63,6 @@ def _packed(result: Any, error: Exception | None) -> bytes:
 
 if __name__ == "__main__":
     few_arenas()
+    os.nice(int(sys.argv[2]))
     Working(Connection(int(sys.argv[1]))).run()
-    os._exit(0)  # whatever is still being worked at: nobody waits for it
+    os.killpg(0, signal.SIGKILL)  # us and what we run, whatever is still being worked at: nobody waits for it

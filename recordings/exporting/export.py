@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 from controller.errors import ParameterError
 from recordings.exporting.table import Choice, RowReader, Table
@@ -28,6 +28,13 @@ def require_whole(choice: Choice) -> None:
     """ParameterError unless everything is chosen: an .rrd file is given as it is."""
     if choice != Choice():
         raise ParameterError("format = rrd is the whole file as it is: signals, from and to are for the other formats")
+
+
+def warm_up() -> None:
+    """Import what writes every format: who asks for the first one does not wait for that."""
+    for kind in get_args(Format):
+        if kind != "rrd":
+            _writer(kind)
 
 
 def _writer(kind: Format) -> Writer:

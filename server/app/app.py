@@ -19,6 +19,7 @@ from controller.errors import ProcessKilled
 from controller.schema.modes import Cause, Freeze, Integrator, Law, Mode
 from controller.system.memory import forget_start
 from controller.system.tasks import Tasks, forever
+from recordings.exporting import export
 from server.access import page, sign_in
 from server.access.gate import Gate, admitted
 from server.access.hosts import Hosts
@@ -152,6 +153,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[dict[str, Any]]:
     beat = asyncio.create_task(forever("the beat", services.beat.run))
     preparing = Tasks()
     preparing.begin("what every page asks for first", _prepare(services))
+    preparing.begin("what exports need", _prepare_reader(services))
     services.turning.start()
     asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(THREADS, "request"))
     hosts = Hosts(services.settings)
@@ -171,6 +173,11 @@ async def _prepare(services: Services) -> None:
     with contextlib.suppress(ProcessKilled):  # who asks for it hears that
         await services.planner.do(reach.workspace, info.parameters)
         await services.planner.do(planning.menu, info.parameters)
+
+
+async def _prepare_reader(services: Services) -> None:
+    with contextlib.suppress(ProcessKilled):  # as above
+        await services.reader.do(export.warm_up)
 
 
 def _settle(app: FastAPI) -> None:

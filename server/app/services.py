@@ -38,7 +38,7 @@ from server.plots.feed import Plots
 from server.plots.layouts import Layouts
 from server.presets.actuator import OutcomeWatch
 from server.recorder.automatic import Automatic
-from server.recorder.folder import RecordingsFolder
+from server.recorder.folder import Reader, RecordingsFolder
 from server.recorder.quota_watch import QuotaWatch
 from server.recorder.review import Review
 from server.recorder.watch import RecorderWatch
@@ -77,6 +77,7 @@ class Services:
     pages: Pages[Viewer]
     people: PeopleHere
     folder: RecordingsFolder
+    reader: Reader
     recorder: Recorder
     review: Review
     automatic: Automatic
@@ -104,6 +105,7 @@ class Services:
         """End plans, commands and link, then run and recording (which have then seen every row), then the 3D view."""
         self.tokens.stop()
         self.planner.close()
+        self.reader.close()
         self.operator.close()
         self.rig.close()
         self.runs.close()
@@ -117,12 +119,15 @@ class Services:
 
 
 def open_services(
-    settings: ServerSettings, deadly: Callable[[], None] | None = None, planner: Planner | None = None
+    settings: ServerSettings,
+    deadly: Callable[[], None] | None = None,
+    planner: Planner | None = None,
+    reader: Reader | None = None,
 ) -> Services:
     """Connect to the rig and start everything that has a thread of its own. `deadly` is called where the event loop
-    does not turn any more; `planner` is to be used instead of one of their own.
+    does not turn any more; `planner` and `reader` are to be used instead of such of their own.
     """
-    planner = planner or Planner()
+    planner, reader = planner or Planner(), reader or Reader()
     file = TokenFile(settings)
     secrets = file.made()
     sessions, lease = Sessions(secrets, settings.rig), OperatorLease()
@@ -134,7 +139,7 @@ def open_services(
     audit = Audit(audited, lambda problem: events.add(problem, "error"))
 
     store = Store(settings.recordings or default_folder())
-    review, loop, history = Review(store), LoopWatch(), History()
+    review, loop, history = Review(store, reader), LoopWatch(), History()
     recorder = Recorder(
         store.folder, settings.recording_split, lambda done: review.stopped(done.id), settings.disk_patience
     )
@@ -213,7 +218,8 @@ def open_services(
         hands=hands,
         pages=pages,
         people=people,
-        folder=RecordingsFolder(store),
+        folder=RecordingsFolder(store, reader),
+        reader=reader,
         recorder=recorder,
         review=review,
         automatic=automatic,

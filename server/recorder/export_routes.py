@@ -11,7 +11,6 @@ from starlette.background import BackgroundTask
 from starlette.responses import FileResponse
 
 from controller.errors import CommandRefused, RecordingError
-from recordings.exporting.apart import apart
 from recordings.exporting.export import Format, export
 from recordings.exporting.signals import SignalInfo, offered
 from recordings.exporting.table import Choice
@@ -52,8 +51,7 @@ async def export_recording(
     scratch = tempfile.mkdtemp(prefix="tendril-export-")
     target = Path(scratch, f"{id}.{kind}")
     try:
-        async with folder.exporting:
-            await asyncio.to_thread(apart, export, source, target, kind, Choice(names, start, stop))
+        await folder.read(export, source, target, kind, Choice(names, start, stop))
     except BaseException:
         shutil.rmtree(scratch)
         raise

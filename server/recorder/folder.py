@@ -1,4 +1,8 @@
-"""The folder of recordings as routes ask it: in threads of its own, and with a bound on the wait."""
+"""The folder of recordings as routes ask it: in threads of its own, and with a bound on the wait.
+
+What reads whole recordings is done by a process of its own, at low priority: the server goes on serving, and its memory
+stays as it is.
+"""
 
 import asyncio
 from collections.abc import Callable
@@ -7,6 +11,7 @@ from functools import partial
 from typing import Annotated, ParamSpec, TypeVar
 
 from controller.errors import TendrilError
+from controller.system.work_process import WorkProcess
 from recordings.store.store import Store
 from recordings.write.writer import Recorder
 from server.http.given import given
@@ -17,14 +22,22 @@ LOOKERS = 4
 """Threads that may wait for the folder."""
 LOOK_TIMEOUT = 30.0
 """Longest wait for an answer of it [s]: a long recording's quick look takes seconds."""
+NICE = 19
+
+
+class Reader(WorkProcess):
+    """Reads recordings: exports, quick looks and figures, and what is done with one that has ended. May take hours."""
+
+    def __init__(self, nice: int = NICE) -> None:
+        super().__init__("reading recordings", patience=None, nice=nice)
 
 
 class RecordingsFolder:
-    """`store` and who waits for it. `exporting`: one export at a time, as each keeps a core busy."""
+    """`store`, who reads in it, and who waits for it."""
 
-    def __init__(self, store: Store) -> None:
-        self.store = store
-        self.exporting = asyncio.Lock()
+    def __init__(self, store: Store, reader: Reader) -> None:
+        self.store, self._reader = store, reader
+        self._turn = asyncio.Lock()
         self._lookers = ThreadPoolExecutor(LOOKERS, "recordings-folder")
 
     async def look(self, work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
@@ -36,6 +49,15 @@ class RecordingsFolder:
             return await asyncio.wait_for(found, LOOK_TIMEOUT)
         except TimeoutError:
             raise TendrilError(f"the folder of recordings does not answer within {LOOK_TIMEOUT:g} s") from None
+
+    async def quick(self, work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
+        """`work`, which takes seconds at most, by the reader; TendrilError as above."""
+        return await self.look(lambda: self._reader.call(work, *arguments, **named))
+
+    async def read(self, work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
+        """`work` by the reader, one after the other: each keeps a core busy. Its error, or ProcessKilled."""
+        async with self._turn:
+            return await self._reader.do(work, *arguments, **named)
 
     def close(self) -> None:
         """Wait for nobody any more."""

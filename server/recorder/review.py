@@ -11,10 +11,10 @@ from controller.errors import ProcessKilled, TendrilError
 from controller.system.worker import Worker
 from recordings.format.messages import Recording
 from recordings.read.viewer import viewer_files
-from recordings.store.apart import apart
 from recordings.store.finishing import finish
 from recordings.store.store import Store
 from server.http.given import given
+from server.recorder.folder import Reader
 
 log = logging.getLogger(__name__)
 
@@ -25,8 +25,8 @@ LONGEST = 600.0
 class Review:
     """One thread, from the start of the server; `viewer` is None until rerun's files are there."""
 
-    def __init__(self, store: Store) -> None:
-        self._store = store
+    def __init__(self, store: Store, reader: Reader) -> None:
+        self._store, self._reader = store, reader
         self._stopped: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._cut: Recording | None = None
         self.viewer: Path | None = None
@@ -80,9 +80,8 @@ class Review:
         return broken
 
     def _finish(self, id: str) -> None:
-        """In a process of its own: reading the data would keep this one from serving."""
         try:
-            for problem in apart(finish, self._store.folder, id):
+            for problem in self._reader.call(finish, self._store.folder, id):
                 _say(id, problem)
         except ProcessKilled as error:
             self._store.sweep()

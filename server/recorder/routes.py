@@ -18,7 +18,6 @@ from recordings.format.profiles import PROFILES, ProfileInfo
 from recordings.read.metrics import Measured
 from recordings.read.query import matching, ordered
 from recordings.read.quick import POINTS, Quick, quick_look
-from recordings.store.apart import apart
 from recordings.store.edits import Edit
 from recordings.store.finishing import measured
 from recordings.store.store import Store
@@ -124,8 +123,7 @@ async def recording(id: str, folder: GivenFolder) -> Recording:
 async def recording_metrics(id: str, folder: GivenFolder) -> Measured:
     """How well the tip followed, over all and in each cycle, from the data; 404 when there is no such recording."""
     await folder.look(folder.store.path, id)  # only a recording costs a process
-    async with folder.exporting:
-        return await asyncio.to_thread(apart, measured, folder.store.folder, id)
+    return await folder.read(measured, folder.store.folder, id)
 
 
 @router.patch("/api/recordings/{id}")
@@ -165,5 +163,5 @@ Keys = Annotated[list[Annotated[str, Query(max_length=80)]], Query(max_length=64
 @router.get("/api/recordings/{id}/quick", response_model=Quick)
 async def recording_quick(id: str, folder: GivenFolder, points: Points = POINTS, signals: Keys = []) -> Response:  # noqa: B006
     """The main signals as extremes of bins, and the tip's path; of a running recording, up to now. 404 without it."""
-    text = await folder.look(quick_look, await folder.look(folder.store.path, id), points, tuple(signals))
+    text = await folder.quick(quick_look, await folder.look(folder.store.path, id), points, tuple(signals))
     return Response(text, media_type="application/json", headers={"cache-control": "no-store"})

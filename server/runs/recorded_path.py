@@ -1,6 +1,5 @@
 """A recorded path as a drawing, so that the Run tab can follow it again."""
 
-import asyncio
 import re
 from pathlib import Path
 from typing import Annotated, Any
@@ -12,7 +11,6 @@ from pydantic import ValidationError
 from controller.arrays import Values
 from controller.errors import ParameterError, sentence
 from controller.schema.parameters import SENSORS
-from recordings.exporting.apart import apart
 from recordings.exporting.tip_path import Wanted, What, tip_path
 from server.drawing.messages import POINTS_MAX, DrawingBody, Given
 from server.drawing.picture import evenly
@@ -61,5 +59,4 @@ async def recording_path(
     """The path of the tip, its reference or a marker as a drawing with times; 404, or 422 says what is wrong."""
     found, source = await folder.look(folder.store.find, id), await folder.look(folder.store.path, id)
     wanted = Wanted(what, rod, start, stop)
-    async with folder.exporting:
-        return await asyncio.to_thread(apart, recorded_drawing, source, found.name, wanted)
+    return await folder.read(recorded_drawing, source, found.name, wanted)

@@ -7,8 +7,9 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -16,6 +17,14 @@ import pytest
 from controller.errors import ParameterError, ProcessKilled, TendrilError
 from controller.system.work_process import WorkProcess
 from tests.controller.live_rig import wait_for
+
+PROGRAM = """
+import os, pathlib, sys, time
+note = pathlib.Path(sys.argv[1])
+note.with_suffix(".part").write_text(str(os.getpid()))
+note.with_suffix(".part").replace(note)
+time.sleep(600)
+"""
 
 
 @pytest.fixture
@@ -56,6 +65,11 @@ def wait_until_there(path: Path) -> int:
     while not path.exists():
         time.sleep(0.01)
     return os.getpid()
+
+
+def run_program(note: Path) -> None:
+    """Runs a program that never ends; its process id stands in `note` once it runs."""
+    subprocess.run([sys.executable, "-c", PROGRAM, str(note)], check=False)
 
 
 def die(notes: Path, times: int) -> str:
@@ -151,9 +165,53 @@ def test_it_ends_with_the_one_that_it_works_for() -> None:
         "os.kill(os.getpid(), signal.SIGKILL)\n"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
-    pid = int(done.stdout)
-    wait_for(lambda: not Path(f"/proc/{pid}").exists() or _is_zombie(pid))
+    wait_until_gone(int(done.stdout))
 
 
-def _is_zombie(pid: int) -> bool:
-    return " Z " in Path(f"/proc/{pid}/stat").read_text()
+def test_a_program_that_it_runs_ends_with_the_one_that_it_works_for(tmp_path: Path) -> None:
+    program = (
+        "import sys\n"
+        "from pathlib import Path\n"
+        "from controller.system.work_process import WorkProcess\n"
+        "from tests.controller.test_work_process import run_program\n"
+        "WorkProcess('reading').call(run_program, Path(sys.argv[1]))\n"
+    )
+    note = tmp_path / "note"
+    asker = subprocess.Popen([sys.executable, "-c", program, str(note)], cwd=Path(__file__).parents[2])
+    wait_for(note.exists)
+    asker.kill()
+    asker.wait()
+    wait_until_gone(int(note.read_text()))
+
+
+@pytest.mark.parametrize("how", ["killed", "closed"])
+def test_a_program_that_it_runs_ends_with_it(process: WorkProcess, tmp_path: Path, how: str) -> None:
+    note = tmp_path / "note"
+
+    def ask() -> None:
+        with suppress(ProcessKilled):
+            process.call(run_program, note)
+
+    waiting = threading.Thread(target=ask)
+    waiting.start()
+    wait_for(note.exists)
+    program = int(note.read_text())
+    if how == "killed":
+        os.kill(cast(int, process.pid), signal.SIGKILL)
+    else:
+        process.close()
+    wait_until_gone(program)
+    process.close()
+    waiting.join()
+
+
+def test_it_is_as_nice_as_it_should_be(process: WorkProcess) -> None:
+    assert process.call(os.nice, 0) == os.nice(0)
+    nice = WorkProcess("reading", nice=19)
+    assert nice.call(os.nice, 0) == 19
+    nice.close()
+
+
+def wait_until_gone(pid: int) -> None:
+    """Until no such process runs; one that has ended and that nobody has asked after may be left."""
+    wait_for(lambda: not Path(f"/proc/{pid}").exists() or " Z " in Path(f"/proc/{pid}/stat").read_text())

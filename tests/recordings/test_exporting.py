@@ -1,7 +1,6 @@
 """What is exported, read back by programs that we did not write, is what rerun's own reader finds in the recording."""
 
 import json
-import os
 from collections import defaultdict
 from collections.abc import Callable
 from pathlib import Path
@@ -18,8 +17,7 @@ from scipy.io import loadmat
 from controller.errors import ParameterError
 from controller.reference.path_file import read_samples
 from controller.schema.parameters import Settings
-from recordings.exporting.apart import ExportKilled, apart
-from recordings.exporting.export import Format, export, require_whole
+from recordings.exporting.export import Format, export
 from recordings.exporting.signals import offered
 from recordings.exporting.table import Choice, RowReader, joined
 from recordings.exporting.tip_path import Wanted, tip_path, write_path
@@ -256,11 +254,3 @@ def test_a_recorded_path_can_be_tracked_again(source: Path, what: Any) -> None:
 def test_a_marker_that_was_never_seen_is_no_path(source: Path) -> None:
     with pytest.raises(ParameterError, match="what = markers_4: it was seen at 0 times"):
         tip_path(source, Wanted("marker", rod=4))
-
-
-def test_what_is_done_apart_is_nice_tells_its_error_and_does_not_take_us_with_it() -> None:
-    assert apart(os.nice, 0) == 19
-    with pytest.raises(ParameterError, match="rrd is the whole file"):
-        apart(require_whole, Choice(("u",)))
-    with pytest.raises(ExportKilled, match="the export was killed"):
-        apart(os._exit, 1)

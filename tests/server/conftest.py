@@ -2,15 +2,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from recordings.store import apart
 from server.access import lease
 from tests.server.live_server import RigProcess, TestServer, free_environment
-
-
-@pytest.fixture(autouse=True)
-def no_starving(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Work apart is as urgent as all else here: with niceness it would wait for the tests beside it."""
-    monkeypatch.setattr(apart, "NICE", 0)
 
 
 @pytest.fixture(autouse=True)
