@@ -10,7 +10,7 @@ from fastapi import APIRouter, Body, Query
 from starlette.background import BackgroundTask
 from starlette.responses import FileResponse
 
-from controller.errors import CommandRefused, RecordingError
+from controller.errors import CommandRefused, ProcessKilled, RecordingError
 from recordings.exporting.export import Format, export
 from recordings.exporting.signals import SignalInfo, offered
 from recordings.exporting.table import Choice
@@ -52,6 +52,9 @@ async def export_recording(
     target = Path(scratch, f"{id}.{kind}")
     try:
         await folder.read(export, source, target, kind, Choice(names, start, stop))
+    except ProcessKilled:
+        shutil.rmtree(scratch)
+        raise ProcessKilled("the export was killed, perhaps for want of memory: choose fewer signals") from None
     except BaseException:
         shutil.rmtree(scratch)
         raise

@@ -122,7 +122,7 @@ async def recording(id: str, folder: GivenFolder) -> Recording:
 @router.get("/api/recordings/{id}/metrics")
 async def recording_metrics(id: str, folder: GivenFolder) -> Measured:
     """How well the tip followed, over all and in each cycle, from the data; 404 when there is no such recording."""
-    await folder.look(folder.store.path, id)  # only a recording costs a process
+    await folder.look(folder.store.path, id)  # only a recording waits for its turn
     return await folder.read(measured, folder.store.folder, id)
 
 

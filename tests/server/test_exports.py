@@ -1,6 +1,7 @@
 """Recordings exported, followed again and imported over REST."""
 
 import io
+import os
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,7 +16,9 @@ from controller.schema.parameters import Settings
 from recordings.format.messages import Recording
 from recordings.write.writer import Recorder
 from server.drawing.messages import DrawingBody
-from server.runs.recorded_path import drawing_name
+from server.recorder import export_routes
+from server.recorder.folder import Reader
+from server.runs.recorded_drawing import drawing_name
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows
 from tests.server.live_server import Page, TestServer, free_environment, wait_for
 
@@ -123,6 +126,25 @@ def test_of_what_is_being_written_all_that_is_there_is_exported(page: Page, runn
 def test_what_cannot_be_exported_is_named(page: Page, done: Recording, asked: dict[str, str], told: str) -> None:
     answer = page.get(f"/api/recordings/{done.id}/export", params=asked)
     assert answer.status_code == 422 and told in answer.text
+
+
+def die(*arguments: object) -> None:
+    """An export that the system kills, as for want of memory."""
+    os._exit(1)
+
+
+def test_an_export_that_is_killed_says_what_helps(page: Page, done: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as patched:
+        patched.setattr(export_routes, "export", die)
+        refused = page.get(f"/api/recordings/{done.id}/export", params={"format": "csv"})
+    assert refused.json()["detail"] == "the export was killed, perhaps for want of memory: choose fewer signals"
+    assert page.get(f"/api/recordings/{done.id}/export", params={"format": "csv"}).status_code == 200
+
+
+def test_who_reads_recordings_stands_back_for_everything_else() -> None:
+    reader = Reader()
+    assert reader.call(os.nice, 0) == 19
+    reader.close()
 
 
 @pytest.mark.parametrize("what", ["export?format=csv", "signals", "path"])
