@@ -9,7 +9,7 @@ import { Connection } from "../live/connection";
 import { Live } from "../live/live";
 import { PageStore } from "../live/page";
 import { Operations, type Notify } from "../operate/operations";
-import { EmergencyStop, stopByHttp } from "../operate/stop/stop";
+import { EmergencyStop, stopByHttp, watchLatch } from "../operate/stop/stop";
 import { Aim } from "../operate/target/aim";
 import { Gamepads } from "../operate/target/gamepads";
 import { keepProfile } from "../recorder/profile";
@@ -40,6 +40,7 @@ export function wire(notify: Notify, shelf: Shelf): Services {
     write: operations.note.bind(operations),
     later: (action, delay) => setTimeout(action, delay),
   });
+  watchLatch(stop, page);
   const aim = new Aim(live, page, operations, socket);
   const alarms = new Alarms(page, operations);
   const references = new References(page, operations);

@@ -27,7 +27,7 @@ export function ControlButton({
   const id = useId();
   const blocked = reason !== null;
   return (
-    <Tooltip label={reason ?? meaning} openDelay={blocked ? 0 : 500}>
+    <Tooltip label={reason ?? meaning} position="bottom" openDelay={blocked ? 0 : 500}>
       <Button
         size="xs"
         {...button}

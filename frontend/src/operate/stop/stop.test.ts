@@ -1,8 +1,10 @@
 import { expect, test } from "vitest";
 import { Refusal, Unreachable } from "../../api/rest";
 import type { CommandReply } from "../../api/types";
-import type { StopNews } from "../../live/page";
-import { EmergencyStop } from "./stop";
+import { EMPTY_PAGE, type Page, type StopNews } from "../../live/page";
+import { MODE } from "../../rig/modes";
+import { Store } from "../../ui/store";
+import { EmergencyStop, watchLatch } from "./stop";
 
 type Answer = (reply: CommandReply | Error) => void;
 
@@ -141,4 +143,38 @@ test("every press is an E-STOP of its own, and answers to an earlier one are not
   expect(page.news?.phase).toBe("sent");
   page.stop.answered(2, "");
   expect(page.news?.phase).toBe("arrived");
+});
+
+test("what has arrived is no news once the rig was cleared, whatever still answers", async () => {
+  const page = new Bench();
+  page.stop.press();
+  page.stop.answered(1, "");
+  page.stop.cleared();
+  expect(page.news).toBeNull();
+  await page.http(TAKEN);
+  await page.pass(60_000);
+  expect(page.news).toBeNull();
+  page.stop.press();
+  page.stop.answered(page.sent.at(-1) ?? 0, "");
+  expect(page.news?.phase).toBe("arrived");
+});
+
+test("a clear of an earlier E-STOP does not silence one that has not arrived", async () => {
+  const page = new Bench();
+  page.stop.press();
+  page.stop.cleared();
+  expect(page.news?.phase).toBe("sent");
+  await page.http(TAKEN);
+  expect(page.news?.phase).toBe("arrived");
+});
+
+test("the rig has left E-STOP when its mode says so, not when it is silent", () => {
+  const page = new Store<Page>({ ...EMPTY_PAGE, mode: MODE.HOLD });
+  let times = 0;
+  watchLatch({ cleared: () => (times += 1) }, page);
+  const seen = [MODE.E_STOP, null, MODE.E_STOP, MODE.VENTED, MODE.HOLD].map((mode) => {
+    page.patch({ mode });
+    return times;
+  });
+  expect(seen).toEqual([0, 0, 0, 1, 1]);
 });

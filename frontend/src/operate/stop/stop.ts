@@ -1,7 +1,9 @@
 import { api, Refusal, told } from "../../api/rest";
 import type { CommandReply } from "../../api/types";
-import type { StopNews } from "../../live/page";
+import type { Page, StopNews } from "../../live/page";
+import { MODE } from "../../rig/modes";
 import { textOf } from "../../ui/format";
+import type { Store } from "../../ui/store";
 
 /** Every way from this page to the rig, the quickest first. */
 const WAYS = ["socket", "http"] as const;
@@ -63,6 +65,13 @@ export class EmergencyStop {
   /** The socket's answer to press `n`; `refusal` is "" if the rig took it. */
   answered(n: number, refusal: string): void {
     this.settle(n, "socket", { state: refusal === "" ? "arrived" : "refused", why: refusal });
+  }
+
+  /** The rig has left E-STOP: that it had arrived is no news any more. */
+  cleared(): void {
+    if (this.has("arrived").length === 0) return;
+    this.n += 1;
+    this.port.show(null);
   }
 
   private send(n: number): void {
@@ -137,6 +146,16 @@ export class EmergencyStop {
       news.phase === "lost" ? LOST_SHOWN_MS : ARRIVED_SHOWN_MS,
     );
   }
+}
+
+/** Tell `stop` when the rig leaves E-STOP. */
+export function watchLatch(stop: Pick<EmergencyStop, "cleared">, page: Store<Page>): void {
+  let last = page.get().mode;
+  page.subscribe(() => {
+    const { mode } = page.get();
+    if (mode !== last && last === MODE.E_STOP && mode !== null) stop.cleared();
+    last = mode;
+  });
 }
 
 function arrivedText(arrived: readonly Way[], standing: Record<Way, Standing>): string {
