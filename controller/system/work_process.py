@@ -37,7 +37,7 @@ class WorkProcess:
     """Thread safe. The process starts when it is first asked; it and all that it runs end when this one does."""
 
     def __init__(self, name: str, patience: float | None = PATIENCE, nice: int = 0) -> None:
-        """`name` says in errors what the process is for; `patience` None is for work that may take hours."""
+        """`name` says what it is for, in errors and in the list of processes; `patience` None: work may take hours."""
         self._name, self._patience, self._nice = name, patience, nice
         self._life: _Life | None = None
         self._closed = False
@@ -97,7 +97,7 @@ class _Life:
         ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, struct.pack("ll", int(SENDING), 0))
         with theirs:
             end = theirs.fileno()
-            self.process = launched(("controller.system.working", str(end), str(nice)), None, keep=(end,))
+            self.process = launched(("controller.system.working", str(end), str(nice), name), None, keep=(end,))
         self._pipe = Connection(ours.detach())
         self._asked: dict[int, Future[Any]] = {}
         self._numbers = itertools.count()

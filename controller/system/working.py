@@ -1,4 +1,7 @@
-"""The other end of a WorkProcess: `python -m controller.system.working FD NICE` answers what comes on that socket."""
+"""The other end of a WorkProcess: `python -m controller.system.working FD NICE NAME` answers what comes on that socket.
+
+NAME is for who looks at the list of processes.
+"""
 
 import os
 import pickle

@@ -20,7 +20,6 @@ from controller.realtime.settings import RigSettings
 from controller.realtime.supervisor import Supervisor
 from controller.schema.modes import Cause, Mode
 from controller.schema.parameters import RigParameters, SafetyLimits
-from controller.system import working
 from server.campaign import inside, trace
 from server.campaign.certificates import make_certificates
 from server.campaign.person import Person
@@ -29,6 +28,7 @@ from server.campaign.table import GAP
 from server.campaign.waiting import Failed, require, wait
 from server.presets.actuator import kept_file
 from server.presets.orders import Orders
+from server.rig import planner
 from server.settings import ServerSettings
 from server.supervise.up import ServerChild
 
@@ -117,7 +117,8 @@ class Scene:
         """Process id of the server's planner."""
         tasks = Path(f"/proc/{self.server_process}/task")
         children = [pid for task in tasks.iterdir() for pid in (task / "children").read_text().split()]
-        return next(int(pid) for pid in children if working.__name__ in Path(f"/proc/{pid}/cmdline").read_text())
+        lines = {int(pid): Path(f"/proc/{pid}/cmdline").read_text().split("\0") for pid in children}
+        return next(pid for pid, line in lines.items() if planner.NAME in line)
 
     @property
     def boot(self) -> int:

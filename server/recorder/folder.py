@@ -22,14 +22,14 @@ LOOKERS = 4
 """Threads that may wait for the folder."""
 LOOK_TIMEOUT = 30.0
 """Longest wait for an answer of it [s]: a long recording's quick look takes seconds."""
-NICE = 19
+NAME, NICE = "reading recordings", 19
 
 
 class Reader(WorkProcess):
     """Reads recordings: exports, quick looks and figures, and what is done with one that has ended. May take hours."""
 
     def __init__(self, nice: int = NICE) -> None:
-        super().__init__("reading recordings", patience=None, nice=nice)
+        super().__init__(NAME, patience=None, nice=nice)
 
 
 class RecordingsFolder:

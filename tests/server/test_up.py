@@ -15,6 +15,8 @@ import pytest
 from controller.errors import KeyRefused
 from controller.realtime.ring import remove_rings
 from controller.system.keys import made_key, mended_key, read_key
+from server.recorder import folder
+from server.rig import planner
 from server.settings import ServerSettings
 from server.supervise.ready import UpReady
 from server.supervise.up import usable_key
@@ -22,7 +24,6 @@ from tests.server.live_server import Page, free_environment, wait_for
 
 TENDRIL = Path(sys.executable).parent / "tendril"
 RIG = f"up-{os.getpid()}"
-WORKING = "controller.system.working"
 
 
 def command(folder: Path, rig: str, port: int, ready: Path) -> list[str | Path]:
@@ -52,7 +53,7 @@ def test_a_second_up_says_in_one_sentence_why_not_and_the_first_goes_on(tmp_path
     with running(tmp_path) as first:
         port = urlsplit(first.url).port
         assert port
-        wait_for(lambda: children_of(server(), WORKING), "the first one's planner")
+        wait_for(lambda: children_of(server(), planner.NAME), "the first one's planner")
         for rig, other_port, why in (
             (RIG, 0, f"rig '{RIG}' already runs on this machine"),
             (f"{RIG}-other", port, f"port = {port}: Address already in use"),
@@ -112,8 +113,9 @@ def test_kernels_and_their_compiler_are_in_the_planner_and_not_in_the_server(tmp
             circle = {"reference": "circle_1hz"}
             wait_for(lambda: page.post("/api/preview", json=circle).status_code == 200, "a preview")
             assert page.get("/api/workspace").json()["points"]
-        (planner,) = children_of(server(), WORKING)
-        assert has_compiler(planner) and not has_compiler(server())
+        (planning,) = children_of(server(), planner.NAME)
+        assert has_compiler(planning)
+        assert not any(map(has_compiler, [server(), *children_of(server(), folder.NAME)]))
 
 
 def server() -> psutil.Process:
