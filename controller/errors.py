@@ -2,6 +2,8 @@
 
 from pydantic import ValidationError
 
+from controller.spelled import complaint
+
 
 class TendrilError(Exception):
     """Base of every error that Tendril raises on purpose; its text is fit for a user."""
@@ -58,7 +60,7 @@ class RecordingError(TendrilError):
 def sentence(error: ValidationError) -> str:
     """The first complaint of `error` as one line: field = value: what is wrong."""
     first = error.errors(include_url=False)[0]
-    field, text = ".".join(str(part) for part in first["loc"]), first["msg"].removeprefix("Value error, ")
+    field, text = ".".join(str(part) for part in first["loc"]), complaint(first)
     if not field:
         return text if first["type"] == "value_error" else f"message: {text}"
     whole = first["type"] == "missing" or isinstance(first["input"], dict)

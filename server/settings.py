@@ -8,6 +8,7 @@ from pydantic import Field as Bounds
 from pydantic import SecretStr
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
+from controller.spelled import spelled
 from controller.system.keys import key_path, state_folder
 from controller.system.logs import LogFormat
 from recordings.format.messages import PATIENCE, SPLIT_BYTES
@@ -23,7 +24,7 @@ class ServerSettings(BaseSettings):
     """0 takes a free one."""
     endpoint: str = "tcp/127.0.0.1:7447"
     """Zenoh endpoint at which the rig listens."""
-    rig: Annotated[str, Bounds(pattern=r"^[\w-]{1,40}$")] = "twin"
+    rig: Annotated[str, spelled(r"^[\w-]{1,40}$", "1 to 40 letters, digits and _ -, no blanks")] = "twin"
     key_file: Path | None = None
     """File of the rig's key, without which nothing can be commanded; None: RIG.key in the folder `state`."""
     link_tls: Path | None = None
@@ -40,7 +41,7 @@ class ServerSettings(BaseSettings):
     """Certificate chain (PEM) with which https is served; together with `tls_key`."""
     tls_key: Path | None = None
     """Its private key (PEM, without a password)."""
-    allow_host: Annotated[str, Bounds(pattern=r"^[\w.:,\[\]-]*$")] = ""
+    allow_host: Annotated[str, spelled(r"^[\w.:,\[\]-]*$", "names of hosts, with commas between and no blanks")] = ""
     """Names by which browsers may ask for this server, besides its own; commas between them."""
     record_faults: bool = True
     """A FAULT or E-STOP under pressure is recorded by itself, with the 10 s before and after it."""

@@ -4,10 +4,9 @@ import socket
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field as Bounds
-
 from controller.schema.layout import Model
 from controller.schema.parameters import RigParameters
+from controller.spelled import spelled
 from controller.system.logs import LogFormat
 
 REFUSED = 3
@@ -17,8 +16,10 @@ REFUSED = 3
 class RigSettings(Model):
     """How a rig process is started; `python -m controller.realtime` takes it as JSON."""
 
-    rig: Annotated[str, Bounds(pattern=r"^[A-Za-z0-9_-]{1,40}$")] = "rig"
-    listen: Annotated[str, Bounds(pattern=r"^\w+/.+:\d+$")] = "tcp/127.0.0.1:0"
+    rig: Annotated[str, spelled(r"^[A-Za-z0-9_-]{1,40}$", "1 to 40 letters (a to z), digits and _ -, no blanks")] = (
+        "rig"
+    )
+    listen: Annotated[str, spelled(r"^\w+/.+:\d+$", "PROTOCOL/HOST:PORT, as in tcp/127.0.0.1:7447")] = "tcp/127.0.0.1:0"
     """zenoh endpoint; port 0 takes a free one (see `ready`)."""
     key_file: Path | None = None
     """Key that every server must have which commands this rig; made if it is not there. None: see `key_path`."""

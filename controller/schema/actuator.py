@@ -14,6 +14,7 @@ from pydantic import Field as Bounds
 from controller.errors import ParameterError, sentence
 from controller.schema.layout import Model, quantity
 from controller.schema.layout import Quantity as Q
+from controller.spelled import spelled
 
 SHORTEST = 1e-6
 """A tracking axis shorter than this has no direction."""
@@ -101,7 +102,7 @@ class Actuator(Model):
     The model may have another number of rods: it keeps the static map of this table (`controller/build/rod.py`).
     """
 
-    name: Annotated[str, Bounds(min_length=1, max_length=40, pattern=r"^[\w .+-]+$")]
+    name: Annotated[str, spelled(r"^[\w .+-]+$", "letters, digits, blanks and _ . + -", min_length=1, max_length=40)]
     mass: Annotated[float, Bounds(gt=0.0, le=10.0), Q("kg", "m")]
     """The whole body, without the tip load."""
     length: Annotated[float, Bounds(ge=0.01, le=2.0), Q("m", "L")]

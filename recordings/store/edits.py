@@ -5,8 +5,9 @@ from typing import Annotated
 from pydantic import Field as Bounds
 
 from controller.schema.layout import Model
+from controller.spelled import spelled
 
-Tag = Annotated[str, Bounds(pattern=r"^[\w.-]{1,40}$")]
+Tag = Annotated[str, spelled(r"^[\w.-]{1,40}$", "a tag has 1 to 40 letters, digits and _ . -, no blanks")]
 """Letters, digits, - _ and the dot."""
 
 

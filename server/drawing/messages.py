@@ -9,6 +9,7 @@ from pydantic import Field as Bounds
 
 from controller.schema.layout import Model
 from controller.schema.messages import Coordinate
+from controller.spelled import spelled
 
 Point = tuple[Coordinate, Coordinate]
 DURATION_MIN, DURATION_MAX = 0.1, 280.0
@@ -26,7 +27,12 @@ def _no_download(name: str) -> str:
 
 DrawingName = Annotated[
     str,
-    Bounds(min_length=1, max_length=80, pattern=r"^[A-Za-z0-9_]([A-Za-z0-9_ .-]*[A-Za-z0-9_.-])?$"),
+    spelled(
+        r"^[A-Za-z0-9_]([A-Za-z0-9_ .-]*[A-Za-z0-9_.-])?$",
+        "a name has letters (a to z), digits, blanks and _ . -, and begins with a letter, a digit or _",
+        min_length=1,
+        max_length=80,
+    ),
     AfterValidator(_no_download),
 ]
 """Letters, digits, blank, _ - . and neither a blank at an end nor a point or - in front."""

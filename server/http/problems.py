@@ -23,6 +23,7 @@ from controller.errors import (
     RigUnreachable,
     TendrilError,
 )
+from controller.spelled import complaint
 from server.http.answers import refusal
 from server.http.errors import ServerError, TryLater
 
@@ -104,6 +105,8 @@ class Answers:
     async def unread(self, request: Request, error: Exception) -> Response:
         """A body that could not be read at all is malformed too; anything else is answered as it says."""
         assert isinstance(error, HTTPException)
+        if error.status_code == 404 and b"%2f" in request.scope.get("raw_path", b"").lower():
+            return refusal(404, "no name has a / in it; choose another one")
         if error.status_code != 400 or error.__cause__ is None:
             return await http_exception_handler(request, error)
         deep = isinstance(error.__cause__, RecursionError)
@@ -124,13 +127,18 @@ def first_complaint(error: RequestValidationError, *, quote: bool) -> str:
     field = ".".join(str(part) for part in first["loc"] if part not in ("body", "changes"))
     given = first.get("input")
     value = "" if not quote or given is None or isinstance(given, dict) else f" = {str(given)[:60]}"
-    return f"{field}{value}: {first['msg']}".removeprefix(": ")
+    return f"{field}{value}: {complaint(first)}".removeprefix(": ")
 
 
 def _complaint(item: dict[str, Any]) -> dict[str, Any]:
     """One fault in the form of `answers.Complaint`."""
-    found = {name: _plain(item.get(name)) for name in ("type", "msg", "input")}
-    return {**found, "loc": _plain(item["loc"], len(item["loc"])), "ctx": _plain(item.get("ctx") or {})}
+    found = {name: _plain(item.get(name)) for name in ("type", "input")}
+    return {
+        **found,
+        "msg": _plain(complaint(item)),
+        "loc": _plain(item["loc"], len(item["loc"])),
+        "ctx": _plain(item.get("ctx") or {}),
+    }
 
 
 def _plain(value: Any, most: int = ITEMS, depth: int = DEPTH) -> Any:

@@ -6,12 +6,13 @@ from typing import Annotated, Literal
 from pydantic import Field as Bounds
 
 from controller.schema.layout import Model
+from controller.spelled import spelled
 from server.rig.messages import ChannelKey
 
 CHANNELS_MAX = 48
 """Most channels that one page can follow: with ten minutes of them it holds 15 MB."""
 
-LayoutName = Annotated[str, Bounds(pattern=r"^[\w .+()-]{1,40}$")]
+LayoutName = Annotated[str, spelled(r"^[\w .+()-]{1,40}$", "1 to 40 letters, digits, blanks and _ . + - ( )")]
 
 
 class PlotChoice(Model):

@@ -6,8 +6,9 @@ from pydantic import Field as Bounds
 
 from controller.schema.layout import Model
 from controller.schema.parameters import Settings
+from controller.spelled import spelled
 
-PresetName = Annotated[str, Bounds(pattern=r"^[\w .+-]{1,60}$")]
+PresetName = Annotated[str, spelled(r"^[\w .+-]{1,60}$", "1 to 60 letters, digits, blanks and _ . + -")]
 
 
 class GainPreset(Model):

@@ -216,3 +216,23 @@ def test_ranges_of_a_recording_may_be_anything(operator: Page) -> None:
         assert answer.status_code in (status, 400), (asked[:40], answer.status_code)
         assert len(answer.content) < len(whole) + 1_000_000
     assert operator.get(path, headers={"range": "bytes=0-9"}).content == whole[:10]
+
+
+def test_no_refusal_speaks_in_regular_expressions(operator: Page) -> None:
+    for method, path, body in [
+        ("PUT", "/api/gains/so%3Fft", None),
+        ("PUT", "/api/layouts/a%3Fb", {"seconds": 10, "plots": []}),
+        ("PUT", "/api/drawings/.star", {"name": ".star", "points": [[0.0, 0.1], [0.1, 0.1]]}),
+        ("PATCH", "/api/recordings/none", {"tags": ["with blanks"]}),
+    ]:
+        answer = operator.request(method, path, json=body)
+        assert answer.status_code == 422, answer.text
+        for complaint in answer.json()["detail"]:
+            assert "pattern" not in complaint["msg"] and "^" not in complaint["msg"], complaint
+            assert complaint["type"] != "string_pattern_mismatch" or "letters" in complaint["msg"]
+
+
+@pytest.mark.parametrize("path", ["/api/gains/a%2Fb", "/api/layouts/a%2fb", "/api/drawings/a%2Fb"])
+def test_a_name_with_a_slash_is_refused_as_such(path: str, operator: Page) -> None:
+    refused = operator.request("PUT", path, json={})
+    assert (refused.status_code, refused.json()["detail"]) == (404, "no name has a / in it; choose another one")

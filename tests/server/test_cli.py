@@ -34,7 +34,7 @@ TENDRIL = Path(sys.executable).parent / "tendril"
         (["bench", "--quick", "--json", "/nowhere/figures.json"], "/nowhere/figures.json cannot be written"),
         (["rig", "--actuator", "[/odd] [red].toml"], "[/odd] [red].toml cannot be read"),
         (["up", "--port", "99999"], "port = 99999: Input should be less than or equal to 65535"),
-        (["serve", "--rig", "no spaces"], "rig = no spaces: String should match pattern"),
+        (["serve", "--rig", "no spaces"], "rig = no spaces: 1 to 40 letters"),
     ],
 )
 def test_a_wrong_value_is_named_in_one_line(arguments: list[str], complaint: str) -> None:

@@ -115,7 +115,10 @@ def test_what_cannot_be_timed_is_refused_with_value_and_bound(change: dict[str, 
         ({"times": [0.0, 2.0, 1.0, 3.0, 4.0]}, "1 s is not after 2 s"),
         ({"timing": {"kind": "given"}, "closed": False}, "no times"),
         ({"name": "a.csv"}, "download"),
-        *(({"name": name}, "pattern") for name in ("../star", "a/b", ".hidden", " a", "a ", "a\nb", "a\\b")),
+        *(
+            ({"name": name}, "string_pattern_mismatch")
+            for name in ("../star", "a/b", ".hidden", " a", "a ", "a\nb", "a\\b")
+        ),
     ],
 )
 def test_a_drawing_that_is_none_is_refused(change: dict[str, Any], complaint: str) -> None:

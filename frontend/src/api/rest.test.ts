@@ -60,5 +60,9 @@ test("a malformed body reads as field, reason and value", () => {
   const detail = [
     { loc: ["body", "changes", "K_P", 0], msg: "Input should be less than or equal to 5", input: 12 },
   ];
-  expect(refusalText({ detail }, "")).toBe("K_P.0: Input should be less than or equal to 5 (got 12)");
+  expect(refusalText({ detail }, "")).toBe("K_P (value 1) must be less than or equal to 5, not 12");
+  const tag = { loc: ["body", "tags", 0], msg: "a tag has no blanks", input: "a b" };
+  expect(refusalText({ detail: [tag] }, "")).toBe('tags (value 1): a tag has no blanks; got "a b"');
+  const missing = { loc: ["body", "request"], msg: "Field required", input: {} };
+  expect(refusalText({ detail: [missing] }, "")).toBe("request is missing");
 });

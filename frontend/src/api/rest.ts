@@ -55,7 +55,26 @@ export function refusalText(body: unknown, fallback: string): string {
 function fieldError(item: unknown): string {
   if (typeof item !== "object" || item === null || !("msg" in item)) return JSON.stringify(item);
   const path: unknown[] = "loc" in item && Array.isArray(item.loc) ? item.loc : [];
-  const place = path.filter((part) => part !== "body" && part !== "changes").join(".");
-  const value = "input" in item ? ` (got ${JSON.stringify(item.input)})` : "";
-  return `${place}: ${String(item.msg)}${value}`;
+  const place = path
+    .filter((part) => !UNSAID.has(part))
+    .map(inWords)
+    .join(" ");
+  const text = String(item.msg)
+    .replace(/^(Input|String|List|Tuple|Value|Dictionary) should /, "must ")
+    .replace(/^Field required$/, "is missing");
+  const [between, but] = text.startsWith("must ")
+    ? [" ", ", not "]
+    : text === "is missing"
+      ? [" ", ""]
+      : [": ", "; got "];
+  const value = "input" in item && but !== "" ? but + JSON.stringify(item.input) : "";
+  return `${place}${place === "" ? "" : between}${text}${value}`;
+}
+
+/** Parts of a field's path that say nothing to who typed into it. */
+const UNSAID = new Set<unknown>(["body", "changes", "path", "query"]);
+
+/** A place in a list counts from one. */
+function inWords(part: unknown): string {
+  return typeof part === "number" ? `(value ${part + 1})` : String(part);
 }
