@@ -12,6 +12,7 @@ from rich.logging import RichHandler
 
 from controller.system.complaints import one_line_errors
 from controller.system.logs import LogFormat, log_json
+from server.cli.docs import docs
 from server.cli.recordings import app as recordings_app
 from server.cli.research.commands import ActuatorName
 from server.cli.research.commands import app as research_app
@@ -214,7 +215,9 @@ def bench(
 @app.command()
 def faults(
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the verdicts to this file.")] = None,
-    only: Annotated[str | None, typer.Option(help="Names of faults as in docs/faults.md, with commas between.")] = None,
+    only: Annotated[
+        str | None, typer.Option(help="Names of faults as in `tendril docs faults`, with commas between.")
+    ] = None,
     quick: Annotated[bool, typer.Option(help="A handful of them, within a minute.")] = False,
     repeat: Annotated[int, typer.Option(min=1, max=100, help="Run the campaign so often.")] = 1,
 ) -> None:
@@ -247,7 +250,7 @@ def compile() -> None:
 
 @app.command()
 def systemd(unit: Annotated[UnitName, typer.Argument(help="The process to run as a service.")]) -> None:
-    """Print a systemd unit for this installation (docs/operation.md)."""
+    """Print a systemd unit for this installation (`tendril docs operation`)."""
     from server.supervise.systemd import unit_text
 
     sys.stdout.write(unit_text(unit))
@@ -259,6 +262,9 @@ def schema() -> None:
     from server.app.app import openapi_schema
 
     sys.stdout.write(json.dumps(openapi_schema(), indent=1) + "\n")
+
+
+app.command()(docs)
 
 
 def main() -> None:

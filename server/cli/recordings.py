@@ -71,7 +71,7 @@ def export(
     rod: Annotated[int, typer.Option(min=1, max=10, help="Of --what marker.")] = 10,
     folder: RecordingsFolder = None,
 ) -> None:
-    """Write a recording's numbers into a file that other programs read (docs/recordings.md)."""
+    """Write a recording's numbers into a file that other programs read (`tendril docs recordings`)."""
     from recordings.exporting.export import export as write
     from recordings.exporting.table import Choice
     from recordings.exporting.tip_path import Wanted, write_path
@@ -92,7 +92,7 @@ def export(
 
 @app.command("import")
 def import_file(
-    file: Annotated[Path, typer.Argument(help="CSV file with columns time, x, y (docs/tables.md).")],
+    file: Annotated[Path, typer.Argument(help="CSV file with columns time, x, y (`tendril docs tables`).")],
     name: Annotated[str | None, typer.Option(help="Of the recording; that of the file without it.")] = None,
     time_unit: Annotated[Literal["s", "ms", "us", "ns"], typer.Option(help="Where the header names none.")] = "s",
     length_unit: Annotated[Literal["m", "cm", "mm"], typer.Option(help="Where the header names none.")] = "m",

@@ -13,7 +13,7 @@ from server.cli.typed import commands
 app = commands()
 out = Console()
 
-ActuatorName = Annotated[str, typer.Option(help="P1, P2, P3 or a .toml file (docs/actuators.md).")]
+ActuatorName = Annotated[str, typer.Option(help="P1, P2, P3 or a .toml file (`tendril docs actuators`).")]
 
 
 @app.command()
@@ -26,7 +26,7 @@ def identify(
     profile: Annotated[str, typer.Option(help="Stiffness: uniform, linear, scaled, or auto as in the base.")] = "auto",
     robust: Annotated[bool, typer.Option(help="Weigh down static values that lie far out.")] = False,
 ) -> None:
-    """Fit stiffness and damping to measured data (docs/identification.md)."""
+    """Fit stiffness and damping to measured data (`tendril docs identification`)."""
     from controller.research.identification.identify import IdentificationTask
     from controller.schema.actuator import read_actuator
     from server.cli.research.identify import run_identify
@@ -48,7 +48,7 @@ def observe(
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
     rrd: Annotated[Path | None, typer.Option(help="Write a recording for rerun to this file.")] = None,
 ) -> None:
-    """Run the observer over recorded decays and score bodies that it does not see (docs/identification.md)."""
+    """Run the observer over recorded decays and score bodies that it does not see (`tendril docs identification`)."""
     from controller.research.identification.observe import ObserverTask
     from controller.schema.actuator import read_actuator
     from server.cli.research.observe import numbers, run_observe
@@ -80,7 +80,7 @@ def calibrate(
         bool, typer.Option(help="A look at whether it runs: few points, no margins, no good fit.")
     ] = False,
 ) -> None:
-    """Fit the twin's unknowns and the gains to the paper's fit rows (docs/calibration.md)."""
+    """Fit the twin's unknowns and the gains to the paper's fit rows (`tendril docs calibration`)."""
     from controller.research.calibration.calibrate import CalibrationTask
     from controller.research.calibration.margins import TRIALS
     from controller.research.calibration.problem import Problem
@@ -95,12 +95,12 @@ def calibrate(
 
 @app.command()
 def reach(
-    actuator: Annotated[str, typer.Argument(help="P1, P2, P3 or a .toml file (docs/actuators.md).")],
+    actuator: Annotated[str, typer.Argument(help="P1, P2, P3 or a .toml file (`tendril docs actuators`).")],
     rods: Annotated[int, typer.Option(min=2, max=1000, help="Of the model.")] = 10,
     csv: Annotated[Path | None, typer.Option(help="Write the torques and tips of a grid to this file.")] = None,
     svg: Annotated[Path | None, typer.Option(help="Write a drawing of the reach to this file.")] = None,
 ) -> None:
-    """How far the tip reaches: the image of all admissible torques, at rest (docs/actuators.md)."""
+    """How far the tip reaches: the image of all admissible torques, at rest (`tendril docs actuators`)."""
     from controller.schema.actuator import read_actuator
     from controller.schema.parameters import ControllerParameters, RigParameters
     from server.cli.research.reach import run_reach
@@ -111,7 +111,7 @@ def reach(
 
 @app.command()
 def track(
-    reference: Annotated[Path, typer.Option(help="CSV file with columns t, x, y [s, m] (docs/tables.md).")],
+    reference: Annotated[Path, typer.Option(help="CSV file with columns t, x, y [s, m] (`tendril docs tables`).")],
     actuator: ActuatorName = "P1",
     law: Annotated[
         str, typer.Option(help="ff, ff+p, ff+i, ff+pi; or sensors of ff+pi: rod6, rod10, rod6+10.")
@@ -131,7 +131,7 @@ def track(
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="Of the twin's noise.")] = 0,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
 ) -> None:
-    """Follow any path on the twin and measure it like the paper's experiments (docs/tracking.md)."""
+    """Follow any path on the twin and measure it like the paper's experiments (`tendril docs tracking`)."""
     from controller.reference.drawn import Wish
     from controller.research.experiments.plant_scale import scaled
     from controller.research.track import TrackTask, require_controller
@@ -155,7 +155,7 @@ def reproduce(
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 6, help="Of the first run; the next ones count on.")] = 0,
     workers: Annotated[int | None, typer.Option(min=1, max=256, help="Processes; one a core without it.")] = None,
 ) -> None:
-    """Run every experiment of the paper on the twin and compare (docs/reproduction.md)."""
+    """Run every experiment of the paper on the twin and compare (`tendril docs reproduction`)."""
     from controller.research.experiments.catalogue import catalogue
     from controller.research.experiments.pool import cores
     from controller.research.experiments.reproduce import Order
