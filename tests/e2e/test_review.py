@@ -192,6 +192,16 @@ def test_name_and_notes_are_sent_when_the_field_is_left_and_deletion_asks(page: 
     ]
 
 
+def test_notes_that_are_being_typed_outlive_back(page: Page, product: Product, made: list[Recording]) -> None:
+    place = f"{product.origin}/api/recordings/{made[1].id}"
+    open_link(page, "#review")
+    page.locator(f"[data-id='{made[1].id}']").locator("button.link").click()
+    page.get_by_test_id("recording-notes").fill("typed, and not left")
+    page.go_back()
+    expect(page.get_by_test_id("recordings")).to_be_visible()
+    wait_until(lambda: page.request.get(place).json()["notes"] == "typed, and not left", 5.0)
+
+
 def test_figures_stand_whole_and_by_cycle_as_the_server_measures_them(
     page: Page, product: Product, made: list[Recording]
 ) -> None:

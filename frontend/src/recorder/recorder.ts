@@ -20,6 +20,7 @@ export class Recorder {
       await this.operations.attempt("Recording not started", async () => {
         const body = { name: recordingName, profile: recordingProfile };
         this.page.patch({ recording: await told(api.POST("/api/recordings", { body })) });
+        if (this.page.get().recordingName === recordingName) this.page.patch({ recordingName: "" });
       });
   }
 }

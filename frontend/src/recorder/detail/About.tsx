@@ -1,10 +1,10 @@
 import { TagsInput, Textarea, TextInput } from "@mantine/core";
-import { useState } from "react";
 import type { Recording } from "../../api/types";
 import { useWhyNot } from "../../operate/permission";
 import { bytes, clock, millimetres, percent, wholeNumber } from "../../ui/format";
 import { marksOf } from "../list/listing";
 import type { Recordings } from "../useRecordings";
+import { useDraft } from "./useDraft";
 
 interface Props {
   readonly recording: Recording;
@@ -15,9 +15,9 @@ interface Props {
 /** What is known about a recording, and what people write on it; kept when a field is left. */
 export function About({ recording, running, recordings }: Props) {
   const reason = useWhyNot("edit");
-  const [name, setName] = useState(recording.name);
-  const [notes, setNotes] = useState(recording.notes);
   const { id, tags } = recording;
+  const name = useDraft(recording.name, (text) => void recordings.change(id, { name: text }));
+  const notes = useDraft(recording.notes, (text) => void recordings.change(id, { notes: text }));
   const reasons = marksOf(recording, running).filter(({ bad }) => bad);
   return (
     <section className="review-about" aria-label="About the recording">
@@ -43,13 +43,11 @@ export function About({ recording, running, recordings }: Props) {
           readOnly={reason !== null}
           maxLength={80}
           data-testid="recording-name"
-          value={name}
+          value={name.text}
           onChange={(event) => {
-            setName(event.currentTarget.value);
+            name.write(event.currentTarget.value);
           }}
-          onBlur={() => {
-            if (name !== recording.name) void recordings.change(id, { name });
-          }}
+          onBlur={name.leave}
         />
         <TagsInput
           size="xs"
@@ -71,13 +69,11 @@ export function About({ recording, running, recordings }: Props) {
           maxLength={4000}
           className="review-notes"
           data-testid="recording-notes"
-          value={notes}
+          value={notes.text}
           onChange={(event) => {
-            setNotes(event.currentTarget.value);
+            notes.write(event.currentTarget.value);
           }}
-          onBlur={() => {
-            if (notes !== recording.notes) void recordings.change(id, { notes });
-          }}
+          onBlur={notes.leave}
         />
       </div>
     </section>
