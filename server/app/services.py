@@ -177,7 +177,7 @@ def open_services(
     workers: list[Worker] = [part.worker for part in parts]
     workers += [writer.worker for writer in (events.writer, audit.writer) if writer is not None]
     soundness = Soundness(workers, looks, turning, events)
-    view = StatusView(rig, lease, people, pages, operator, recorder, runs, lambda: soundness.trouble)
+    view = StatusView(rig, lease, people, pages, operator, recorder, runs, outcomes, lambda: soundness.trouble)
     hub = Hub(history, pages, lease, view, looks)
     beat = Beat(
         looks,

@@ -36,6 +36,8 @@ class Health(Model):
     viewers: int
     trouble: str
     """Why the rig takes no command from this server (another version, key, or server), "" when it does."""
+    starting: str = ""
+    """Actuator with which the rig was told to start again and has not yet, "" for none."""
     server: str = ""
     """What in the server itself does not work: a thread, a look at every beat, its event loop; "" when all does."""
 

@@ -12,6 +12,7 @@ from server.live.messages import Health, Status
 from server.operate.operator import Operator
 from server.operate.pages import Pages
 from server.operate.people import PeopleHere
+from server.presets.actuator import OutcomeWatch
 from server.rig.client import Rig
 from server.runs.runs import Runs
 
@@ -27,6 +28,7 @@ class StatusView:
     operator: Operator
     recorder: Recorder
     runs: Runs
+    outcomes: OutcomeWatch
     trouble: Callable[[], str]
 
     def health(self) -> Health:
@@ -37,6 +39,7 @@ class StatusView:
             link_rtt=self.rig.round_trip,
             viewers=len(self.pages.open),
             trouble=self.rig.trouble,
+            starting=self.outcomes.starting(self.rig.boot()),
             server=self.trouble(),
         )
 
@@ -70,6 +73,7 @@ class StatusView:
             (self.rig.boot(), info.boot if info else None, self.rig.trouble),
             len(self.pages.open),
             self.runs.key(),
+            self.outcomes.starting(self.rig.boot()),
             self.trouble(),
         )
 

@@ -6,7 +6,7 @@ it does not, the rig goes back to what ticked last. Either way `up` writes an ou
 
 import time
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 from pydantic import ValidationError
 
@@ -23,6 +23,8 @@ from server.settings import ServerSettings
 ELSEWHERE = "the rig was not started by this server's `tendril up`: start it again with --actuator where it runs"
 LOOK = 0.25
 """Pause between two looks for an outcome [s]."""
+LONGEST = 90.0
+"""Most time for the rig to come back after an order [s], be it with the actuator before; then it counts as silent."""
 
 
 def accepted_actuator(body: ActuatorBody, rig: RigParameters, in_force: Settings) -> Actuator:
@@ -118,6 +120,16 @@ def _outcome_file(orders: Path) -> Path:
     return orders.with_name("actuator-outcome.json")
 
 
+class Awaited(NamedTuple):
+    """A rig that was told to start with another actuator."""
+
+    actuator: str
+    boot: int | None
+    """Boot of the rig that is to end."""
+    end: float
+    """Until when it may take [s on the monotonic clock]."""
+
+
 class OutcomeWatch:
     """Tells what became of an order for another actuator."""
 
@@ -128,6 +140,27 @@ class OutcomeWatch:
         self._due, self._blind = 0.0, False
         self.failure = ""
         """Why the last actuator that was asked for is not in force, "" if it is."""
+        self._awaited: Awaited | None = None
+        self._settled = False
+
+    def wait_for(self, actuator: str, boot: int | None) -> None:
+        """The rig, which runs as `boot`, was told to start with `actuator`."""
+        self._settled = self._blind
+        self._awaited = Awaited(actuator, boot, time.monotonic() + LONGEST)
+
+    def starting(self, boot: int | None) -> str:
+        """Actuator with which the rig was told to start and has not yet, "" for none; `boot` is the one heard now.
+
+        It has once it is known how that went, and the boot that came of it is heard.
+        """
+        wanted = self._awaited
+        if wanted is None:
+            return ""
+        back = self._settled and boot not in (None, wanted.boot)
+        if back or time.monotonic() > wanted.end:
+            self._awaited = None
+            return ""
+        return wanted.actuator
 
     def look(self) -> None:
         """Look, now and then."""
@@ -141,12 +174,13 @@ class OutcomeWatch:
         except FileNotFoundError:
             return
         except (OSError, ValidationError) as error:
-            self._blind = True
+            self._blind = self._settled = True
             self._events.add(f"what becomes of another actuator will not be told here: {error}", "warning")
             return
         self._tell(outcome)
 
     def _tell(self, outcome: ActuatorOutcome) -> None:
+        self._settled = True
         self.failure = told(outcome) if outcome.reason else ""
         if outcome.reason:
             self._events.add(self.failure, "error")

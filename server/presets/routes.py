@@ -16,7 +16,7 @@ from server.log.events import EventLog, GivenEvents
 from server.operate.operator import GivenOperator, Operator
 from server.operate.settings import GivenKeptSettings
 from server.presets import actuator as actuators
-from server.presets.actuator import GivenOutcomes
+from server.presets.actuator import GivenOutcomes, OutcomeWatch
 from server.presets.gains import GainPresets
 from server.presets.messages import ActuatorBody, ActuatorChoice, GainPreset, PresetName
 from server.rig.client import Rig
@@ -69,6 +69,7 @@ class Change:
     """What another actuator is ordered through."""
 
     rig: Rig
+    outcomes: OutcomeWatch
     recorder: Recorder
     operator: Operator
     events: EventLog
@@ -100,6 +101,7 @@ async def change_actuator(body: ActuatorBody, change: GivenChange, planner: Give
     actuator = await planner.do(actuators.accepted_actuator, body, info.parameters, in_force)
     change.require_rest()
     actuators.order(change.settings.orders, actuator, body, permit)
+    change.outcomes.wait_for(actuator.name, change.rig.boot())
     change.events.add(f"{permit.name}: the rig starts again with actuator {actuator.name}", "warning")
 
 

@@ -101,6 +101,13 @@ def take_over(page: Page) -> Locator:
     return page.get_by_test_id("take-over-confirm")
 
 
+def another_actuator(page: Page) -> Locator:
+    """The question before the rig is started again."""
+    page.get_by_role("tab", name="Actuator", exact=True).click()
+    page.get_by_test_id("actuator-P2").click()
+    return page.get_by_test_id("actuator-confirm")
+
+
 BY_OPERATOR: dict[str, Opener] = {
     "app/KeyHelp.tsx": keys,
     "recorder/RecordButton.tsx": opened("record-profile"),
@@ -109,6 +116,7 @@ BY_OPERATOR: dict[str, Opener] = {
     "drawing/tools/DrawText.tsx": text,
     "drawing/DrawSaved.tsx": saved,
     "drawing/library/ReferencePanel.tsx": opened("reference", tab="Run"),
+    "presets/AskActuator.tsx": another_actuator,
     "presets/GainPresets.tsx": opened("gain-presets", tab="Gains"),
     "health/HealthLimits.tsx": opened("alarm-limits", tab="Health"),
     "plots/SignalChooser.tsx": opened("signals", tab="Plots"),
@@ -126,7 +134,7 @@ BY_OTHERS: dict[str, Opener] = {"operate/lease/TakeOver.tsx": take_over}
 LARGE = ("app/KeyHelp.tsx", "recorder/detail/ExportDialog.tsx", "recorder/list/ImportDialog.tsx")
 """Dialogs with a backdrop or in the middle: tried with a mouse on a large window, too."""
 KINDS = ("app/KeyHelp.tsx", "operate/lease/LeaseMenu.tsx", "drawing/library/ReferencePanel.tsx")
-KINDS += ("plots/SignalChooser.tsx", "recorder/detail/ExportDialog.tsx", "app/Guide.tsx")
+KINDS += ("plots/SignalChooser.tsx", "recorder/detail/ExportDialog.tsx", "app/Guide.tsx", "presets/AskActuator.tsx")
 """One of each way to lay something over the page; `make test-long` tries all."""
 
 

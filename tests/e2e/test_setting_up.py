@@ -11,6 +11,14 @@ from tests.e2e.product import frame, shot, wait_until
 
 DASH = "\u2013"
 """What stands for a missing value."""
+NOTE_BANNERS = """() => {
+  const texts = (window.__banners = []), note = () => {
+    const text = document.querySelector("[data-testid=banner]")?.textContent ?? "";
+    if (text && !texts.includes(text)) texts.push(text);
+  };
+  new MutationObserver(note).observe(document.body, { subtree: true, childList: true, characterData: true });
+}"""
+"""Keeps whatever the banner says from now on."""
 
 
 def number(page: Page, test_id: str) -> float:
@@ -114,11 +122,20 @@ def test_a_recording_plays_in_3d_stands_at_its_end_and_begins_again(page: Page) 
 def test_the_rig_comes_back_with_another_actuator_and_the_page_follows(page: Page) -> None:
     operate(page, "Actuator")
     page.get_by_test_id("actuator-P2").click()
-    expect(page.get_by_test_id("actuator-status")).to_contain_text("comes back vented")
+    shot(page, "actuator-asked")
+    page.get_by_label("Leave the actuator as it is").click()
+    expect(page.get_by_test_id("actuator-confirm")).to_have_count(0)
+    page.evaluate(NOTE_BANNERS)
+    page.get_by_test_id("actuator-P2").click()
+    page.get_by_test_id("actuator-confirm").click()
+    expect(page.get_by_test_id("actuator-status")).to_contain_text("The rig starts with P2; it comes back vented")
+    expect(page.get_by_test_id("banner")).to_contain_text("The rig starts with actuator P2")
     shot(page, "actuator-waiting")
     expect(page.get_by_test_id("actuator-P2")).to_have_attribute("aria-pressed", "true", timeout=30_000)
     expect(page.get_by_test_id("state")).to_contain_text("VENTED", timeout=10_000)
     expect(page.get_by_test_id("actuator-P1")).not_to_have_attribute("aria-disabled", "true", timeout=10_000)
+    banners = page.evaluate("window.__banners")
+    assert banners and all("starts with actuator P2" in text for text in banners), banners
     shot(page, "actuator")
 
 
@@ -131,6 +148,7 @@ def test_an_actuator_of_ones_own_comes_from_a_file_and_a_bad_one_is_refused(page
         with page.expect_file_chooser() as chooser:
             page.get_by_test_id("actuator-file").click()
         chooser.value.set_files(file)
+        page.get_by_test_id("actuator-confirm").click()
         if file == bad:
             expect(page.get_by_text(re.compile(r"length = -1.*greater than"))).to_be_visible()
             shot(page, "actuator-file-refused")

@@ -13,7 +13,8 @@ from controller.schema.actuator import PRESETS, write_actuator
 from controller.schema.fit import GAINS
 from controller.schema.modes import Mode
 from controller.schema.parameters import RigParameters
-from server.presets.actuator import keep, kept_file, take_choice, take_order, tell_outcome
+from server.log.events import EventLog
+from server.presets.actuator import OutcomeWatch, keep, kept_file, take_choice, take_order, tell_outcome
 from server.presets.messages import ActuatorBody, ActuatorOutcome
 from server.settings import ServerSettings
 from server.supervise.up import with_last_actuator
@@ -175,3 +176,22 @@ def test_the_page_is_told_when_the_rig_could_not_be_started_with_what_was_chosen
     tell_outcome(orders, ActuatorOutcome(actuator="P2", in_force="P2", unkept="Read-only file system"))
     wait_for(lambda: viewer.get("/api/rig/actuator").json()["failure"] == "")
     assert any("will not have this actuator: Read-only" in event.text for event in server.services.events.recent)
+
+
+def test_a_rig_that_was_told_to_start_again_is_said_to_start_until_it_is_heard(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    watch = OutcomeWatch(ServerSettings(orders=tmp_path / "actuator.json"), EventLog())
+    monkeypatch.setattr("server.presets.actuator.LOOK", 0.0)
+    assert watch.starting(1) == ""
+    for reason in ("", "it does not stand still"):
+        watch.wait_for("P2", 1)
+        watch.look()
+        assert [watch.starting(boot) for boot in (1, None, 2)] == ["P2"] * 3, "it is not known yet how that went"
+        tell_outcome(tmp_path / "actuator.json", ActuatorOutcome(actuator="P2", reason=reason, in_force="P1"))
+        watch.look()
+        assert [watch.starting(boot) for boot in (1, None)] == ["P2"] * 2, "the new life is not heard yet"
+        assert [watch.starting(boot) for boot in (2, None)] == [""] * 2
+    monkeypatch.setattr("server.presets.actuator.LONGEST", -1.0)
+    watch.wait_for("P2", 1)
+    assert watch.starting(None) == "", "it takes too long to be called a start"

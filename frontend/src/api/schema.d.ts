@@ -1941,6 +1941,12 @@ export interface components {
        */
       trouble: string;
       /**
+       * Starting
+       * @description Actuator with which the rig was told to start again and has not yet, "" for none.
+       * @default
+       */
+      starting: string;
+      /**
        * Server
        * @description What in the server itself does not work: a thread, a look at every beat, its event loop; "" when all does.
        * @default

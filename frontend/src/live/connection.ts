@@ -1,6 +1,6 @@
 import { api, Refusal, told } from "../api/rest";
 import { LayoutError, type LiveSocket } from "../api/socket";
-import type { FromServer, Session } from "../api/types";
+import type { FromServer, Health, Session } from "../api/types";
 import { asCause, asMode } from "../rig/modes";
 import type { Store } from "../ui/store";
 import type { Live } from "./live";
@@ -173,6 +173,7 @@ export class Connection {
           settings: keep(page.settings, message.settings),
           recording: keep(page.recording, message.recording),
           health: keep(page.health, message.health),
+          starting: startingWith(message.health, page),
           run: keep(page.run, message.run),
           result: keep(page.result, message.result),
           stoppedBy: message.stopped_by,
@@ -257,8 +258,15 @@ export class Connection {
     if (late) return;
     const { online, health } = this.page.get();
     const silent = now - this.live.freshAt > RIG_SILENT_MS;
-    this.page.patch({ rigLive: online && !silent && health?.rig_connected !== false });
+    const rigLive = online && !silent && health?.rig_connected !== false;
+    this.page.patch({ rigLive });
+    if (rigLive && health) this.page.patch({ starting: health.starting });
   }
+}
+
+/** The server hears the new rig some frames before this page sees it. */
+function startingWith(health: Health, page: Page): string {
+  return health.starting === "" && health.rig_connected && !page.rigLive ? page.starting : health.starting;
 }
 
 function mine({ name, role, unprotected }: Session): Page["me"] {

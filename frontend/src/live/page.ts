@@ -46,6 +46,8 @@ export interface Page {
   /** Why the server does not take this page in, "" where it does or does not answer. */
   readonly shutOut: string;
   readonly rigLive: boolean;
+  /** Actuator with which the rig was told to start; "" once it is seen, and where nobody asked for another. */
+  readonly starting: string;
   /** My session's name and role, and whether others can read along. */
   readonly me: Omit<Session, "lease">;
   readonly lease: Lease;
@@ -94,6 +96,7 @@ export const EMPTY_PAGE: Page = {
   online: false,
   shutOut: "",
   rigLive: false,
+  starting: "",
   me: { name: "", role: "viewer", unprotected: false },
   lease: { held: false, mine: false, holder: "", clutch: false },
   people: { holder: "", asking: [], others: [], waiting: false },

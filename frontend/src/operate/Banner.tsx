@@ -14,7 +14,16 @@ import { useService } from "../ui/services";
 
 /** What the plan lies under: nothing, no link, no place, a rig that is not there or obeys others, a latched state. */
 type Trouble =
-  "none" | "connecting" | "offline" | "shutOut" | "refused" | "noRig" | "rigGone" | "fault" | "stopped";
+  | "none"
+  | "connecting"
+  | "offline"
+  | "shutOut"
+  | "refused"
+  | "noRig"
+  | "rigStarts"
+  | "rigGone"
+  | "fault"
+  | "stopped";
 
 const TEXT: Record<Trouble, string> = {
   none: "",
@@ -23,15 +32,18 @@ const TEXT: Record<Trouble, string> = {
   shutOut: "The server does not take this page in",
   refused: "The rig takes no command from this server",
   noRig: "The server waits for a rig",
+  rigStarts: "The rig starts with actuator",
   rigGone: "The rig does not answer; waiting for it",
   fault: "FAULT: the rig went to rest by itself",
   stopped: "E-STOP: the chambers were vented",
 };
 
-function troubleOf({ online, shutOut, rigLive, rig, mode, health }: Page): Trouble {
+function troubleOf(page: Page): Trouble {
+  const { online, shutOut, rigLive, rig, mode, health } = page;
   if (!online && shutOut !== "") return "shutOut";
   if (!online) return rig ? "offline" : "connecting";
   if (health && health.trouble !== "") return "refused";
+  if (!rigLive && page.starting !== "") return "rigStarts";
   if (!rigLive) return rig ? "rigGone" : "noRig";
   if (mode === null || !isLatched(mode)) return "none";
   return mode === MODE.E_STOP ? "stopped" : "fault";
@@ -72,13 +84,15 @@ function Refused({ trouble }: { readonly trouble: "refused" | "shutOut" }) {
 
 function Missing({ trouble }: { readonly trouble: Trouble }) {
   const live = useService(Live);
-  const waiting = trouble === "connecting" || trouble === "noRig";
+  const actuator = usePage((page) => page.starting);
+  const waiting = trouble === "connecting" || trouble === "noRig" || trouble === "rigStarts";
   const Glyph = waiting ? IconLoader2 : IconPlugConnectedX;
   return (
     <div className={waiting ? "banner banner-waiting" : "banner"} role="alert" data-testid="banner">
       <Glyph size={18} aria-hidden />
       <span>
         {TEXT[trouble]}
+        {trouble === "rigStarts" ? ` ${actuator}` : null}
         {live.frames > 0 ? (
           <>
             {" · last picture "}

@@ -32,8 +32,9 @@ export function StatePill() {
   const why = usePage(whyText);
   const online = usePage((page) => page.online);
   const rigLive = usePage((page) => page.rigLive);
+  const starting = usePage((page) => page.starting !== "");
   if (mode === null || !online || !rigLive)
-    return <Unknown mode={mode} word={online ? "NO RIG" : "NO LINK"} />;
+    return <Unknown mode={mode} word={!online ? "NO LINK" : starting ? "STARTING" : "NO RIG"} />;
   const { icon: Glyph, colour } = LOOK[mode];
   const meaning = why === "" ? MODE_MEANING[mode] : `${MODE_MEANING[mode]} (${why})`;
   return (

@@ -6,6 +6,7 @@ const operating: Situation = {
   ...{
     online: true,
     rigLive: true,
+    starting: "",
     mode: MODE.VENTED,
     mine: true,
     held: true,
@@ -53,6 +54,13 @@ test("with the held clutch on, Follow alone does nothing", () => {
   const clutched = { ...operating, mode: MODE.HOLD, clutch: true };
   expect(whyNot("follow", clutched)).toContain("Held clutch is on");
   expect(whyNot("drag", clutched)).toBeNull();
+});
+
+test("a rig that was told to start again is not called silent", () => {
+  const starting = { ...operating, rigLive: false, starting: "P2" };
+  expect(whyNot("arm", starting)).toBe("The rig starts with actuator P2");
+  expect(whyNot("e_stop", starting)).toBeNull();
+  expect(whyNot("arm", { ...starting, starting: "" })).toBe("The rig does not answer");
 });
 
 test("without a connection or a rig nothing moves", () => {

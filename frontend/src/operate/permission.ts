@@ -10,6 +10,8 @@ export type Control = OfRig | "take" | "take_over" | "ask" | "release" | "settin
 export interface Situation {
   readonly online: boolean;
   readonly rigLive: boolean;
+  /** Actuator with which the rig is being started, "" for none. */
+  readonly starting: string;
   readonly mode: Mode | null;
   readonly mine: boolean;
   readonly held: boolean;
@@ -20,8 +22,10 @@ export interface Situation {
 }
 
 /** The part of the page that decides what is allowed. */
-export function situation({ online, rigLive, mode, lease, me, recording }: Page): Situation {
-  return { online, rigLive, mode, ...lease, role: me.role, recording: recording.recording };
+export function situation(page: Page): Situation {
+  const { online, rigLive, mode, lease, me, recording } = page;
+  const starting = page.starting;
+  return { online, rigLive, starting, mode, ...lease, role: me.role, recording: recording.recording };
 }
 
 /** Why `control` does not work now; null when it does. */
@@ -44,6 +48,7 @@ export function whyNot(control: Control, now: Situation): string | null {
   if (!now.mine) return now.held ? `${now.holder} operates` : (whyNotByRole(now) ?? "Take control first");
   if (control === "release" || control === "settings") return null;
   if (control === "record" && now.recording) return null;
+  if (now.starting !== "") return `The rig starts with actuator ${now.starting}`;
   if (!now.rigLive || now.mode === null) return "The rig does not answer";
   return whyNotInMode(control, now.mode) ?? (control === "follow" && now.clutch ? CLUTCHED : null);
 }

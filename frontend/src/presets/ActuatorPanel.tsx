@@ -7,8 +7,10 @@ import { ControlButton } from "../operate/ControlButton";
 import { Operations } from "../operate/operations";
 import { MODE } from "../rig/modes";
 import { Facts } from "../ui/Facts";
-import { kilopascals, millimetres, plain } from "../ui/format";
+import { kilopascals, millimetres, plain, seconds } from "../ui/format";
+import { LiveText } from "../ui/LiveText";
 import { useService } from "../ui/services";
+import { AskActuator } from "./AskActuator";
 import { presets, type ActuatorBody, type ActuatorChoice } from "./presets";
 
 type Actuator = RigInfo["parameters"]["actuator"];
@@ -16,64 +18,85 @@ const GRAM = 1e3;
 /** Longest file that is read. */
 const FILE_MAX = 400_000;
 
+/** An actuator that was chosen: said by name, asked for by its body. */
+interface Wanted {
+  readonly name: string;
+  readonly body: ActuatorBody;
+}
+
 /** The rig's actuator, and others to start it with. */
 export function ActuatorPanel() {
   const operations = useService(Operations);
   const rig = usePage((page) => page.rig);
   const online = usePage((page) => page.online);
+  const starting = usePage((page) => page.starting);
   const boot = rig?.boot;
   const [choice, setChoice] = useState<ActuatorChoice | null>(null);
-  /** Life of the rig that was there when another actuator was asked for. */
-  const [left, setLeft] = useState<number | null>(null);
+  const [asked, setAsked] = useState<Wanted | null>(null);
+  const [checked, setChecked] = useState<string | null>(null);
   useEffect(() => {
     // Whether the rig is the server's own, and how it started with the last choice, is known by the server alone.
     if (!online) return;
     void operations.attempt("Actuators not known", async () => {
       setChoice(await presets.actuators());
     });
-  }, [operations, online, boot]);
+  }, [operations, online, boot, starting]);
   if (!rig) return <p className="panel note">Waiting for the rig.</p>;
-  const waiting = left === rig.boot;
-  const change = (body: ActuatorBody) => {
-    void operations.attempt("Actuator not changed", async () => {
-      await presets.change(body);
-      setLeft(rig.boot);
-    });
+  const change = async ({ name, body }: Wanted) => {
+    setAsked(null);
+    setChecked(name);
+    await operations.attempt("Actuator not changed", () => presets.change(body));
+    setChecked(null);
   };
   return (
     <div className="panel">
-      <Choice choice={choice} current={rig.parameters.actuator.name} waiting={waiting} change={change} />
+      <Choice choice={choice} current={rig.parameters.actuator.name} checked={checked} want={setAsked} />
       <Facts facts={actuatorFacts(rig.parameters.actuator)} testId="actuator-facts" />
+      <AskActuator
+        wanted={asked?.name ?? null}
+        onClose={() => {
+          setAsked(null);
+        }}
+        onYes={() => {
+          if (asked) void change(asked);
+        }}
+      />
     </div>
   );
+}
+
+/** Why no other actuator can be chosen now, null when one can. */
+function useWhyNot(choice: ActuatorChoice | null, checked: string | null): string | null {
+  const starting = usePage((page) => page.starting);
+  const rigLive = usePage((page) => page.rigLive);
+  const vented = usePage((page) => page.mode === MODE.VENTED);
+  if (!choice) return "Waiting for the server";
+  if (choice.reason !== "") return choice.reason;
+  if (checked !== null) return `Checking that ${checked} stands and moves`;
+  if (starting !== "") return `The rig starts with ${starting}; it comes back vented`;
+  if (!rigLive) return "There is no rig";
+  return vented ? null : "Disarm first: the rig starts again";
 }
 
 interface ChoiceProps {
   readonly choice: ActuatorChoice | null;
   readonly current: string;
-  readonly waiting: boolean;
-  readonly change: (body: ActuatorBody) => void;
+  /** The actuator that the server looks at before the rig is ended. */
+  readonly checked: string | null;
+  readonly want: (wanted: Wanted) => void;
 }
 
-function Choice({ choice, current, waiting, change }: ChoiceProps) {
-  const mode = usePage((page) => page.mode);
-  const rigLive = usePage((page) => page.rigLive);
+function Choice({ choice, current, checked, want }: ChoiceProps) {
   const operations = useService(Operations);
-  const because = !choice
-    ? "Waiting for the server"
-    : choice.reason !== ""
-      ? choice.reason
-      : waiting || !rigLive
-        ? "The rig is starting"
-        : mode === MODE.VENTED
-          ? null
-          : "Disarm first: the rig starts again";
+  const starting = usePage((page) => page.starting);
+  const because = useWhyNot(choice, checked);
+  const waiting = checked !== null || starting !== "";
   const read = (file: File | null) => {
     if (file)
       void operations.attempt("File not read", async () => {
         if (file.size > FILE_MAX)
           throw new Error(`${file.name} has ${file.size} bytes, more than ${FILE_MAX}`);
-        change({ name: null, toml: await file.text() });
+        want({ name: file.name, body: { name: null, toml: await file.text() } });
       });
   };
   return (
@@ -90,7 +113,7 @@ function Choice({ choice, current, waiting, change }: ChoiceProps) {
             testId={`actuator-${name}`}
             meaning={`Start the rig again with ${name}`}
             onClick={() => {
-              change({ name, toml: null });
+              want({ name, body: { name, toml: null } });
             }}
           >
             {name}
@@ -111,7 +134,7 @@ function Choice({ choice, current, waiting, change }: ChoiceProps) {
             </ControlButton>
           )}
         </FileButton>
-        {waiting ? <Loader size="xs" aria-label="The rig is starting" /> : null}
+        {waiting ? <Loader size="xs" aria-hidden /> : null}
       </div>
       {choice && choice.failure !== "" && !waiting ? (
         <p className="note" role="alert" data-testid="actuator-failure">
@@ -119,11 +142,21 @@ function Choice({ choice, current, waiting, change }: ChoiceProps) {
         </p>
       ) : null}
       <p className="note" role="status" data-testid="actuator-status">
-        {waiting
-          ? "The rig starts again; it comes back vented."
-          : (because ?? "Choosing one starts the rig again, vented.")}
+        {because ?? "Choosing one starts the rig again, vented."}
+        {waiting ? <Elapsed key={`${checked ?? ""}${starting}`} /> : null}
       </p>
     </>
+  );
+}
+
+/** How long this has been going on. */
+function Elapsed() {
+  const [begin] = useState(() => performance.now());
+  return (
+    <span className="number" aria-hidden>
+      {" · "}
+      <LiveText read={() => seconds((performance.now() - begin) / 1e3)} rate={4} />
+    </span>
   );
 }
 

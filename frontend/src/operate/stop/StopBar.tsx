@@ -51,12 +51,15 @@ function usePinned(): RefObject<HTMLElement | null> {
 /** Works for everyone, in every state; never disabled. It acts when it is touched: a finger lifts 100 ms later. */
 function EStop() {
   const stop = useService(EmergencyStop);
+  const starting = usePage((page) => page.starting !== "");
   const meaning = usePage(({ online, rigLive, session }) =>
     online && rigLive
       ? "Vent at once (Esc Esc)"
       : session === "absent" && !online
         ? "Signed out: use the hardware stop as well"
-        : "The rig does not answer: use the hardware stop as well",
+        : starting
+          ? "The rig starts again: use the hardware stop as well"
+          : "The rig does not answer: use the hardware stop as well",
   );
   const touchedAt = useRef(-Infinity);
   return (
