@@ -24,6 +24,7 @@ VIEWERS = frozenset(
         "text_path",
         "import_path",
         "preview",
+        "preview_parts",
         # one's own, that nobody else sees
         "keep_layout",
         "delete_layout",

@@ -44,6 +44,8 @@ _WHEN = {
     500: "The server's disk or a file of its own fails",
     503: "The rig does not answer, or takes no command from this server",
 }
+JSON_LINES = "application/x-ndjson"
+"""An answer that comes line by line, each of them JSON (https://jsonlines.org)."""
 REFUSALS: dict[int | str, dict[str, Any]] = {
     status: {"model": Problem, "description": when} for status, when in _WHEN.items()
 }
@@ -65,6 +67,11 @@ def refusal(status: int, detail: str, wait: float | None = None) -> JSONResponse
     """A refusal by one sentence; `wait` tells for how long to stay away [s]."""
     headers = None if wait is None else {"retry-after": str(math.ceil(wait))}
     return JSONResponse({"detail": detail}, status, headers)
+
+
+def json_line(said: Model) -> str:
+    """`said` as a line of its own."""
+    return said.model_dump_json() + "\n"
 
 
 def body(media: str, what: str) -> dict[int | str, dict[str, Any]]:

@@ -54,6 +54,27 @@ class Preview(Model):
     """Of computing [s]."""
 
 
+class PreviewPart(Model):
+    """A line of the answer to POST /api/preview/parts: what was foreseen since the line before."""
+
+    first: int
+    """Index of the first of these rows; what was said of it and later ones before does not hold any more."""
+    t: list[float]
+    """Times of these rows [s], approach included."""
+    points: list[tuple[float, float]]
+    """Predicted tip [m]."""
+    saturated: list[bool]
+    """Whether the command saturates at or since the row before."""
+    start: int
+    """Index of the first row after the approach."""
+    progress: float
+    """0..1 of all rows."""
+    preview: Preview | None
+    """The whole, in the last line."""
+    problem: str
+    """Why this is the last line though it is not over, "" otherwise."""
+
+
 class RunState(Model):
     """How the last run goes, or how it ended."""
 

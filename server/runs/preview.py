@@ -1,5 +1,6 @@
 """A reference on the twin of the connected rig before it is run: the tick itself, far faster than real time."""
 
+import math
 import time
 
 import numpy as np
@@ -12,20 +13,24 @@ from controller.reference.feasible.approach import blended_torques
 from controller.reference.feasible.reach import static_tips
 from controller.reference.library import static_map
 from controller.reference.reference import Reference
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Telemetry
 from controller.schema.modes import Mode, Request
 from controller.schema.parameters import REFERENCE_ROWS, RigParameters, Settings
 from controller.simulation.metrics import true_tip
 from controller.simulation.run import armed, plan, request, require_mode
+from controller.simulation.simulate import Simulation
 from server.drawing.messages import DURATION_MIN, DrawingBody, Duration
 from server.drawing.picture import Indices, evenly, points, times
 from server.drawing.planned import wanted
 from server.runs.laps import allowed_by, first_leg, lap_of
-from server.runs.messages import Preview, PreviewBody
+from server.runs.messages import Preview, PreviewBody, PreviewPart
 from server.runs.tally import Tally
 
-FIELDS = ["slot", "mode", "cause", "request_cause", "saturated", "p_ref", "p_meas", "twin_backbone"]
+_NAMES = ["slot", "mode", "cause", "request_cause", "saturated", "p_ref", "p_meas", "twin_backbone"]
+FIELDS = repack_fields(np.zeros(0, record_dtype(Telemetry))[_NAMES]).dtype
 """What is kept of a row: minutes of whole ones are hundreds of megabytes."""
-PIECE = 10_000
+PIECE = 1000
 """Ticks from one look at the mode to the next."""
 WAY = 2000
 """Ticks in which the twin comes to where the rig stands."""
@@ -40,32 +45,91 @@ def predicted(body: PreviewBody, rig: RigParameters, settings: Settings, u: Arra
 
     Raises ParameterError and UnknownReference for what cannot be run at all.
     """
-    begin = time.perf_counter()
-    smap = static_map(rig.actuator, rig.controller)
-    allowed = allowed_by(rig, settings, drawn=body.drawing is not None)
-    lap = lap_of(wanted(body, rig, settings), rig, body.laps, allowed)
-    leg = first_leg(smap, lap, body.laps, u)
-    before = way_to(smap, u)
-    _require_room(len(before[0]) + leg.ticks, body.laps, rig.controller.dt)
-    row, first = leg.row(np.arange(leg.ticks)), len(before[0])
-    p, u = np.vstack([before[0], leg.p[row]]), np.vstack([before[1], leg.u[row]])
-    travelled = np.append(np.ones(first, bool), leg.travel[row])
-    rows = foreseen(rig, Reference(lap.name, p, 0, u=u, travel=travelled, known=lap.known), settings)[first:]
-    broken = broken_off(rows, lap.name)
-    rows = rows[rows["mode"] == Mode.TRACK]
-    tally = Tally(lap.frequency)
-    tally.add(rows[~leg.travel[row[: len(rows)]]])
-    figures, shown = tally.figures(), evenly(len(rows))
-    return Preview(
-        t=times(shown * rig.controller.dt),
-        points=points(true_tip(rows)[shown]),
-        start=int(np.searchsorted(shown, leg.again)),
-        saturated=since(rows["saturated"] != 0, shown),
-        saturated_share=figures.saturated_share or 0.0,
-        broken_off=broken,
-        seconds=time.perf_counter() - begin,
-        **(dict.fromkeys(MEASURES) if broken else {name: getattr(figures, name) for name in MEASURES}),
-    )
+    foresight = Foresight(body, rig, settings, u)
+    foresight.go_on()
+    return foresight.result()
+
+
+class Foresight:
+    """A run on the twin as far as it has been foreseen; arguments and errors as `predicted`."""
+
+    def __init__(self, body: PreviewBody, rig: RigParameters, settings: Settings, u: Array) -> None:
+        begin = time.perf_counter()
+        smap = static_map(rig.actuator, rig.controller)
+        allowed = allowed_by(rig, settings, drawn=body.drawing is not None)
+        self._lap, self._dt = lap_of(wanted(body, rig, settings), rig, body.laps, allowed), rig.controller.dt
+        self._leg = leg = first_leg(smap, self._lap, body.laps, u)
+        before = way_to(smap, u)
+        self._ahead, self._done = len(before[0]), 0
+        _require_room(self._ahead + leg.ticks, body.laps, self._dt)
+        row = np.arange(leg.ticks)
+        p, u = np.vstack([before[0], leg.p[leg.row(row)]]), np.vstack([before[1], leg.u[leg.row(row)]])
+        travelled = np.append(np.ones(self._ahead, bool), leg.travel[leg.row(row)])
+        reference = Reference(self._lap.name, p, 0, u=u, travel=travelled, known=self._lap.known)
+        self._simulation = started(rig, reference, settings)
+        self._rows = np.zeros(len(p), FIELDS)
+        self._shown, self._told = evenly(leg.ticks), 0
+        self._seconds = time.perf_counter() - begin
+
+    @property
+    def over(self) -> bool:
+        """Whether it has been foreseen to its end, or to where it breaks off."""
+        return self._done == len(self._rows) or (self._done > 0 and self._rows["mode"][self._done - 1] != Mode.TRACK)
+
+    def go_on(self, seconds: float = math.inf) -> None:
+        """Foresee more of it for about so long, a piece at least."""
+        begin, spent = time.perf_counter(), 0.0
+        while not self.over and spent <= seconds:
+            end = min(self._done + PIECE, len(self._rows))
+            rows = self._simulation.run(end - self._done)
+            self._rows[self._done : end] = repack_fields(rows[_NAMES])
+            self._done, spent = end, time.perf_counter() - begin
+        self._seconds += spent
+
+    def part(self) -> PreviewPart:
+        """What was foreseen since the last part."""
+        rows, before = self._followed(), self._shown[self._told - 1] + 1 if self._told else 0
+        shown = self._shown[self._told : np.searchsorted(self._shown, len(rows))]
+        found = PreviewPart(
+            first=self._told,
+            t=times(shown * self._dt),
+            points=points(true_tip(rows)[shown]),
+            saturated=since(rows["saturated"][before:] != 0, shown - before),
+            start=self._start,
+            progress=self._done / len(self._rows),
+            preview=self.result() if self.over else None,
+            problem="",
+        )
+        self._told += len(shown)
+        return found
+
+    def result(self) -> Preview:
+        """All of it, once it is over."""
+        broken = broken_off(self._rows[min(self._ahead, self._done - 1) : self._done], self._lap.name)
+        rows = self._followed()
+        tally = Tally(self._lap.frequency)
+        tally.add(rows[~self._leg.travel[self._leg.row(np.arange(len(rows)))]])
+        figures, shown = tally.figures(), evenly(len(rows))
+        return Preview(
+            t=times(shown * self._dt),
+            points=points(true_tip(rows)[shown]),
+            start=int(np.searchsorted(shown, self._leg.again)),
+            saturated=since(rows["saturated"] != 0, shown),
+            saturated_share=figures.saturated_share or 0.0,
+            broken_off=broken,
+            seconds=self._seconds,
+            **(dict.fromkeys(MEASURES) if broken else {name: getattr(figures, name) for name in MEASURES}),
+        )
+
+    @property
+    def _start(self) -> int:
+        return int(np.searchsorted(self._shown, self._leg.again))
+
+    def _followed(self) -> Rows:
+        """Rows so far from the beginning of the run, as long as the rig follows."""
+        rows = self._rows[self._ahead : self._done]
+        broken = np.flatnonzero(rows["mode"] != Mode.TRACK)
+        return rows[: broken[0]] if broken.size else rows
 
 
 def warm_up(rig: RigParameters) -> None:
@@ -82,21 +146,15 @@ def way_to(smap: StaticMap, u: Array) -> tuple[Array, Array]:
     return static_tips(smap, torques), torques
 
 
-def foreseen(rig: RigParameters, reference: Reference, settings: Settings) -> Rows:
-    """FIELDS of the telemetry (n,) on the twin, from rest; where it breaks off, to the end of that piece."""
+def started(rig: RigParameters, reference: Reference, settings: Settings) -> Simulation:
+    """The twin at rest, about to follow `reference`."""
     simulation = armed(rig, settings, rig.twin.seed)
     try:
         plan(simulation.rig.control, reference)
     except DataError as error:
         raise ParameterError(str(error)) from error
     request(simulation, Request.TRACK)
-    pieces: list[Rows] = []
-    for begin in range(0, len(reference.p), PIECE):
-        rows = simulation.run(min(PIECE, len(reference.p) - begin))
-        pieces.append(repack_fields(rows[FIELDS]))
-        if rows["mode"][-1] != Mode.TRACK:
-            break
-    return np.concatenate(pieces)
+    return simulation
 
 
 def broken_off(rows: Rows, name: str) -> str:

@@ -1,11 +1,18 @@
 """Runs of a reference: foreseen, started, paused, resumed, stopped, and what came of the last ones."""
 
-from fastapi import APIRouter
+from collections.abc import AsyncGenerator, AsyncIterator
+from contextlib import aclosing
 
+from fastapi import APIRouter
+from starlette.responses import StreamingResponse
+
+from controller.errors import TendrilError
 from server.access.asking import Permitted
+from server.http import answers
+from server.http.answers import JSON_LINES, json_line
 from server.operate.operator import GivenOperator
 from server.rig.client import GivenRig
-from server.runs.messages import Preview, PreviewBody, RunBody, RunResult, RunState
+from server.runs.messages import Preview, PreviewBody, PreviewPart, RunBody, RunResult, RunState
 from server.runs.previews import GivenPreviews
 from server.runs.runs import GivenRuns
 from server.runs.tracker import standing
@@ -18,6 +25,35 @@ async def preview(body: PreviewBody, rig: GivenRig, operator: GivenOperator, pre
     """The run that would follow now, on the twin of the connected rig, far faster than real time."""
     parameters, settings = rig.require_info().parameters, operator.settings
     return await previews.of(body, parameters, settings, standing(rig.newest))
+
+
+@router.post(
+    "/api/preview/parts",
+    tags=["drawings"],
+    response_class=StreamingResponse,
+    response_model=PreviewPart,
+    responses=answers.body(JSON_LINES, "A `PreviewPart` in each line"),
+)
+async def preview_parts(
+    body: PreviewBody, rig: GivenRig, operator: GivenOperator, previews: GivenPreviews
+) -> StreamingResponse:
+    """The same as it comes: a line of JSON for each part, the whole in the last one. Who hangs up ends it."""
+    parameters, settings = rig.require_info().parameters, operator.settings
+    parts = previews.parts(body, parameters, settings, standing(rig.newest))
+    first = await anext(parts)  # what cannot be foreseen at all is refused as ever
+    return StreamingResponse(_lines(first, parts), media_type=JSON_LINES)
+
+
+async def _lines(first: PreviewPart, parts: AsyncGenerator[PreviewPart, None]) -> AsyncIterator[str]:
+    last = first
+    try:
+        async with aclosing(parts):
+            yield json_line(first)
+            async for last in parts:
+                yield json_line(last)
+    except TendrilError as error:
+        rest = {"first": last.first + len(last.t), "t": [], "points": [], "saturated": [], "preview": None}
+        yield json_line(last.model_copy(update=rest | {"problem": str(error)}))
 
 
 @router.post("/api/run", tags=["runs"])

@@ -20,7 +20,8 @@ from playwright.sync_api import Browser, BrowserContext, CDPSession, Page, Respo
 from server.plots.messages import CHANNELS_MAX
 from server.rig.channels import CHANNELS
 from server.supervise.browser import launch_chromium
-from tests.e2e.product import Product, open_page
+from tests.e2e.drawing import LOOP_MM, draw, fact
+from tests.e2e.product import Product, open_page, wait_until
 
 VIEWPORT = {"width": 1280, "height": 720}
 BARS = {
@@ -30,6 +31,7 @@ BARS = {
     "growth_mb": 10.0,
     "drag_p95_ms": 60.0,
     "preview_s": 1.0,
+    "first_ghost_s": 0.5,
 }
 PERIOD = 0.02
 """Time between two moves of the pointer [s]."""
@@ -58,6 +60,15 @@ WATCH_DRAG = """() => {
   };
 }"""
 """A reply is shown by the next frame; the message comes once that frame is painted."""
+FIRST_GHOST = """() => new Promise((say) => {
+  const begin = performance.now(), look = () => {
+    if (!document.querySelector(".key-ghost")) return requestAnimationFrame(look);
+    requestAnimationFrame(() => say(performance.now() - begin));
+  };
+  document.querySelector("[data-testid=preview]").click();
+  look();
+})"""
+"""The legend names the ghost from the frame on in which the plan paints it."""
 
 
 def everything() -> dict[str, Any]:
@@ -99,6 +110,22 @@ def measure_preview(context: BrowserContext, product: Product) -> dict[str, floa
     assert answer.ok, answer.text()
     page.close()
     return {"preview_s": seconds}
+
+
+def measure_ghost(context: BrowserContext, product: Product) -> dict[str, float]:
+    """From a click on Preview to the first piece of the twin's run on the plan, for a drawing of 180 s."""
+    page = open_page(context, product)
+    page.get_by_role("tab", name="Run").click()
+    page.get_by_text("Drawing", exact=True).click()
+    page.get_by_test_id("tool-freehand").click()
+    draw(page, LOOP_MM)
+    page.get_by_test_id("timing").select_option("duration")
+    page.get_by_test_id("duration").fill("180")
+    wait_until(lambda: fact(page, "Duration").startswith("180"), 10.0)
+    seconds = page.evaluate(FIRST_GHOST) / 1e3
+    page.get_by_test_id("cancel-preview").click()
+    page.close()
+    return {"first_ghost_s": seconds}
 
 
 def wait_for_frame(page: Page) -> float:
@@ -188,8 +215,9 @@ def main() -> None:
         load = medians(options.runs, lambda: measure_load(browser, product))
         live = medians(options.runs, lambda: measure_live(context, product, options.seconds, options.with_3d))
         preview = medians(2 * options.runs + 1, lambda: measure_preview(context, product))
+        ghost = medians(options.runs, lambda: measure_ghost(context, product))
         context.close()
-    found = load | live | preview
+    found = load | live | preview | ghost
     kept = {name: found[name] <= bar for name, bar in BARS.items()}
     print(json.dumps({"figures": found, "bars": BARS, "kept": kept}, indent=2))
 

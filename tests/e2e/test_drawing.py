@@ -1,36 +1,18 @@
 """A drawing's way: drawn, judged, previewed, saved, loaded again, run to its end, and what came of it."""
 
-import math
-
 from playwright.sync_api import BrowserContext, Page, expect
 
 from controller.schema.modes import Mode
+from tests.e2e.drawing import LOOP_MM, draw, fact
 from tests.e2e.product import Product, frame, open_page, pixels_of, shot, wait_until
 
 AMBER, PINK, VERMILION = (0xE6, 0x9F, 0x00), (0xCC, 0x79, 0xA7), (0xD5, 0x5E, 0x00)
-LOOP_MM = [(200.0 - 45.0 * math.cos(s / 6), 110.0 + 25.0 * math.sin(s / 6)) for s in range(38)]
-"""Once round; its right end is out of reach."""
 
 
 def drawn(page: Page, colour: tuple[int, int, int]) -> int:
     """Pixels of this colour about the loop."""
     (x0, y0), (x1, y1) = (page.evaluate(f"window.__tendril.toPixel({x}, {y})") for x, y in [(140, 140), (260, 80)])
     return len(pixels_of(page, colour, {"x": x0, "y": y0, "width": x1 - x0, "height": y1 - y0}))
-
-
-def draw(page: Page, points_mm: list[tuple[float, float]]) -> None:
-    """One stroke of the mouse."""
-    pixels = [page.evaluate(f"window.__tendril.toPixel({x}, {y})") for x, y in points_mm]
-    page.mouse.move(*pixels[0])
-    page.mouse.down()
-    for pixel in pixels[1:]:
-        page.mouse.move(*pixel)
-    page.mouse.up()
-
-
-def fact(page: Page, name: str) -> str:
-    """What the panel says about the drawing under this name."""
-    return page.locator(f"[data-testid=drawing-facts] div:has(dt:text-is('{name}')) dd").inner_text()
 
 
 def test_a_drawing_is_judged_previewed_saved_loaded_and_run(page: Page) -> None:
@@ -72,6 +54,28 @@ def test_a_drawing_is_judged_previewed_saved_loaded_and_run(page: Page) -> None:
     expect(page.get_by_test_id("run-result-facts")).to_contain_text("RMSE")
     expect(page.get_by_test_id("run-recording")).to_be_visible()
     shot(page, "drawing-result")
+
+
+def test_a_long_preview_comes_bit_by_bit_and_can_be_cancelled(page: Page) -> None:
+    page.get_by_test_id("tool-freehand").click()
+    draw(page, LOOP_MM)
+    page.get_by_role("tab", name="Run").click()
+    page.get_by_test_id("timing").select_option("duration")
+    page.get_by_test_id("duration").fill("280")
+    wait_until(lambda: fact(page, "Duration").startswith("280"), 10.0)
+    page.get_by_test_id("preview").click()
+    expect(page.get_by_test_id("preview-progress")).to_be_visible()
+    wait_until(lambda: drawn(page, PINK) > 0, 5.0)
+    shot(page, "drawing-foreseen-in-part")
+    page.get_by_test_id("cancel-preview").click()
+    expect(page.get_by_test_id("preview")).to_be_enabled()
+    expect(page.get_by_test_id("prediction")).to_be_empty()
+    wait_until(lambda: drawn(page, PINK) == 0, 5.0)
+
+    page.get_by_test_id("duration").fill("10")
+    wait_until(lambda: fact(page, "Duration").startswith("10"), 5.0)
+    page.get_by_test_id("preview").click()
+    expect(page.get_by_test_id("prediction")).to_contain_text("RMSE")
 
 
 def test_an_unsaved_drawing_outlives_a_reload_and_a_cleared_one_does_not(

@@ -29,6 +29,7 @@ NEEDS = {
     ("POST", "/api/drawings/text"): ANYONE,
     ("POST", "/api/drawings/import"): ANYONE,
     ("POST", "/api/preview"): ANYONE,
+    ("POST", "/api/preview/parts"): ANYONE,
     ("PUT", "/api/drawings/{name}"): LEASE,
     ("DELETE", "/api/drawings/{name}"): LEASE,
     ("POST", "/api/run"): LEASE,

@@ -536,6 +536,26 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/preview/parts": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Preview Parts
+     * @description The same as it comes: a line of JSON for each part, the whole in the last one. Who hangs up ends it.
+     */
+    post: operations["preview_parts"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/run": {
     parameters: {
       query?: never;
@@ -2522,6 +2542,49 @@ export interface components {
        * @default 1
        */
       laps: number;
+    };
+    /**
+     * PreviewPart
+     * @description A line of the answer to POST /api/preview/parts: what was foreseen since the line before.
+     */
+    PreviewPart: {
+      /**
+       * First
+       * @description Index of the first of these rows; what was said of it and later ones before does not hold any more.
+       */
+      first: number;
+      /**
+       * T
+       * @description Times of these rows [s], approach included.
+       */
+      t: number[];
+      /**
+       * Points
+       * @description Predicted tip [m].
+       */
+      points: [number, number][];
+      /**
+       * Saturated
+       * @description Whether the command saturates at or since the row before.
+       */
+      saturated: boolean[];
+      /**
+       * Start
+       * @description Index of the first row after the approach.
+       */
+      start: number;
+      /**
+       * Progress
+       * @description 0..1 of all rows.
+       */
+      progress: number;
+      /** @description The whole, in the last line. */
+      preview: components["schemas"]["Preview"] | null;
+      /**
+       * Problem
+       * @description Why this is the last line though it is not over, "" otherwise.
+       */
+      problem: string;
     };
     /**
      * Problem
@@ -5378,6 +5441,43 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["Preview"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  preview_parts: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["PreviewBody"];
+      };
+    };
+    responses: {
+      /** @description A `PreviewPart` in each line */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/x-ndjson": string;
         };
       };
       400: components["responses"]["Refused400"];

@@ -44,6 +44,7 @@ export type ImportedPath = Schemas["ImportedPath"];
 export type TextPath = Schemas["TextPath"];
 export type PreviewBody = Schemas["PreviewBody"];
 export type Preview = Schemas["Preview"];
+export type PreviewPart = Schemas["PreviewPart"];
 export type RunBody = Schemas["RunBody"];
 export type RunState = Schemas["RunState"];
 export type RunResult = Schemas["RunResult"];

@@ -75,7 +75,8 @@ export function PlanView() {
 function Legend({ twin }: { readonly twin: boolean }) {
   const chosen = usePage((page) => page.reference !== null);
   const drawing = useDrawing((state) => state.source === "drawing");
-  const preview = useRuns((choice) => choice.preview);
+  const ghost = useRuns((choice) => choice.ghost !== null);
+  const saturated = useRuns((choice) => (choice.preview?.saturated_share ?? 0) > 0);
   return (
     <ul className="legend" aria-label="Legend">
       <li>
@@ -94,12 +95,12 @@ function Legend({ twin }: { readonly twin: boolean }) {
           <i className="key key-outside" /> out of reach
         </li>
       ) : null}
-      {preview ? (
+      {ghost ? (
         <li>
           <i className="key key-ghost" /> predicted
         </li>
       ) : null}
-      {preview && preview.saturated_share > 0 ? (
+      {saturated ? (
         <li>
           <i className="key key-saturated" /> saturated
         </li>

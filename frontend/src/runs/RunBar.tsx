@@ -1,4 +1,4 @@
-import { Button, NumberInput } from "@mantine/core";
+import { Button, NumberInput, Progress } from "@mantine/core";
 import {
   IconInfinity,
   IconPlayerPause,
@@ -38,13 +38,13 @@ function PreviewButton() {
   const runs = useService(Runs);
   const reason = useReason();
   const previewing = useRuns((choice) => choice.previewing);
-  const preview = useRuns((choice) => choice.preview);
+  if (previewing !== null && previewing > 0) return <Foreseeing share={previewing} />;
   return (
     <>
       <Button
         size="xs"
         variant="default"
-        loading={previewing}
+        loading={previewing !== null}
         data-disabled={reason !== null}
         aria-disabled={reason !== null}
         title={reason ?? "Let the twin run it at once, from rest"}
@@ -55,10 +55,41 @@ function PreviewButton() {
       >
         Preview
       </Button>
-      <span className="run-prediction number" role="status" data-testid="prediction">
-        {preview ? previewText(preview).map((line) => <span key={line}>{line}</span>) : null}
+      <Prediction />
+    </>
+  );
+}
+
+/** A long one comes bit by bit. */
+function Foreseeing({ share }: { readonly share: number }) {
+  const runs = useService(Runs);
+  return (
+    <>
+      <Button
+        size="xs"
+        variant="default"
+        title="Foresee no more of it"
+        data-testid="cancel-preview"
+        onClick={() => {
+          runs.cancelPreview();
+        }}
+      >
+        Cancel
+      </Button>
+      <span className="run-prediction number">
+        <span>{Math.floor(100 * share)} % foreseen</span>
+        <Progress size="xs" value={100 * share} aria-label="Foreseen" data-testid="preview-progress" />
       </span>
     </>
+  );
+}
+
+function Prediction() {
+  const preview = useRuns((choice) => choice.preview);
+  return (
+    <span className="run-prediction number" role="status" data-testid="prediction">
+      {preview ? previewText(preview).map((line) => <span key={line}>{line}</span>) : null}
+    </span>
   );
 }
 

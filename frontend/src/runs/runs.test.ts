@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import type { Preview, RunBody, RunState } from "../api/types";
+import type { Preview, PreviewPart, RunBody, RunState } from "../api/types";
 import { Drawing } from "../drawing/drawing";
 import { drawingFacts } from "../drawing/facts";
 import { pieceOf } from "../drawing/piece";
@@ -12,12 +12,35 @@ const underWay = { state: "running", name: "vu" } as RunState;
 
 const preview = { rmse: 1.234e-3, max_error: 4e-3, saturated_share: 0.05, broken_off: "" } as Preview;
 
-function harness() {
+const ROWS: [number, number][] = [[0, 0.1], [0.01, 0.1], [0.02, 0.1]]; // prettier-ignore
+
+/** What is foreseen of rows `first` to `end`; the last of it brings the whole. */
+function part(first: number, end: number, more: Partial<PreviewPart> = {}): PreviewPart {
+  const points = ROWS.slice(first, end);
+  const t = points.map((_, i) => first + i);
+  const whole = end === ROWS.length ? { ...preview, points: ROWS } : null;
+  const saturated = points.map(() => false);
+  return {
+    first,
+    t,
+    points,
+    saturated,
+    start: 1,
+    progress: end / ROWS.length,
+    preview: whole,
+    problem: "",
+    ...more,
+  };
+}
+
+function harness(parts: PreviewPart[] = [part(0, 3)]) {
   const [drawing, page] = [new Drawing(), new Store<Page>({ ...EMPTY_PAGE, chosen: "vu" })];
   const calls: string[] = [];
   const bodies: RunBody[] = [];
   const port = {
-    preview: () => Promise.resolve(preview),
+    preview: async function* () {
+      for (const one of parts) yield await Promise.resolve(one);
+    },
     run: (body: RunBody) => {
       bodies.push(body);
       return Promise.resolve(underWay);
@@ -25,7 +48,7 @@ function harness() {
     steer: (step: string) => Promise.resolve({ ...underWay, state: step === "pause" ? "paused" : "stopped" } as RunState), // prettier-ignore
   };
   const attempt = async (title: string, action: () => Promise<unknown>) => {
-    await action().catch(() => calls.push(title));
+    await action().catch((error: unknown) => calls.push(`${title}: ${String(error)}`));
   };
   const runs = new Runs(drawing.store, page, { attempt }, port);
   return { drawing, page, runs, calls, bodies, port };
@@ -59,11 +82,58 @@ test("the switch for recording goes with the run, and is as it was on the last v
 test("a prediction is forgotten as soon as what would be run is another", async () => {
   const { page, runs } = harness();
   await runs.preview();
-  expect(runs.store.get().preview).toBe(preview);
+  expect(runs.store.get().preview).toMatchObject(preview);
   page.patch({ hint: "unrelated" });
-  expect(runs.store.get().preview).toBe(preview);
+  expect(runs.store.get().preview).toMatchObject(preview);
   page.patch({ chosen: "circle_1hz" });
-  expect(runs.store.get().preview).toBeNull();
+  expect(runs.store.get()).toMatchObject({ preview: null, ghost: null });
+});
+
+/** What the store says of the preview, at each change. */
+function followed({ store }: Runs): string[] {
+  const said: string[] = [];
+  store.subscribe(() => {
+    const { ghost, preview, previewing } = store.get();
+    const share = previewing === null ? "-" : `${Math.round(100 * previewing)} %`;
+    said.push(`${share}, ${ghost?.points.length ?? 0} rows${preview ? ", whole" : ""}`);
+  });
+  return said;
+}
+
+test("a preview is shown as it comes, and once more from where another process began it again", async () => {
+  const { runs, calls } = harness([part(0, 1), part(1, 2), part(0, 2), part(2, 3)]);
+  const said = followed(runs);
+  await runs.preview();
+  expect(said).toEqual(["0 %, 0 rows", "33 %, 1 rows", "67 %, 2 rows", "67 %, 2 rows", "100 %, 3 rows, whole", "-, 3 rows, whole"]); // prettier-ignore
+  expect(runs.store.get().ghost?.points).toEqual(ROWS);
+  expect(calls).toEqual([]);
+});
+
+test("a preview that is cancelled, or of something else by now, leaves nothing behind and no message", async () => {
+  const cancels = [
+    ({ runs }: ReturnType<typeof harness>) => {
+      runs.cancelPreview();
+    },
+    ({ page }: ReturnType<typeof harness>) => {
+      page.patch({ chosen: "circle_1hz" });
+    },
+  ];
+  for (const cancel of cancels) {
+    const made = harness([part(0, 1), part(1, 2), part(2, 3)]);
+    made.runs.store.subscribe(() => {
+      if (made.runs.store.get().ghost?.points.length === 2) cancel(made);
+    });
+    await made.runs.preview();
+    expect(made.runs.store.get()).toMatchObject({ preview: null, ghost: null, previewing: null });
+    expect(made.calls).toEqual([]);
+  }
+});
+
+test("a preview that ends before its end says why", async () => {
+  const { runs, calls } = harness([part(0, 1), part(1, 1, { problem: "the planner was killed twice" })]);
+  await runs.preview();
+  expect(calls).toEqual(["No preview: Error: the planner was killed twice"]);
+  expect(runs.store.get()).toMatchObject({ preview: null, ghost: null, previewing: null });
 });
 
 test("what cannot be run says why", () => {

@@ -1,5 +1,6 @@
+import { jsonLines } from "../api/lines";
 import { api, told } from "../api/rest";
-import type { Preview, PreviewBody, ReferenceInfo, RunBody, RunState } from "../api/types";
+import type { Preview, PreviewBody, PreviewPart, ReferenceInfo, RunBody, RunState } from "../api/types";
 import { bodyOf, isPlanned, sketchOf, type DrawingState } from "../drawing/drawing";
 import { isSame, planInputs } from "../drawing/planner";
 import type { Page } from "../live/page";
@@ -8,6 +9,9 @@ import { useService } from "../ui/services";
 import { quietly, type Shelf } from "../ui/shelf";
 import { Store, useStore } from "../ui/store";
 
+/** The predicted tip as far as it has been foreseen. */
+export type Ghost = Pick<Preview, "points" | "saturated" | "start">;
+
 /** What would be run, how often, and what the twin says about it. */
 export interface RunChoice {
   readonly laps: number;
@@ -15,8 +19,11 @@ export interface RunChoice {
   readonly endless: boolean;
   /** Each run gets a recording of its own, unless one is going on. */
   readonly record: boolean;
+  /** Once it has been foreseen to its end. */
   readonly preview: Preview | null;
-  readonly previewing: boolean;
+  readonly ghost: Ghost | null;
+  /** 0..1 of what is being foreseen. */
+  readonly previewing: number | null;
   /** The result whose card was closed. */
   readonly dismissed: number | null;
 }
@@ -26,21 +33,29 @@ export const FIRST_CHOICE: RunChoice = {
   endless: false,
   record: true,
   preview: null,
-  previewing: false,
+  ghost: null,
+  previewing: null,
   dismissed: null,
 };
 
 /** What previews and runs: the server, or a test. */
 const server = {
-  preview: (body: PreviewBody) => told(api.POST("/api/preview", { body })),
+  preview: foreseen,
   run: (body: RunBody) => told(api.POST("/api/run", { body })),
   steer: (step: "pause" | "resume" | "stop") => told(api.POST(`/api/run/${step}`)),
 };
+
+async function* foreseen(body: PreviewBody, signal: AbortSignal): AsyncGenerator<PreviewPart> {
+  yield* jsonLines<PreviewPart>(
+    await told(api.POST("/api/preview/parts", { body, signal, parseAs: "stream" })),
+  );
+}
 
 /** Previews and runs of what is chosen: the drawing, or a reference of the library. */
 export class Runs {
   readonly store = new Store<RunChoice>(FIRST_CHOICE);
   private subject: readonly unknown[] = [];
+  private asked: AbortController | null = null;
 
   constructor(
     private readonly drawing: Store<DrawingState>,
@@ -67,13 +82,36 @@ export class Runs {
   async preview(): Promise<void> {
     const body = this.body();
     if (!body) return;
-    const subject = this.subject;
-    this.store.patch({ previewing: true });
-    await this.operations.attempt("No preview", async () => {
-      const preview = await this.port.preview({ ...body, laps: 1 });
-      if (this.subject === subject) this.store.patch({ preview });
-    });
-    this.store.patch({ previewing: false });
+    this.cancelPreview();
+    const { signal } = (this.asked = new AbortController());
+    this.store.patch({ preview: null, ghost: null, previewing: 0 });
+    await this.operations.attempt("No preview", () => this.foresee({ ...body, laps: 1 }, signal));
+    if (!signal.aborted) this.cancelPreview();
+  }
+
+  /** What has come so far is dropped as well: a piece of a run is no prediction of it. */
+  cancelPreview(): void {
+    this.asked?.abort();
+    this.asked = null;
+    const { preview } = this.store.get();
+    this.store.patch({ previewing: null, ghost: preview });
+  }
+
+  private async foresee(body: PreviewBody, signal: AbortSignal): Promise<void> {
+    try {
+      for await (const part of this.port.preview(body, signal)) {
+        if (signal.aborted) return;
+        if (part.problem !== "") throw new Error(part.problem);
+        const { preview, progress } = part;
+        this.store.patch({
+          preview,
+          previewing: progress,
+          ghost: preview ?? grown(this.store.get().ghost, part),
+        });
+      }
+    } catch (error) {
+      if (!signal.aborted) throw error;
+    }
   }
 
   async run(): Promise<void> {
@@ -101,7 +139,20 @@ export class Runs {
     if (isSame(subject, this.subject)) return;
     this.subject = subject;
     this.store.patch({ preview: null });
+    this.cancelPreview();
   }
+}
+
+function grown(ghost: Ghost | null, part: PreviewPart): Ghost {
+  const whole = <T>(before: readonly T[] | undefined, more: readonly T[]) => [
+    ...(before ?? []).slice(0, part.first),
+    ...more,
+  ];
+  return {
+    points: whole(ghost?.points, part.points),
+    saturated: whole(ghost?.saturated, part.saturated),
+    start: part.start,
+  };
 }
 
 const RECORD = "tendril-record-runs";

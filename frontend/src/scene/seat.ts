@@ -62,9 +62,9 @@ export class Seat {
 }
 
 /** What the plan view shows as wanted and predicted. */
-export function sceneLines(page: Page, drawing: DrawingState, { preview }: RunChoice): SceneLines {
+export function sceneLines(page: Page, drawing: DrawingState, { ghost }: RunChoice): SceneLines {
   const wanted = drawing.source === "library" ? libraryLines(page) : drawingLines(drawing);
-  return { ...NOTHING, ...wanted, ghost: preview ? rounded([preview.points]) : [] };
+  return { ...NOTHING, ...wanted, ghost: ghost ? rounded([ghost.points]) : [] };
 }
 
 function libraryLines(page: Page): Partial<SceneLines> {

@@ -1,6 +1,7 @@
-import type { DrawingPlan, Point, Preview } from "../../api/types";
+import type { DrawingPlan, Point } from "../../api/types";
 import { isPlanned, sketchOf, type DrawingState } from "../../drawing/drawing";
 import { placed, stretches } from "../../drawing/piece";
+import type { Ghost } from "../../runs/runs";
 import { ROLE } from "../../ui/colours";
 import { polyline, type Sheet } from "./canvas";
 import { paintHandles } from "./handles";
@@ -41,7 +42,7 @@ function paintPlan(sheet: Sheet, { points, wished, inside, travel }: DrawingPlan
 }
 
 /** The predicted path: dotted, where the command saturates with a red band under it. */
-export function paintGhost(sheet: Sheet, { points, start, saturated }: Preview): void {
+export function paintGhost(sheet: Sheet, { points, start, saturated }: Ghost): void {
   const { g } = sheet;
   g.save();
   g.lineJoin = g.lineCap = "round";

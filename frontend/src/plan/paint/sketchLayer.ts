@@ -26,17 +26,17 @@ export class SketchLayer {
 
   /** Paint on the sheet that `open` gives, if there is something new. */
   paint(look: Look, open: () => Sheet | null): void {
-    const { preview } = this.runs.store.get();
+    const { ghost } = this.runs.store.get();
     const state = this.drawing.store.get();
     const cursor = state.stroke.length > 0 ? this.cursor : null;
-    const shown = [look, preview, state, this.page.get().reference, cursor];
+    const shown = [look, ghost, state, this.page.get().reference, cursor];
     if (isSame(shown, this.painted)) return;
     const sheet = open();
     if (!sheet) return;
     sheet.g.clearRect(0, 0, sheet.size.width, sheet.size.height);
     if (state.source === "library") this.paintReference(sheet);
     else paintDrawing(sheet, state, cursor);
-    if (preview) paintGhost(sheet, preview);
+    if (ghost) paintGhost(sheet, ghost);
     this.painted = shown;
   }
 

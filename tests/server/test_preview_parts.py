@@ -1,0 +1,148 @@
+"""A preview that is told as it comes, part by part."""
+
+import asyncio
+import json
+import os
+import signal
+from collections.abc import Callable
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from controller.schema.modes import Mode
+from controller.schema.parameters import RigParameters, Settings
+from server.drawing.errors import UnknownReference
+from server.runs import planning
+from server.runs.messages import Preview, PreviewBody, PreviewPart
+from server.runs.preview import Foresight, predicted
+from server.runs.previews import Previews
+from tests.server.live_server import PLANNER, TestServer
+
+RIG, LIVE, REST = RigParameters(), Settings(), np.zeros(2)
+LONG = PreviewBody(reference="circle_0.25hz", laps=25)
+"""100 s and an approach: for several parts."""
+
+
+def joined(parts: list[PreviewPart]) -> dict[str, list[Any]]:
+    """What a page has in the end."""
+    whole: dict[str, list[Any]] = {"t": [], "points": [], "saturated": []}
+    for part in parts:
+        for name, rows in whole.items():
+            rows[part.first :] = getattr(part, name)
+    return whole
+
+
+def assert_joined(parts: list[PreviewPart], expected: Preview) -> None:
+    last = parts[-1]
+    assert last.preview is not None
+    assert last.preview.model_copy(update={"seconds": 0.0}) == expected.model_copy(update={"seconds": 0.0})
+    assert joined(parts) == {name: getattr(expected, name) for name in ("t", "points", "saturated")}
+    assert {part.start for part in parts} == {expected.start}
+    assert (last.progress, last.problem) == (1.0, "")
+
+
+@pytest.mark.parametrize("seconds", [0.0, 0.02])
+def test_the_parts_are_the_preview(seconds: float) -> None:
+    body = PreviewBody(reference="vu", laps=2)
+    foresight = Foresight(body, RIG, LIVE, REST)
+    parts = [foresight.part()]
+    while parts[-1].preview is None:
+        foresight.go_on(seconds)
+        parts.append(foresight.part())
+    assert len(parts) > 3
+    assert [part.progress for part in parts] == sorted(part.progress for part in parts)
+    assert_joined(parts, predicted(body, RIG, LIVE, REST))
+
+
+def test_the_parts_end_where_the_run_would_be_broken_off() -> None:
+    wild = LIVE.model_copy(update={"K_P": (5.0, 5.0), "K_I": (20.0, 20.0)})
+    body = PreviewBody(reference="circle_1hz", laps=3)
+    foresight = Foresight(body, RIG, wild, REST)
+    parts = [foresight.part()]
+    while parts[-1].preview is None:
+        foresight.go_on(0.0)
+        parts.append(foresight.part())
+    expected = predicted(body, RIG, wild, REST)
+    assert expected.broken_off != ""
+    assert parts[-1].progress < 1.0
+    assert parts[-1].preview is not None and parts[-1].preview.points == expected.points
+    assert parts[-1].preview.broken_off == expected.broken_off
+    assert joined(parts)["t"][-1] == pytest.approx(expected.t[-1], abs=0.1)
+
+
+class Watched:
+    """The planner, which notes the names of what is begun."""
+
+    def __init__(self) -> None:
+        self.keys: list[str] = []
+
+    async def do(self, work: Callable[..., Any], *arguments: Any) -> Any:
+        if work is planning.begin_preview:
+            self.keys.append(arguments[0])
+        return await PLANNER.do(work, *arguments)
+
+    def call(self, work: Callable[..., Any], *arguments: Any) -> Any:
+        return PLANNER.call(work, *arguments)
+
+
+def told(after_first: Callable[[], object]) -> tuple[list[PreviewPart], Watched]:
+    """All parts of LONG, where `after_first` happens between the first and the second."""
+    planner = Watched()
+
+    async def gather() -> list[PreviewPart]:
+        coming = Previews(cast(Any, planner)).parts(LONG, RIG, LIVE, REST)
+        found = [await anext(coming)]
+        after_first()
+        return found + [part async for part in coming]
+
+    return asyncio.run(gather()), planner
+
+
+def begin_others() -> None:
+    for number in range(planning.KEPT):
+        PLANNER.call(planning.begin_preview, f"other {number}", PreviewBody(reference="vu"), RIG, LIVE, REST)
+
+
+def kill() -> None:
+    os.kill(cast(int, PLANNER.pid), signal.SIGKILL)
+
+
+@pytest.mark.parametrize("accident", [kill, begin_others])
+def test_a_preview_that_the_planner_knows_no_more_is_begun_again(accident: Callable[[], None]) -> None:
+    found, planner = told(accident)
+    assert len(planner.keys) == 2
+    assert [part.first for part in found].count(0) == 2
+    assert_joined(found, predicted(LONG, RIG, LIVE, REST))
+
+
+def test_who_goes_away_leaves_nothing_in_the_planner() -> None:
+    planner = Watched()
+
+    async def look_once() -> None:
+        coming = Previews(cast(Any, planner)).parts(LONG, RIG, LIVE, REST)
+        await anext(coming)
+        await coming.aclose()
+
+    asyncio.run(look_once())
+    (key,) = planner.keys
+    assert PLANNER.call(planning.go_on_with_preview, key) is None
+
+
+def test_what_cannot_be_run_at_all_is_refused_before_the_first_part() -> None:
+    with pytest.raises(UnknownReference):
+        asyncio.run(anext(Previews(PLANNER).parts(PreviewBody(reference="nonsense"), RIG, LIVE, REST)))  # type: ignore[arg-type]
+
+
+def test_a_page_is_told_the_parts_as_they_come(server: TestServer) -> None:
+    page = server.operator()
+    with page.live() as live:  # the rig may still stand where the test before left it
+        live.wait_mode(Mode.VENTED)
+    answer = page.post("/api/preview/parts", json=LONG.model_dump(mode="json"))
+    assert (answer.status_code, answer.headers["content-type"]) == (200, "application/x-ndjson")
+    parts = [PreviewPart.model_validate(json.loads(line)) for line in answer.text.splitlines()]
+    assert len(parts) > 1
+    rig, settings = server.services.rig.require_info().parameters, server.services.operator.settings
+    assert_joined(parts, predicted(LONG, rig, settings, REST))
+    assert page.post("/api/preview/parts", json={"reference": "nonsense"}).status_code == 404
+    assert page.post("/api/preview/parts", json={}).status_code == 422
