@@ -197,7 +197,10 @@ def strongest(p: Array, frequency: float, dt: float) -> float:
     q = p[: round(rows)]
     if not len(q):
         return frequency
-    turns = frequency * dt * np.arange(len(q))
-    swings = [abs(np.mean((q - q.mean()) * np.exp(-2j * math.pi * k * turns))) for k in range(1, HARMONICS + 1)]
+    turn = np.exp(-2j * math.pi * frequency * dt * np.arange(len(q)))
+    swing, swings = (q - q.mean()) / len(q), np.empty(HARMONICS)
+    for k in range(HARMONICS):  # turn^(k+1) by products: as many exponentials take longer than all the rest of a plan
+        swing = swing * turn
+        swings[k] = abs(swing.sum())
     clear = max(swings) > max(0.25 * SIZE_MIN, 1.01 * swings[0])
     return frequency * (1 + int(np.argmax(swings))) if clear else frequency
