@@ -54,6 +54,18 @@ def press(live: Live) -> None:
     assert live.wait("reply", lambda m: m["id"] == 1)["reply"]["accepted"]
 
 
+def follow(live: Live) -> None:
+    """Press, and once more wherever a machine that paused made the rig hold again, until it follows."""
+
+    def followed() -> bool:
+        mode = live.frames[-1]["mode"] if live.frames else None
+        if mode == Mode.HOLD:
+            press(live)
+        return mode == Mode.FOLLOW
+
+    wait_for(followed, "FOLLOW")
+
+
 def test_signs_of_the_worker_keep_a_motion_going_and_without_them_it_holds(page: Page, live: Live) -> None:
     worker = Worker(page, live)
     worker.sign()
@@ -108,10 +120,8 @@ def test_signs_keep_nothing_going_that_the_next_operator_began(page: Page, live:
     assert page.delete("/api/lease").status_code == 200
     other.operate()
     with other.live() as theirs:
-        theirs.send(type="presence", n=1)
-        press(theirs)
         theirs.operate()
-        theirs.wait_mode(Mode.FOLLOW)
+        follow(theirs)
         theirs.operate(False)
 
         def held() -> bool:
