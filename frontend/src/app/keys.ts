@@ -1,7 +1,7 @@
 import { PageStore } from "../live/page";
 import { Operations } from "../operate/operations";
 import { EmergencyStop } from "../operate/stop/stop";
-import { Aim } from "../operate/target/aim";
+import { Aim } from "../operate/target/target";
 import { focusOf, KeyMap, type Action } from "../operate/target/keys";
 import { Recorder } from "../recorder/recorder";
 import type { Services } from "../ui/services";

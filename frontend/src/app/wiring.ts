@@ -10,7 +10,7 @@ import { Live } from "../live/live";
 import { PageStore } from "../live/page";
 import { Operations, type Notify } from "../operate/operations";
 import { EmergencyStop, stopByHttp, watchLatch } from "../operate/stop/stop";
-import { Aim } from "../operate/target/aim";
+import { Aim } from "../operate/target/target";
 import { Gamepads } from "../operate/target/gamepads";
 import { keepProfile } from "../recorder/profile";
 import { Recorder } from "../recorder/recorder";

@@ -9,7 +9,7 @@ import { Operations } from "./operations";
 import { useWhyNot, type Control } from "./permission";
 import { SettingField } from "./SettingField";
 import { limits, SCALARS } from "./settings";
-import { Aim } from "./target/aim";
+import { Aim } from "./target/target";
 
 interface Step {
   readonly control: Control;

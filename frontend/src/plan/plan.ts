@@ -2,7 +2,7 @@ import type { Point, Workspace } from "../api/types";
 import { Drawing } from "../drawing/drawing";
 import { Live } from "../live/live";
 import { PageStore } from "../live/page";
-import { Aim } from "../operate/target/aim";
+import { Aim } from "../operate/target/target";
 import { Runs } from "../runs/runs";
 import { INK, type Scheme } from "../ui/colours";
 import { Painters } from "../ui/painters";

@@ -1,5 +1,5 @@
 import { Live } from "../live/live";
-import { Aim } from "../operate/target/aim";
+import { Aim } from "../operate/target/target";
 import type { Services } from "../ui/services";
 import type { Plan } from "./plan";
 

@@ -5,7 +5,7 @@ import { EMPTY_PAGE, type Page } from "../../live/page";
 import { MODE } from "../../rig/modes";
 import { Store } from "../../ui/store";
 import { Operations } from "../operations";
-import { Aim } from "./aim";
+import { Aim } from "./target";
 import { handleOf, type RigTarget } from "./handle";
 
 test("letting go is said once, after the last move; with the clutch on no move comes after it", () => {

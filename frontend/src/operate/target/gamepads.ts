@@ -3,7 +3,7 @@ import type { Page } from "../../live/page";
 import type { Store } from "../../ui/store";
 import type { Ticker } from "../../ui/ticker";
 import type { Operations } from "../operations";
-import type { Aim } from "./aim";
+import type { Aim } from "./target";
 import { PadHand, readingOf } from "./gamepad";
 
 const RATE = 60;

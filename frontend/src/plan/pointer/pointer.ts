@@ -1,6 +1,6 @@
 import type { Point } from "../../api/types";
 import { distance } from "../../drawing/piece";
-import type { Aim } from "../../operate/target/aim";
+import type { Aim } from "../../operate/target/target";
 import { pan, toPixel, zoomAbout, type Size, type View } from "../transform";
 import { isCarried, isSameGround, planeAt, targetAt, type Ground, type Hold, type Spot } from "./ground";
 import type { Gesture } from "./pens";
