@@ -30,12 +30,13 @@ def test_a_painter_that_throws_is_marked_and_all_else_goes_on(page: Page, produc
     expect(page.get_by_test_id("not-drawn")).to_contain_text("actuator in the plan")
     hand.move(-10, -20)
     hand.wait(Mode.FOLLOW)
+    page.get_by_test_id("health").dispatch_event("click")  # the mouse is down elsewhere
     age = page.get_by_test_id("command-age").inner_text()
     wait_until(lambda: page.get_by_test_id("command-age").inner_text() != age, 10.0)
     page.wait_for_timeout(2500)
     shot(page, "painter-failed")
     assert len([text for text in said if "is not drawn" in text]) == 1, said
-    page.get_by_role("tab", name="Log").dispatch_event("click")  # the mouse is down elsewhere
+    page.get_by_role("tab", name="Log").dispatch_event("click")
     expect(page.get_by_test_id("log").get_by_text("actuator in the plan is not drawn: no arc")).to_have_count(1)
     page.evaluate("window.mend()")
     expect(page.get_by_test_id("not-drawn")).to_have_count(0)

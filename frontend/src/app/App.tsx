@@ -2,7 +2,7 @@ import { Loader, Tabs } from "@mantine/core";
 import { lazy, Suspense, useEffect, useState, type ComponentType } from "react";
 import { Login } from "../access/Login";
 import { HealthPanel } from "../health/HealthPanel";
-import { HealthStrip } from "../health/HealthStrip";
+import { Flags } from "../health/Flags";
 import { usePage } from "../live/page";
 import { LogPanel } from "../log/LogPanel";
 import { Banner } from "../operate/Banner";
@@ -60,9 +60,6 @@ function Bench() {
           <Guide />
         </Part>
       ) : null}
-      <Part name="Health strip" className="health">
-        <HealthStrip />
-      </Part>
       <Part name="Requests for control">
         <Asking />
       </Part>
@@ -87,6 +84,9 @@ function Live({ hidden }: { readonly hidden: boolean }) {
       <div className="stage">
         <Part name="Plan" className="plan">
           <PlanView />
+        </Part>
+        <Part name="Flags">
+          <Flags />
         </Part>
         <Part name="Banner">
           <Banner />

@@ -7,10 +7,13 @@ import {
 } from "@mantine/core";
 import { IconKeyboard, IconMoon, IconSun } from "@tabler/icons-react";
 import { Unprotected } from "../access/Unprotected";
+import { Health } from "../health/Health";
 import { PageStore, usePage } from "../live/page";
 import { LeaseControl } from "../operate/lease/LeaseControl";
-import { Latch } from "../operate/StatePill";
+import { PrimaryAction } from "../operate/PrimaryAction";
+import { Cause } from "../operate/StatePill";
 import { RecordButton } from "../recorder/RecordButton";
+import { Part } from "../ui/Part";
 import { useService } from "../ui/services";
 
 export function Header() {
@@ -32,8 +35,11 @@ export function Header() {
           { value: "review", label: "Review" },
         ]}
       />
+      <Part name="Health">
+        <Health />
+      </Part>
       <span className="spacer" />
-      <Latch />
+      <Cause />
       <Unprotected />
       <LeaseControl />
       <RecordButton />
@@ -51,6 +57,7 @@ export function Header() {
           <IconKeyboard size={18} />
         </ActionIcon>
       </Tooltip>
+      <PrimaryAction />
     </header>
   );
 }

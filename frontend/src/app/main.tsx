@@ -1,6 +1,7 @@
 import "@mantine/core/styles.css";
 import "@mantine/notifications/styles.css";
 import "uplot/dist/uPlot.min.css";
+import "@fontsource-variable/inter/wght.css";
 import "./index.css";
 import { createTheme, MantineProvider, Menu, Popover } from "@mantine/core";
 import { Notifications, notifications } from "@mantine/notifications";
@@ -11,7 +12,7 @@ import type { Notify } from "../operate/operations";
 import { StopBar } from "../operate/stop/StopBar";
 import { Gamepads } from "../operate/target/gamepads";
 import { followAddress } from "../recorder/place";
-import { publishColours } from "../ui/colours";
+import { FONT, publishColours } from "../ui/colours";
 import { markLayout } from "../ui/narrow";
 import { ServicesContext } from "../ui/services";
 import { App } from "./App";
@@ -34,8 +35,10 @@ const notify: Notify = (level, title, text) => {
 };
 
 const theme = createTheme({
-  fontFamily: "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif",
-  defaultRadius: "sm",
+  fontFamily: FONT,
+  fontSizes: { xs: "12px", sm: "13px", md: "13px", lg: "16px", xl: "22px" },
+  headings: { fontFamily: FONT, fontWeight: "600" },
+  defaultRadius: "md",
   cursorType: "pointer",
   primaryShade: 8,
   components: {

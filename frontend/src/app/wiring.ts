@@ -12,6 +12,7 @@ import { Operations, type Notify } from "../operate/operations";
 import { EmergencyStop, stopByHttp, watchLatch } from "../operate/stop/stop";
 import { Aim } from "../operate/target/target";
 import { Gamepads } from "../operate/target/gamepads";
+import { Layers } from "../plan/layers";
 import { keepProfile } from "../recorder/profile";
 import { Recorder } from "../recorder/recorder";
 import { keepRecord, Runs } from "../runs/runs";
@@ -70,6 +71,7 @@ export function wire(notify: Notify, shelf: Shelf): Services {
   services.add(
     connection,
     new Recorder(page, operations),
+    new Layers(shelf),
     new Gamepads({ aim, live, page, operations, ticker }),
   );
   return services;

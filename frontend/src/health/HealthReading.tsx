@@ -8,7 +8,7 @@ interface ReadingProps {
   /** The number that is graded; nan while there is none. */
   readonly read: () => number;
   /** The number that is shown, where it is another one. */
-  readonly shown?: () => number;
+  readonly shown?: (() => number) | undefined;
   readonly rate?: number;
   readonly testId?: string;
 }

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { gradeOf } from "./health";
+import { gradeOf, worstOf } from "./health";
 
 test("a gauge is graded by its limits, a missing value by none", () => {
   expect([1, 0.9985, 0.98, NaN].map((share) => gradeOf("onTime", share))).toEqual([
@@ -10,4 +10,11 @@ test("a gauge is graded by its limits, a missing value by none", () => {
   ]);
   expect([0.01, 0.06, 0.2].map((time) => gradeOf("roundTrip", time))).toEqual(["good", "warning", "bad"]);
   expect(gradeOf("ledger", -5e-3)).toBe("bad");
+});
+
+test("the worst number is the one that is shown, and what is not known is not the worst", () => {
+  expect(worstOf(["good", "warning", "bad", "bad"])).toBe(2);
+  expect(worstOf(["unknown", "good", "warning"])).toBe(2);
+  expect(worstOf(["unknown", "good", "good"])).toBe(1);
+  expect(worstOf(["unknown", "unknown"])).toBe(0);
 });

@@ -149,6 +149,12 @@ export function meaningOf(measure: Measure, alarms: AlarmLimits | null = null): 
   return `${meaning}. Watch ${side} ${show(amber)}, bad ${side} ${show(red)}.`;
 }
 
+/** Place of the worst grade, the first of several; what is not known is no worse than good. */
+export function worstOf(grades: readonly Grade[]): number {
+  const worst = (["bad", "warning", "good"] as const).find((grade) => grades.includes(grade));
+  return worst ? grades.indexOf(worst) : 0;
+}
+
 function isShare(measure: Measure): boolean {
   return measure === "onTime";
 }

@@ -39,7 +39,7 @@ function advice({ online, rigLive, lease, me, mode, cause }: Page): string {
       ? `${lease.holder} operates. You can watch, and stop.`
       : me.role === "viewer"
         ? "You can watch, and stop. The operator can hand control over to you."
-        : "Take control to operate (at the top).";
+        : "Take control to operate (beside the state, at the top).";
   if (isLatched(mode)) return `Latched. ${remedy(cause)}, then clear.`;
   if (isSwing(cause) && mode === MODE.VENTED) return `${remedy(cause)}, then arm again.`;
   if (isSwing(cause) && mode === MODE.REST)
@@ -51,21 +51,12 @@ function advice({ online, rigLive, lease, me, mode, cause }: Page): string {
   return "Following. Drag the target, or move it with the arrow keys.";
 }
 
-/** The control that leads on from here: the only filled button. */
-function nextControl({ lease, mode }: Page): Control | null {
-  if (!lease.mine || mode === null) return null;
-  if (isLatched(mode)) return "clear";
-  if (mode === MODE.VENTED) return "arm";
-  return mode === MODE.HOLD && !lease.clutch ? "follow" : null;
-}
-
 /** Arm, follow, hold, disarm, clear; how a target is followed; the name of the next recording. */
 export function ControlPanel() {
   const aim = useService(Aim);
   const operations = useService(Operations);
   const page = useService(PageStore);
   const text = usePage(advice);
-  const next = usePage(nextControl);
   const name = usePage((page) => page.recordingName);
   const run = (request: CommandBody["request"]) => {
     void (request === "follow" ? aim.follow() : operations.command({ request }));
@@ -81,7 +72,7 @@ export function ControlPanel() {
             key={control}
             control={control}
             size="sm"
-            variant={next === control ? "filled" : "default"}
+            variant="default"
             testId={control}
             meaning={meaning}
             onClick={() => {

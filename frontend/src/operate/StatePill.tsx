@@ -11,10 +11,7 @@ import {
 import type { Icon } from "@tabler/icons-react";
 import type { Mode } from "../api/types";
 import { usePage } from "../live/page";
-import { clearing, isLatched, isUnasked, MODE_MEANING, MODE_WORD, whyText } from "../rig/modes";
-import { useService } from "../ui/services";
-import { ControlButton } from "./ControlButton";
-import { Operations } from "./operations";
+import { isLatched, isUnasked, MODE_MEANING, MODE_WORD, whyText } from "../rig/modes";
 
 const LOOK: Record<Mode, { icon: Icon; colour: string }> = {
   0: { icon: IconWind, colour: "grey" },
@@ -70,32 +67,16 @@ function Unknown({ mode, word }: UnknownProps) {
   );
 }
 
-/** A cause that nobody asked for, and the way out of a latch. */
-export function Latch() {
-  const operations = useService(Operations);
+/** A cause that nobody asked for, or that latches. */
+export function Cause() {
   const mode = usePage(({ mode, online, rigLive }) => (online && rigLive ? mode : null));
   const cause = usePage((page) => page.cause);
   const why = usePage(whyText);
   if (mode === null) return null;
+  if (!isLatched(mode) && !isUnasked(cause)) return null;
   return (
-    <>
-      {isLatched(mode) || isUnasked(cause) ? (
-        <span className="cause" data-testid="cause">
-          {why}
-        </span>
-      ) : null}
-      {isLatched(mode) ? (
-        <ControlButton
-          control="clear"
-          variant="filled"
-          className="clear-latch"
-          testId="clear-latch"
-          meaning="Unlatch: the rig is then VENTED and needs a new Arm"
-          onClick={() => void operations.command({ request: "clear" })}
-        >
-          {clearing(mode)}
-        </ControlButton>
-      ) : null}
-    </>
+    <span className="cause" data-testid="cause">
+      {why}
+    </span>
   );
 }

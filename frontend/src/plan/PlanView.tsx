@@ -1,13 +1,11 @@
 import { Button, useComputedColorScheme } from "@mantine/core";
 import { useEffect, useRef } from "react";
-import { useDrawing } from "../drawing/drawing";
 import { DrawHint } from "../drawing/tools/DrawHint";
 import { DrawToolbar } from "../drawing/tools/DrawToolbar";
 import { useDrawKeys } from "../drawing/tools/useDrawKeys";
 import { usePage } from "../live/page";
-import { useRuns } from "../runs/runs";
 import { useServices } from "../ui/services";
-import { RESIDUAL_GAIN } from "./paint/figure";
+import { Legend } from "./Legend";
 import { Plan } from "./plan";
 import { publishProbe } from "./probe";
 
@@ -38,88 +36,41 @@ export function PlanView() {
   useEffect(() => {
     plan.current?.useScheme(scheme);
   }, [scheme]);
-  const twin = usePage((page) => page.rig?.twin ?? false);
   useDrawKeys();
   return (
     <section className="plan" aria-label="Plan view">
-      <canvas ref={paper} className="plan-canvas" aria-hidden />
-      <canvas ref={sketch} className="plan-canvas" aria-hidden />
-      <canvas
-        ref={figure}
-        className="plan-canvas plan-figure"
-        data-plan
-        data-testid="plan"
-        tabIndex={0}
-        role="application"
-        aria-label="Plan of the actuator. Arrow keys move the target by 1 mm, with Shift 10 mm, with Control 0.1 mm."
-      />
-      <DrawToolbar />
-      <Legend twin={twin} />
-      <DrawHint />
-      <Hint />
-      <span ref={cursor} className="plan-cursor number" data-testid="cursor" />
-      <Button
-        className="plan-fit"
-        size="compact-xs"
-        variant="default"
-        onClick={() => {
-          plan.current?.fit();
-        }}
-      >
-        Fit
-      </Button>
+      <div className="plan-bar">
+        <DrawToolbar />
+        <Legend />
+        <Button
+          className="plan-fit"
+          size="compact-xs"
+          variant="subtle"
+          color="gray"
+          onClick={() => {
+            plan.current?.fit();
+          }}
+        >
+          Fit
+        </Button>
+      </div>
+      <div className="plan-field">
+        <canvas ref={paper} className="plan-canvas" aria-hidden />
+        <canvas ref={sketch} className="plan-canvas" aria-hidden />
+        <canvas
+          ref={figure}
+          className="plan-canvas plan-figure"
+          data-plan
+          data-testid="plan"
+          tabIndex={0}
+          role="application"
+          aria-label="Plan of the actuator. Arrow keys move the target by 1 mm, with Shift 10 mm, with Control 0.1 mm."
+        />
+        <DrawHint />
+        <Hint />
+        <span ref={cursor} className="plan-cursor number" data-testid="cursor" />
+      </div>
     </section>
-  );
-}
-
-function Legend({ twin }: { readonly twin: boolean }) {
-  const chosen = usePage((page) => page.reference !== null);
-  const drawing = useDrawing((state) => state.source === "drawing");
-  const ghost = useRuns((choice) => choice.ghost !== null);
-  const saturated = useRuns((choice) => (choice.preview?.saturated_share ?? 0) > 0);
-  return (
-    <ul className="legend" aria-label="Legend">
-      <li>
-        <i className="key key-target" /> target
-      </li>
-      <li>
-        <i className="key key-reference">+</i> reference
-      </li>
-      {chosen || drawing ? (
-        <li>
-          <i className="key key-planned" /> path
-        </li>
-      ) : null}
-      {drawing ? (
-        <li>
-          <i className="key key-outside" /> out of reach
-        </li>
-      ) : null}
-      {ghost ? (
-        <li>
-          <i className="key key-ghost" /> predicted
-        </li>
-      ) : null}
-      {saturated ? (
-        <li>
-          <i className="key key-saturated" /> saturated
-        </li>
-      ) : null}
-      <li>
-        <i className="key key-measured" /> measured (arrows: residual × {RESIDUAL_GAIN})
-      </li>
-      <li>
-        <i className="key key-observer" /> observer
-      </li>
-      <li>
-        <i className="key key-reach" /> reach
-      </li>
-      {twin ? (
-        <li>
-          <i className="key key-twin" /> twin
-        </li>
-      ) : null}
-    </ul>
   );
 }
 

@@ -8,6 +8,7 @@ import { INK, type Scheme } from "../ui/colours";
 import { Painters } from "../ui/painters";
 import type { Services } from "../ui/services";
 import { Ticker } from "../ui/ticker";
+import { Layers } from "./layers";
 import { resize, sheetOf, type Look, type Sheet } from "./paint/canvas";
 import { handleRadius } from "./paint/figure";
 import { FigureLayer } from "./paint/figureLayer";
@@ -16,11 +17,9 @@ import { reachQuads } from "./paint/reach";
 import { SketchLayer } from "./paint/sketchLayer";
 import { gestureOf, type Gesture } from "./pointer/pens";
 import { PlanPointer, type PlanSurface } from "./pointer/pointer";
-import { boundingBox, fit, pan, toPixel, toPlane, type Box, type Size, type View } from "./transform";
+import { boundingBox, fit, toPixel, toPlane, type Box, type Size, type View } from "./transform";
 
 const FIT_MARGIN_PX = 26;
-/** Height of what stands over the top of the plan. */
-const TOOLS_PX = 30;
 const FIRST_BOX: Box = { left: -0.15, right: 0.27, bottom: -0.25, top: 0.25 };
 const BODY_WIDTH_M = 0.03;
 const HANDLE_EXTRA_PX = 7;
@@ -51,6 +50,7 @@ export class Plan implements PlanSurface {
     size: { width: 1, height: 1 },
     scheme: "dark",
     ratio: devicePixelRatio,
+    hidden: new Set(),
   };
   /** How the paper was looked at when it was painted; null when it must be painted. */
   private paperLook: Look | null = null;
@@ -68,6 +68,7 @@ export class Plan implements PlanSurface {
   private readonly live: Live;
   private readonly page: PageStore;
   private readonly painters: Painters;
+  private readonly layers: Layers;
 
   constructor(
     private readonly services: Services,
@@ -78,6 +79,7 @@ export class Plan implements PlanSurface {
     this.live = services.get(Live);
     this.page = services.get(PageStore);
     this.painters = services.get(Painters);
+    this.layers = services.get(Layers);
     this.canvas = canvases.figure;
     this.sketch = new SketchLayer(this.drawn, services.get(Runs), this.page);
   }
@@ -127,9 +129,7 @@ export class Plan implements PlanSurface {
   }
 
   fit(): void {
-    const { width, height } = this.size;
-    const view = pan(fit(this.box, { width, height: height - TOOLS_PX }, FIT_MARGIN_PX), 0, TOOLS_PX / 2);
-    this.change({ view });
+    this.change({ view: fit(this.box, this.size, FIT_MARGIN_PX) });
     this.fitted = true;
   }
 
@@ -183,6 +183,8 @@ export class Plan implements PlanSurface {
     const { painters, canvases } = this;
     this.follow(this.page.get().workspace);
     if (this.look.ratio !== devicePixelRatio) this.change({ ratio: devicePixelRatio });
+    const { hidden } = this.layers.store.get();
+    if (this.look.hidden !== hidden) this.change({ hidden });
     painters.run(LAYERS.paper, frame, () => {
       this.paintPaper();
     });
@@ -208,7 +210,7 @@ export class Plan implements PlanSurface {
     const { look } = this;
     if (this.paperLook === look) return;
     const sheet = this.sheet(this.canvases.paper);
-    if (sheet) paintPaper(sheet, this.reach, look.ratio);
+    if (sheet) paintPaper(sheet, look.hidden.has("reach") ? null : this.reach, look.ratio);
     this.paperLook = look;
   }
 

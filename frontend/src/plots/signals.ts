@@ -8,8 +8,8 @@ export interface Display {
 }
 
 const DISPLAY: Partial<Record<string, Display>> = {
-  m: { unit: "mm", scale: 1e3, least: 2 },
-  "m/s": { unit: "mm/s", scale: 1e3, least: 2 },
+  m: { unit: "mm", scale: 1e3, least: 5 },
+  "m/s": { unit: "mm/s", scale: 1e3, least: 20 },
   "m s": { unit: "mm s", scale: 1e3, least: 0.1 },
   Pa: { unit: "kPa", scale: 1e-3, least: 20 },
   "N m": { unit: "mN m", scale: 1e3, least: 1 },

@@ -9,6 +9,9 @@ export const ROLE = {
   danger: "#D55E00",
 } as const;
 
+/** Bundled with the page; the second is what a browser has while it comes. */
+export const FONT = "'Inter Variable', system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif";
+
 export type Scheme = "dark" | "light";
 
 /** Colours of paper and ink on canvases. */
@@ -24,11 +27,11 @@ export interface Ink {
 
 export const INK: Record<Scheme, Ink> = {
   dark: {
-    paper: "#16181b",
+    paper: "#17191d",
     text: "#e6e8ea",
     soft: "#9aa0a6",
-    grid: "#222529",
-    gridMajor: "#30353a",
+    grid: "#1f2226",
+    gridMajor: "#2b2f35",
     reach: "rgba(120, 160, 200, 0.22)",
     target: "#ffffff",
   },
@@ -63,7 +66,9 @@ const TONES = {
   soft: `light-dark(${INK.light.soft}, ${INK.dark.soft})`,
   focus: "light-dark(#1864ab, #74c0fc)",
   accent: "light-dark(#1c6fb8, #56b4e9)",
-  raised: "light-dark(#e3e8ee, #343a40)",
+  ground: "light-dark(#e9ecf0, #0e1013)",
+  surface: `light-dark(${INK.light.paper}, ${INK.dark.paper})`,
+  raised: "light-dark(#e3e8ee, #2a2e34)",
   blue: "#1c6fb8",
   green: "#00805d",
   stop: "#d3222a",

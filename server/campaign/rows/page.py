@@ -96,6 +96,7 @@ def painter(scene: Scene) -> Seen:
         mark.wait_for(timeout=READY)
         took = (time.monotonic_ns() - start) * 1e-6
         said = mark.inner_text()
+        page.get_by_test_id("health").dispatch_event("click")  # the mouse is down elsewhere
         frames, seen = (page.evaluate("window.__tendril.frames"), page.get_by_test_id("command-age").inner_text())
         wait(lambda: page.get_by_test_id("command-age").inner_text() != seen, 10.0, "a number that is written on")
         require(page.evaluate("window.__tendril.frames") > frames, "the stream stood still")

@@ -6,7 +6,7 @@ import { ControlButton } from "../ControlButton";
 import { Operations } from "../operations";
 import { LeaseMenu } from "./LeaseMenu";
 
-/** Who operates, and the way to take it over, ask for it, give it back or pass it on. */
+/** Who operates, and the way to ask for it, give it back or pass it on; it is taken by the primary action. */
 export function LeaseControl() {
   const operations = useService(Operations);
   const lease = usePage((page) => page.lease);
@@ -20,24 +20,15 @@ export function LeaseControl() {
       {lease.mine ? (
         <ControlButton
           control="release"
-          variant="default"
+          variant="subtle"
+          color="gray"
           testId="lease-release"
           meaning="Give control back; a motion is held"
           onClick={() => void operations.releaseLease()}
         >
           Release
         </ControlButton>
-      ) : (
-        <ControlButton
-          control="take"
-          variant="filled"
-          testId="lease-take"
-          meaning="Become the operator: only one page at a time can move the rig"
-          onClick={() => void operations.takeLease()}
-        >
-          Take control
-        </ControlButton>
-      )}
+      ) : null}
       {lease.held ? <LeaseMenu /> : null}
     </span>
   );

@@ -1,5 +1,6 @@
 import type { Point } from "../../api/types";
 import type { Ink, Scheme } from "../../ui/colours";
+import type { Hidden } from "../layers";
 import { toPixel, type Size, type View } from "../transform";
 
 /** How the plan is looked at: another object once any of it changes, so that layers know what they painted. */
@@ -9,6 +10,7 @@ export interface Look {
   readonly scheme: Scheme;
   /** Device pixels per CSS pixel. */
   readonly ratio: number;
+  readonly hidden: Hidden;
 }
 
 /** Where painters draw: CSS pixels, with the plane's transform at hand. */

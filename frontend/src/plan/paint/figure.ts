@@ -5,6 +5,7 @@ import type { Handle } from "../../operate/target/handle";
 import type { Telemetry } from "../../rig/telemetry";
 import { arrowEnd, markersOf, type Marker } from "../../sensing/residual";
 import { ROLE } from "../../ui/colours";
+import type { Hidden } from "../layers";
 import { disc, polyline, segment, type Sheet } from "./canvas";
 
 /** Residual arrows are drawn this many times as long as they are. */
@@ -28,13 +29,14 @@ export interface Figure {
 }
 
 /** The moving figure: body, backbones, markers, trail, reference and target. */
-export function paintFigure(sheet: Sheet, figure: Figure): void {
+export function paintFigure(sheet: Sheet, figure: Figure, hidden: Hidden): void {
   const { telemetry } = figure;
-  paintBody(sheet, backbone(telemetry, "backbone"), figure.width);
-  paintTwin(sheet, backbone(telemetry, "twin_backbone"));
-  paintTrail(sheet, figure.trail, figure.now);
-  paintObserver(sheet, backbone(telemetry, "backbone"));
-  for (const marker of markersOf(telemetry)) paintMarker(sheet, marker);
+  const observer = !hidden.has("observer");
+  if (observer) paintBody(sheet, backbone(telemetry, "backbone"), figure.width);
+  if (!hidden.has("twin")) paintTwin(sheet, backbone(telemetry, "twin_backbone"));
+  if (!hidden.has("measured")) paintTrail(sheet, figure.trail, figure.now);
+  if (observer) paintObserver(sheet, backbone(telemetry, "backbone"));
+  if (!hidden.has("measured")) for (const marker of markersOf(telemetry)) paintMarker(sheet, marker);
   paintTarget(sheet, figure);
 }
 

@@ -14,6 +14,7 @@ const LOOK: Look = {
   size: { width: 800, height: 400 },
   scheme: "dark",
   ratio: 1,
+  hidden: new Set(),
 };
 const PX = 1e-3;
 

@@ -25,7 +25,7 @@ export class FigureLayer {
     const sheet = open();
     if (!sheet) return;
     sheet.g.clearRect(0, 0, look.size.width, look.size.height);
-    paintFigure(sheet, figure);
+    paintFigure(sheet, figure, look.hidden);
     this.look = look;
     this.outline = outline;
     this.paintedAt = figure.now;

@@ -1,4 +1,5 @@
 import type { Point } from "../../api/types";
+import { FONT } from "../../ui/colours";
 import { toPlane } from "../transform";
 import { resize, segment, type Sheet } from "./canvas";
 import { gridFor, lengthLabel, ticks } from "./grid";
@@ -127,7 +128,7 @@ function paintLabels(sheet: Sheet, step: number): void {
   const { g, size, ink } = sheet;
   const { left, right, bottom, top } = edges(sheet);
   g.fillStyle = ink.soft;
-  g.font = "11px system-ui, sans-serif";
+  g.font = `11px ${FONT}`;
   g.textAlign = "center";
   for (const x of ticks(left, right, step)) {
     const px = sheet.pixel([x, 0])[0];
@@ -136,7 +137,7 @@ function paintLabels(sheet: Sheet, step: number): void {
   g.textAlign = "left";
   for (const y of ticks(bottom, top, step)) {
     const py = sheet.pixel([0, y])[1];
-    if (py > 88 && py < size.height - 20) g.fillText(String(Math.round(y * 1e4) / 10), 4, py + 4);
+    if (py > 8 && py < size.height - 20) g.fillText(String(Math.round(y * 1e4) / 10), 4, py + 4);
   }
 }
 

@@ -34,9 +34,10 @@ export class SketchLayer {
     const sheet = open();
     if (!sheet) return;
     sheet.g.clearRect(0, 0, sheet.size.width, sheet.size.height);
-    if (state.source === "library") this.paintReference(sheet);
-    else paintDrawing(sheet, state, cursor);
-    if (ghost) paintGhost(sheet, ghost);
+    if (state.source === "drawing" && (!look.hidden.has("path") || state.tool !== "drag"))
+      paintDrawing(sheet, state, cursor);
+    if (state.source === "library" && !look.hidden.has("path")) this.paintReference(sheet);
+    if (ghost && !look.hidden.has("predicted")) paintGhost(sheet, ghost);
     this.painted = shown;
   }
 

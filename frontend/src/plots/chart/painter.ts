@@ -1,6 +1,6 @@
 import uPlot from "uplot";
 import type { Ring } from "../../live/ring";
-import type { Ink } from "../../ui/colours";
+import { FONT, type Ink } from "../../ui/colours";
 import { DASH, plain } from "../../ui/format";
 import type { Painter } from "../../ui/painters";
 import { digitsFor, numberLabels, secondsLabels, TIME_STEPS, timeLabel } from "./axes";
@@ -166,7 +166,7 @@ export class ChartPainter implements Painter {
     return {
       size,
       gap: 2,
-      font: "10px system-ui, sans-serif",
+      font: `10px ${FONT}`,
       stroke: () => this.ink.soft,
       grid: { stroke: () => this.ink.gridMajor, width: 1 },
       ticks: { show: false },
@@ -178,7 +178,7 @@ export class ChartPainter implements Painter {
   private drawNames(): void {
     const { ctx, bbox } = this.plot;
     ctx.save();
-    ctx.font = `${10 * devicePixelRatio}px system-ui, sans-serif`;
+    ctx.font = `${10 * devicePixelRatio}px ${FONT}`;
     ctx.textAlign = "right";
     let taken = Infinity;
     for (const { tag, colour, y } of this.lineEnds()) {

@@ -3,7 +3,7 @@ import { useEffect, useRef } from "react";
 import uPlot from "uplot";
 import { numberLabels } from "../../plots/chart/axes";
 import { seriesOf } from "../../plots/chart/painter";
-import { INK, type Ink } from "../../ui/colours";
+import { FONT, INK, type Ink } from "../../ui/colours";
 import { plain } from "../../ui/format";
 import type { PlotLine, QuickChart } from "./quickCharts";
 
@@ -125,7 +125,7 @@ function optionsOf(
   { group, unitX, ink, read, zoomed }: Look,
 ): uPlot.Options {
   const axis = {
-    font: "10px system-ui, sans-serif",
+    font: `10px ${FONT}`,
     stroke: ink.soft,
     grid: { stroke: ink.gridMajor, width: 1 },
     ticks: { show: false },
