@@ -23,6 +23,7 @@ from controller.schema.parameters import DT, RigParameters
 from controller.simulation.case import Case, Setup, settings_of
 from controller.simulation.metrics import UNITS, Window, measure
 from controller.simulation.run import run
+from controller.system.progress import Told, untold
 
 CONTROLLERS = ("paper",)
 OFF_PATH = 1e-3
@@ -99,8 +100,8 @@ def require_controller(name: str) -> None:
         raise ParameterError(f"controller = {name!r} is not one of {', '.join(CONTROLLERS)}")
 
 
-def track(task: TrackTask) -> Tracked:
-    """Run and measure; the same task gives the same bits.
+def track(task: TrackTask, told: Told = untold) -> Tracked:
+    """Run and measure; the same task gives the same bits. `told` is told of the run, once the path is planned.
 
     Raises DataError and ParameterError for a file or a number that cannot be used. A run that the rig breaks off is no
     error here: its result says why.
@@ -112,7 +113,7 @@ def track(task: TrackTask) -> Tracked:
     settings = settings_of(Case(reference.name, task.actuator.name, task.law, task.seed), setup.gains)
     rows, windows, failed = None, {}, ""
     try:
-        rows = run(parameters, reference, settings, task.seed)
+        rows = run(parameters, reference, settings, task.seed, told)
         windows = {window: measure(rows, reference, window) for window in Window}
     except (DataError, ParameterError):
         raise

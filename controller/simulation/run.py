@@ -12,23 +12,28 @@ from controller.schema.messages import Command
 from controller.schema.modes import Cause, Mode, Request
 from controller.schema.parameters import DT, RigParameters, Settings
 from controller.simulation.simulate import Simulation
+from controller.system.progress import Told, untold
 
 BOOT = 1
 SETTLE, ARMED = 50, 50
 """Ticks until the markers have come in; ticks of HOLD before the run."""
+PIECE = 1000
+"""Ticks between two signs of progress."""
 
 
-def run(parameters: RigParameters, reference: Reference, settings: Settings, seed: int) -> Rows:
+def run(parameters: RigParameters, reference: Reference, settings: Settings, seed: int, told: Told = untold) -> Rows:
     """Telemetry (n,) of the reference's n ticks, approach included, under the law and sensors of `settings`.
 
     As `attempt`; raises TendrilError as well if the rig does not follow to the end.
     """
-    rows = attempt(parameters, reference, settings, seed)
+    rows = attempt(parameters, reference, settings, seed, told)
     require_mode(rows, reference.name, Mode.TRACK)
     return rows
 
 
-def attempt(parameters: RigParameters, reference: Reference, settings: Settings, seed: int) -> Rows:
+def attempt(
+    parameters: RigParameters, reference: Reference, settings: Settings, seed: int, told: Told = untold
+) -> Rows:
     """Telemetry (n,) of as many ticks as the reference has, whether or not the rig follows it to the end.
 
     K_FF counts only where the reference has it on, so one set of gains serves all experiments. `seed` is the twin's:
@@ -37,7 +42,12 @@ def attempt(parameters: RigParameters, reference: Reference, settings: Settings,
     simulation = armed(parameters, for_reference(settings, reference), seed)
     plan(simulation.rig.control, reference)
     request(simulation, Request.TRACK)
-    return simulation.run(len(reference.p))
+    total = len(reference.p)
+    parts = []
+    for begin in range(0, total, PIECE):
+        parts.append(simulation.run(min(PIECE, total - begin)))
+        told(min(begin + PIECE, total) / total)
+    return np.concatenate(parts)
 
 
 def armed(parameters: RigParameters, settings: Settings, seed: int) -> Simulation:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Literal, get_args
 
 from controller.errors import ParameterError
+from controller.system.progress import Told, untold
 from recordings.exporting.table import Choice, RowReader, Table
 from recordings.format import frames
 
@@ -12,8 +13,10 @@ Format = Literal["csv", "parquet", "mat", "mcap", "rrd"]
 Writer = Callable[[Iterable[Table], Path], None]
 
 
-def export(source: Path, target: Path, kind: Format, choice: Choice) -> None:
+def export(source: Path, target: Path, kind: Format, choice: Choice, told: Told = untold) -> None:
     """Write what is chosen of the .rrd file `source` to `target`; of one that is being written, all that is there.
+
+    `told` is told the share of the rows that were read.
 
     ParameterError for a signal or window that it does not have; RecordingError when it cannot be read.
     """
@@ -21,7 +24,7 @@ def export(source: Path, target: Path, kind: Format, choice: Choice) -> None:
         require_whole(choice)
         frames.copy_whole(source, target)
     else:
-        _writer(kind)(RowReader(source).pieces(choice), target)
+        _writer(kind)(RowReader(source).pieces(choice, told), target)
 
 
 def require_whole(choice: Choice) -> None:

@@ -11,6 +11,7 @@ from controller.arrays import Values
 from controller.errors import ParameterError, RecordingError
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
+from controller.system.progress import Told, untold
 from recordings.exporting.feed import feed
 from recordings.exporting.places import Layout, Place
 from recordings.exporting.signals import SIGNALS, TIP, Signal, chosen
@@ -81,8 +82,8 @@ class RowReader:
     def __init__(self, path: Path) -> None:
         self._path = path
 
-    def pieces(self, choice: Choice, most: int = PIECE) -> Iterator[Table]:
-        """What is asked for, `most` rows at a time, at least one piece.
+    def pieces(self, choice: Choice, told: Told = untold, most: int = PIECE) -> Iterator[Table]:
+        """What is asked for, `most` rows at a time, at least one piece; `told` is told the share that was used.
 
         ParameterError for an unknown signal or a window without rows; RecordingError when the file cannot be read or
         holds no rows.
@@ -94,10 +95,13 @@ class RowReader:
             first, origin = int(survey.rows[0]), origin_of(chunks)
             rows = survey.rows[_window(survey.rows - first, choice)]
             places = [(signal, layout.place(signal)) for signal in signals]
+            done = 0
             for t, parts in feed(chunks, survey, rows, most):
                 piece = Piece(t, origin, parts, layout.clock)
                 columns = [piece.column(signal, place) for signal, place in places]
                 yield Table(t - first, origin + first + about.info.wall_offset_ns, columns)
+                done += len(t)
+                told(done / len(rows))
 
     def table(self, choice: Choice) -> Table:
         """All of it at once; errors as `pieces`."""

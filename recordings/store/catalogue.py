@@ -42,8 +42,8 @@ ENTRIES = TypeAdapter(dict[str, Entry])
 class Catalogue:
     """Every recording in `folder`, the damaged ones included. May be asked from any thread."""
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    def __init__(self, folder: Path, keep_index: bool = True) -> None:
+        self._folder, self._keep_index = folder, keep_index
         self._entries: dict[str, Entry] | None = None
         self._lock = threading.Lock()
         self._told: set[str] = set()
@@ -107,7 +107,7 @@ class Catalogue:
         same = {id: known[id] for id, mark in marks.items() if id in known and known[id].mark == mark}
         new = {id: Entry(mark=mark, recording=self._read(id)) for id, mark in marks.items() if id not in same}
         self._entries = same | new
-        if len(new) > STALE_MAX:
+        if self._keep_index and len(new) > STALE_MAX:
             self._save(self._entries)
         return self._entries
 

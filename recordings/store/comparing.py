@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from controller.arrays import Values
+from controller.system.progress import Told, untold
 from recordings.format.messages import Metrics, Recording
 from recordings.read.metrics import FIELDS, metrics_of
 from recordings.read.reader import read_rows
@@ -22,7 +23,7 @@ class Compared:
     figures: Figures
 
 
-def compared(store: Store, ids: Sequence[str]) -> list[Compared]:
+def compared(store: Store, ids: Sequence[str], told: Told = untold) -> list[Compared]:
     """In the order of `ids`, the first of which is what the others are held against. RecordingError as `Store`."""
     found: list[Compared] = []
     first: tuple[Values, Values] | None = None
@@ -33,6 +34,7 @@ def compared(store: Store, ids: Sequence[str]) -> list[Compared]:
         first = first or tip
         metrics = recording.metrics or _metrics(rows, recording)
         found.append(Compared(recording, metrics.model_dump() | apart(first, tip)))
+        told(len(found) / len(ids))
     return found
 
 

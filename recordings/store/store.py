@@ -36,10 +36,13 @@ def default_folder() -> Path:
 class Store:
     """All recordings in `folder`."""
 
-    def __init__(self, folder: Path) -> None:
-        """Nothing is asked of the folder yet: it may be missing, or take long to answer."""
+    def __init__(self, folder: Path, keep_index: bool = True) -> None:
+        """Nothing is asked of the folder yet: it may be missing, or take long to answer.
+
+        `keep_index` False: the list writes nothing, not even what would make the next one quicker.
+        """
         self._folder = folder
-        self._catalogue = Catalogue(folder)
+        self._catalogue = Catalogue(folder, keep_index)
 
     @property
     def folder(self) -> Path:

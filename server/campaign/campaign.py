@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import TypedDict
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from controller.errors import TendrilError
 from controller.schema.modes import Cause
+from controller.system.progress import progress
 from server.campaign import processes
 from server.campaign.rows import (
     abuse,
@@ -123,14 +125,16 @@ class Campaign:
         """A verdict for every fault that can be injected here."""
         verdicts = []
         try:
-            for fault in faults:
-                with self._out.status(f"{fault.name}: {fault.injected} ..."):
+            with progress(self._out, "") as bar:
+                for done, fault in enumerate(faults, 1):
+                    bar.name(f"{fault.name}: {fault.injected} ...")
                     verdict = self._judge(fault)
-                if verdict is None:
-                    continue
-                verdicts.append(verdict)
-                mark = "[green]pass[/]" if verdict["pass"] else "[red]FAIL[/]"
-                self._out.print(f"{mark} {fault.name}: {verdict['observed']}", highlight=False)
+                    bar(done / len(faults))
+                    if verdict is None:
+                        continue
+                    verdicts.append(verdict)
+                    mark = "[green]pass[/]" if verdict["pass"] else "[red]FAIL[/]"
+                    self._out.print(f"{mark} {fault.name}: {escape(verdict['observed'])}", highlight=False)
         finally:
             self._leave()
         return verdicts
@@ -142,7 +146,7 @@ class Campaign:
                 seen = ACTS[fault.name](self._at(fault))
                 return _verdict(fault, seen.observed, seen.reaction_ms)
             except Skipped as error:
-                self._out.print(f"[yellow]skipped[/] {fault.name}: {error}")
+                self._out.print(f"[yellow]skipped[/] {fault.name}: {escape(str(error))}")
                 return None
             except Exception as error:  # the next fault is judged whatever became of this one
                 disturbed = self._machine_stood_still(start)
@@ -216,5 +220,6 @@ def _table(verdicts: list[Verdict]) -> Table:
     for one in verdicts:
         took = "-" if one["reaction_ms"] is None else f"{one['reaction_ms']:.0f}"
         mark = "[green]pass[/]" if one["pass"] else "[red]FAIL[/]"
-        table.add_row(one["name"], one["expected"], one["observed"], took, f"{one['limit_ms']:.0f}", mark)
+        words = one["name"], escape(one["expected"]), escape(one["observed"])
+        table.add_row(*words, took, f"{one['limit_ms']:.0f}", mark)
     return table

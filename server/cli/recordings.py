@@ -8,6 +8,7 @@ import typer
 from rich.console import Console
 
 from controller.errors import RecordingError
+from controller.system.progress import progress
 from server.cli.typed import RecordingsFolder, commands
 
 if TYPE_CHECKING:
@@ -86,7 +87,8 @@ def export(
         write_path(source, target, Wanted(what, rod, start, stop))
     else:
         names = tuple(filter(None, map(str.strip, signals.split(","))))
-        write(source, target, kind, Choice(names, start, stop))
+        with progress(out, "Exporting") as told:
+            write(source, target, kind, Choice(names, start, stop), told)
     _say(f"Written: {target}, {target.stat().st_size / 1e6:.1f} MB")
 
 
@@ -102,8 +104,9 @@ def import_file(
     from controller.reference.path_file import read_samples
     from recordings.importing.tip import import_tip
 
-    samples = read_samples(file, {"t": time_unit, "x": length_unit, "y": length_unit})
-    found = import_tip(_folder(folder), name or file.stem, samples)
+    with progress(out, "Importing"):
+        samples = read_samples(file, {"t": time_unit, "x": length_unit, "y": length_unit})
+        found = import_tip(_folder(folder), name or file.stem, samples)
     _say(f"Imported: {found.id}, {found.rows} rows, {found.seconds:.3f} s")
 
 
@@ -115,7 +118,8 @@ def compare(ids: Ids, folder: RecordingsFolder = None, as_json: Json = False) ->
 
     if not 2 <= len(ids) <= COMPARED_MAX:
         raise RecordingError(f"{len(ids)} recordings cannot be compared: give 2 to {COMPARED_MAX}")
-    found = compared(_store(folder), ids)
+    with progress(out, "Reading") as told:
+        found = compared(_store(folder), ids, told)
     if as_json:
         _print_json({one.recording.id: one.figures for one in found})
     else:
@@ -128,9 +132,12 @@ def compare(ids: Ids, folder: RecordingsFolder = None, as_json: Json = False) ->
 def repair(ids: Annotated[list[str] | None, typer.Argument()] = None, folder: RecordingsFolder = None) -> None:
     """Mend what a killed writer left behind: all such recordings, or those given."""
     store = _store(folder)
-    for id in ids or store.broken():
-        found = store.repair(id)
-        _say(f"{id}: {'mended' if found.recovered else 'whole'}, {found.rows} rows, {found.seconds:.3f} s")
+    with progress(out, "Mending") as told:
+        chosen = ids or store.broken()
+        for done, id in enumerate(chosen, 1):
+            found = store.repair(id)
+            _say(f"{id}: {'mended' if found.recovered else 'whole'}, {found.rows} rows, {found.seconds:.3f} s")
+            told(done / len(chosen))
 
 
 @app.command()
@@ -164,12 +171,12 @@ def _folder(folder: Path | None) -> Path:
 
 
 def _store(folder: Path | None) -> "Store":
-    """Those of a folder that is there; a wrong name makes no new one."""
+    """Those of a folder that is there; a wrong name makes no new one, and a list leaves no file."""
     from recordings.store.store import Store
 
     if folder is not None and not folder.is_dir():
         raise RecordingError(f"{folder} is not a folder")
-    return Store(_folder(folder))
+    return Store(_folder(folder), keep_index=False)
 
 
 def _print_json(value: object) -> None:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from recordings.format.messages import Recording
 from recordings.store.comparing import Compared
@@ -34,14 +35,15 @@ NAME_WIDTH = 12
 
 
 def listing(recordings: Sequence[Recording]) -> Table:
-    """One row a recording."""
+    """One row a recording; where the terminal is narrow, names are cut and marks take more lines."""
     table = empty(f"{len(recordings)} recordings", ("id", "name", *NUMBERS, ""), NUMBERS)
-    table.columns[1].min_width = NAME_WIDTH
+    name, state = table.columns[1], table.columns[-1]
+    name.min_width, name.no_wrap, state.no_wrap = NAME_WIDTH, False, False
     for one in recordings:
         rmse = one.metrics.rmse if one.metrics else None
         error = "-" if rmse is None else f"{number(MILLI * rmse)} mm"
         numbers = (f"{one.seconds:.1f} s", f"{one.bytes / 1e6:.1f} MB", error, str(one.gaps))
-        table.add_row(one.id, escape(one.name), *numbers, marks(one))
+        table.add_row(one.id, Text(one.name, no_wrap=True, overflow="ellipsis"), *numbers, marks(one))
     return table
 
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from controller.reference.path_file import read_samples
 from controller.schema.parameters import Settings
 from recordings.format import sidecar
 from recordings.format.messages import Metrics, Recording
+from recordings.store.catalogue import STALE_MAX
 from recordings.store.comparing import apart
 from recordings.store.store import Store
 from recordings.write.writer import Recorder
@@ -35,10 +37,10 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Recording]:
     return folder, done
 
 
-def run(folder: Path, *arguments: object, answer: str = "") -> str:
+def run(folder: Path, *arguments: object, answer: str = "", width: int = 200) -> str:
     """What the command prints; its error, if it has one."""
     words = ["recordings", *map(str, arguments), "--folder", str(folder)]
-    result = CliRunner(env={"COLUMNS": "200"}).invoke(app, words, input=answer)
+    result = CliRunner(env={"COLUMNS": str(width)}).invoke(app, words, input=answer)
     if isinstance(result.exception, TendrilError):
         raise result.exception
     assert result.exit_code == 0, result.output
@@ -51,6 +53,37 @@ def test_the_list_is_searched_by_words_and_reads_well(made: tuple[Path, Recordin
     assert "Circle [red]" in line and "3.21" in line and "2.0" in line
     assert [one["id"] for one in json.loads(run(folder, "ls", "--json"))] == [done.id]
     assert json.loads(run(folder, "ls", "square", "--json")) == []
+
+
+def test_the_list_fits_80_columns_with_every_id_and_figure_whole(tmp_path: Path) -> None:
+    one = Recording(
+        id="20261124-221007-2",
+        name="A name that would fill a line by itself, and then some, and then some more",
+        started=datetime.now(UTC),
+        seconds=3612.3,
+        rows=3612300,
+        gaps=12,
+        bytes=1_960_400_000,
+        actuator="P1",
+        twin=True,
+        complete=True,
+        recovered=True,
+        starred=True,
+        metrics=Metrics(rmse=0.0123),
+    )
+    sidecar.write(tmp_path, one)
+    lines = run(tmp_path, "ls", width=80).splitlines()
+    assert max(map(len, lines)) <= 80
+    assert all(text in lines[2] for text in (one.id, "A name", "3612.3 s", "1960.4 MB", "12.3 mm", "12", "starred"))
+    assert "recovered" in "".join(lines)
+
+
+def test_a_list_writes_nothing(made: tuple[Path, Recording], tmp_path: Path) -> None:
+    for number in range(STALE_MAX + 1):
+        sidecar.write(tmp_path, made[1].model_copy(update={"id": f"20200101-{number:06}"}))
+    before = {path.name: path.stat().st_mtime_ns for path in (tmp_path, *tmp_path.iterdir())}
+    assert f"{STALE_MAX + 1} recordings" in run(tmp_path, "ls", "--limit", 99)
+    assert {path.name: path.stat().st_mtime_ns for path in (tmp_path, *tmp_path.iterdir())} == before
 
 
 def test_one_recording_is_shown_with_its_figures(made: tuple[Path, Recording]) -> None:

@@ -13,6 +13,7 @@ from controller.link import RigClient
 from controller.realtime.ring import BASELINE_LOST, CAPACITY, Ring, find_ring, remove_rings
 from controller.realtime.settings import RigSettings
 from controller.realtime.supervisor import Supervisor
+from controller.system.progress import Told, untold
 
 LOOK = 1.0
 """Pause between two readings of the ring [s], far below the time it holds."""
@@ -52,7 +53,7 @@ def bench_rig(settings: RigSettings) -> Iterator[Supervisor]:
         remove_rings(settings.rig, settings.folder)
 
 
-def measure_loop(client: RigClient, seconds: float, folder: Path | None = None) -> LoopFigures:
+def measure_loop(client: RigClient, seconds: float, folder: Path | None = None, told: Told = untold) -> LoopFigures:
     """Loop figures over `seconds` [s] from now, of the rig on this machine that `client` is connected to.
 
     The rows come straight from the shared ring (in `folder`, None for the usual places), so the link has no more to do.
@@ -64,7 +65,7 @@ def measure_loop(client: RigClient, seconds: float, folder: Path | None = None) 
         raise RigUnreachable(f"rig {client.info.rig!r} runs on another machine, or has restarted just now")
     ring.newest()  # compiles the reader, which would otherwise lengthen the measurement
     baseline = int(ring.header[BASELINE_LOST])
-    rows = collect(ring, seconds)
+    rows = collect(ring, seconds, told)
     lateness = np.percentile(rows["lateness_ns"] * 1e-3, [50.0, 99.0, 99.9, 100.0]).tolist()
     return LoopFigures(
         seconds=round(float(rows["t_ns"][-1] - rows["t_ns"][0]) * 1e-9, 3),
@@ -76,7 +77,7 @@ def measure_loop(client: RigClient, seconds: float, folder: Path | None = None) 
     )
 
 
-def collect(ring: Ring, seconds: float) -> np.ndarray:
+def collect(ring: Ring, seconds: float, told: Told = untold) -> np.ndarray:
     """The COLUMNS of every row written within `seconds` [s] from now."""
     end = time.monotonic() + seconds
     following, parts = ring.head, []
@@ -87,4 +88,5 @@ def collect(ring: Ring, seconds: float) -> np.ndarray:
             raise RigUnreachable("the loop stood still, or its ring was not read in time")
         parts.append(rows[list(COLUMNS.names or ())].astype(COLUMNS))
         following += len(rows)
+        told(1.0 - max(0.0, end - time.monotonic()) / seconds)
     return np.concatenate(parts)

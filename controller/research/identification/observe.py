@@ -14,6 +14,7 @@ from controller.research.identification.offline import estimate, offline_observe
 from controller.research.identification.plane import PlaneMotion, project
 from controller.research.identification.score import Score, ScoringTask, score
 from controller.schema.actuator import Actuator, Tracking
+from controller.system.progress import Told, untold
 
 
 @dataclass(frozen=True)
@@ -48,8 +49,10 @@ class Observed:
     scores: Scores
 
 
-def observe_decays(request: ObserverTask) -> Observed:
+def observe_decays(request: ObserverTask, told: Told = untold) -> Observed:
     """Run the observer over every chosen decay of more than 150 samples, and score it.
+
+    `told` is told the share of the decays that were observed.
 
     Raises DataError or ParameterError that names field, value and bound.
     """
@@ -63,7 +66,10 @@ def observe_decays(request: ObserverTask) -> Observed:
         _check(one, tracking, request.data)
     axis = np.array(tracking.axis) / np.linalg.norm(tracking.axis)
     motions = [project(one, axis, max(offline.sensed)) for one in decays]
-    estimates = [estimate(offline, one) for one in motions]
+    estimates = []
+    for done, motion in enumerate(motions, 1):
+        estimates.append(estimate(offline, motion))
+        told(done / len(motions))
     _refuse_runaway(motions, estimates)
     task = ScoringTask(offline.sensed, scored, _starts(request.from_s))
     return Observed(

@@ -13,6 +13,7 @@ from controller.research.calibration.calibrate import CalibrationTask, calibrate
 from controller.research.calibration.fit_file import Result, fit_text, ratio, require_toml
 from controller.research.calibration.search import Report, Stage
 from controller.research.calibration.spread import FITS_MIN
+from controller.system.progress import remaining
 from server.cli.files import require_file, write
 from server.cli.tables import empty
 
@@ -40,7 +41,8 @@ def run_calibrate(task: CalibrationTask, out: Path | None, console: Console) -> 
 def progress(console: Console) -> Iterator[Report]:
     """One bar a stage, with the best cost so far."""
     best = TextColumn("{task.fields[best]}")
-    columns = TextColumn("{task.description:<16}"), BarColumn(), MofNCompleteColumn(), best, TimeElapsedColumn()
+    counted = TextColumn("{task.description:<16}"), BarColumn(), MofNCompleteColumn()
+    columns = *counted, best, TimeElapsedColumn(), remaining()
     tasks: dict[Stage, TaskID] = {}
     with Progress(*columns, console=console) as bars:
 

@@ -4,36 +4,38 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from controller.research.identification.fit import Fit
 from controller.research.identification.identify import IdentificationTask, identify, save
 from controller.research.identification.report.report import number_text
+from controller.system.progress import progress
 
 
 def run_identify(task: IdentificationTask, out: Path, report: Path | None, console: Console) -> None:
     """Fit, write and show; TendrilError says what is wrong with data, base or files."""
-    with console.status("Fitting ..."):
+    with progress(console, "Fitting"):  # when a solver will have settled nobody can say
         fits = identify(task)
         notes = save(task, fits, out, report)
     for fit in fits:
         show(fit, console)
     for note in notes:
-        console.print(f"[yellow]Note[/]: {note}", soft_wrap=True, highlight=False)
+        console.print(f"[yellow]Note[/]: {escape(note)}", soft_wrap=True, highlight=False)
     for path in filter(None, (out, report)):
         console.print(f"Written: {path}", markup=False, soft_wrap=True, highlight=False)
 
 
 def show(fit: Fit, console: Console) -> None:
     """Parameters with intervals, residuals and notes of one fit."""
-    table = Table(title=fit.title, title_justify="left", box=None, pad_edge=False)
+    table = Table(title=escape(fit.title), title_justify="left", box=None, pad_edge=False)
     for column in ("parameter", "value", "95 % confidence", "unit"):
         table.add_column(column, justify="right" if column == "value" else "left")
     for row in _rows(fit):
-        table.add_row(*row)
+        table.add_row(*map(escape, row))
     console.print(table)
     for note in fit.notes:
-        console.print(f"[yellow]Note[/]: {note}", soft_wrap=True, highlight=False)
+        console.print(f"[yellow]Note[/]: {escape(note)}", soft_wrap=True, highlight=False)
 
 
 def _rows(fit: Fit) -> Sequence[tuple[str, ...]]:

@@ -8,6 +8,7 @@ from rich.table import Table
 
 from controller.errors import ParameterError
 from controller.research.identification.observe import ObserverTask, Scores, observe_decays
+from controller.system.progress import progress
 from server.cli.files import require_file, write
 
 
@@ -15,7 +16,8 @@ def run_observe(request: ObserverTask, json_file: Path | None, rrd: Path | None,
     """Observe, show, and write what is asked for; TendrilError says what is wrong."""
     for path in filter(None, (json_file, rrd)):
         require_file(path)
-    observed = observe_decays(request)
+    with progress(console, "Observing") as told:
+        observed = observe_decays(request, told)
     show(observed.scores, console)
     if json_file is not None:
         write(json_file, json.dumps(observed.scores, indent=2) + "\n")

@@ -18,6 +18,7 @@ from controller.research.report.result_json import result_json
 from controller.simulation.case import Case, Outcome, Setup, parameters_of, settings_of
 from controller.simulation.live_path import live_settings
 from controller.simulation.run import for_reference
+from controller.system.progress import remaining
 from recordings.write.run_file import write_run
 from server.cli.files import made, require_file, write
 from server.cli.research.reproduce_table import show
@@ -103,6 +104,7 @@ def progress(order: Order, console: Console) -> Iterator[Told]:
         BarColumn(),
         MofNCompleteColumn(),
         TimeElapsedColumn(),
+        remaining(),
         TextColumn("{task.fields[last]}"),
     )
     with Progress(*columns, console=console) as bars:

@@ -8,6 +8,7 @@ from rich.console import Console
 from controller.errors import TendrilError
 from controller.research.track import Facts, Tracked, TrackTask, figures, track
 from controller.simulation.metrics import UNITS
+from controller.system.progress import progress
 from server.cli.files import require_file, write
 from server.cli.tables import empty, number
 
@@ -19,8 +20,8 @@ def run_track(task: TrackTask, json_file: Path | None, console: Console) -> None
     """Run, show, and write what is asked for; TendrilError says what is wrong, or why the rig broke the run off."""
     if json_file is not None:
         require_file(json_file)
-    with console.status("Tracking ..."):
-        tracked = track(task)
+    with progress(console, "Tracking") as told:
+        tracked = track(task, told)
     show(tracked, console)
     if json_file is not None:
         write(json_file, json.dumps(figures(tracked), indent=2, allow_nan=False) + "\n")
