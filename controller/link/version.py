@@ -1,12 +1,11 @@
 """Both ends of the link must be built from the same definitions of its records; what is said where they are not."""
 
-from importlib.metadata import version
-
 from controller.errors import LayoutMismatch
 from controller.schema.layout import layout_hash
 from controller.schema.messages import Command, Telemetry
+from controller.system.origin import our_version
 
-OURS = version("tendril")
+OURS = our_version()
 LAYOUT = layout_hash(Command, Telemetry)
 
 

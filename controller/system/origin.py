@@ -1,11 +1,15 @@
 """Where a program came from: its version, and the commit, as far as that is known."""
 
+import shlex
 import subprocess
+import sys
 from functools import cache
-from importlib.metadata import version
+from importlib.metadata import requires, version
 from importlib.resources import files
 from pathlib import Path
 
+NAME = "tendril-softrobotics"
+"""Of the distribution; "tendril" is somebody else's on the package index."""
 ROOT = Path(__file__).parents[2]
 KEPT = "static/commit"
 """Where a wheel keeps the commit that it was built from, in the package `server`."""
@@ -14,7 +18,18 @@ KEPT = "static/commit"
 def version_text() -> str:
     """As "tendril 0.1.0 (commit 1a2b3c4, changed)"."""
     known = commit()
-    return f"tendril {version('tendril')}" + (f" (commit {known})" if known else "")
+    return f"tendril {our_version()}" + (f" (commit {known})" if known else "")
+
+
+def our_version() -> str:
+    """As it stands in pyproject.toml when this was installed."""
+    return version(NAME)
+
+
+def install_command(extra: str) -> str:
+    """What adds the packages of `extra` to this very installation, whether it is a clone or a wheel."""
+    wanted = [text.split(";")[0].strip() for text in requires(NAME) or () if f"extra == '{extra}'" in text]
+    return shlex.join([sys.executable, "-m", "pip", "install", *wanted])
 
 
 @cache

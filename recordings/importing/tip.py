@@ -1,7 +1,6 @@
 """A measured path of the tip (time, x, y) as a recording like any other, of which nothing else is known."""
 
 from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +11,7 @@ from controller.reference.path_file import Samples
 from controller.schema.layout import layout_hash, record_dtype
 from controller.schema.messages import Command, RigInfo, Telemetry
 from controller.schema.parameters import RigParameters, Settings
+from controller.system.origin import our_version
 from recordings.format import sidecar
 from recordings.format.about import About
 from recordings.format.messages import Recording
@@ -85,7 +85,7 @@ def _info(started: datetime) -> RigInfo:
     return RigInfo(
         rig=IMPORT_RIG,
         boot=0,
-        version=version("tendril"),
+        version=our_version(),
         layout=layout_hash(Command, Telemetry),
         wall_offset_ns=int(started.timestamp() * 1e9),
         policy="none",

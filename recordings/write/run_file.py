@@ -1,12 +1,12 @@
 """A simulated run as a recording: the same file as of a live rig, with the same layout."""
 
-from importlib.metadata import version
 from pathlib import Path
 
 from controller.arrays import Rows
 from controller.schema.layout import layout_hash
 from controller.schema.messages import Command, RigInfo, Telemetry
 from controller.schema.parameters import RigParameters, Settings
+from controller.system.origin import our_version
 from recordings.format.about import About
 from recordings.write.rrd import write_whole
 
@@ -28,7 +28,7 @@ def simulated_rig(parameters: RigParameters) -> RigInfo:
     return RigInfo(
         rig="twin",
         boot=1,
-        version=version("tendril"),
+        version=our_version(),
         layout=layout_hash(Command, Telemetry),
         wall_offset_ns=0,
         policy="simulated",

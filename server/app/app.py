@@ -9,7 +9,6 @@ from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from enum import IntEnum
 from functools import cache
-from importlib.metadata import version
 from typing import Any
 
 from fastapi import Depends, FastAPI
@@ -18,6 +17,7 @@ from starlette.datastructures import State
 from controller.errors import ProcessKilled
 from controller.schema.modes import Cause, Freeze, Integrator, Law, Mode
 from controller.system.memory import forget_start
+from controller.system.origin import our_version
 from controller.system.tasks import Tasks, forever
 from recordings.exporting import export
 from server.access import page, sign_in
@@ -121,7 +121,7 @@ def _api() -> FastAPI:
     """The routes, the same for all services: FastAPI takes half a second for what it makes of them when first asked."""
     app = Api(
         title="Tendril",
-        version=version("tendril"),
+        version=our_version(),
         openapi_url="/api/openapi.json",
         docs_url=None,
         redoc_url=None,

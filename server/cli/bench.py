@@ -3,7 +3,7 @@
 import os
 import tempfile
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +17,12 @@ from controller.link import RigClient
 from controller.realtime.settings import RigSettings
 from controller.research.bench.bench import bench
 from controller.research.bench.loop_bench import bench_rig, measure_loop
+from controller.research.bench.mujoco_chain import lacks_mujoco
 from controller.system.keys import read_key
+from controller.system.origin import install_command
+from controller.system.progress import Told, progress, untold
 from server.settings import ServerSettings
-from server.supervise.browser import launch_chromium
+from server.supervise.browser import launch_chromium, require_browser
 from server.supervise.up import ServerChild
 
 Figures = dict[str, Any]
@@ -28,40 +31,51 @@ SECONDS, QUICK_SECONDS = 60.0, 5.0
 
 
 def run_bench(quick: bool, out: Console) -> Figures:
-    """All figures of `tendril bench --json`; the live loop runs with page, 3D view and recording on."""
+    """All figures of `tendril bench --json`; the live loop runs with page, 3D view and recording on.
+
+    What cannot be measured here is said before the work, and is null in the figures.
+    """
+    for lack in filter(None, (lacks_browser(), lacks_mujoco())):
+        out.print(f"left out: {lack}", markup=False, highlight=False, soft_wrap=True)
     seconds = QUICK_SECONDS if quick else SECONDS
-    with out.status(f"Running the loop for {seconds:.0f} s with page, 3D view and recording ..."):
-        live = measure_live(seconds, out)
-    with out.status("Timing the kernels ..."):
-        figures = bench(quick) | live
+    with progress(out, f"Running the loop for {seconds:.0f} s with page, 3D view and recording") as told:
+        live = measure_live(seconds, told)
+    with progress(out, "Timing the kernels") as told:
+        figures = bench(quick, told) | live
     out.print(_table(figures))
     return figures
 
 
-def measure_live(seconds: float, out: Console) -> Figures:
+def lacks_browser() -> str:
+    """Why no page can be open on the loop that is measured, and how to change that; "" if one can."""
+    try:
+        require_browser()
+    except TendrilError as error:
+        return str(error)
+    return ""
+
+
+def measure_live(seconds: float, told: Told = untold) -> Figures:
     """Loop figures, what the recorder wrote meanwhile, and which page was open: "chromium", or "none" without one."""
     with tempfile.TemporaryDirectory(prefix="tendril-bench-") as name, _product(Path(name)) as (client, url):
         origin, token = url.split("/?token=")
-        with _page(url, out) as page, httpx.Client(base_url=origin, headers={"Origin": origin}, timeout=30.0) as http:
+        with _page(url) as page, httpx.Client(base_url=origin, headers={"Origin": origin}, timeout=30.0) as http:
             _ask(http, "POST", "/api/session", {"token": token})
             _ask(http, "POST", "/api/lease")
             _ask(http, "POST", "/api/recordings", {"name": "bench"})
-            loop = measure_loop(client, seconds)
+            loop = measure_loop(client, seconds, told=told)
             _ask(http, "POST", "/api/lease")  # it has lapsed: no page of ours kept it
             recorded = _ask(http, "DELETE", "/api/recordings/current")
         return {"loop": loop, "recording": {"rows": recorded["rows"], "gaps": recorded["gaps"]}, "page": page}
 
 
 @contextmanager
-def _page(url: str, out: Console) -> Iterator[str]:
+def _page(url: str) -> Iterator[str]:
     """The page in a browser; where there is none the loop is measured without, and the figures say so."""
-    with ExitStack() as stack:
-        try:
-            browser = stack.enter_context(launch_chromium())
-        except TendrilError as error:
-            out.print(f"[yellow]without a page:[/] {error}")
-            yield "none"
-            return
+    if lacks_browser():
+        yield "none"
+        return
+    with launch_chromium() as browser:
         page = browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
         page.goto(url)
         page.get_by_role("button", name="E-STOP").wait_for(timeout=60_000)
@@ -101,8 +115,9 @@ def _table(figures: Figures) -> Table:
 
 def _kernel_rows(figures: Figures) -> Iterator[tuple[str, str]]:
     yield "RK4 rod step, N = 10", f"{figures['rod_step_us']:.2f} us"
-    yield "MuJoCo, same chain", f"{figures['mujoco_step_us']:.2f} us (ratio {figures['rk4_over_mujoco']:.3f})"
-    yield "tips apart over 2 s, at most", f"{figures['mujoco_tip_difference_m']:.1e} m"
+    if figures["mujoco_step_us"] is not None:
+        yield "MuJoCo, same chain", f"{figures['mujoco_step_us']:.2f} us (ratio {figures['rk4_over_mujoco']:.3f})"
+        yield "tips apart over 2 s, at most", f"{figures['mujoco_tip_difference_m']:.1e} m"
     yield "PyElastica over ours, same rod, per simulated second", _elastica(figures)
     yield "controller tick, N = 10; 1000 rods, implicit", f"{figures['tick_us']:.1f}; {figures['tick_n1000_us']:.0f} us"
     yield "batch of 10 rows: proven by the rig; judged by the server", _proofs(figures)
@@ -116,7 +131,7 @@ def _proofs(figures: Figures) -> str:
 
 def _elastica(figures: Figures) -> str:
     if (found := figures["elastica"]) is None:
-        return escape("PyElastica is not installed: pip install 'tendril[engines]'")
+        return escape(f"PyElastica is not installed: {install_command('engines')}")
     apart, rest = 1e3 * found["tip_difference_m"], 1e3 * found["tip_difference_at_rest_m"]
     return f"{found['elastica_over_ours']:.0f} (tips {apart:.1f} mm apart at most, {rest:.1f} mm at rest)"
 

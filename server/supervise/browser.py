@@ -1,11 +1,13 @@
 """A headless chromium for the benchmark (the `bench` extra): the page as a real viewer loads it."""
 
+import importlib.util
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from controller.errors import TendrilError
+from controller.system.origin import install_command
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -22,13 +24,19 @@ def find_chromium() -> str:
     raise TendrilError(f"no browser found ({', '.join(NAMES)}); on Debian: apt-get install chromium")
 
 
+def require_browser() -> None:
+    """Raise TendrilError that says how to get what `launch_chromium` lacks."""
+    if importlib.util.find_spec("playwright") is None:
+        raise TendrilError(f"playwright is not installed: {install_command('bench')}")
+    find_chromium()
+
+
 @contextmanager
 def launch_chromium() -> "Iterator[Browser]":
     """A running chromium, closed at the end."""
-    try:
-        from playwright.sync_api import sync_playwright
-    except ImportError as error:
-        raise TendrilError("the benchmark needs playwright: pip install 'tendril[bench]'") from error
+    require_browser()
+    from playwright.sync_api import sync_playwright
+
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=find_chromium(), args=FLAGS)
         try:

@@ -8,7 +8,7 @@ from controller.build.rod import build_rod
 from controller.kernels.model.rod import Load, RodModel, make_load, make_work
 from controller.kernels.model.statics import at_rest, tip_of
 from controller.research.bench.elastica_rod import ElasticaFigures, beside_elastica
-from controller.research.bench.mujoco_chain import MujocoChain
+from controller.research.bench.mujoco_chain import MujocoChain, lacks_mujoco
 from controller.research.bench.proof_bench import ProofFigures, time_proofs
 from controller.research.bench.scaling import Scaling, run_steps, step_us, time_chains
 from controller.research.bench.stopwatch import time_steps
@@ -16,6 +16,7 @@ from controller.research.bench.tick_bench import closed_loop
 from controller.schema.actuator import PRESETS
 from controller.schema.modes import Integrator
 from controller.schema.parameters import DT, ControllerParameters, RigParameters
+from controller.system.progress import Told, untold
 
 TORQUE = 0.02
 """Step of torque on the last rod [N m]."""
@@ -28,9 +29,10 @@ class Figures(TypedDict):
     """What `bench` measures; times are medians [us]."""
 
     rod_step_us: float
-    mujoco_step_us: float
-    rk4_over_mujoco: float
-    mujoco_tip_difference_m: float
+    mujoco_step_us: float | None
+    """None, as the next two, where MuJoCo is not installed."""
+    rk4_over_mujoco: float | None
+    mujoco_tip_difference_m: float | None
     tick_us: float
     tick_n1000_us: float
     """The tick with 1000 rods and the implicit step."""
@@ -47,20 +49,24 @@ class Figures(TypedDict):
     """None where PyElastica is not installed."""
 
 
-def bench(quick: bool = False) -> Figures:
-    """All figures but the live loop's. Raises TendrilError without mujoco, or when a state is not finite."""
+def bench(quick: bool = False, told: Told = untold) -> Figures:
+    """All figures but the live loop's; `told` as of `Told`. Raises TendrilError when a state is not finite."""
     rounds = 31 if quick else 201
     rod, mujoco = time_beside_mujoco(rounds)
+    told(0.1)
     loop = closed_loop(RigParameters(), 20.0 if quick else 1000.0)
+    told(0.4)
     fine = ControllerParameters(rods=1000, integrator=Integrator.IMPLICIT)
     fine_loop = closed_loop(RigParameters(controller=fine), FINE_SECONDS)
+    told(0.5)
     rows = time_chains(rounds)
+    told(0.9)
     implicit = step_us(rows, "implicit", 1000)
     return Figures(
         rod_step_us=rod,
         mujoco_step_us=mujoco,
-        rk4_over_mujoco=rod / mujoco,
-        mujoco_tip_difference_m=mujoco_tip_difference(),
+        rk4_over_mujoco=None if mujoco is None else rod / mujoco,
+        mujoco_tip_difference_m=None if mujoco is None else mujoco_tip_difference(),
         tick_us=loop.tick_us,
         tick_n1000_us=fine_loop.tick_us,
         tick_n1000_over_n10=fine_loop.tick_us / loop.tick_us,
@@ -96,13 +102,19 @@ def mujoco_tip_difference() -> float:
     return worst
 
 
-def time_beside_mujoco(rounds: int) -> tuple[float, float]:
-    """Time of one step of ours and of MuJoCo's [us], measured in turns: both see the same disturbances."""
+def time_beside_mujoco(rounds: int) -> tuple[float, float | None]:
+    """Time of one step of ours and of MuJoCo's [us], measured in turns: both see the same disturbances.
+
+    None for MuJoCo's where it is not installed.
+    """
     model, load = hinge_chain()
-    state, work, chain = at_rest(model), make_work(10), MujocoChain(model, DT)
-    chain.load(load.Q_theta)
+    state, work = at_rest(model), make_work(10)
+    chain = None if lacks_mujoco() else MujocoChain(model, DT)
     ours, theirs = [], []
+    if chain:
+        chain.load(load.Q_theta)
     for _ in range(rounds):
         ours.append(time_steps(lambda count: run_steps(model, state, load, DT, work, count), 1000))
-        theirs.append(time_steps(chain.step, 200))
-    return float(np.median(ours)), float(np.median(theirs))
+        if chain:
+            theirs.append(time_steps(chain.step, 200))
+    return float(np.median(ours)), float(np.median(theirs)) if chain else None

@@ -1,4 +1,4 @@
-"""The same rod in PyElastica, a Cosserat rod engine that we did not write: `pip install 'tendril[engines]'`.
+"""The same rod in PyElastica, a Cosserat rod engine that we did not write (the extra `engines`).
 
 Its elements and hinges are ours, with one clamped element before the base so that its first inner node is hinge 0. It
 also stretches and shears, and its mass sits in the nodes: the tips agree at rest, and in motion to a few millimetres.

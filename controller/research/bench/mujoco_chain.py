@@ -8,21 +8,25 @@ import numpy as np
 from controller.arrays import Array
 from controller.errors import TendrilError
 from controller.kernels.model.rod import RodModel
+from controller.system.origin import install_command
 
 
-def import_mujoco() -> Any:
-    """The module mujoco, or an error that says how to get it."""
+def lacks_mujoco() -> str:
+    """Why there is no mujoco, and how to get it; "" where there is one."""
     try:
-        return importlib.import_module("mujoco")
-    except ImportError as error:
-        raise TendrilError("mujoco is not installed: pip install 'tendril[bench]'") from error
+        importlib.import_module("mujoco")
+    except ImportError:
+        return f"mujoco is not installed: {install_command('bench')}"
+    return ""
 
 
 class MujocoChain:
     """MuJoCo's RK4 on the hinges of `model` (relative angles; without mass damping), at rest along +x."""
 
     def __init__(self, model: RodModel, dt: float) -> None:
-        self._mujoco = import_mujoco()
+        if lacks := lacks_mujoco():
+            raise TendrilError(lacks)
+        self._mujoco: Any = importlib.import_module("mujoco")
         self._length = model.L
         self._model: Any = self._mujoco.MjModel.from_xml_string(chain_xml(model, dt))
         self._data: Any = self._mujoco.MjData(self._model)

@@ -4,7 +4,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import date
-from importlib.metadata import version
 
 from controller.errors import TendrilError
 from controller.research.calibration.evolve import evolve
@@ -13,6 +12,7 @@ from controller.research.calibration.problem import Evaluation, Problem
 from controller.research.calibration.search import Effort, Report, Search, Stage, ending
 from controller.research.calibration.spread import RowSpread, held_out, near_equal, walk
 from controller.research.experiments.pool import Pool, cores
+from controller.system.origin import our_version
 
 SPREAD_SHARE = 1.0 / 3.0
 """Time for the walk around the best fit, as a share of the search's budget."""
@@ -50,7 +50,7 @@ def calibrate(task: CalibrationTask, report: Report) -> Result:
     origin = FitOrigin(
         date=date.today().isoformat(),
         command=task.command,
-        version=version("tendril"),
+        version=our_version(),
         seconds=round(time.monotonic() - begin, 1),
         starts=task.effort.starts,
         evaluations=len(search.found),

@@ -1,0 +1,54 @@
+"""What the package says of itself, wherever it is read."""
+
+import re
+import runpy
+import tomllib
+from importlib.metadata import metadata, requires
+from pathlib import Path
+
+import pytest
+import yaml
+
+from controller.system.origin import NAME, install_command, our_version
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+
+
+def test_the_page_of_the_package_index_links_nothing_that_is_only_in_the_repository() -> None:
+    page = runpy.run_path(str(ROOT / ".ci" / "package_page.py"))["package_page"]
+    shown = page((ROOT / "README.md").read_text())
+    assert re.findall(r"\]\((?!https?://)[^)]*\)", shown) == []
+    assert "two machines (`tendril docs two-machines`)" in shown and "| Eq. KKT |" in shown
+    assert metadata(NAME)["Description"].strip() == shown.strip()
+
+
+def test_no_hint_and_no_extra_fetches_a_strangers_package() -> None:
+    wanted = [text for extra in PROJECT["optional-dependencies"].values() for text in extra]
+    assert NAME == PROJECT["name"] != "tendril" and f"{NAME}[bench]" in wanted
+    assert not any(re.match(r"tendril\b(?!-softrobotics)", text) for text in wanted)
+    for path in (path for folder in ("controller", "recordings", "server") for path in (ROOT / folder).rglob("*.py")):
+        assert not re.search(r"install '?tendril", path.read_text()), path
+
+
+@pytest.mark.parametrize(
+    ("extra", "package"), [("bench", "mujoco"), ("bench", "playwright"), ("engines", "pyelastica")]
+)
+def test_what_an_extra_lacks_is_installed_into_this_very_environment(extra: str, package: str) -> None:
+    wanted, *_ = [text.split(";")[0] for text in requires(NAME) or () if text.startswith(package)]
+    assert "-m pip install" in install_command(extra) and f"'{wanted}'" in install_command(extra)
+
+
+def test_version_and_names_are_the_same_in_citation_changelog_and_licence() -> None:
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    assert cited["version"] == PROJECT["version"] == our_version()
+    assert f"\n## {our_version()} - {cited['date-released']}\n" in (ROOT / "CHANGELOG.md").read_text()
+    (author,) = PROJECT["authors"]
+    assert cited["authors"] == [author] and author["name"] in (ROOT / "LICENSE").read_text()
+    (paper,) = cited["references"]
+    assert [one["family-names"] for one in paper["authors"]] == ["Kumar", "Gaston", "Rucker", "Barth"]
+
+
+@pytest.mark.parametrize("package", ["controller", "recordings", "server"])
+def test_who_imports_us_gets_our_types(package: str) -> None:
+    assert (ROOT / package / "py.typed").exists()
