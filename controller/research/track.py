@@ -19,10 +19,10 @@ from controller.research.experiments.results import ResultRow
 from controller.research.report.result_json import row_json
 from controller.schema.actuator import Actuator
 from controller.schema.fit import GAIN_NAMES
-from controller.schema.parameters import DT, RigParameters
+from controller.schema.parameters import DT, RigParameters, Settings
 from controller.simulation.case import Case, Setup, settings_of
 from controller.simulation.metrics import UNITS, Window, measure
-from controller.simulation.run import run
+from controller.simulation.run import for_reference, run, seeded
 from controller.system.progress import Told, untold
 
 CONTROLLERS = ("paper",)
@@ -78,7 +78,7 @@ class Facts:
     """How long the loop's own reference was off the path because it changed the branch [s]; None for a broken run."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Tracked:
     """A run and its metrics, or why it was broken off."""
 
@@ -90,6 +90,14 @@ class Tracked:
     """That of `rows`: the whole run of a periodic path, else after the approach, as in the reproduction."""
     windows: dict[Window, dict[str, float]]
     """All metrics that apply, in the units of `metrics.UNITS`; empty for a broken run."""
+    path: Reference
+    """That the rig was given."""
+    parameters: RigParameters
+    """Of the rig that ran, with the seed."""
+    settings: Settings
+    """In force in the run."""
+    rows: Rows | None
+    """Telemetry (n,), one row a tick of `path`; None for a broken run."""
     failed: str = ""
     """Why the rig broke the run off."""
 
@@ -110,7 +118,8 @@ def track(task: TrackTask, told: Told = untold) -> Tracked:
     setup = task.setup
     parameters = RigParameters(actuator=task.actuator, controller=setup.controller, twin=setup.twin)
     reference, path = drawn(read_samples(task.file), task.actuator, task.wish)
-    settings = settings_of(Case(reference.name, task.actuator.name, task.law, task.seed), setup.gains)
+    case = Case(reference.name, task.actuator.name, task.law, task.seed)
+    settings = for_reference(settings_of(case, setup.gains), reference)
     rows, windows, failed = None, {}, ""
     try:
         rows = run(parameters, reference, settings, task.seed, told)
@@ -125,6 +134,10 @@ def track(task: TrackTask, told: Told = untold) -> Tracked:
         seconds=time.perf_counter() - begin,
         window=Window.AFTER_APPROACH if reference.frequency is None else Window.WHOLE,
         windows=windows,
+        path=reference,
+        parameters=seeded(parameters, task.seed),
+        settings=settings,
+        rows=rows,
         failed=failed,
     )
 

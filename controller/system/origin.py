@@ -26,6 +26,11 @@ def our_version() -> str:
     return version(NAME)
 
 
+def command_line() -> str:
+    """What was typed, to be typed again."""
+    return shlex.join(["tendril", *sys.argv[1:]])
+
+
 def install_command(extra: str) -> str:
     """What adds the packages of `extra` to this very installation, whether it is a clone or a wheel."""
     wanted = [text.split(";")[0].strip() for text in requires(NAME) or () if f"extra == '{extra}'" in text]

@@ -1,5 +1,6 @@
 """CSV and Parquet, piece by piece through Arrow: the numbers are exact, those that are not there are blank or null."""
 
+import json
 from collections.abc import Iterable
 from itertools import chain
 from pathlib import Path
@@ -10,26 +11,30 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
 
+from controller.schema.origin import CODES, Origin, comment_lines
 from recordings.exporting.table import Column, Table
 
 Batch = Any
 """A pyarrow RecordBatch (pyarrow has no types)."""
 
 
-def write_csv(tables: Iterable[Table], target: Path) -> None:
-    """One header line with `name [unit]`, t first; every number with all its digits."""
+def write_csv(tables: Iterable[Table], target: Path, origin: Origin | None = None) -> None:
+    """One header line with `name [unit]`, t first; every number with all its digits. Before it lines of `origin`."""
     schema, tables = _with_schema(tables)
     options = pa.csv.WriteOptions(include_header=False, quoting_style="none")
     with target.open("wb") as file:
+        file.write(comment_lines(origin).encode())
         file.write((",".join(map(_title, schema)) + "\n").encode())
         with pa.csv.CSVWriter(file, schema, write_options=options) as writer:
             for table in tables:
                 writer.write_batch(_batch(table, schema))
 
 
-def write_parquet(tables: Iterable[Table], target: Path) -> None:
-    """One row group a table; the unit of a column is in the metadata of its field."""
+def write_parquet(tables: Iterable[Table], target: Path, origin: Origin | None = None) -> None:
+    """One row group a table. A field's metadata has its unit and the names of its codes, the file's has `origin`."""
     schema, tables = _with_schema(tables)
+    if origin is not None:
+        schema = schema.with_metadata(schema.metadata | {"origin": origin.model_dump_json()})
     with pa.parquet.ParquetWriter(target, schema, compression="zstd") as writer:
         for table in tables:
             writer.write_batch(_batch(table, schema))
@@ -46,7 +51,9 @@ def _schema(table: Table) -> Any:
     fields = [pa.field("t", pa.float64(), metadata={"unit": "s"})]
     for column in table.columns:
         kind = pa.from_numpy_dtype(column.values.dtype)
-        fields.append(pa.field(column.signal.name, kind, metadata={"unit": column.signal.unit}))
+        words = CODES.get(column.signal.name)
+        about = {"unit": column.signal.unit} | ({"codes": json.dumps(words)} if words else {})
+        fields.append(pa.field(column.signal.name, kind, metadata=about))
     return pa.schema(fields, metadata={"started_unix_ns": str(table.wall_ns)})
 
 

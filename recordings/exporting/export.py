@@ -1,19 +1,33 @@
 """One recording into one file of the format that is asked for."""
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
 from controller.errors import ParameterError
+from controller.schema.origin import Origin, hashes, origin, origin_of_rig
 from controller.system.progress import Told, untold
 from recordings.exporting.table import Choice, RowReader, Table
 from recordings.format import frames
+from recordings.importing.tip import IMPORT_RIG
+from recordings.read.reader import read_about
 
 Format = Literal["csv", "parquet", "mat", "mcap", "rrd"]
-Writer = Callable[[Iterable[Table], Path], None]
+Writer = Callable[[Iterable[Table], Path, Origin | None], None]
 
 
-def export(source: Path, target: Path, kind: Format, choice: Choice, told: Told = untold) -> None:
+@dataclass(frozen=True)
+class By:
+    """Who exports."""
+
+    command: str = ""
+    """As it was typed; "" for a server."""
+    comments: bool = False
+    """A CSV file begins with its origin as lines with #, which not everything that reads CSV leaves out."""
+
+
+def export(source: Path, target: Path, kind: Format, choice: Choice, by: By = By(), told: Told = untold) -> None:
     """Write what is chosen of the .rrd file `source` to `target`; of one that is being written, all that is there.
 
     `told` is told the share of the rows that were read.
@@ -24,7 +38,17 @@ def export(source: Path, target: Path, kind: Format, choice: Choice, told: Told 
         require_whole(choice)
         frames.copy_whole(source, target)
     else:
-        _writer(kind)(RowReader(source).pieces(choice, told), target)
+        wanted = kind != "csv" or by.comments
+        _writer(kind)(RowReader(source).pieces(choice, told), target, origin_of(source, by.command) if wanted else None)
+
+
+def origin_of(source: Path, command: str = "") -> Origin:
+    """That of a file which is made of the recording `source`; RecordingError when that cannot be read."""
+    info, settings = read_about(source)
+    by = {"files": hashes([source]), "recorded_by": f"Tendril {info.version}"}
+    if info.rig == IMPORT_RIG:  # nothing is known of what it was
+        return origin(command, **by)
+    return origin_of_rig(info.parameters, command, info.twin, settings=settings, **by)
 
 
 def require_whole(choice: Choice) -> None:

@@ -5,14 +5,17 @@ from pathlib import Path
 from typing import Any
 
 from controller.errors import ParameterError
+from controller.schema.origin import CODES, Origin
 from recordings.exporting.table import Table, joined
 
 BYTES_MAX = (1 << 31) - (1 << 20)
 """What the format can hold in one variable."""
 
 
-def write_mat(tables: Iterable[Table], target: Path) -> None:
+def write_mat(tables: Iterable[Table], target: Path, origin: Origin | None) -> None:
     """`tendril.t`, a column vector per signal, `tendril.units`; what is not at every tick has its own times `FIELD_t`.
+
+    `tendril.origin` is JSON, `tendril.codes.mode.HOLD` the number of that mode.
 
     ParameterError when it is more than the format can hold.
     """
@@ -24,6 +27,9 @@ def write_mat(tables: Iterable[Table], target: Path) -> None:
         fields[column.signal.name] = column.values
     fields["units"] = {"t": "s"} | {column.signal.name: column.signal.unit for column in table.columns}
     fields["started_unix_ns"] = table.wall_ns
+    fields["codes"] = CODES
+    if origin is not None:
+        fields["origin"] = origin.model_dump_json()
     from scipy.io import savemat  # not for a start of the server
 
     savemat(target, {"tendril": fields}, oned_as="column", long_field_names=True)

@@ -1,4 +1,7 @@
-"""MCAP for Foxglove and PlotJuggler: JSON messages, a topic for each group of signals, log time on the wall clock."""
+"""MCAP for Foxglove and PlotJuggler: JSON messages, a topic for each group of signals, log time on the wall clock.
+
+Beside them the arm in Foxglove's own messages (foxglove.py).
+"""
 
 import json
 from collections import defaultdict
@@ -13,6 +16,8 @@ import pyarrow.compute as pc
 from mcap.writer import Writer
 
 from controller.arrays import Values
+from controller.schema.origin import CODES, Origin
+from recordings.exporting import foxglove
 from recordings.exporting.table import Column, Table
 
 CHUNK_BYTES = 4 << 20
@@ -28,19 +33,28 @@ class Topic(NamedTuple):
     channel: int
 
 
-def write_mcap(tables: Iterable[Table], target: Path) -> None:
-    """A message per topic and row, with t [s] and its signals by name; what is not known (nan) is left out of it."""
+def write_mcap(tables: Iterable[Table], target: Path, origin: Origin | None) -> None:
+    """A message per topic and row, with t [s] and its signals by name; what is not known (nan) is left out of it.
+
+    `origin` is a metadata record of this name.
+    """
     later = iter(tables)
     first = next(later)
     with target.open("wb") as file:
         writer = Writer(file, chunk_size=CHUNK_BYTES)
         writer.start(profile="", library="tendril")
+        if origin is not None:
+            words = {name: str(getattr(origin, name)) for name in ("version", "commit", "date", "command")}
+            writer.add_metadata("origin", {**words, "json": origin.model_dump_json()})
+        drawn = {topic: _drawn(writer, topic) for topic in foxglove.topics(first)}
         topics = [_topic(writer, name, first, columns) for name, columns in _by_topic(first).items()]
         for table in chain([first], later):
             for begin in range(0, len(table.t), PIECE):
                 for topic in topics:
                     for at, text in _messages(table, topic, begin):
                         writer.add_message(topic.channel, at, text, at)
+                for message in foxglove.messages(table, begin, min(begin + PIECE, len(table.t))):
+                    writer.add_message(drawn[message.topic], message.at, message.text, message.at)
         writer.finish()  # type: ignore[no-untyped-call]
 
 
@@ -55,10 +69,22 @@ def _by_topic(table: Table) -> dict[str, list[int]]:
 def _topic(writer: Writer, name: str, table: Table, columns: list[int]) -> Topic:
     signals = [table.columns[place].signal for place in columns]
     units = {"t": "s"} | {signal.name: signal.unit for signal in signals}
-    properties = {signal: {"type": "number", "description": f"[{unit}]"} for signal, unit in units.items()}
+    properties = {signal: {"type": "number", "description": _meaning(signal, unit)} for signal, unit in units.items()}
     schema = {"type": "object", "title": name.removeprefix("/"), "properties": properties}
     id = writer.register_schema(f"tendril{name.replace('/', '.')}", "jsonschema", json.dumps(schema).encode())
     return Topic(columns, writer.register_channel(name, "json", id, {"units": json.dumps(units)}))
+
+
+def _meaning(signal: str, unit: str) -> str:
+    """The unit, and what each value, or bit, of a code is called."""
+    words = ", ".join(f"{value} {name}" for name, value in CODES.get(signal, {}).items())
+    return f"[{unit}]" + (f" {words}" if words else "")
+
+
+def _drawn(writer: Writer, topic: str) -> int:
+    """The channel of one of Foxglove's own messages."""
+    name, published = foxglove.schema(topic)
+    return writer.register_channel(topic, "json", writer.register_schema(name, "jsonschema", published))
 
 
 def _messages(table: Table, topic: Topic, begin: int) -> Iterator[tuple[int, bytes]]:

@@ -4,10 +4,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from controller.arrays import Values
+from controller.arrays import Rows, Values
 from controller.errors import ParameterError, RecordingError
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
@@ -18,7 +19,7 @@ from recordings.exporting.signals import SIGNALS, TIP, Signal, chosen
 from recordings.exporting.survey import Survey, surveyed
 from recordings.format.chunks import Chunks, Part, opened
 from recordings.importing.tip import IMPORT_RIG
-from recordings.read.reader import about_of, origin_of
+from recordings.read.reader import about_of, clock_origin
 
 PIECE = 50_000
 """Rows that are in memory at once."""
@@ -63,6 +64,20 @@ class Table:
         return np.asarray(self.t_ns / 1e9)
 
 
+def table_of(rows: Rows) -> Table:
+    """All that is known at any of `rows` (n,) of Telemetry, of a run whose clock has no date."""
+    columns = []
+    for signal in SIGNALS:
+        place: Any = (slice(None), *signal.index)
+        if not _unknown(rows[signal.field]):
+            columns.append(Column(signal, rows[signal.field][place], None))
+    return Table(rows["t_ns"] - rows["t_ns"][0], 0, columns)
+
+
+def _unknown(values: Values) -> bool:
+    return values.dtype.kind == "f" and bool(np.isnan(values).all())
+
+
 def joined(tables: Iterable[Table]) -> Table:
     """One table of pieces that follow one another, at least one."""
     parts = list(tables)
@@ -92,7 +107,7 @@ class RowReader:
             about = about_of(chunks, self._path)
             layout = Layout(about.profile)
             signals, survey = _looked_up(chunks, layout, choice.signals, TIP if about.info.rig == IMPORT_RIG else ())
-            first, origin = int(survey.rows[0]), origin_of(chunks)
+            first, origin = int(survey.rows[0]), clock_origin(chunks)
             rows = survey.rows[_window(survey.rows - first, choice)]
             places = [(signal, layout.place(signal)) for signal in signals]
             done = 0

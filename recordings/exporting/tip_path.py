@@ -37,8 +37,11 @@ def tip_path(source: Path, wanted: Wanted) -> tuple[Values, Values]:
     return t[seen] - t[seen][0], p[seen]
 
 
-def write_path(source: Path, target: Path, wanted: Wanted) -> None:
-    """The path as the CSV file that `tendril track` reads: t, x, y in s and m, t to the nanosecond, x and y to 1 nm."""
+def write_path(source: Path, target: Path, wanted: Wanted, before: str = "") -> None:
+    """The path as the CSV file that `tendril track` reads: t, x, y in s and m, t to the nanosecond, x and y to 1 nm.
+
+    `before` are lines of comments.
+    """
     t, p = tip_path(source, wanted)
     table = np.column_stack([t, p])
-    np.savetxt(target, table, fmt=("%.9f", "%.9f", "%.9f"), delimiter=",", header="t_s,x_m,y_m", comments="")
+    np.savetxt(target, table, fmt=("%.9f", "%.9f", "%.9f"), delimiter=",", header=f"{before}t_s,x_m,y_m", comments="")

@@ -30,7 +30,7 @@ DENSE = {group.path: SCALARS for group in GROUPS}
 SLOW = {MARKERS: ("markers", SCALARS)} | {path: (field, STRIPS) for path, field in LINES.items()}
 
 
-class Origin(NamedTuple):
+class Recorded(NamedTuple):
     """What a recording says of itself: who recorded, the settings at the start, how much is kept."""
 
     info: RigInfo
@@ -103,16 +103,16 @@ def read_about(path: Path) -> tuple[RigInfo, Settings]:
     return about.info, about.settings
 
 
-def about_of(chunks: Chunks, path: Path) -> Origin:
+def about_of(chunks: Chunks, path: Path) -> Recorded:
     """What the file `path` says of itself; RecordingError when it is none of ours."""
     said = chunks.properties(TENDRIL, ("info", "settings", "profile"))
     if not {"info", "settings"} <= set(said):
         raise RecordingError(f"{path} is not a recording of Tendril")
     info, settings = RigInfo.model_validate_json(said["info"]), Settings.model_validate_json(said["settings"])
-    return Origin(info, settings, said.get("profile", "full"))
+    return Recorded(info, settings, said.get("profile", "full"))
 
 
-def origin_of(chunks: Chunks) -> int:
+def clock_origin(chunks: Chunks) -> int:
     """The rig's clock at t = 0 [ns]."""
     return int(chunks.properties(CLOCK, ("t_ns_origin",)).get("t_ns_origin", 0))
 

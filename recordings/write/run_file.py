@@ -23,6 +23,11 @@ def write_run(rows: Rows, path: Path, name: str, parameters: RigParameters, sett
     write_whole(path, about, rows[rows["tick"] % THINNED == 0])
 
 
+def write_every_row(rows: Rows, path: Path, name: str, parameters: RigParameters, settings: Settings) -> None:
+    """As `write_run`, every tick."""
+    write_whole(path, About(path.stem, name, simulated_rig(parameters), settings), rows)
+
+
 def simulated_rig(parameters: RigParameters) -> RigInfo:
     """What a recording says of a rig that is only simulated."""
     return RigInfo(

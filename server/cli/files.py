@@ -1,9 +1,15 @@
 """Files that a command writes: refused before the work if that is impossible, and one clear error if it fails."""
 
+import json
 import os
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from controller.errors import TendrilError
+
+if TYPE_CHECKING:
+    from controller.schema.origin import Origin
 
 
 def require_file(path: Path) -> None:
@@ -24,6 +30,12 @@ def made(folder: Path) -> Path:
     except OSError as error:
         raise TendrilError(f"{folder} cannot be made: {error.strerror}") from error
     return folder
+
+
+def write_json(path: Path, figures: Mapping[str, object], origin: "Origin") -> None:
+    """Write `figures` and beside them, under `origin`, where they come from; TendrilError as `write`."""
+    whole = {**figures, "origin": origin.model_dump(mode="json")}
+    write(path, json.dumps(whole, indent=2) + "\n")
 
 
 def write(path: Path, text: str) -> None:

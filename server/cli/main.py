@@ -202,14 +202,17 @@ def bench(
     quick: Annotated[bool, typer.Option(help="A live loop of 5 s instead of 60 s, and fewer rounds.")] = False,
 ) -> None:
     """Measure rod step, controller tick and the live loop on this machine."""
+    from controller.schema.origin import origin_of_rig
+    from controller.schema.parameters import RigParameters
+    from controller.system.origin import command_line
     from server.cli.bench import run_bench
-    from server.cli.files import require_file, write
+    from server.cli.files import require_file, write_json
 
     if json_file is not None:
         require_file(json_file)
     figures = run_bench(quick, out)
     if json_file is not None:
-        write(json_file, json.dumps(figures, indent=2) + "\n")
+        write_json(json_file, figures, origin_of_rig(RigParameters(), command_line()))
 
 
 @app.command()
@@ -222,15 +225,18 @@ def faults(
     repeat: Annotated[int, typer.Option(min=1, max=100, help="Run the campaign so often.")] = 1,
 ) -> None:
     """Break a rig (twin), its server and their surroundings in every known way, and judge what they do."""
+    from controller.schema.origin import origin_of_rig
+    from controller.schema.parameters import RigParameters
+    from controller.system.origin import command_line
     from server.campaign.campaign import run_campaign
     from server.campaign.table import chosen
-    from server.cli.files import require_file, write
+    from server.cli.files import require_file, write_json
 
     if json_file is not None:
         require_file(json_file)
     verdicts = run_campaign(chosen(only, quick), repeat, out)
     if json_file is not None:
-        write(json_file, json.dumps({"faults": verdicts}, indent=2) + "\n")
+        write_json(json_file, {"faults": verdicts}, origin_of_rig(RigParameters(), command_line()))
     raise typer.Exit(0 if all(verdict["pass"] for verdict in verdicts) else 1)
 
 

@@ -8,8 +8,9 @@ import typer
 from rich.console import Console
 
 from controller.errors import RecordingError
+from controller.system.origin import command_line
 from controller.system.progress import progress
-from server.cli.typed import RecordingsFolder, commands
+from server.cli.typed import Comments, RecordingsFolder, commands
 
 if TYPE_CHECKING:
     from recordings.store.store import Store
@@ -70,9 +71,12 @@ def export(
     stop: Stop = None,
     what: Annotated[Literal["p_meas", "p_ref", "marker"], typer.Option(help="Of --format path.")] = "p_meas",
     rod: Annotated[int, typer.Option(min=1, max=10, help="Of --what marker.")] = 10,
+    comments: Comments = False,
     folder: RecordingsFolder = None,
 ) -> None:
     """Write a recording's numbers into a file that other programs read (`tendril docs recordings`)."""
+    from controller.schema.origin import comment_lines
+    from recordings.exporting.export import By, origin_of
     from recordings.exporting.export import export as write
     from recordings.exporting.table import Choice
     from recordings.exporting.tip_path import Wanted, write_path
@@ -84,11 +88,12 @@ def export(
     if target.exists() and target.samefile(source):
         raise RecordingError(f"{target} is the recording itself: give another file")
     if kind == "path":
-        write_path(source, target, Wanted(what, rod, start, stop))
+        before = comment_lines(origin_of(source, command_line()) if comments else None)
+        write_path(source, target, Wanted(what, rod, start, stop), before)
     else:
         names = tuple(filter(None, map(str.strip, signals.split(","))))
         with progress(out, "Exporting") as told:
-            write(source, target, kind, Choice(names, start, stop), told)
+            write(source, target, kind, Choice(names, start, stop), By(command_line(), comments), told)
     _say(f"Written: {target}, {target.stat().st_size / 1e6:.1f} MB")
 
 

@@ -15,6 +15,8 @@ RecordingsFolder = Annotated[
     ),
 ]
 
+Comments = Annotated[bool, typer.Option("--comments", help="Begin a CSV file with its origin, as lines with #.")]
+
 
 def commands(**more: Any) -> typer.Typer:
     """A group of commands. Its help is Markdown, in which a unit in brackets stays as it is."""

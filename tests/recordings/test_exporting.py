@@ -1,11 +1,13 @@
 """What is exported, read back by programs that we did not write, is what rerun's own reader finds in the recording."""
 
+import hashlib
 import json
 from collections import defaultdict
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import jsonschema_rs
 import numpy as np
 import pandas as pd
 import pyarrow.parquet
@@ -16,8 +18,11 @@ from scipy.io import loadmat
 
 from controller.errors import ParameterError
 from controller.reference.path_file import read_samples
+from controller.schema.modes import Mode
+from controller.schema.origin import Origin
 from controller.schema.parameters import Settings
-from recordings.exporting.export import Format, export
+from controller.system.origin import commit, our_version
+from recordings.exporting.export import By, Format, export
 from recordings.exporting.signals import offered
 from recordings.exporting.table import Choice, RowReader, joined
 from recordings.exporting.tip_path import Wanted, tip_path, write_path
@@ -111,6 +116,8 @@ def test_mcap_is_exact_on_topics_that_a_plotter_understands(source: Path) -> Non
     with exported(source, "mcap").open("rb") as file:
         for schema, channel, message in make_reader(file, validate_crcs=True).iter_messages():
             assert schema and (schema.encoding, channel.message_encoding) == ("jsonschema", "json")
+            if schema.name.startswith("foxglove."):
+                continue
             properties = json.loads(schema.data)["properties"]
             text = json.loads(message.data)
             assert set(text) <= set(properties)
@@ -128,6 +135,90 @@ def test_mcap_is_exact_on_topics_that_a_plotter_understands(source: Path) -> Non
     assert [at for at, _ in said["/markers"]] == (marked + WALL_NS).tolist()
     np.testing.assert_array_equal([text["markers_10_x"] for _, text in said["/markers"]], markers[:, 18])
     assert "markers_4_x" not in said["/markers"][0][1], "nan is no JSON"
+
+
+def test_the_arm_in_mcap_is_what_foxglove_s_published_schemas_ask_for(source: Path) -> None:
+    drawn: dict[str, list[dict[str, Any]]] = defaultdict(list)
+    with exported(source, "mcap").open("rb") as file:
+        for schema, channel, message in make_reader(file).iter_messages(["/arm", "/pose/tip", "/pose/reference"]):
+            assert schema
+            assert schema.name == f"foxglove.{'SceneUpdate' if channel.topic == '/arm' else 'PoseInFrame'}"
+            text = json.loads(message.data)
+            if len(drawn[channel.topic]) < 5:
+                jsonschema_rs.validate(json.loads(schema.data), text)
+            at = text["timestamp"] if "pose" in text else text["entities"][0]["timestamp"]
+            assert at["sec"] * 10**9 + at["nsec"] == message.log_time
+            drawn[channel.topic].append(text)
+    rows = read_rows(source)
+    assert {topic: len(found) for topic, found in drawn.items()} == {
+        topic: len(rows["backbone"]) for topic in ("/arm", "/pose/tip", "/pose/reference")
+    }
+    names = {entity["id"]: entity for entity in drawn["/arm"][7]["entities"]}
+    assert set(names) == {"observer", "twin", "reference", "measured tip"}
+    for name, field in (("observer", "backbone"), ("twin", "twin_backbone")):
+        (line,) = names[name]["lines"]
+        points = [[point["x"], point["y"]] for point in line["points"]]
+        np.testing.assert_allclose(points, rows[field][7], atol=1e-6)
+    at = int(np.flatnonzero(rows["tick"] == rows["backbone_tick"][7])[0])
+    for name, field in (("reference", "p_ref"), ("measured tip", "p_meas")):
+        where = names[name]["spheres"][0]["pose"]["position"]
+        np.testing.assert_allclose([where["x"], where["y"]], rows[field][at], atol=1e-6)
+    pose, last = drawn["/pose/tip"][7]["pose"], rows["backbone"][7][-2:].astype(float)
+    turn = 2.0 * np.arctan2(pose["orientation"]["z"], pose["orientation"]["w"])
+    along = np.diff(last, axis=0)[0]
+    np.testing.assert_allclose([np.cos(turn), np.sin(turn)], along / np.linalg.norm(along), atol=1e-9)
+
+
+def test_without_whole_backbones_there_is_no_arm(source: Path) -> None:
+    with exported(source, "mcap", "p_ref", "backbone_20_x").open("rb") as file:
+        channels = make_reader(file).get_summary().channels.values()  # type: ignore[union-attr]
+        assert {channel.topic for channel in channels} == {"/tip", "/backbone"}
+
+
+def origin_in(file: Path) -> Origin:
+    match file.suffix:
+        case ".mcap":
+            with file.open("rb") as opened:
+                (found,) = [one for one in make_reader(opened).iter_metadata() if one.name == "origin"]
+            return Origin.model_validate_json(found.metadata["json"])
+        case ".parquet":
+            return Origin.model_validate_json(pyarrow.parquet.read_schema(file).metadata[b"origin"])
+        case ".mat":
+            return Origin.model_validate_json(loadmat(file, simplify_cells=True)["tendril"]["origin"])
+    lines = [line.removeprefix("# ") for line in file.read_text().splitlines() if line.startswith("# ")]
+    return Origin.model_validate({name: json.loads(text) for name, text in (line.split(": ", 1) for line in lines)})
+
+
+@pytest.mark.parametrize("kind", ["csv", "parquet", "mat", "mcap"])
+def test_every_export_says_where_it_comes_from(source: Path, kind: Format) -> None:
+    target = source.with_name(f"origin.{kind}")
+    export(source, target, kind, Choice(("mode", "u")), By("tendril recordings export source", comments=True))
+    found, info = origin_in(target), rig_info()
+    assert (found.version, found.commit) == (our_version(), commit())
+    assert found.command == "tendril recordings export source"
+    assert (found.actuators, found.controller) == ((info.parameters.actuator,), info.parameters.controller)
+    assert (found.plant, found.seeds) == (info.parameters.twin, (info.parameters.twin.seed,))
+    assert found.settings == Settings() and found.recorded_by == f"Tendril {info.version}"
+    assert found.files == {"source.rrd": hashlib.sha256(source.read_bytes()).hexdigest()}
+    assert found.codes["mode"]["TRACK"] == Mode.TRACK and found.codes["sensed"]["rod_10"] == 512
+
+
+def test_codes_have_their_names_in_the_files_themselves(source: Path) -> None:
+    field = pyarrow.parquet.read_schema(exported(source, "parquet", "mode", "sensed")).field("mode")
+    assert json.loads(field.metadata[b"codes"])["E_STOP"] == Mode.E_STOP
+    codes = loadmat(exported(source, "mat", "mode"), simplify_cells=True)["tendril"]["codes"]
+    assert codes["cause"]["OSCILLATION"] == 21 and codes["law"]["FF_PI"] == 4
+    with exported(source, "mcap", "mode").open("rb") as file:
+        schemas = make_reader(file).get_summary().schemas.values()  # type: ignore[union-attr]
+        (state,) = [json.loads(one.data) for one in schemas]
+    assert state["properties"]["mode"]["description"].startswith("[1] 0 VENTED, 1 HOLD")
+
+
+def test_a_csv_file_has_comments_only_where_they_are_asked_for(source: Path) -> None:
+    assert exported(source, "csv", "mode").read_text().startswith("t [s],mode\n")
+    target = source.with_name("commented.csv")
+    export(source, target, "csv", Choice(("mode",)), By(comments=True))
+    pd.testing.assert_frame_equal(pd.read_csv(target, comment="#"), pd.read_csv(exported(source, "csv", "mode")))
 
 
 def test_reruns_reader_of_mcap_finds_the_topics_messages_and_times(source: Path) -> None:

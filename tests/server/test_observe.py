@@ -11,6 +11,7 @@ from controller.errors import TendrilError
 from controller.research.identification.motion.decays import Decay, read_decays
 from controller.research.identification.observe import ObserverTask, observe_decays
 from controller.schema.actuator import read_actuator
+from controller.schema.origin import Origin
 from recordings.observed import write_observed
 from server.cli.main import app
 from tests.controller.decaying import decays_of, hanging_body
@@ -32,6 +33,8 @@ def trunk(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def scores(trunk: Path, folder: Path, *options: object) -> dict[tuple[int, float], dict[str, Any]]:
     run("observe", TRUNK, "--actuator", trunk, "--ids", "18-34", *options, "--json", folder / "scores.json")
     found = json.loads((folder / "scores.json").read_text())
+    made = Origin.model_validate(found["origin"])
+    assert list(made.files) == [TRUNK.name] and len(made.actuators) == 1
     return {(one["body"], one["from_s"]): one for one in found["bodies"]}
 
 

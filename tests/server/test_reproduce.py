@@ -11,6 +11,8 @@ from typer.testing import CliRunner
 from controller.errors import TendrilError
 from controller.research.experiments.reproduce import Order
 from controller.research.experiments.results import SensedLaw, SensedTrajectory
+from controller.schema.actuator import PRESETS
+from controller.schema.origin import Origin
 from controller.simulation.case import Case, Setup
 from recordings.format import tool
 from recordings.read.reader import read_about
@@ -40,6 +42,9 @@ def test_a_small_reproduction_prints_its_table_and_writes_rows_recordings_and_re
     stale.write_text("of an earlier run, which did not fail")
     run_reproduce(Order(CASES, workers=2), tmp_path / "report", file, out)
     found = json.loads(file.read_text())
+    made = Origin.model_validate(found["origin"])
+    assert list(made.seeds) == found["seeds"] and made.plant and made.plant.model_dump(mode="json") == found["twin"]
+    assert {one.name for one in made.actuators} == {row["actuator"] for row in found["rows"]} & set(PRESETS)
     assert {row["experiment"] for row in found["rows"]} == {"circle_2hz", "digit_1"}
     assert [one["law"] for one in found["failures"]] == ["[no_such]"]
     text = printed(out)

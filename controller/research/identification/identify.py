@@ -20,6 +20,7 @@ from controller.research.identification.report.report import number_text, report
 from controller.research.identification.statics import fit_statics
 from controller.research.identification.tables import MeasuredTable, read_measured
 from controller.schema.actuator import Actuator, write_actuator
+from controller.schema.origin import hashes, origin
 from controller.schema.parameters import ControllerParameters
 
 
@@ -33,6 +34,8 @@ class IdentificationTask:
     ids: str | None = None
     profile: str = "auto"
     robust: bool = False
+    command: str = "tendril identify"
+    """As it was typed."""
 
 
 def identify(task: IdentificationTask) -> list[Fit]:
@@ -134,7 +137,12 @@ def _about(task: IdentificationTask) -> str:
 
 
 def _remark(task: IdentificationTask, fits: Sequence[Fit]) -> str:
-    lines = [_about(task), *(_line(one) for fit in fits for one in fit.parameters)]
+    made = origin(task.command, files=hashes(task.data))
+    lines = [
+        f"Tendril {made.version}, commit {made.commit or 'unknown'}, {made.date.isoformat()}: {made.command}",
+        *(f"SHA-256 of {name}: {digest}" for name, digest in made.files.items()),
+    ]
+    lines += [_about(task), *(_line(one) for fit in fits for one in fit.parameters)]
     return "\n".join(lines)
 
 

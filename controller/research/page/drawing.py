@@ -2,11 +2,14 @@
 
 import io
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import matplotlib
 from markupsafe import Markup
 from matplotlib.figure import Figure
+
+from controller.errors import TendrilError
 
 RC: Any = {
     "text.parse_math": False,
@@ -26,6 +29,21 @@ RC: Any = {
     "legend.frameon": False,
     "legend.fontsize": 7.0,
 }
+
+
+def save(draw: Callable[[Figure], None], path: Path, size: tuple[float, float], about: str) -> None:
+    """What `draw` puts into a figure of `size` [inch], as .svg or .pdf, with `about` in its metadata.
+
+    Raises TendrilError when it cannot be written.
+    """
+    keys = {"svg": {"Date": None, "Description": about}, "pdf": {"CreationDate": None, "Subject": about}}
+    with matplotlib.rc_context(RC | {"pdf.fonttype": 42}):
+        figure = Figure(figsize=size, layout="constrained")
+        draw(figure)
+        try:
+            figure.savefig(path, metadata=keys[path.suffix.removeprefix(".")])
+        except OSError as error:
+            raise TendrilError(f"{path} cannot be written: {error.strerror}") from error
 
 
 def svg(draw: Callable[[Figure], None], size: tuple[float, float] = (3.5, 2.6)) -> Markup:

@@ -1,14 +1,13 @@
 """What works on data and simulations and needs no rig: identify, observe, calibrate, reach, track, reproduce."""
 
-import shlex
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
 
-from server.cli.typed import commands
+from controller.system.origin import command_line
+from server.cli.typed import Comments, commands
 
 app = commands()
 out = Console()
@@ -31,7 +30,8 @@ def identify(
     from controller.schema.actuator import read_actuator
     from server.cli.research.identify import run_identify
 
-    run_identify(IdentificationTask(tuple(data), read_actuator(actuator), ids, profile, robust), out_file, report, out)
+    task = IdentificationTask(tuple(data), read_actuator(actuator), ids, profile, robust, command_line())
+    run_identify(task, out_file, report, out)
 
 
 @app.command()
@@ -89,8 +89,7 @@ def calibrate(
 
     effort = effort_of(QUICK if quick else Effort(), screen, starts, minutes)
     problem = Problem(trials=() if quick else TRIALS, seed=seed)
-    command = shlex.join(["tendril", *sys.argv[1:]])
-    run_calibrate(CalibrationTask(problem, effort, seed, workers, command), out_file, out)
+    run_calibrate(CalibrationTask(problem, effort, seed, workers, command_line()), out_file, out)
 
 
 @app.command()
@@ -99,6 +98,7 @@ def reach(
     rods: Annotated[int, typer.Option(min=2, max=1000, help="Of the model.")] = 10,
     csv: Annotated[Path | None, typer.Option(help="Write the torques and tips of a grid to this file.")] = None,
     svg: Annotated[Path | None, typer.Option(help="Write a drawing of the reach to this file.")] = None,
+    comments: Comments = False,
 ) -> None:
     """How far the tip reaches: the image of all admissible torques, at rest (`tendril docs actuators`)."""
     from controller.schema.actuator import read_actuator
@@ -106,7 +106,7 @@ def reach(
     from server.cli.research.reach import run_reach
 
     parameters = RigParameters(actuator=read_actuator(actuator), controller=ControllerParameters(rods=rods))
-    run_reach(parameters, csv, svg, out)
+    run_reach(parameters, csv, svg, comments, out)
 
 
 @app.command()
@@ -130,6 +130,11 @@ def track(
     project: Annotated[bool, typer.Option(help="Follow the nearest points where the path is out of reach.")] = False,
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="Of the twin's noise.")] = 0,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
+    out_file: Annotated[
+        Path | None, typer.Option("--out", help="Write every tick to this file: .csv, .parquet or .rrd.")
+    ] = None,
+    plot: Annotated[Path | None, typer.Option(help="Draw path, tip and error into this file: .svg or .pdf.")] = None,
+    comments: Comments = False,
 ) -> None:
     """Follow any path on the twin and measure it like the paper's experiments (`tendril docs tracking`)."""
     from controller.reference.drawn import Wish
@@ -138,12 +143,13 @@ def track(
     from controller.schema.actuator import read_actuator
     from controller.schema.parameters import TwinParameters
     from controller.simulation.case import Setup
-    from server.cli.research.track import run_track
+    from server.cli.research.track import Wanted, run_track
 
     require_controller(controller)
     wish = Wish(project, frequency, velocity_feedforward, start)
     setup = Setup(twin=scaled(TwinParameters(), plant_scale))
-    run_track(TrackTask(reference, read_actuator(actuator), law, seed, wish, setup), json_file, out)
+    task = TrackTask(reference, read_actuator(actuator), law, seed, wish, setup)
+    run_track(task, Wanted(json_file, out_file, plot, comments), out)
 
 
 @app.command()

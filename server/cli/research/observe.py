@@ -1,6 +1,5 @@
 """`tendril observe` at the command line: the offline observer's figures beside those that need no model."""
 
-import json
 from pathlib import Path
 
 from rich.console import Console
@@ -8,8 +7,10 @@ from rich.table import Table
 
 from controller.errors import ParameterError
 from controller.research.identification.observe import ObserverTask, Scores, observe_decays
+from controller.schema.origin import hashes, origin
+from controller.system.origin import command_line
 from controller.system.progress import progress
-from server.cli.files import require_file, write
+from server.cli.files import require_file, write_json
 
 
 def run_observe(request: ObserverTask, json_file: Path | None, rrd: Path | None, console: Console) -> None:
@@ -20,7 +21,8 @@ def run_observe(request: ObserverTask, json_file: Path | None, rrd: Path | None,
         observed = observe_decays(request, told)
     show(observed.scores, console)
     if json_file is not None:
-        write(json_file, json.dumps(observed.scores, indent=2) + "\n")
+        about = {"actuators": (request.actuator,), "files": hashes([request.data])}
+        write_json(json_file, observed.scores, origin(command_line(), **about))
     if rrd is not None:
         from recordings.observed import write_observed
 

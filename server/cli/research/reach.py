@@ -10,7 +10,9 @@ from rich.console import Console
 
 from controller.build.rod import build_rod
 from controller.reference.feasible.reach import Reach, reach_map, static_tips
+from controller.schema.origin import comment_lines, origin
 from controller.schema.parameters import RigParameters
+from controller.system.origin import command_line
 from server.cli.files import require_file, write
 
 HEADER = ("u_1 [N m]", "u_2 [N m]", "x [m]", "y [m]")
@@ -19,7 +21,9 @@ SIDE = 41
 INK, LIGHT = "#1f5fa8", "#cfe0f3"
 
 
-def run_reach(parameters: RigParameters, table: Path | None, drawing: Path | None, console: Console) -> None:
+def run_reach(
+    parameters: RigParameters, table: Path | None, drawing: Path | None, comments: bool, console: Console
+) -> None:
     """Say how far it reaches, and write what is asked for. TendrilError says what is wrong."""
     for file in filter(None, (table, drawing)):
         require_file(file)
@@ -27,7 +31,9 @@ def run_reach(parameters: RigParameters, table: Path | None, drawing: Path | Non
     rest = rest_tip(parameters)
     for line in described(parameters.actuator.name, found, rest):
         console.print(line, markup=False, soft_wrap=True, highlight=False)
-    for path, text in ((table, partial(as_csv, found)), (drawing, partial(as_svg, parameters))):
+    made = origin(command_line(), actuators=(parameters.actuator,), controller=parameters.controller)
+    before = comment_lines(made if comments else None)
+    for path, text in ((table, partial(as_csv, found, before)), (drawing, partial(as_svg, parameters))):
         if path is not None:
             write(path, text())
             console.print(f"Written: {path}", markup=False, soft_wrap=True, highlight=False)
@@ -51,9 +57,10 @@ def described(name: str, found: Reach, rest: np.ndarray) -> list[str]:
     ]
 
 
-def as_csv(found: Reach) -> str:
-    """One line a point of the grid, torques and tip."""
+def as_csv(found: Reach, before: str = "") -> str:
+    """One line a point of the grid, torques and tip; `before` are lines of comments."""
     text = io.StringIO()
+    text.write(before)
     lines = csv.writer(text, lineterminator="\n")
     lines.writerow(HEADER)
     rows = np.concatenate([found.u, found.p], axis=-1).reshape(-1, 4)

@@ -1,6 +1,5 @@
 """`tendril reproduce` at the command line: progress while it runs, then ours beside the paper's."""
 
-import json
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -15,12 +14,15 @@ from controller.research.experiments.catalogue import LIVE_PATH
 from controller.research.experiments.reproduce import Order, reproduce
 from controller.research.experiments.results import Results
 from controller.research.report.result_json import result_json
+from controller.schema.actuator import PRESETS
+from controller.schema.origin import Origin, origin
 from controller.simulation.case import Case, Outcome, Setup, parameters_of, settings_of
 from controller.simulation.live_path import live_settings
 from controller.simulation.run import for_reference
+from controller.system.origin import command_line
 from controller.system.progress import remaining
 from recordings.write.run_file import write_run
-from server.cli.files import made, require_file, write
+from server.cli.files import made, require_file, write_json
 from server.cli.research.reproduce_table import show
 
 RECORDINGS = "recordings"
@@ -85,7 +87,7 @@ def recorder_in(report: Path, order: Order) -> Recorder:
 def deliver(results: Results, report: Path | None, json_file: Path | None, console: Console) -> Iterator[Path]:
     """Write what is asked for; each path as soon as it is there."""
     if json_file is not None:
-        write(json_file, json.dumps(result_json(results), indent=2, allow_nan=False) + "\n")
+        write_json(json_file, result_json(results), origin_of_results(results))
         yield json_file
     if report is not None:
         from controller.research.report.page import write_report
@@ -94,6 +96,19 @@ def deliver(results: Results, report: Path | None, json_file: Path | None, conso
         with console.status("Drawing the report ..."):
             page = write_report(results, report)
         yield page
+
+
+def origin_of_results(results: Results) -> Origin:
+    """Every number that the runs have in common, and the actuators of all."""
+    setup = results.setup
+    return origin(
+        command_line(),
+        actuators=tuple(PRESETS[name] for name in sorted({row.about.actuator for row in results.rows} & set(PRESETS))),
+        settings=setup.gains,
+        controller=setup.controller,
+        plant=setup.twin,
+        seeds=results.seeds,
+    )
 
 
 @contextmanager

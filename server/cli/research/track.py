@@ -1,33 +1,65 @@
 """`tendril track` at the command line: how well a path is followed, as a table and as JSON."""
 
-import json
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
 
 from controller.errors import TendrilError
 from controller.research.track import Facts, Tracked, TrackTask, figures, track
+from controller.schema.origin import Origin, hashes, origin_of_rig
 from controller.simulation.metrics import UNITS
+from controller.system.origin import command_line
 from controller.system.progress import progress
-from server.cli.files import require_file, write
+from server.cli.files import require_file, write_json
+from server.cli.research.track_files import require_files, write_plot, write_rows
 from server.cli.tables import empty, number
 
 MENTIONED = 5
 """More times than these are only counted."""
 
 
-def run_track(task: TrackTask, json_file: Path | None, console: Console) -> None:
+@dataclass(frozen=True)
+class Wanted:
+    """Which files are to be written."""
+
+    json_file: Path | None = None
+    out: Path | None = None
+    plot: Path | None = None
+    comments: bool = False
+    """At the head of a CSV file."""
+
+
+def run_track(task: TrackTask, wanted: Wanted, console: Console) -> None:
     """Run, show, and write what is asked for; TendrilError says what is wrong, or why the rig broke the run off."""
-    if json_file is not None:
-        require_file(json_file)
+    if wanted.json_file is not None:
+        require_file(wanted.json_file)
+    require_files(wanted.out, wanted.plot)
+    read = hashes([task.file])
     with progress(console, "Tracking") as told:
         tracked = track(task, told)
     show(tracked, console)
-    if json_file is not None:
-        write(json_file, json.dumps(figures(tracked), indent=2, allow_nan=False) + "\n")
-        console.print(f"Written: {json_file}", markup=False, soft_wrap=True, highlight=False)
+    made = origin_of_rig(tracked.parameters, command_line(), settings=tracked.settings, files=read)
+    for path in deliver(tracked, wanted, made):
+        console.print(f"Written: {path}", markup=False, soft_wrap=True, highlight=False)
     if tracked.failed:
         raise TendrilError(tracked.failed)
+
+
+def deliver(tracked: Tracked, wanted: Wanted, made: Origin) -> Iterator[Path]:
+    """Write what is asked for, each path as soon as it is there; of a broken run the figures alone."""
+    if wanted.json_file is not None:
+        write_json(wanted.json_file, figures(tracked), made)
+        yield wanted.json_file
+    if tracked.rows is None:
+        return
+    if wanted.out is not None:
+        write_rows(tracked, tracked.rows, wanted.out, made, wanted.comments)
+        yield wanted.out
+    if wanted.plot is not None:
+        write_plot(tracked, tracked.rows, wanted.plot, made)
+        yield wanted.plot
 
 
 def show(tracked: Tracked, console: Console) -> None:
