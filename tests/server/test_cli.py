@@ -1,7 +1,10 @@
 """The command line: a user's mistake is answered in one line that names it."""
 
 import csv
+import importlib.util
 import inspect
+import io
+import json
 import socket
 import subprocess
 import sys
@@ -12,10 +15,14 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from rich.console import Console
 from typer.main import get_command
 from typer.testing import CliRunner
 
+import server.cli.bench
+import server.cli.main
 from controller.errors import TendrilError
+from controller.research.bench.bench import time_beside_mujoco
 from controller.system.origin import our_version
 from server.app.run import listen
 from server.cli.main import app
@@ -111,3 +118,49 @@ def test_the_reach_of_an_actuator_is_said_and_written(tmp_path: Path) -> None:
 def test_a_reach_that_nobody_could_write_is_refused_before_the_work(tmp_path: Path) -> None:
     missing = tmp_path / "no" / "reach.csv"
     assert isinstance(CliRunner().invoke(app, ["reach", "P1", "--csv", str(missing)]).exception, TendrilError)
+
+
+def test_what_the_benchmark_lacks_is_said_before_its_work_and_the_rest_is_measured(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    said, file = io.StringIO(), tmp_path / "figures.json"
+    out = Console(file=said, width=200)
+    live = {
+        "loop": {"policy": "none", "ticks": 1, "seconds": 1.0, "lost": 0, "baseline_lost": 0}
+        | {"lateness_us": dict.fromkeys(("p50", "p99", "p999", "max"), 1.0)},
+        "recording": {"rows": 1, "gaps": 0},
+        "page": "none",
+    }
+
+    def measured(seconds: float, told: object) -> dict[str, Any]:
+        assert "left out: playwright is not installed" in said.getvalue()
+        assert "left out: mujoco is not installed" in said.getvalue()
+        return live
+
+    def timed(quick: bool, told: object) -> dict[str, Any]:
+        ours, theirs = time_beside_mujoco(1)
+        numbers = dict.fromkeys(
+            ("tick_us", "tick_n1000_us", "closed_loop_seconds", "closed_loop_seconds_per_second"), 1.0
+        )
+        ratios = {f"{part}_n1000_over_n10": 1.0 for part in ("rk4", "implicit", "tick")}
+        beside = {"mujoco_step_us": theirs, "rk4_over_mujoco": None, "mujoco_tip_difference_m": None, "elastica": None}
+        return {
+            "rod_step_us": ours,
+            "link": {"prove_us": 1.0, "judge_us": 1.0},
+            "scaling": [],
+            **numbers,
+            **ratios,
+            **beside,
+        }
+
+    for name in ("mujoco", "playwright"):
+        monkeypatch.setitem(sys.modules, name, None)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(server.cli.bench, "measure_live", measured)
+    monkeypatch.setattr(server.cli.bench, "bench", timed)
+    monkeypatch.setattr(server.cli.main, "out", out)
+    assert CliRunner().invoke(app, ["bench", "--quick", "--json", str(file)]).exit_code == 0
+    told = json.loads(file.read_text())
+    assert told["mujoco_step_us"] is None and told["rod_step_us"] > 0.0 and told["page"] == "none"
+    assert told["origin"]["version"] == our_version() and told["origin"]["actuators"][0]["name"] == "P1"
+    assert "MuJoCo" not in said.getvalue().split("tendril bench")[1]
