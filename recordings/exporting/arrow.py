@@ -14,14 +14,19 @@ import pyarrow.parquet
 from controller.schema.origin import CODES, Origin, comment_lines
 from recordings.exporting.table import Column, Table
 
+BOOKMARK = "bookmark"
+"""The last column, of a recording that has any."""
 Batch = Any
 """A pyarrow RecordBatch (pyarrow has no types)."""
 
 
 def write_csv(tables: Iterable[Table], target: Path, origin: Origin | None = None) -> None:
-    """One header line with `name [unit]`, t first; every number with all its digits. Before it lines of `origin`."""
+    """One header line with `name [unit]`, t first; every number with all its digits, a bookmark's text in quotes.
+
+    Before it lines of `origin`.
+    """
     schema, tables = _with_schema(tables)
-    options = pa.csv.WriteOptions(include_header=False, quoting_style="none")
+    options = pa.csv.WriteOptions(include_header=False, quoting_style="needed")
     with target.open("wb") as file:
         file.write(comment_lines(origin).encode())
         file.write((",".join(map(_title, schema)) + "\n").encode())
@@ -54,6 +59,8 @@ def _schema(table: Table) -> Any:
         words = CODES.get(column.signal.name)
         about = {"unit": column.signal.unit} | ({"codes": json.dumps(words)} if words else {})
         fields.append(pa.field(column.signal.name, kind, metadata=about))
+    if table.bookmarks:
+        fields.append(pa.field(BOOKMARK, pa.string(), metadata={"unit": "1"}))
     return pa.schema(fields, metadata={"started_unix_ns": str(table.wall_ns)})
 
 
@@ -63,7 +70,11 @@ def _title(field: Any) -> str:
 
 
 def _batch(table: Table, schema: Any) -> Batch:
-    return pa.record_batch([pa.array(table.t), *(_array(one, len(table.t)) for one in table.columns)], schema=schema)
+    arrays = [pa.array(table.t), *(_array(one, len(table.t)) for one in table.columns)]
+    if table.bookmarks:
+        texts = table.marked()
+        arrays.append(pa.array([texts.get(row) for row in range(len(table.t))], pa.string()))
+    return pa.record_batch(arrays, schema=schema)
 
 
 def _array(column: Column, count: int) -> Any:

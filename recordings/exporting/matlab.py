@@ -4,6 +4,8 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from controller.errors import ParameterError
 from controller.schema.origin import CODES, Origin
 from recordings.exporting.table import Table, joined
@@ -15,7 +17,8 @@ BYTES_MAX = (1 << 31) - (1 << 20)
 def write_mat(tables: Iterable[Table], target: Path, origin: Origin | None) -> None:
     """`tendril.t`, a column vector per signal, `tendril.units`; what is not at every tick has its own times `FIELD_t`.
 
-    `tendril.origin` is JSON, `tendril.codes.mode.HOLD` the number of that mode.
+    `tendril.origin` is JSON, `tendril.codes.mode.HOLD` the number of that mode. Bookmarks are a cell array of text with
+    times, too.
 
     ParameterError when it is more than the format can hold.
     """
@@ -25,6 +28,9 @@ def write_mat(tables: Iterable[Table], target: Path, origin: Origin | None) -> N
         if column.at is not None:
             fields[f"{column.signal.field}_t"] = table.t[column.at]
         fields[column.signal.name] = column.values
+    if table.bookmarks:
+        rows, texts = zip(*sorted(table.marked().items()), strict=True)
+        fields["bookmark_t"], fields["bookmark"] = table.t[list(rows)], np.array(texts, object)
     fields["units"] = {"t": "s"} | {column.signal.name: column.signal.unit for column in table.columns}
     fields["started_unix_ns"] = table.wall_ns
     fields["codes"] = CODES

@@ -36,7 +36,7 @@ class Topic(NamedTuple):
 def write_mcap(tables: Iterable[Table], target: Path, origin: Origin | None) -> None:
     """A message per topic and row, with t [s] and its signals by name; what is not known (nan) is left out of it.
 
-    `origin` is a metadata record of this name.
+    `origin` is a metadata record of this name. Bookmarks are a topic of their own.
     """
     later = iter(tables)
     first = next(later)
@@ -48,6 +48,7 @@ def write_mcap(tables: Iterable[Table], target: Path, origin: Origin | None) -> 
             writer.add_metadata("origin", {**words, "json": origin.model_dump_json()})
         drawn = {topic: _drawn(writer, topic) for topic in foxglove.topics(first)}
         topics = [_topic(writer, name, first, columns) for name, columns in _by_topic(first).items()]
+        marks = _bookmarks(writer) if first.bookmarks else 0
         for table in chain([first], later):
             for begin in range(0, len(table.t), PIECE):
                 for topic in topics:
@@ -55,6 +56,9 @@ def write_mcap(tables: Iterable[Table], target: Path, origin: Origin | None) -> 
                         writer.add_message(topic.channel, at, text, at)
                 for message in foxglove.messages(table, begin, min(begin + PIECE, len(table.t))):
                     writer.add_message(drawn[message.topic], message.at, message.text, message.at)
+            for row, mark in table.marked().items():
+                at = int(table.t_ns[row]) + table.wall_ns
+                writer.add_message(marks, at, json.dumps({"t": float(table.t[row]), "text": mark}).encode(), at)
         writer.finish()  # type: ignore[no-untyped-call]
 
 
@@ -85,6 +89,17 @@ def _drawn(writer: Writer, topic: str) -> int:
     """The channel of one of Foxglove's own messages."""
     name, published = foxglove.schema(topic)
     return writer.register_channel(topic, "json", writer.register_schema(name, "jsonschema", published))
+
+
+def _bookmarks(writer: Writer) -> int:
+    """The channel of the topic `/bookmark`: number and label at the row that was marked."""
+    schema = {
+        "type": "object",
+        "title": "bookmark",
+        "properties": {"t": {"type": "number"}, "text": {"type": "string"}},
+    }
+    id = writer.register_schema("tendril.bookmark", "jsonschema", json.dumps(schema).encode())
+    return writer.register_channel("/bookmark", "json", id)
 
 
 def _messages(table: Table, topic: Topic, begin: int) -> Iterator[tuple[int, bytes]]:

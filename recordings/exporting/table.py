@@ -17,9 +17,11 @@ from recordings.exporting.feed import feed
 from recordings.exporting.places import Layout, Place
 from recordings.exporting.signals import SIGNALS, TIP, Signal, chosen
 from recordings.exporting.survey import Survey, surveyed
+from recordings.format import sidecar
 from recordings.format.chunks import Chunks, Part, opened
+from recordings.format.messages import Bookmark
 from recordings.importing.tip import IMPORT_RIG
-from recordings.read.reader import about_of, clock_origin
+from recordings.read.reader import about_of, clock_origin, read_bookmarks
 
 PIECE = 50_000
 """Rows that are in memory at once."""
@@ -57,11 +59,22 @@ class Table:
     t_ns: Values
     wall_ns: int
     columns: Sequence[Column]
+    bookmarks: Sequence[Bookmark] = ()
+    """Of the whole window, of which the table may be a piece."""
 
     @cached_property
     def t(self) -> Values:
         """Times since the recording's first row (n,) [s]."""
         return np.asarray(self.t_ns / 1e9)
+
+    def marked(self) -> dict[int, str]:
+        """Number and label of the bookmarks at rows of this table, by row."""
+        found: dict[int, list[str]] = {}
+        for mark in self.bookmarks:
+            row = int(np.searchsorted(self.t_ns, at := round(mark.t * 1e9)))
+            if row < len(self.t_ns) and self.t_ns[row] == at:
+                found.setdefault(row, []).append(f"{mark.n} {mark.label}".rstrip())
+        return {row: "; ".join(texts) for row, texts in found.items()}
 
 
 def table_of(rows: Rows) -> Table:
@@ -88,7 +101,7 @@ def joined(tables: Iterable[Table]) -> Table:
         rows = [piece.at + start for piece, start in zip(pieces, starts[:-1], strict=True) if piece.at is not None]
         values = np.concatenate([piece.values for piece in pieces])
         columns.append(Column(pattern.signal, values, np.concatenate(rows) if rows else None))
-    return Table(np.concatenate([part.t_ns for part in parts]), parts[0].wall_ns, columns)
+    return Table(np.concatenate([part.t_ns for part in parts]), parts[0].wall_ns, columns, parts[0].bookmarks)
 
 
 class RowReader:
@@ -110,11 +123,13 @@ class RowReader:
             first, origin = int(survey.rows[0]), clock_origin(chunks)
             rows = survey.rows[_window(survey.rows - first, choice)]
             places = [(signal, layout.place(signal)) for signal in signals]
+            start, stop = (rows[0] - first) * 1e-9, (rows[-1] - first) * 1e-9
+            marks = [mark for mark in _bookmarks(self._path) if start <= mark.t <= stop]
             done = 0
             for t, parts in feed(chunks, survey, rows, most):
                 piece = Piece(t, origin, parts, layout.clock)
                 columns = [piece.column(signal, place) for signal, place in places]
-                yield Table(t - first, origin + first + about.info.wall_offset_ns, columns)
+                yield Table(t - first, origin + first + about.info.wall_offset_ns, columns, marks)
                 done += len(t)
                 told(done / len(rows))
 
@@ -144,6 +159,14 @@ class Piece:
         part = self.parts[place.entity]
         values = np.multiply(part.values[:, place.column], place.sign).astype(kind)
         return Column(signal, values, None if place.dense else np.searchsorted(self.t, part.t))
+
+
+def _bookmarks(path: Path) -> Sequence[Bookmark]:
+    """Those of its description; of data without one, as they were set."""
+    try:
+        return sidecar.read(path.parent, path.stem).bookmarks
+    except RecordingError:
+        return read_bookmarks(path)
 
 
 def _looked_up(

@@ -1,8 +1,9 @@
 """What is said about recordings: the recorder's state and one row of the list."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import AwareDatetime
+from pydantic import Field as Bounds
 
 from controller.schema.layout import Model
 from controller.schema.parameters import Settings
@@ -17,6 +18,24 @@ Profile = Literal["full", "standard"]
 """How much of every tick is kept; `recordings.format.profiles` says what each one holds."""
 
 
+BOOKMARKS_MAX = 100
+"""Of one recording: every page is told all of them while it runs."""
+
+Label = Annotated[str, Bounds(max_length=80)]
+
+
+class Bookmark(Model):
+    """A place in a recording that somebody marked while it ran."""
+
+    n: int
+    """Its number in the recording, 1, 2, ...: no other gets it, even if it is removed."""
+    tick: int
+    """Of the row that was the newest."""
+    t: float
+    """When that was, since the recording's first row [s]."""
+    label: Label = ""
+
+
 class RecordingState(Model):
     """What the recorder does now."""
 
@@ -28,6 +47,10 @@ class RecordingState(Model):
     """Ticks that are missing between the rows given: 0 when nothing was lost."""
     problem: str = ""
     """Why the last recording ended by itself (a full disk, ...), "" when it did not."""
+    origin: float = 0.0
+    """The rig's clock at its first row [s]."""
+    bookmarks: tuple[Bookmark, ...] = ()
+    """Those of the part that is being written."""
 
 
 class Hole(Model):
@@ -107,6 +130,8 @@ class Recording(Model):
     """It was made elsewhere: time, x and y alone."""
     metrics: Metrics | None = None
     """Null until they were taken, after the end."""
+    bookmarks: tuple[Bookmark, ...] = ()
+    """What was marked while it ran, in the order of time."""
     tags: tuple[str, ...] = ()
     notes: str = ""
     starred: bool = False

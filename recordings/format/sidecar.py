@@ -6,7 +6,7 @@ Also the ids (they become file names and come back in URLs) and the lock that te
 import fcntl
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
@@ -125,6 +125,7 @@ def write(folder: Path, recording: Recording) -> Recording:
             kept = recording
         edits = {
             "name": kept.name,
+            "bookmarks": kept.bookmarks,
             "tags": tuple(dict.fromkeys((*kept.tags, *recording.tags))),
             "notes": kept.notes or recording.notes,
             "starred": kept.starred or recording.starred,
@@ -136,8 +137,13 @@ def write(folder: Path, recording: Recording) -> Recording:
 
 def update(folder: Path, id: str, **changes: object) -> Recording:
     """Change some fields of the sidecar of `id`, and no others; RecordingError when it cannot be read."""
+    return revise(folder, id, lambda found: found.model_copy(update=changes))
+
+
+def revise(folder: Path, id: str, change: Callable[[Recording], Recording]) -> Recording:
+    """Write what `change` makes of the sidecar of `id`, and return it; its errors, and those of `read`."""
     with turn(folder):
-        changed = read(folder, id).model_copy(update=changes)
+        changed = change(read(folder, id))
         _put(folder, changed)
     return changed
 

@@ -152,5 +152,8 @@ MARKERS = "/markers"
 APPROACH = "/approach"
 """Entity with the first tick and the end of every stretch that leads into a run."""
 
+BOOKMARKS = "/bookmarks"
+"""Entity with a line of text at each place that was marked: its number, and its label if it had one then."""
+
 PLAN_PERIOD = 10
 """Backbones and points of the plan view are written at every tick that this number divides: 100 Hz."""

@@ -44,7 +44,7 @@ def ordered(recordings: Iterable[Recording], sort: str) -> list[Recording]:
 
 def _text(found: Recording) -> str:
     parts = (found.id, found.name, *found.tags, found.notes, found.operator, found.actuator, found.reference)
-    return "\n".join(parts).casefold()
+    return "\n".join((*parts, *(mark.label for mark in found.bookmarks))).casefold()
 
 
 def _value(found: Recording, column: str) -> Any:

@@ -17,10 +17,10 @@ from controller.schema.modes import Mode
 from controller.schema.parameters import Settings
 from recordings.format.about import word
 from recordings.format.chunks import Batch, Chunks, common, numbers, opened
-from recordings.format.messages import Profile
+from recordings.format.messages import Bookmark, Profile
 from recordings.format.plan import LINES, flip
 from recordings.format.profiles import SLOW_FIELDS, TICKS
-from recordings.format.signals import APPROACH, GROUPS, MARKERS, Group
+from recordings.format.signals import APPROACH, BOOKMARKS, GROUPS, MARKERS, Group
 
 T = TypeVar("T")
 
@@ -125,6 +125,17 @@ def read_log(path: Path) -> list[tuple[int, str, str]]:
         level, text = (batch.column(f"TextLog:{name}").flatten().to_pylist() for name in ("level", "text"))
         lines += zip(t, tick, level, text, strict=True)
     return [line[1:] for line in sorted(lines, key=lambda line: line[0])]
+
+
+def read_bookmarks(path: Path) -> tuple[Bookmark, ...]:
+    """What was marked while it was written, with the labels of that moment, in the order of time."""
+    found: list[Bookmark] = []
+    for batch in _collect(path, [BOOKMARKS]).get(BOOKMARKS, []):
+        t, tick = (batch.column(name).cast("int64").to_pylist() for name in ("t", "tick"))
+        for at_ns, at, text in zip(t, tick, batch.column("TextLog:text").flatten().to_pylist(), strict=True):
+            n, _, label = text.partition(" ")
+            found.append(Bookmark(n=int(n), tick=at, t=at_ns * 1e-9, label=label))
+    return tuple(sorted(found, key=lambda mark: (mark.t, mark.n)))
 
 
 class _Table:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from recordings.format import frames, sidecar, tool
 from recordings.format.messages import Recording
-from recordings.read.reader import read_about, read_times
+from recordings.read.reader import read_about, read_bookmarks, read_times
 
 TIMEOUT = 1800.0
 """For one run of a tool [s]."""
@@ -33,4 +33,5 @@ def from_data(id: str, path: Path) -> Recording:
     """What the data say of themselves; they still have to be counted."""
     info, settings = read_about(path)
     known = {"bytes": path.stat().st_size, "twin": info.twin, "rig": info.rig, "settings": settings}
+    known["bookmarks"] = read_bookmarks(path)
     return sidecar.blank(id, actuator=info.parameters.actuator.name).model_copy(update=known)

@@ -98,6 +98,11 @@ class Store:
         with _refused(f"recording {id!r} cannot be changed"):
             return sidecar.update(self._folder, id, **edit.changes())
 
+    def revise(self, id: str, change: Callable[[Recording], Recording]) -> Recording:
+        """Have `change` make another description of `id`; its errors, and those of `edit`."""
+        with _refused(f"recording {id!r} cannot be changed"):
+            return sidecar.revise(self._folder, id, change)
+
     def remove(self, id: str) -> None:
         """Delete data and sidecar; raises `CommandRefused` for one that is starred or still being written."""
         data, described = sidecar.rrd_path(self._folder, id), self._folder / f"{id}.json"

@@ -17,7 +17,7 @@ from recordings.format import plan
 from recordings.format.about import About, description, mode_style, series_style, word
 from recordings.format.blueprint import APPLICATION, layout
 from recordings.format.profiles import TICKS, rounded
-from recordings.format.signals import APPROACH, GROUPS, MARKERS, Group
+from recordings.format.signals import APPROACH, BOOKMARKS, GROUPS, MARKERS, Group
 
 Level = Literal["info", "warning", "error"]
 
@@ -71,6 +71,12 @@ class RrdFile:
         """Note that the ticks [first, end) lead into a run and are no part of it; after the first row."""
         if self._last is not None:
             self._stream.send_columns(APPROACH, self._times(self._last), rr.Scalars.columns(scalars=[[first, end]]))
+
+    def mark(self, n: int, label: str) -> None:
+        """Bookmark number `n` at the newest row; after the first row."""
+        if self._last is not None:
+            line = rr.TextLog.columns(text=[f"{n} {label}".rstrip()], level=["INFO"])
+            self._stream.send_columns(BOOKMARKS, self._times(self._last), line)
 
     def flush(self) -> None:
         """Hand everything to the operating system; raises `RecordingError` when the file takes no more."""

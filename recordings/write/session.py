@@ -17,7 +17,7 @@ from controller.schema.messages import RigInfo, Telemetry
 from controller.schema.parameters import RigParameters, Settings
 from recordings.format import sidecar
 from recordings.format.about import About
-from recordings.format.messages import Hole, Profile, Recording, RecordingState, Restart
+from recordings.format.messages import BOOKMARKS_MAX, Bookmark, Hole, Profile, Recording, RecordingState, Restart
 from recordings.write.rrd import ABANDON_TIMEOUT, Level, RrdFile
 from recordings.write.syncing import Syncer
 
@@ -60,6 +60,9 @@ class Session:
         self._rows = self._gaps = 0
         self._holes: tuple[Hole, ...] = ()
         self._restarts: tuple[Restart, ...] = ()
+        self.bookmarks: tuple[Bookmark, ...] = ()
+        """As the sidecar has them, where people may change them meanwhile."""
+        self._marked = 0
         self._reported = time.monotonic()
         self._file = RrdFile(self._path, About(self.id, self._name, info, settings, context.profile))
         self._file.flush()
@@ -84,6 +87,17 @@ class Session:
         """Note that the ticks [first, end) lead into a run."""
         self._file.approach(first, end)
 
+    def mark(self, label: str) -> Bookmark:
+        """A bookmark at the newest row, which is still to be written into the sidecar; RecordingError before a row."""
+        if not self._rows or self._last_tick is None:
+            raise RecordingError("nothing is recorded yet that could be marked")
+        if self._marked >= BOOKMARKS_MAX:
+            raise RecordingError(f"this recording has had {self._marked} bookmarks, which is the most")
+        self._marked += 1
+        mark = Bookmark(n=self._marked, tick=self._last_tick, t=self._seconds, label=label)
+        self._file.mark(mark.n, label)
+        return mark
+
     def end(self) -> Recording:
         """Close the file and mark it complete."""
         self._file.flush()
@@ -102,7 +116,15 @@ class Session:
 
     def state(self) -> RecordingState:
         """The recorder's state while this session runs."""
-        return RecordingState(recording=True, id=self.id, seconds=self._seconds, rows=self._rows, gaps=self._gaps)
+        return RecordingState(
+            recording=True,
+            id=self.id,
+            seconds=self._seconds,
+            rows=self._rows,
+            gaps=self._gaps,
+            origin=self._first_ns * 1e-9,
+            bookmarks=self.bookmarks,
+        )
 
     @property
     def waiting(self) -> float:

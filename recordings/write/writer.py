@@ -17,7 +17,7 @@ from controller.schema.layout import copied
 from controller.schema.messages import RigInfo
 from controller.schema.parameters import Settings
 from controller.system.worker import Worker
-from recordings.format.messages import PATIENCE, SPLIT_BYTES, Recording, RecordingState
+from recordings.format.messages import PATIENCE, SPLIT_BYTES, Bookmark, Recording, RecordingState
 from recordings.write.intake import Intake, Job, NoAnswer
 from recordings.write.rrd import Level
 from recordings.write.session import Context, Session, warm_up
@@ -94,6 +94,20 @@ class Recorder:
         """Note in the running recording, if any, that the ticks [first, end) lead into a run and are no part of it."""
         if self._intake.is_open:
             self._intake.later(lambda: self._approach(first, end))
+
+    def mark(self, label: str = "") -> tuple[str, Bookmark]:
+        """Set a bookmark at the newest row: the recording's id, and the mark for its sidecar; `bookmarked` shows it.
+
+        RecordingError when none runs, nothing is in it yet, or it has as many as it may.
+        """
+        self._require_disk()
+        return self._intake.ask(lambda: self._mark(label), ANSWER)
+
+    def bookmarked(self, recording: Recording) -> None:
+        """Tell of the bookmarks of `recording` as they are now, if it is the one that runs."""
+        session = self._session
+        if session and session.id == recording.id:
+            session.bookmarks = recording.bookmarks  # `state` has them with the next rows
 
     def stop(self) -> Recording:
         """End the recording, whole and closed; raises `RecordingError` when none runs or it failed."""
@@ -230,6 +244,12 @@ class Recorder:
         if self._session:
             self._write_pending()
             self._session.approach(first, end)
+
+    def _mark(self, label: str) -> tuple[str, Bookmark]:
+        if not self._session:
+            raise RecordingError("no recording is running")
+        self._write_pending()
+        return self._session.id, self._session.mark(label)
 
     def _pend(self, rows: Rows) -> None:
         if not self._session or self._given_up:

@@ -39,7 +39,7 @@ from server.operate.messages import Presence
 from server.operate.stop_lane import StopLane
 from server.plots import routes as plots
 from server.presets import routes as presets
-from server.recorder import export_routes, rerun_routes
+from server.recorder import bookmark_routes, export_routes, rerun_routes
 from server.recorder import routes as recorder
 from server.rig import reach, twin_routes
 from server.rig import routes as rig
@@ -60,6 +60,7 @@ ROUTES = (
     runs,
     recorded_path,
     recorder,
+    bookmark_routes,
     export_routes,
     plots,
     presets,

@@ -68,7 +68,7 @@ class StatusView:
             self.lease.clutch,
             self.people.key(),
             self.operator.settings,
-            (recording.recording, recording.id),
+            (recording.recording, recording.id, recording.bookmarks),
             self.operator.stopper.by,
             (self.rig.boot(), info.boot if info else None, self.rig.trouble),
             len(self.pages.open),

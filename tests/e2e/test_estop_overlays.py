@@ -101,6 +101,19 @@ def take_over(page: Page) -> Locator:
     return page.get_by_test_id("take-over-confirm")
 
 
+def bookmark(page: Page) -> Locator:
+    """The field for a bookmark's label."""
+    ask(page, "POST", "/api/recordings", name="overlays")
+    page.get_by_test_id("mark-button").click()
+    return page.get_by_test_id("mark-label")
+
+
+def profiles(page: Page) -> Locator:
+    """What a recording keeps, while none runs."""
+    ask(page, "DELETE", "/api/recordings/current")
+    return opened("record-profile")(page)
+
+
 def another_actuator(page: Page) -> Locator:
     """The question before the rig is started again."""
     page.get_by_role("tab", name="Actuator", exact=True).click()
@@ -110,7 +123,8 @@ def another_actuator(page: Page) -> Locator:
 
 BY_OPERATOR: dict[str, Opener] = {
     "app/KeyHelp.tsx": keys,
-    "recorder/RecordButton.tsx": opened("record-profile"),
+    "recorder/MarkButton.tsx": bookmark,
+    "recorder/RecordButton.tsx": profiles,
     "operate/lease/LeaseMenu.tsx": opened("lease-menu"),
     "drawing/tools/DrawShapes.tsx": opened("tool-shape"),
     "drawing/tools/DrawText.tsx": text,
@@ -134,6 +148,7 @@ BY_OTHERS: dict[str, Opener] = {"operate/lease/TakeOver.tsx": take_over}
 LARGE = ("app/KeyHelp.tsx", "recorder/detail/ExportDialog.tsx", "recorder/list/ImportDialog.tsx")
 """Dialogs with a backdrop or in the middle: tried with a mouse on a large window, too."""
 KINDS = ("app/KeyHelp.tsx", "operate/lease/LeaseMenu.tsx", "drawing/library/ReferencePanel.tsx")
+KINDS += ("recorder/MarkButton.tsx", "recorder/RecordButton.tsx")
 KINDS += ("plots/SignalChooser.tsx", "recorder/detail/ExportDialog.tsx", "app/Guide.tsx", "presets/AskActuator.tsx")
 """One of each way to lay something over the page; `make test-long` tries all."""
 

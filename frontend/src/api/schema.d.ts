@@ -830,6 +830,50 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/recordings/current/bookmarks": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Set Bookmark
+     * @description Mark the newest row of the recording that runs; 409 when none does, or it has 100 bookmarks already.
+     */
+    post: operations["set_bookmark"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/recordings/{id}/bookmarks/{n}": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    post?: never;
+    /**
+     * Remove Bookmark
+     * @description Remove a bookmark; 404 when there is no such one.
+     */
+    delete: operations["remove_bookmark"];
+    options?: never;
+    head?: never;
+    /**
+     * Name Bookmark
+     * @description Give a bookmark another label, "" for none; 404 when there is no such one.
+     */
+    patch: operations["name_bookmark"];
+    trace?: never;
+  };
   "/api/recordings/{id}/signals": {
     parameters: {
       query?: never;
@@ -1434,6 +1478,43 @@ export interface components {
        *     }
        */
       residual: components["schemas"]["DistanceLimit"];
+    };
+    /**
+     * Bookmark
+     * @description A place in a recording that somebody marked while it ran.
+     */
+    Bookmark: {
+      /**
+       * N
+       * @description Its number in the recording, 1, 2, ...: no other gets it, even if it is removed.
+       */
+      n: number;
+      /**
+       * Tick
+       * @description Of the row that was the newest.
+       */
+      tick: number;
+      /**
+       * T
+       * @description When that was, since the recording's first row [s].
+       */
+      t: number;
+      /**
+       * Label
+       * @default
+       */
+      label: string;
+    };
+    /**
+     * BookmarkLabel
+     * @description Body of the requests that set or name a bookmark.
+     */
+    BookmarkLabel: {
+      /**
+       * Label
+       * @default
+       */
+      label: string;
     };
     /**
      * Cause
@@ -2755,6 +2836,12 @@ export interface components {
       /** @description Null until they were taken, after the end. */
       metrics: components["schemas"]["Metrics"] | null;
       /**
+       * Bookmarks
+       * @description What was marked while it ran, in the order of time.
+       * @default []
+       */
+      bookmarks: components["schemas"]["Bookmark"][];
+      /**
        * Tags
        * @default []
        */
@@ -2818,6 +2905,18 @@ export interface components {
        * @default
        */
       problem: string;
+      /**
+       * Origin
+       * @description The rig's clock at its first row [s].
+       * @default 0
+       */
+      origin: number;
+      /**
+       * Bookmarks
+       * @description Those of the part that is being written.
+       * @default []
+       */
+      bookmarks: components["schemas"]["Bookmark"][];
     };
     /**
      * ReferenceInfo
@@ -6069,6 +6168,119 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["Quick"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  set_bookmark: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["BookmarkLabel"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Bookmark"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  remove_bookmark: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        id: string;
+        n: number;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Recording"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  name_bookmark: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        id: string;
+        n: number;
+      };
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["BookmarkLabel"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Recording"];
         };
       };
       400: components["responses"]["Refused400"];

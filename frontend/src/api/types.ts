@@ -20,6 +20,7 @@ export type Workspace = Schemas["Workspace"];
 export type ReferenceInfo = Schemas["ReferenceInfo"];
 export type ReferencePath = Schemas["ReferencePath"];
 export type Recording = Schemas["Recording"];
+export type Bookmark = Schemas["Bookmark"];
 export type Quick = Schemas["Quick"];
 export type SignalInfo = Schemas["SignalInfo"];
 export type QuickSignal = Schemas["QuickSignal"];

@@ -36,6 +36,9 @@ function perform(action: Action, services: Services): void {
     case "record":
       void services.get(Recorder).toggle();
       return;
+    case "mark":
+      void services.get(Recorder).mark();
+      return;
     case "help":
       page.patch({ help: !page.get().help });
       return;
@@ -57,7 +60,7 @@ export function hearKeys(services: Services): void {
   const hear = (event: KeyboardEvent) => {
     const action = keyMap.press(event, focusOf(document.activeElement), performance.now());
     if (event.key !== "Escape" && services.get(PageStore).get().session !== "present") return;
-    if (action?.kind === "nudge") event.preventDefault();
+    if (action?.kind === "nudge" || action?.kind === "mark") event.preventDefault(); // the letter is no part of the label
     act(action);
   };
   const hearFrame = (event: MessageEvent<unknown>) => {

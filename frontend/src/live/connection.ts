@@ -171,7 +171,7 @@ export class Connection {
           lease: keep(page.lease, message.lease),
           people: keep(page.people, message.people),
           settings: keep(page.settings, message.settings),
-          recording: keep(page.recording, message.recording),
+          recording: keep(page.recording, withBookmarks(page.recording, message.recording)),
           health: keep(page.health, message.health),
           starting: startingWith(message.health, page),
           run: keep(page.run, message.run),
@@ -267,6 +267,11 @@ export class Connection {
 /** The server hears the new rig some frames before this page sees it. */
 function startingWith(health: Health, page: Page): string {
   return health.starting === "" && health.rig_connected && !page.rigLive ? page.starting : health.starting;
+}
+
+/** The bookmarks are the same object while they are the same: plots that draw them stand still. */
+function withBookmarks(old: Page["recording"], next: Page["recording"]): Page["recording"] {
+  return { ...next, bookmarks: keep(old.bookmarks, next.bookmarks) };
 }
 
 function mine({ name, role, unprotected }: Session): Page["me"] {

@@ -1,5 +1,6 @@
 import type {
   AlarmLimits,
+  Bookmark,
   Cause,
   Event,
   Health,
@@ -80,6 +81,8 @@ export interface Page {
   readonly hint: string;
   /** Name of the gamepad that is heard, "" without one. */
   readonly gamepad: string;
+  /** The bookmark that was set just now, whose label may be typed; null once that is done. */
+  readonly marked: Bookmark | null;
   /** Name that the next recording gets. */
   readonly recordingName: string;
   /** How much of every tick the next recording keeps. */
@@ -101,7 +104,16 @@ export const EMPTY_PAGE: Page = {
   lease: { held: false, mine: false, holder: "", clutch: false },
   people: { holder: "", asking: [], others: [], waiting: false },
   settings: null,
-  recording: { recording: false, id: "", seconds: 0, rows: 0, gaps: 0, problem: "" },
+  recording: {
+    recording: false,
+    id: "",
+    seconds: 0,
+    rows: 0,
+    gaps: 0,
+    problem: "",
+    origin: 0,
+    bookmarks: [],
+  },
   health: null,
   alarms: null,
   rig: null,
@@ -119,6 +131,7 @@ export const EMPTY_PAGE: Page = {
   log: [],
   hint: "",
   gamepad: "",
+  marked: null,
   recordingName: "",
   recordingProfile: "standard",
 };

@@ -28,6 +28,13 @@ test("each state allows just its own ways out", () => {
   expect(allowed({ ...operating, mode: MODE.REST })).toEqual(["release", "hold", "settings", "record"]);
 });
 
+test("only a recording that runs is marked, by who operates, in whatever state the rig is", () => {
+  const recording = { ...operating, recording: true, rigLive: false, mode: null };
+  expect(whyNot("mark", operating)).toBe("Nothing is recorded now");
+  expect(whyNot("mark", recording)).toBeNull();
+  expect(whyNot("mark", { ...recording, mine: false, holder: "ivy" })).toBe("ivy operates");
+});
+
 test("a viewer may only take a free lease, and everyone may E-STOP", () => {
   const viewer = { ...operating, mine: false, holder: "ivy" };
   expect(allowed(viewer)).toEqual([]);

@@ -3,7 +3,7 @@ import { usePage, type Page } from "../live/page";
 import { isLatched, isMovable, MODE, MODE_WORD } from "../rig/modes";
 
 /** What depends on the rig's state. */
-type OfRig = "arm" | "disarm" | "hold" | "follow" | "clear" | "drag" | "run" | "record";
+type OfRig = "arm" | "disarm" | "hold" | "follow" | "clear" | "drag" | "run" | "record" | "mark";
 export type Control = OfRig | "take" | "take_over" | "ask" | "release" | "settings" | "edit" | "e_stop";
 
 /** What decides whether a control works now. */
@@ -47,6 +47,7 @@ export function whyNot(control: Control, now: Situation): string | null {
   if (control === "edit") return now.mine ? null : whyNotByRole(now);
   if (!now.mine) return now.held ? `${now.holder} operates` : (whyNotByRole(now) ?? "Take control first");
   if (control === "release" || control === "settings") return null;
+  if (control === "mark") return now.recording ? null : "Nothing is recorded now";
   if (control === "record" && now.recording) return null;
   if (now.starting !== "") return `The rig starts with actuator ${now.starting}`;
   if (!now.rigLive || now.mode === null) return "The rig does not answer";
@@ -88,6 +89,7 @@ function whyNotInMode(control: OfRig, mode: Mode): string | null {
     case "clear":
       return isLatched(mode) ? null : "Nothing is latched";
     case "record":
+    case "mark":
       return null;
   }
 }

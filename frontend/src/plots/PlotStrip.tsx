@@ -2,6 +2,7 @@ import { useCallback, useEffect, useMemo, useState } from "react";
 import "./plots.css";
 import { Connection } from "../live/connection";
 import { Live } from "../live/live";
+import { usePage } from "../live/page";
 import { Operations } from "../operate/operations";
 import { Painters } from "../ui/painters";
 import { useService } from "../ui/services";
@@ -9,6 +10,7 @@ import { useStore } from "../ui/store";
 import { Ticker } from "../ui/ticker";
 import { ChartBox } from "./chart/ChartBox";
 import { chartOf } from "./chart/charts";
+import { liveMarks } from "./chart/marks";
 import type { ChartPainter } from "./chart/painter";
 import { Painting } from "./chart/painting";
 import { FOLLOWING, paused, visible, type Gesture } from "./chart/view";
@@ -35,6 +37,9 @@ export function PlotStrip() {
   const { layout } = layouts;
   const plots = layout?.plots ?? NO_PLOTS;
   const seconds = layout?.seconds ?? 10;
+  const origin = usePage((page) => page.recording.origin);
+  const bookmarks = usePage((page) => page.recording.bookmarks);
+  const marks = useMemo(() => liveMarks({ origin, bookmarks }), [origin, bookmarks]);
   const [view, setView] = useState(FOLLOWING);
   const [editing, setEditing] = useState<number | null>(null);
   const [painting] = useState(() => new Painting(live.ring, painters));
@@ -45,9 +50,9 @@ export function PlotStrip() {
   useEffect(
     () =>
       ticker.every(FRAMES_PER_SECOND, "plots", () => {
-        painting.step(view, seconds);
+        painting.step(view, seconds, marks);
       }),
-    [ticker, painting, view, seconds],
+    [ticker, painting, view, seconds, marks],
   );
   useEffect(
     () =>

@@ -9,6 +9,7 @@ import { bytes, clock } from "../ui/format";
 import { useService } from "../ui/services";
 import { isProfile } from "./profile";
 import { Recorder } from "./recorder";
+import { MarkButton } from "./MarkButton";
 import { recordings } from "./recordings";
 
 /** Starts and stops a recording; beside it, how much of every tick it is to keep. */
@@ -41,7 +42,7 @@ export function RecordButton() {
           {recording ? `REC ${time}` : profile === "full" ? "Record full" : "Record"}
         </span>
       </ControlButton>
-      {recording ? null : <ProfileMenu />}
+      {recording ? <MarkButton /> : <ProfileMenu />}
     </Button.Group>
   );
 }

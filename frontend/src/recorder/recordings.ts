@@ -96,6 +96,14 @@ export const recordings = {
   change: (id: string, body: RecordingChanges) =>
     told(api.PATCH("/api/recordings/{id}", { ...at(id), body })),
   remove: (id: string) => api.DELETE("/api/recordings/{id}", at(id)),
+  /** Mark the newest row of the recording that runs. */
+  mark: () => told(api.POST("/api/recordings/current/bookmarks", { body: { label: "" } })),
+  /** Give bookmark `n` a label, or with null remove it. */
+  label: (id: string, n: number, label: string | null) => {
+    const place = { params: { path: { id, n } } };
+    const path = "/api/recordings/{id}/bookmarks/{n}";
+    return told(label === null ? api.DELETE(path, place) : api.PATCH(path, { ...place, body: { label } }));
+  },
   /** The recorded path of the tip or of its reference. */
   path: (id: string, what: "p_meas" | "p_ref") =>
     told(api.GET("/api/recordings/{id}/path", { params: { path: { id }, query: { what } } })),

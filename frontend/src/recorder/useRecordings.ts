@@ -26,6 +26,8 @@ export interface Recordings {
   readonly load: () => Promise<void>;
   readonly change: (id: string, changes: RecordingChanges) => Promise<void>;
   readonly remove: (id: string) => Promise<void>;
+  /** Give bookmark `n` of a recording a label, or with null remove it. */
+  readonly label: (id: string, n: number, label: string | null) => Promise<void>;
 }
 
 /** How long the typing rests before the server is asked [ms]. */
@@ -92,12 +94,16 @@ export function useRecordings(search: Search, opened: readonly string[]): Record
     operations.attempt("Recording not changed", async () => {
       put(id, await recordings.change(id, changes));
     });
+  const label = (id: string, n: number, text: string | null) =>
+    operations.attempt("Bookmark not changed", async () => {
+      put(id, await recordings.label(id, n, text));
+    });
   const remove = (id: string) =>
     operations.attempt("Recording not deleted", async () => {
       await recordings.remove(id);
       put(id, null);
     });
-  return { listed, problem, find, load, change, remove };
+  return { listed, problem, find, load, change, label, remove };
 }
 
 /** Id of the recording that is being written, "" for none. */

@@ -20,10 +20,11 @@ export function Replay3D({ recording }: { readonly recording: Recording }) {
   const operations = useService(Operations);
   const [seat] = useState(() => new Seat());
   const [replay] = useState(() => new Replay(recording.id, seat.id));
+  const marks = recording.bookmarks.map(({ t }) => ({ value: t }));
   const steer = (action: () => Promise<void>) => void operations.attempt("Recording not played", action);
   return (
     <>
-      <PlayBar replay={replay} steer={steer} seat={seat} />
+      <PlayBar replay={replay} steer={steer} seat={seat} marks={marks} />
       <SceneFrame
         seat={seat}
         title={`3D view of the recording ${recording.name || recording.id}`}
@@ -38,10 +39,12 @@ export function Replay3D({ recording }: { readonly recording: Recording }) {
 interface PlayBarProps {
   readonly replay: Replay;
   readonly seat: Seat;
+  /** Bookmarks, in seconds. */
+  readonly marks: { value: number }[];
   readonly steer: (action: () => Promise<void>) => void;
 }
 
-function PlayBar({ replay, seat, steer }: PlayBarProps) {
+function PlayBar({ replay, seat, marks, steer }: PlayBarProps) {
   const playback = useStore(replay.store, (state) => state.playback);
   const [at, playing] = useClock(replay);
   const [wish, setWish] = useState<number | null>(null);
@@ -70,6 +73,7 @@ function PlayBar({ replay, seat, steer }: PlayBarProps) {
         min={0}
         max={Math.max(duration, 0.01)}
         step={0.01}
+        marks={marks}
         value={wish ?? at}
         onChange={setWish}
         onChangeEnd={(value) => {

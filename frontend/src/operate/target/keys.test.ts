@@ -38,6 +38,8 @@ test("letters are keys of the page unless they are being typed or belong to the 
   const keys = new KeyMap();
   expect(keys.press(press("f"), "widget", 0)).toEqual({ kind: "follow" });
   expect(keys.press(press("f"), "text", 0)).toBeNull();
+  expect(keys.press(press("b"), "page", 0)).toEqual({ kind: "mark" });
+  expect(keys.press(press("b"), "text", 0)).toBeNull();
   expect(keys.press(press("r", { ctrlKey: true }), "page", 0)).toBeNull();
   expect(keys.press(press("?", { shiftKey: true }), "page", 0)).toEqual({ kind: "help" });
 });

@@ -3,6 +3,7 @@ export type Action =
   | { kind: "e_stop" }
   | { kind: "follow" }
   | { kind: "record" }
+  | { kind: "mark" }
   | { kind: "help" }
   | { kind: "nudge"; dx: number; dy: number; fresh: boolean }
   | { kind: "release" };
@@ -76,6 +77,9 @@ function letter(key: string): Action | null {
     case "r":
     case "R":
       return { kind: "record" };
+    case "b":
+    case "B":
+      return { kind: "mark" };
     case "?":
       return { kind: "help" };
     default:
@@ -95,6 +99,7 @@ export const KEY_LIST: readonly (readonly [string, string])[] = [
   ["Esc Esc", "E-STOP (twice within 1 s, anywhere)"],
   ["F", "Follow the target"],
   ["R", "Start or stop a recording"],
+  ["B", "Bookmark the newest row of the recording; then type its label, Enter"],
   ["Arrows", "Move the target 1 mm (Shift 10 mm, Ctrl 0.1 mm)"],
   ["Gamepad", "Hold A (or the right shoulder) and steer with the left stick; B = HOLD"],
   ["Ctrl Z", "Undo a change of the drawing (Ctrl Shift Z or Ctrl Y: redo)"],

@@ -6,6 +6,7 @@ import type { Painter } from "../../ui/painters";
 import { digitsFor, numberLabels, secondsLabels, TIME_STEPS, timeLabel } from "./axes";
 import type { Chart, Line } from "./charts";
 import { Gestures } from "./gestures";
+import { drawMarks, markAt, NO_MARKS, type PlotMark } from "./marks";
 import { Readout, write } from "./readout";
 import type { Gesture, Range } from "./view";
 import { emptyData, extractWindow, niceRange, type PlotData } from "./window";
@@ -33,6 +34,7 @@ export class ChartPainter implements Painter {
   private shown: Range = { from: -10, to: 0 };
   private origin = 0;
   private version = -1;
+  private marks = NO_MARKS;
 
   constructor(
     private readonly chart: Chart,
@@ -46,6 +48,9 @@ export class ChartPainter implements Painter {
     this.readout = new Readout(chart, host);
     this.plot = new uPlot(this.options(host), this.columns(), host);
     this.gestures = new Gestures(this.plot.over, (px) => this.timeAt(px), onGesture);
+    this.plot.over.addEventListener("click", (event) => {
+      this.seek(event.offsetX);
+    });
   }
 
   destroy(): void {
@@ -63,13 +68,14 @@ export class ChartPainter implements Painter {
     this.plot.redraw(false, true);
   }
 
-  /** Show a stretch of time if that changes the picture; x counts from `origin` [s on the rig's clock]. */
-  follow(ring: Ring, range: Range, origin: number): boolean {
+  /** Show a stretch of time if that changes the picture; x counts from `origin` [s on the rig's clock], as `marks` do not. */
+  follow(ring: Ring, range: Range, origin: number, marks: readonly PlotMark[]): boolean {
     const width = range.to - range.from;
     const step = Math.max(STEP_S, width * STEP);
     const [from, to] = [range.from - this.origin - this.shown.from, range.to - this.origin - this.shown.to];
     const stands = Math.abs(to) < step && Math.abs(from) < step && Math.abs(to - from) < 1e-9 * width;
-    if (stands && this.version === ring.version) return false;
+    if (stands && this.version === ring.version && this.marks === marks) return false;
+    this.marks = marks;
     this.show(ring, range, origin);
     this.version = ring.version;
     return true;
@@ -148,10 +154,18 @@ export class ChartPainter implements Painter {
         draw: [
           () => {
             this.drawNames();
+            drawMarks(this.plot, this.marks, this.ink, this.origin);
           },
         ],
       },
     };
+  }
+
+  /** Stop where a bookmark's line was clicked, with it in the middle. */
+  private seek(px: number): void {
+    const mark = markAt(this.plot, this.marks, px, this.origin);
+    const half = (this.shown.to - this.shown.from) / 2;
+    if (mark) this.onGesture({ kind: "zoom", from: mark.at - half, to: mark.at + half });
   }
 
   private select(): void {

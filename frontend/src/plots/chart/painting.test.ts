@@ -21,7 +21,7 @@ function charts(count: number) {
   const frames = (many: number, view = FOLLOWING) =>
     Array.from({ length: many }, () => {
       painted.length = 0;
-      painting.step(view, 10);
+      painting.step(view, 10, []);
       return painted.toSorted();
     });
   return { made, frames };

@@ -1,5 +1,6 @@
 import type { Ring } from "../../live/ring";
 import type { Painters } from "../../ui/painters";
+import type { PlotMark } from "./marks";
 import type { ChartPainter } from "./painter";
 import { moved, scaled, visible, whole, zoomed, type Gesture, type Now, type View } from "./view";
 
@@ -35,8 +36,8 @@ export class Painting {
     return { newest: this.heldAt ?? this.ring.newest, seconds };
   }
 
-  /** Once a frame. */
-  step(view: View, seconds: number): void {
+  /** Once a frame; `marks` on the rig's clock [s] are the same object while they are the same. */
+  step(view: View, seconds: number, marks: readonly PlotMark[]): void {
     const now = this.now(seconds);
     const range = visible(view, now);
     if (!Number.isFinite(range.to)) return;
@@ -49,7 +50,7 @@ export class Painting {
       this.next = (this.next + 1) % seen.length;
       const chart = seen[this.next];
       this.painters.run(chart, performance.now(), () => {
-        if (!chart.follow(this.ring, range, origin)) return;
+        if (!chart.follow(this.ring, range, origin, marks)) return;
         painted += 1;
         this.waited = 0;
       });

@@ -75,6 +75,7 @@ export function Detail({ id, recordings, onBack }: Props) {
       <Sighted
         sight={sight}
         recording={recording}
+        recordings={recordings}
         running={running}
         onZoom={setZoomed}
         onDrawn={() => {
@@ -91,15 +92,16 @@ export function Detail({ id, recordings, onBack }: Props) {
 interface SightedProps {
   readonly sight: Sight;
   readonly recording: Recording;
+  readonly recordings: Recordings;
   readonly running: boolean;
   readonly onZoom: (to: TimeWindow | null) => void;
   readonly onDrawn: () => void;
 }
 
-function Sighted({ sight, recording, running, onZoom, onDrawn }: SightedProps) {
+function Sighted({ sight, recording, recordings, running, onZoom, onDrawn }: SightedProps) {
   switch (sight) {
     case "quick":
-      return <QuickLook id={recording.id} running={running} onZoom={onZoom} onDrawn={onDrawn} />;
+      return <QuickLook {...{ recording, recordings, running, onZoom, onDrawn }} />;
     case "figures":
       return running ? <p className="panel note">Figures are taken after its end.</p> : <Figures id={recording.id} />; // prettier-ignore
     case "plots":

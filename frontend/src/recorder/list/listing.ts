@@ -50,7 +50,7 @@ export interface Mark {
 }
 
 export function marksOf(row: Recording, running: boolean): Mark[] {
-  const { complete, recovered, gaps, restarts, imported, part_of, problem, profile } = row;
+  const { complete, recovered, gaps, restarts, imported, part_of, problem, profile, bookmarks } = row;
   const cut = !running && !complete && !recovered && problem === "";
   const marks: (Mark | false)[] = [
     running && mark("recording now", "It is being written."),
@@ -61,6 +61,8 @@ export function marksOf(row: Recording, running: boolean): Mark[] {
     gaps > 0 && mark(`${gaps} ticks missing`, holesText(row), true),
     restarts.length > 0 && mark("rig restarted", restartsText(row), true),
     imported && mark("imported", "Made elsewhere: time, x and y alone."),
+    bookmarks.length > 0 &&
+      mark(bookmarks.length === 1 ? "1 bookmark" : `${bookmarks.length} bookmarks`, bookmarksText(row)),
     part_of !== "" && mark("part", `It goes on the recording ${part_of}.`),
     profile === "full" && !imported && problem === "" && mark("full", "Every number of every tick as it is."),
   ];
@@ -69,6 +71,11 @@ export function marksOf(row: Recording, running: boolean): Mark[] {
 
 function mark(text: string, reason: string, bad = false): Mark {
   return { text, reason, bad };
+}
+
+/** When, and as what. */
+function bookmarksText({ bookmarks }: Recording): string {
+  return bookmarks.map(({ n, t, label }) => `${label === "" ? n : label} at ${t.toFixed(1)} s`).join(", ");
 }
 
 const HOLES_SHOWN = 3;

@@ -1,44 +1,71 @@
 import { Loader } from "@mantine/core";
-import { useCallback, useEffect, useMemo, useRef } from "react";
-import type { Quick } from "../../api/types";
+import { useCallback, useEffect, useMemo, useRef, useState } from "react";
+import type { Quick, Recording } from "../../api/types";
+import { liveMarks, NO_MARKS, type PlotMark } from "../../plots/chart/marks";
+import type { Recordings } from "../useRecordings";
+import { Bookmarks } from "./Bookmarks";
 import { PathCanvas, type DrawnPath, type PathMark } from "./PathCanvas";
 import { pathsOf } from "./paths";
 import { quickCharts, type QuickChart } from "./quickCharts";
-import { QuickPlot, Sample, type Zoomed } from "./QuickPlot";
+import { QuickPlot, Sample, type Seek, type Zoomed } from "./QuickPlot";
 import { useQuick } from "./useQuick";
 
 interface Props {
-  readonly id: string;
+  readonly recording: Recording;
+  readonly recordings: Recordings;
   readonly running: boolean;
   readonly onZoom: Zoomed;
   /** Its plots stand. */
   readonly onDrawn: () => void;
 }
 
-/** The main signals and the tip's path of a recording, without rerun. */
-export function QuickLook({ id, running, onZoom, onDrawn }: Props) {
-  const { looks, problem } = useQuick([id], running);
+/** The main signals and the tip's path of a recording, without rerun, and what was marked in it. */
+export function QuickLook({ recording, recordings, running, onZoom, onDrawn }: Props) {
+  const { looks, problem } = useQuick([recording.id], running);
+  const [seek, setSeek] = useState<Seek | null>(null);
+  const { bookmarks } = recording;
+  const marks = useMemo(() => liveMarks({ origin: 0, bookmarks }), [bookmarks]);
+  const onSeek = useCallback((at: number) => {
+    setSeek({ at });
+  }, []);
   const quick = looks?.at(0);
-  if (problem !== "") return <p className="panel advice" role="alert">No quick look: {problem}</p>; // prettier-ignore
-  if (!quick) return <Loader m="xl" data-testid="quick-loading" />;
-  if (quick.rows === 0) return <p className="panel note">Nothing is recorded in it.</p>;
-  return <Shown quick={quick} onZoom={onZoom} onDrawn={onDrawn} />;
+  return (
+    <>
+      <Bookmarks recording={recording} recordings={recordings} onSeek={onSeek} />
+      {problem !== "" ? (
+        <p className="panel advice" role="alert">
+          No quick look: {problem}
+        </p>
+      ) : !quick ? (
+        <Loader m="xl" data-testid="quick-loading" />
+      ) : quick.rows === 0 ? (
+        <p className="panel note">Nothing is recorded in it.</p>
+      ) : (
+        <Shown {...{ quick, marks, seek, onSeek, onZoom, onDrawn }} />
+      )}
+    </>
+  );
 }
 
-interface ShownProps {
+interface Marking {
+  readonly marks?: readonly PlotMark[];
+  readonly seek?: Seek | null;
+  /** Told the place of a mark that was clicked. */
+  readonly onSeek?: (at: number) => void;
+}
+
+interface ShownProps extends Marking, Pick<Props, "onZoom" | "onDrawn"> {
   readonly quick: Quick;
-  readonly onZoom: Zoomed;
-  readonly onDrawn: () => void;
 }
 
-function Shown({ quick, onZoom, onDrawn }: ShownProps) {
+function Shown({ quick, onDrawn, ...rest }: ShownProps) {
   useEffect(onDrawn, [onDrawn]);
   const charts = useMemo(() => quickCharts(quick), [quick]);
   const paths = useMemo(() => pathsOf(quick), [quick]);
-  return <PlotsAndPath charts={charts} paths={paths} group="quick" unitX="s" onZoom={onZoom} />;
+  return <PlotsAndPath {...rest} charts={charts} paths={paths} group="quick" unitX="s" />;
 }
 
-interface PlotsProps {
+interface PlotsProps extends Marking {
   readonly charts: readonly QuickChart[];
   readonly paths: readonly DrawnPath[];
   readonly group: string;
@@ -47,7 +74,8 @@ interface PlotsProps {
 }
 
 /** Plots beside the paths; where the cursor is on time, each path is marked. */
-export function PlotsAndPath({ charts, paths, group, unitX, onZoom }: PlotsProps) {
+export function PlotsAndPath({ charts, paths, group, unitX, onZoom, ...marking }: PlotsProps) {
+  const { marks = NO_MARKS, seek = null, onSeek } = marking;
   const mark = useRef<PathMark>(null);
   const follow = useCallback((x: number | null) => {
     mark.current?.show(x);
@@ -63,6 +91,9 @@ export function PlotsAndPath({ charts, paths, group, unitX, onZoom }: PlotsProps
             unitX={unitX}
             onCursor={i === 0 && unitX === "s" ? follow : undefined}
             onZoom={i === 0 ? onZoom : undefined}
+            marks={marks}
+            seek={seek}
+            onSeek={onSeek}
           />
         ))}
       </div>

@@ -2,6 +2,7 @@ import { useComputedColorScheme } from "@mantine/core";
 import { useEffect, useRef } from "react";
 import uPlot from "uplot";
 import { numberLabels } from "../../plots/chart/axes";
+import { drawMarks, markAt, type PlotMark } from "../../plots/chart/marks";
 import { seriesOf } from "../../plots/chart/painter";
 import { FONT, INK, type Ink } from "../../ui/colours";
 import { plain } from "../../ui/format";
@@ -15,6 +16,14 @@ export interface TimeWindow {
 /** Told what is shown, null for all. */
 export type Zoomed = (to: TimeWindow | null) => void;
 
+/** A place on x to go to; another object each time, as one may go there again. */
+export interface Seek {
+  readonly at: number;
+}
+
+/** Most of x that is shown about a place that was gone to [s], on either side. */
+const ABOUT_S = 2;
+
 interface Props {
   readonly chart: QuickChart;
   /** Plots of one key share cursor and zoom. */
@@ -24,10 +33,16 @@ interface Props {
   /** Told where the cursor is on x, null off the plot. */
   readonly onCursor?: ((x: number | null) => void) | undefined;
   readonly onZoom?: Zoomed | undefined;
+  readonly marks: readonly PlotMark[];
+  readonly seek: Seek | null;
+  /** Told the place of a mark that was clicked. */
+  readonly onSeek?: ((at: number) => void) | undefined;
 }
 
 /** One plot of a recording: drag zooms along x, a double click shows all again, the cursor is common to all. */
-export function QuickPlot({ chart, group, unitX, onCursor, onZoom }: Props) {
+export function QuickPlot({ chart, group, unitX, onCursor, onZoom, marks, seek, onSeek }: Props) {
+  const drawn = useRef<uPlot>(null);
+  const shown = useRef(marks);
   const host = useRef<HTMLDivElement>(null);
   const values = useRef<(HTMLElement | null)[]>([]);
   const ink = INK[useComputedColorScheme("dark")];
@@ -47,11 +62,19 @@ export function QuickPlot({ chart, group, unitX, onCursor, onZoom }: Props) {
     const zoomed = (plot: uPlot) => {
       onZoom?.(windowOf(plot));
     };
+    const marked = (plot: uPlot) => {
+      drawMarks(plot, shown.current, ink);
+    };
     const plot = new uPlot(
-      optionsOf(chart, element, { group, unitX, ink, read, zoomed }),
+      optionsOf(chart, element, { group, unitX, ink, read, zoomed, marked }),
       chart.columns,
       element,
     );
+    drawn.current = plot;
+    plot.over.addEventListener("click", (event) => {
+      const mark = markAt(plot, shown.current, event.offsetX);
+      if (mark) onSeek?.(mark.at);
+    });
     const sizes = new ResizeObserver(([{ contentRect }]) => {
       plot.setSize({ width: Math.floor(contentRect.width), height: Math.floor(contentRect.height) });
     });
@@ -60,7 +83,14 @@ export function QuickPlot({ chart, group, unitX, onCursor, onZoom }: Props) {
       sizes.disconnect();
       plot.destroy();
     };
-  }, [chart, group, unitX, ink, onCursor, onZoom]);
+  }, [chart, group, unitX, ink, onCursor, onZoom, onSeek]);
+  useEffect(() => {
+    shown.current = marks;
+    drawn.current?.redraw(false);
+  }, [marks]);
+  useEffect(() => {
+    if (seek && drawn.current) goTo(drawn.current, seek.at);
+  }, [seek]);
   return (
     <figure className="quick-plot" data-testid="quick-plot">
       <figcaption>
@@ -110,6 +140,16 @@ interface Look {
   readonly ink: Ink;
   readonly read: (plot: uPlot) => void;
   readonly zoomed: (plot: uPlot) => void;
+  readonly marked: (plot: uPlot) => void;
+}
+
+/** Show what is about the place `at`, with the cursor there. */
+function goTo(plot: uPlot, at: number): void {
+  const [first, last] = [plot.data[0].at(0) ?? 0, plot.data[0].at(-1) ?? 0];
+  plot.batch(() => {
+    plot.setScale("x", { min: Math.max(first, at - ABOUT_S), max: Math.min(last, at + ABOUT_S) });
+  });
+  plot.setCursor({ left: plot.valToPos(at, "x"), top: plot.bbox.height / devicePixelRatio / 2 });
 }
 
 /** What the plot shows of its time, null for all of it. */
@@ -122,7 +162,7 @@ function windowOf({ scales, data }: uPlot): TimeWindow | null {
 function optionsOf(
   chart: QuickChart,
   host: HTMLElement,
-  { group, unitX, ink, read, zoomed }: Look,
+  { group, unitX, ink, read, zoomed, marked }: Look,
 ): uPlot.Options {
   const axis = {
     font: `10px ${FONT}`,
@@ -149,6 +189,7 @@ function optionsOf(
     series: [{}, ...chart.lines.map(lineOf)],
     hooks: {
       setCursor: [read],
+      draw: [marked],
       setScale: [
         (plot, key) => {
           if (key === "x") zoomed(plot);

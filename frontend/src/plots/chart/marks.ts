@@ -1,0 +1,58 @@
+import type uPlot from "uplot";
+import type { RecordingState } from "../../api/types";
+import type { Ink } from "../../ui/colours";
+
+/** A place on the time axis that somebody marked, in the x of the plot. */
+export interface PlotMark {
+  readonly at: number;
+  readonly text: string;
+}
+
+export const NO_MARKS: readonly PlotMark[] = [];
+/** How far from its line a mark is still hit [px]. */
+const REACH_PX = 6;
+
+/** The bookmarks of the running recording on the rig's clock, as the page's state has them. */
+export function liveMarks({
+  origin,
+  bookmarks,
+}: Pick<RecordingState, "origin" | "bookmarks">): readonly PlotMark[] {
+  return bookmarks.map(({ n, t, label }) => ({ at: origin + t, text: label === "" ? String(n) : label }));
+}
+
+/** Vertical lines with their texts at the top, for a plot's `draw`; x counts from `origin`. */
+export function drawMarks(plot: uPlot, marks: readonly PlotMark[], ink: Ink, origin = 0): void {
+  const { ctx, bbox } = plot;
+  const { min = 0, max = 0 } = plot.scales.x;
+  ctx.save();
+  ctx.fillStyle = ink.text;
+  ctx.font = `600 ${10 * devicePixelRatio}px system-ui, sans-serif`;
+  ctx.beginPath();
+  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+  ctx.clip();
+  for (const { at, text } of marks) {
+    if (at - origin < min || at - origin > max) continue;
+    const x = Math.round(plot.valToPos(at - origin, "x", true));
+    ctx.strokeStyle = ink.text;
+    ctx.lineWidth = devicePixelRatio;
+    ctx.setLineDash([devicePixelRatio, 3 * devicePixelRatio]);
+    ctx.beginPath();
+    ctx.moveTo(x, bbox.top);
+    ctx.lineTo(x, bbox.top + bbox.height);
+    ctx.stroke();
+    ctx.strokeStyle = ink.paper; // a seam, so that it is read over the curves
+    ctx.lineWidth = 4 * devicePixelRatio;
+    ctx.setLineDash([]);
+    const place = [x + 4 * devicePixelRatio, bbox.top + 10 * devicePixelRatio] as const;
+    ctx.strokeText(text, ...place);
+    ctx.fillText(text, ...place);
+  }
+  ctx.restore();
+}
+
+/** The mark whose line is under `px` of the plot's area; null for none. */
+export function markAt(plot: uPlot, marks: readonly PlotMark[], px: number, origin = 0): PlotMark | null {
+  const off = (mark: PlotMark) => Math.abs(plot.valToPos(mark.at - origin, "x") - px);
+  const near = marks.filter((mark) => off(mark) <= REACH_PX).sort((a, b) => off(a) - off(b));
+  return near.at(0) ?? null;
+}

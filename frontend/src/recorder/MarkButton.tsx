@@ -1,0 +1,76 @@
+import { Popover, TextInput } from "@mantine/core";
+import { IconBookmark } from "@tabler/icons-react";
+import { useEffect, useState } from "react";
+import type { Bookmark } from "../api/types";
+import { usePage } from "../live/page";
+import { ControlButton } from "../operate/ControlButton";
+import { plain } from "../ui/format";
+import { useService } from "../ui/services";
+import { Recorder } from "./recorder";
+
+/** A label nobody begins to type within this time is none [ms]. */
+const UNTOUCHED_MS = 10_000;
+
+/** Bookmarks the running recording; then its label can be typed, in a field that lies over the page. */
+export function MarkButton() {
+  const recorder = useService(Recorder);
+  const marked = usePage((page) => page.marked);
+  return (
+    <Popover
+      opened={marked !== null}
+      position="bottom-end"
+      trapFocus={false}
+      returnFocus
+      width={260}
+      shadow="md"
+    >
+      <Popover.Target>
+        <span>
+          <ControlButton
+            control="mark"
+            variant="default"
+            testId="mark-button"
+            meaning="Bookmark the newest row (B)"
+            px={8}
+            leftSection={<IconBookmark size={14} />}
+            onClick={() => void recorder.mark()}
+          >
+            Mark
+          </ControlButton>
+        </span>
+      </Popover.Target>
+      <Popover.Dropdown p={8}>{marked ? <Label key={marked.n} marked={marked} /> : null}</Popover.Dropdown>
+    </Popover>
+  );
+}
+
+function Label({ marked }: { readonly marked: Bookmark }) {
+  const recorder = useService(Recorder);
+  const [text, setText] = useState("");
+  const untouched = text === "";
+  useEffect(() => {
+    if (!untouched) return undefined;
+    const close = setTimeout(() => void recorder.label(""), UNTOUCHED_MS);
+    return () => {
+      clearTimeout(close);
+    };
+  }, [recorder, untouched]);
+  return (
+    <TextInput
+      size="xs"
+      autoFocus
+      label={`Label of bookmark ${marked.n}, at ${plain(marked.t, 2)} s`}
+      placeholder="optional, Enter keeps it"
+      maxLength={80}
+      data-testid="mark-label"
+      value={text}
+      onChange={(event) => {
+        setText(event.currentTarget.value);
+      }}
+      onKeyDown={(event) => {
+        if (event.key === "Enter") void recorder.label(text);
+      }}
+      onBlur={() => void recorder.label(text)}
+    />
+  );
+}
