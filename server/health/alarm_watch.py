@@ -1,4 +1,5 @@
-"""Once a second: has a figure passed the operator's red limit? Then the log says so, once for each crossing."""
+"""Once a second: has a figure passed the operator's red limit? Then the log says so once for each crossing, in one line that
+counts them."""
 
 import math
 import time
@@ -91,7 +92,7 @@ class AlarmWatch:
             self._red.add(name)
             self._said[name] = self._now()
             text = f"{NAMES[name]} {_shown(name, value)} is {limit.side} the limit of {_shown(name, limit.red)}"
-            self._events.add(text, "warning")
+            self._events.add(text, "warning", f"alarm {name}")
 
 
 def _shown(name: str, value: float) -> str:

@@ -2,8 +2,8 @@
 
 import logging
 from collections import deque
-from collections.abc import Callable
-from datetime import UTC, datetime
+from collections.abc import Callable, Iterable
+from datetime import UTC, datetime, timedelta
 from typing import Annotated, Literal
 
 from controller.schema.layout import Model
@@ -16,6 +16,8 @@ from server.log.event_file import EventFile
 from server.log.line_writer import LineWriter
 
 Level = Literal["info", "warning", "error"]
+REPEATED = timedelta(minutes=10)
+"""What is said about the same subject again within this time takes the place of the line before."""
 MUTED = Rate("notes of lines left out", 1, 1 / 60)
 
 
@@ -29,6 +31,10 @@ class Event(Model):
     time: datetime
     level: Level
     text: str
+    subject: str = ""
+    """What may be said again and again, an alarm for instance; "" for anything else."""
+    count: int = 1
+    """How many times in a row it was said; from 2 on this line takes the place of the one before it."""
 
 
 def to_log(event: Event) -> None:
@@ -45,7 +51,7 @@ class EventLog:
     watched = "the event log"
 
     def __init__(self, file: EventFile[Event] | None = None, kept: int = 500) -> None:
-        self.recent: deque[Event] = deque(file.last() if file else [], maxlen=kept)
+        self.recent: deque[Event] = deque(_counted_up(file.last() if file else []), maxlen=kept)
         self._listeners: list[Callable[[Event], None]] = []
         self.writer = LineWriter(file, "event log", "the log will not outlive this server") if file else None
         self._lines, self._muted = Bucket(LINE), Bucket(MUTED)
@@ -54,11 +60,12 @@ class EventLog:
         """Give every line from now on to `listener` too."""
         self._listeners.append(listener)
 
-    def add(self, text: str, level: Level = "info") -> None:
-        """Write a line and tell the listeners, and the audit of what it is part of."""
+    def add(self, text: str, level: Level = "info", subject: str = "") -> None:
+        """Write a line and tell the listeners, and the audit of what it is part of; of a `subject` they are counted."""
         plain = text.encode(errors="backslashreplace").decode()  # it may quote bytes that are not Unicode
-        event = Event(time=datetime.now(UTC), level=level, text=plain)
-        self.recent.append(event)
+        now = datetime.now(UTC)
+        event = Event(time=now, level=level, text=plain, subject=subject, count=self._count(subject, now))
+        _take_place(self.recent, event)
         for listener in self._listeners:
             try:
                 listener(event)
@@ -67,6 +74,10 @@ class EventLog:
         tell(plain)
         if self.writer is not None:
             self.writer.append(event)
+
+    def _count(self, subject: str, now: datetime) -> int:
+        before = _about(self.recent, subject)
+        return before.count + 1 if before is not None and now - before.time <= REPEATED else 1
 
     def answered(self, name: str, asked: str, reply: CommandReply) -> None:
         """The rig answered what `name` asked for."""
@@ -93,6 +104,26 @@ class EventLog:
             self.add(text, level)
         elif not self._muted.wait(who):
             self.add(f"{who}: more is {kind} than is written here", "warning")
+
+
+def _about(lines: Iterable[Event], subject: str) -> Event | None:
+    """The last of them about `subject`."""
+    return next((line for line in reversed([*lines]) if subject and line.subject == subject), None)
+
+
+def _take_place(lines: deque[Event], event: Event) -> None:
+    """Append, in the place of the line that it counts on."""
+    before = _about(lines, event.subject)
+    if before is not None and event.count == before.count + 1:
+        lines.remove(before)
+    lines.append(event)
+
+
+def _counted_up(lines: Iterable[Event]) -> deque[Event]:
+    found: deque[Event] = deque()
+    for line in lines:
+        _take_place(found, line)
+    return found
 
 
 GivenEvents = Annotated[EventLog, given(EventLog)]

@@ -51,6 +51,17 @@ def test_a_killed_server_leaves_the_rig_at_rest_and_no_tick_of_the_recording_is_
     assert (np.diff(ticks) == 1).all()
 
 
+def test_control_that_goes_with_the_server_is_said(context: BrowserContext, product: Product) -> None:
+    page = open_page(context, product)
+    page.get_by_test_id("lease-take").click()
+    expect(page.get_by_test_id("lease")).to_have_attribute("data-mine", "true")
+    os.kill(product.child("server.app").pid, signal.SIGKILL)
+    expect(page.get_by_test_id("lease")).to_have_attribute("data-mine", "false", timeout=120_000)
+    page.get_by_role("tab", name="Log", exact=True).click()
+    expect(page.get_by_test_id("log")).to_contain_text("Control went while the connection was gone")
+    shot(page, "lease-lost")
+
+
 @pytest.mark.long  # tests/controller/test_rig.py shows the same of the rig with shorter limits
 def test_without_any_server_the_rig_ramps_to_rest(page: Page, product: Product) -> None:
     page.get_by_test_id("lease-take").click()

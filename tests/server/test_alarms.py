@@ -47,15 +47,18 @@ def alarm_watch(
     return AlarmWatch(lambda: row, lateness, lambda: math.nan, AlarmLimits, events, now)
 
 
-def test_each_crossing_of_red_is_one_line_and_what_swings_about_it_is_none_more() -> None:
-    events, now, late = EventLog(), [0.0], [0.0]
+def test_each_crossing_of_red_counts_up_one_line_and_what_swings_about_it_does_not() -> None:
+    events, now, late, said = EventLog(), [0.0], [0.0], []
+    events.listen(said.append)
     row = {"server_age": 0.05, "residual": math.nan, "slot": 0, "lost": 0}
     watch = alarm_watch(row, lambda: late[0], events, lambda: now[0])
     for late[0] in [0.1e-3] + [2e-3, 0.9e-3] * 6 + [0.1e-3] * 3 + [2e-3] * 3:
         now[0] += 1.0
         row["slot"] += 1000
         watch.look()
-    assert [event.text for event in events.recent] == ["lateness p99 2 ms is above the limit of 1 ms"] * 2
+    text = "lateness p99 2 ms is above the limit of 1 ms"
+    assert [(event.text, event.count) for event in said] == [(text, 1), (text, 2)], "each is told, and recorded"
+    assert [(event.text, event.count) for event in events.recent] == [(text, 2)]
 
 
 def test_lost_ticks_of_the_last_minute_turn_red_by_number_and_by_share() -> None:

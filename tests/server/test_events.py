@@ -1,10 +1,11 @@
 """The log outlives the server that wrote it."""
 
 import stat
+from datetime import timedelta
 from pathlib import Path
 
 from server.log.event_file import EventFile
-from server.log.events import Event, EventLog
+from server.log.events import REPEATED, Event, EventLog
 from tests.server.live_server import RigProcess, TestServer, free_environment
 
 
@@ -55,6 +56,29 @@ def test_the_files_stay_small_and_the_last_200_lines_are_read_back(tmp_path: Pat
     written(log)
     assert sum(file.stat().st_size for file in tmp_path.iterdir()) < 2 * 20_200
     assert texts(EventLog(EventFile(path, Event))) == [f"line {number}" for number in range(800, 1000)]
+
+
+def test_what_is_said_again_counts_up_in_one_line_and_buries_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "events.jsonl"
+    log = EventLog(EventFile(path, Event), kept=3)
+    log.add("ann: arm")
+    for number in range(50):
+        log.add(f"late by {number}", "warning", "alarm late")
+        log.add(f"lost {number}", "warning", "alarm lost")
+    written(log)
+    lines = [("ann: arm", 1), ("late by 49", 50), ("lost 49", 50)]
+    assert [(event.text, event.count) for event in log.recent] == lines
+    assert [(event.text, event.count) for event in EventLog(EventFile(path, Event)).recent] == lines
+    assert len(path.read_text().splitlines()) == 101, "the file has every line"
+
+
+def test_what_was_said_long_ago_is_said_anew() -> None:
+    log = EventLog()
+    log.add("late", "warning", "alarm late")
+    log.recent[0] = log.recent[0].model_copy(update={"time": log.recent[0].time - REPEATED - timedelta(seconds=1)})
+    log.add("late", "warning", "alarm late")
+    log.add("late", "warning", "alarm late")
+    assert [event.count for event in log.recent] == [1, 2]
 
 
 def test_a_log_that_cannot_be_kept_says_so_once_and_goes_on(tmp_path: Path) -> None:

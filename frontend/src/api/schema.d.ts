@@ -1947,6 +1947,18 @@ export interface components {
       level: "info" | "warning" | "error";
       /** Text */
       text: string;
+      /**
+       * Subject
+       * @description What may be said again and again, an alarm for instance; "" for anything else.
+       * @default
+       */
+      subject: string;
+      /**
+       * Count
+       * @description How many times in a row it was said; from 2 on this line takes the place of the one before it.
+       * @default 1
+       */
+      count: number;
     };
     /**
      * Fastest

@@ -65,6 +65,7 @@ export function wire(notify: Notify, shelf: Shelf): Services {
       void saved.learn();
     },
     leaseChanged: operations.leaseChanged.bind(operations),
+    leaseLost: operations.leaseLost.bind(operations),
     failed: operations.report.bind(operations),
   });
   services.add(live, page, operations, painters, ticker, stop, aim, alarms, references, drawing, saved, runs);

@@ -24,6 +24,8 @@ export interface ConnectionListener {
   met(): void;
   /** I operate now, or no longer do; nobody asked for it here. */
   leaseChanged(mine: boolean, holder: string): void;
+  /** The connection is back, and I operate no longer; "" for `holder` where nobody does. */
+  leaseLost(holder: string): void;
   failed(title: string, error: unknown): void;
 }
 
@@ -155,6 +157,8 @@ export class Connection {
     switch (message.type) {
       case "hello":
         this.name = message.page;
+        if (page.lease.mine && !message.session.lease.mine)
+          this.listener.leaseLost(message.session.lease.holder);
         this.guard(() => {
           this.live.describe(message.layout, message.channels);
           this.socket.send(this.live.choice());
@@ -162,7 +166,7 @@ export class Connection {
         this.page.patch({
           me: keep(page.me, mine(message.session)),
           lease: keep(page.lease, message.session.lease),
-          log: withLines(page.log, message.log),
+          log: withLines(this.page.get().log, message.log),
         });
         this.meet(message.rig);
         return;

@@ -147,7 +147,19 @@ export function withLines(log: readonly LogLine[], events: readonly Event[]): re
   const keyed = fresh.map((event) => ({ ...event, key: (lines += 1) }));
   const later = inOrder([...log.slice(0, 1), ...keyed]); // as almost always: a thousand lines are not sorted for one
   const all = [...keyed.reverse(), ...log];
-  return (later ? all : all.toSorted((a, b) => Date.parse(b.time) - Date.parse(a.time))).slice(0, LOG_KEPT);
+  const sorted = later ? all : all.toSorted((a, b) => Date.parse(b.time) - Date.parse(a.time));
+  return countedUp(sorted).slice(0, LOG_KEPT);
+}
+
+/** Of the lines that count one subject up, newest first, only the newest. */
+function countedUp(log: readonly LogLine[]): readonly LogLine[] {
+  const counts = new Map<string, number>();
+  return log.filter(({ subject, count }) => {
+    if (subject === "") return true;
+    const replaced = count === (counts.get(subject) ?? 1) - 1;
+    counts.set(subject, count);
+    return !replaced;
+  });
 }
 
 function inOrder(events: readonly Event[]): boolean {

@@ -44,7 +44,7 @@ export function LogPanel() {
   );
 }
 
-function Line({ line: { time, level, text } }: { readonly line: LogLine }) {
+function Line({ line: { time, level, text, count } }: { readonly line: LogLine }) {
   return (
     <li className={`log-${level}`}>
       <time className="number" dateTime={time} title={localTime(time)}>
@@ -54,6 +54,7 @@ function Line({ line: { time, level, text } }: { readonly line: LogLine }) {
         <span aria-hidden>{MARK[level]}</span>
         {level === "info" ? null : <span className="sr-only">{level}: </span>}
         {text}
+        {count > 1 ? <b className="number log-count"> × {count}</b> : null}
       </span>
     </li>
   );

@@ -66,6 +66,14 @@ export class Operations {
     else this.notify("warning", "You no longer operate", holder === "" ? "" : `${holder} operates now.`);
   }
 
+  /** It went while the connection was gone: the server restarted, or heard nothing of this page for too long. */
+  leaseLost(holder: string): void {
+    const by = holder === "" ? "take it again to go on" : `${holder} operates now`;
+    const text = `Control went while the connection was gone, or the server restarted: ${by}.`;
+    this.notify("warning", "You no longer operate", text);
+    this.write("warning", `You no longer operate. ${text}`);
+  }
+
   private async pass(title: string, asked: Promise<{ data?: Lease }>): Promise<void> {
     this.passing += 1;
     await this.attempt(title, async () => {
@@ -106,12 +114,12 @@ export class Operations {
 
   /** Write what went wrong into the log of this page. */
   note(title: string, error: unknown): void {
-    const line: Event = {
-      type: "event",
-      time: new Date().toISOString(),
-      level: "error",
-      text: `${title}: ${textOf(error)}`,
-    };
+    this.write("error", `${title}: ${textOf(error)}`);
+  }
+
+  private write(level: Event["level"], text: string): void {
+    const time = new Date().toISOString();
+    const line: Event = { type: "event", time, level, text, subject: "", count: 1 };
     this.page.patch({ log: withLines(this.page.get().log, [line]) });
   }
 }
