@@ -8,7 +8,7 @@ const FLOORS = [
   ["plan", "scene"],
   ["runs"],
   ["drawing"],
-  ["access", "health", "log", "plots", "presets", "sensing"],
+  ["access", "health", "log", "notify", "plots", "presets", "sensing"],
   ["operate"],
   ["live"],
   ["rig", "ui"],

@@ -2,10 +2,11 @@
 
 import ipaddress
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Self
+from urllib.parse import urlsplit
 
 from pydantic import Field as Bounds
-from pydantic import SecretStr
+from pydantic import SecretStr, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from controller.spelled import spelled
@@ -55,12 +56,21 @@ class ServerSettings(BaseSettings):
     """File in which `tendril up` looks for another actuator to start its rig with; None: the rig is not its own."""
     viewers_max: Annotated[int, Bounds(ge=1, le=10_000)] = 200
     """Pages with a live socket at the same time; the next one is refused, unless its session operates."""
+    webhook: SecretStr | None = None
+    """Address (http or https) to which a FAULT, an E-STOP and the end of a run are posted as JSON; None: none is."""
     log_format: LogFormat = "text"
     """Of what this process writes to its standard error."""
     rate_factor: Annotated[float, Bounds(gt=0.0, allow_inf_nan=False)] = 1.0
     """Multiplies how often one client may ask (`server/http/rates.py`); more where many people share one address."""
     light_scene: bool = False
     """Leave out what software rendering is slow at (ground grid): for browser tests."""
+
+    @model_validator(mode="after")
+    def _webhook_can_be_asked(self) -> Self:
+        """Of the whole, as the complaint about a field would quote it: an address may hold a secret."""
+        if self.webhook is not None and not _is_http(self.webhook.get_secret_value()):
+            raise ValueError("webhook: must be an address http://HOST... or https://HOST...")
+        return self
 
     @property
     def key(self) -> Path:
@@ -71,6 +81,14 @@ class ServerSettings(BaseSettings):
     def unprotected(self) -> bool:
         """Whether others can reach this server, and read along."""
         return exposed(self.host) and self.tls_cert is None
+
+
+def _is_http(url: str) -> bool:
+    try:
+        parts = urlsplit(url)
+        return parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
+    except ValueError:  # a port that is none, or half an address of IPv6
+        return False
 
 
 def exposed(host: str) -> bool:

@@ -27,6 +27,8 @@ from server.live.status import StatusView
 from server.log.audit import LARGEST, Audit, AuditEntry
 from server.log.event_file import EventFile
 from server.log.events import Event, EventLog, to_log
+from server.notify.watch import NotifyWatch
+from server.notify.webhook import Webhook
 from server.operate.hand import Hands
 from server.operate.operator import Operator
 from server.operate.pages import Pages
@@ -95,6 +97,7 @@ class Services:
     view: StatusView
     hub: Hub
     beat: Beat
+    webhook: Webhook | None
 
     def by_class(self) -> dict[type, object]:
         """Every part by its class."""
@@ -112,6 +115,8 @@ class Services:
         self.results.close()
         self.recorder.close()
         self.scene.close()
+        if self.webhook is not None:
+            self.webhook.close()
         for writer in (self.events.writer, self.audit.writer):
             if writer is not None:
                 writer.close()
@@ -171,10 +176,12 @@ def open_services(
         events,
     )
     outcomes = OutcomeWatch(settings, events)
+    webhook = Webhook(settings.webhook.get_secret_value()) if settings.webhook else None
 
     looks, turning = Looks(), LoopWatchdog(deadly)
     parts = (rig, operator, stopper, recorder, review, scene, tokens)
     workers: list[Worker] = [part.worker for part in parts]
+    workers += [webhook.worker] if webhook else []
     workers += [writer.worker for writer in (events.writer, audit.writer) if writer is not None]
     soundness = Soundness(workers, looks, turning, events)
     view = StatusView(rig, lease, people, pages, operator, recorder, runs, outcomes, lambda: soundness.trouble)
@@ -190,6 +197,7 @@ def open_services(
             RecorderWatch(recorder, events),
             QuotaWatch(store, settings.recordings_quota, events),
             alarm_watch,
+            NotifyWatch(settings.rig, lambda: history.newest, runs.last, webhook, events),
             events,
             audit,
             soundness,
@@ -237,4 +245,5 @@ def open_services(
         view=view,
         hub=hub,
         beat=beat,
+        webhook=webhook,
     )

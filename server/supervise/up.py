@@ -157,8 +157,8 @@ def with_last_actuator(parameters: RigParameters, server: ServerSettings) -> Rig
 
 
 def environment(settings: ServerSettings) -> dict[str, str]:
-    """`settings` as environment variables: the tokens must not be seen in a list of processes."""
-    secret = {"token": settings.token, "viewer_token": settings.viewer_token}
+    """`settings` as environment variables: what is secret must not be seen in a list of processes."""
+    secret = {"token": settings.token, "viewer_token": settings.viewer_token, "webhook": settings.webhook}
     plain = settings.model_dump(mode="json", exclude_none=True, exclude=set(secret))
     tokens = {name: value.get_secret_value() for name, value in secret.items() if value is not None}
     return {f"TENDRIL_{name.upper()}": str(value) for name, value in {**plain, **tokens}.items()}

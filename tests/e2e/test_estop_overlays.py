@@ -123,6 +123,7 @@ def another_actuator(page: Page) -> Locator:
 
 BY_OPERATOR: dict[str, Opener] = {
     "app/KeyHelp.tsx": keys,
+    "notify/NotifyButton.tsx": opened("notify"),
     "recorder/MarkButton.tsx": bookmark,
     "recorder/RecordButton.tsx": profiles,
     "operate/lease/LeaseMenu.tsx": opened("lease-menu"),
@@ -148,7 +149,7 @@ BY_OTHERS: dict[str, Opener] = {"operate/lease/TakeOver.tsx": take_over}
 LARGE = ("app/KeyHelp.tsx", "recorder/detail/ExportDialog.tsx", "recorder/list/ImportDialog.tsx")
 """Dialogs with a backdrop or in the middle: tried with a mouse on a large window, too."""
 KINDS = ("app/KeyHelp.tsx", "operate/lease/LeaseMenu.tsx", "drawing/library/ReferencePanel.tsx")
-KINDS += ("recorder/MarkButton.tsx", "recorder/RecordButton.tsx")
+KINDS += ("notify/NotifyButton.tsx", "recorder/MarkButton.tsx", "recorder/RecordButton.tsx")
 KINDS += ("plots/SignalChooser.tsx", "recorder/detail/ExportDialog.tsx", "app/Guide.tsx", "presets/AskActuator.tsx")
 """One of each way to lay something over the page; `make test-long` tries all."""
 

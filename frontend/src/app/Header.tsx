@@ -9,6 +9,7 @@ import { IconKeyboard, IconMoon, IconSun } from "@tabler/icons-react";
 import { Unprotected } from "../access/Unprotected";
 import { Health } from "../health/Health";
 import { PageStore, usePage } from "../live/page";
+import { NotifyButton } from "../notify/NotifyButton";
 import { LeaseControl } from "../operate/lease/LeaseControl";
 import { PrimaryAction } from "../operate/PrimaryAction";
 import { Cause } from "../operate/StatePill";
@@ -43,6 +44,7 @@ export function Header() {
       <Unprotected />
       <LeaseControl />
       <RecordButton />
+      <NotifyButton />
       <SchemeButton />
       <Tooltip label="Keys (?)">
         <ActionIcon

@@ -8,6 +8,7 @@ import { Alarms } from "../health/alarms";
 import { Connection } from "../live/connection";
 import { Live } from "../live/live";
 import { PageStore } from "../live/page";
+import { Notices } from "../notify/notices";
 import { Operations, type Notify } from "../operate/operations";
 import { EmergencyStop, stopByHttp, watchLatch } from "../operate/stop/stop";
 import { Aim } from "../operate/target/target";
@@ -73,6 +74,7 @@ export function wire(notify: Notify, shelf: Shelf): Services {
     connection,
     new Recorder(page, operations),
     new Layers(shelf),
+    new Notices(page, shelf),
     new Gamepads({ aim, live, page, operations, ticker }),
   );
   return services;
