@@ -1,5 +1,4 @@
-"""Once a second: has a figure passed the operator's red limit? Then the log says so once for each crossing, in one line that
-counts them."""
+"""Once a second: has a figure passed the operator's red limit? The log says so, in one line that counts crossings."""
 
 import math
 import time
