@@ -17,6 +17,7 @@ import { Layers } from "../plan/layers";
 import { keepProfile } from "../recorder/profile";
 import { Recorder } from "../recorder/recorder";
 import { keepRecord, Runs } from "../runs/runs";
+import { RunTrace } from "../runs/trace";
 import { Painters } from "../ui/painters";
 import { Services } from "../ui/services";
 import type { Shelf } from "../ui/shelf";
@@ -49,6 +50,10 @@ export function wire(notify: Notify, shelf: Shelf): Services {
   const drawing = new Drawing();
   const saved = new SavedDrawings(drawing, operations);
   const runs = new Runs(drawing.store, page, operations);
+  const trace = new RunTrace(live, page);
+  ticker.every(60, "trace of the run", (now) => {
+    trace.look(now);
+  });
   new Planner(drawing.store, page);
   keepRecord(runs, shelf);
   keepProfile(page, shelf);
@@ -69,7 +74,21 @@ export function wire(notify: Notify, shelf: Shelf): Services {
     leaseLost: operations.leaseLost.bind(operations),
     failed: operations.report.bind(operations),
   });
-  services.add(live, page, operations, painters, ticker, stop, aim, alarms, references, drawing, saved, runs);
+  services.add(
+    live,
+    page,
+    operations,
+    painters,
+    ticker,
+    stop,
+    aim,
+    alarms,
+    references,
+    drawing,
+    saved,
+    runs,
+    trace,
+  );
   services.add(
     connection,
     new Recorder(page, operations),

@@ -4,7 +4,9 @@ import { DrawHint } from "../drawing/tools/DrawHint";
 import { DrawToolbar } from "../drawing/tools/DrawToolbar";
 import { useDrawKeys } from "../drawing/tools/useDrawKeys";
 import { usePage } from "../live/page";
-import { useServices } from "../ui/services";
+import { RunTrace } from "../runs/trace";
+import { useService, useServices } from "../ui/services";
+import { useStore } from "../ui/store";
 import { Legend } from "./Legend";
 import { Plan } from "./plan";
 import { publishProbe } from "./probe";
@@ -69,8 +71,30 @@ export function PlanView() {
         <DrawHint />
         <Hint />
         <span ref={cursor} className="plan-cursor number" data-testid="cursor" />
+        <ClearTrace />
       </div>
     </section>
+  );
+}
+
+/** The measured path of the last run stays until it is cleared. */
+function ClearTrace() {
+  const trace = useService(RunTrace);
+  const any = useStore(trace.store, ({ legs }) => legs.length > 0);
+  if (!any) return null;
+  return (
+    <Button
+      className="plan-clear-trace"
+      size="compact-xs"
+      variant="default"
+      data-testid="clear-trace"
+      title="Remove the measured path of the last run from the plan"
+      onClick={() => {
+        trace.clear();
+      }}
+    >
+      Clear trace
+    </Button>
   );
 }
 

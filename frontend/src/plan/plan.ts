@@ -4,6 +4,7 @@ import { Live } from "../live/live";
 import { PageStore } from "../live/page";
 import { Aim } from "../operate/target/target";
 import { Runs } from "../runs/runs";
+import { RunTrace } from "../runs/trace";
 import { INK, type Scheme } from "../ui/colours";
 import { Painters } from "../ui/painters";
 import type { Services } from "../ui/services";
@@ -81,7 +82,7 @@ export class Plan implements PlanSurface {
     this.painters = services.get(Painters);
     this.layers = services.get(Layers);
     this.canvas = canvases.figure;
-    this.sketch = new SketchLayer(this.drawn, services.get(Runs), this.page);
+    this.sketch = new SketchLayer(this.drawn, services.get(Runs), services.get(RunTrace), this.page);
   }
 
   /** Follow stream, size and pointer until the returned function is called. */

@@ -2,6 +2,7 @@ import type { DrawingPlan, Point } from "../../api/types";
 import { isPlanned, sketchOf, type DrawingState } from "../../drawing/drawing";
 import { placed, stretches } from "../../drawing/piece";
 import type { Ghost } from "../../runs/runs";
+import type { Trace } from "../../runs/trace";
 import { ROLE } from "../../ui/colours";
 import { polyline, type Sheet } from "./canvas";
 import { paintHandles } from "./handles";
@@ -53,6 +54,16 @@ export function paintGhost(sheet: Sheet, { points, start, saturated }: Ghost): v
   line(sheet, points.slice(0, start + 1), 1.5, [1, 5]);
   g.globalAlpha = 1;
   line(sheet, points.slice(start), 3, [0.5, 5]);
+  g.restore();
+}
+
+/** Where the tip was measured in the last run. */
+export function paintTrace(sheet: Sheet, legs: Trace["legs"]): void {
+  const { g } = sheet;
+  g.save();
+  g.lineJoin = g.lineCap = "round";
+  g.strokeStyle = ROLE.measured;
+  for (const leg of legs) line(sheet, leg, 1.5);
   g.restore();
 }
 

@@ -5,10 +5,11 @@ import { plannedLines, type PlannedLines } from "../../drawing/library/shown";
 import { isSame } from "../../drawing/planner";
 import type { Page } from "../../live/page";
 import type { Runs } from "../../runs/runs";
+import type { RunTrace } from "../../runs/trace";
 import type { Store } from "../../ui/store";
 import type { Look, Sheet } from "./canvas";
 import { paintPlanned } from "./planned";
-import { paintDrawing, paintGhost } from "./sketch";
+import { paintDrawing, paintGhost, paintTrace } from "./sketch";
 
 /** What is wanted and predicted, between paper and figure: painted when it or the view changes. */
 export class SketchLayer {
@@ -21,6 +22,7 @@ export class SketchLayer {
   constructor(
     private readonly drawing: Drawing,
     private readonly runs: Runs,
+    private readonly trace: RunTrace,
     private readonly page: Store<Page>,
   ) {}
 
@@ -29,7 +31,8 @@ export class SketchLayer {
     const { ghost } = this.runs.store.get();
     const state = this.drawing.store.get();
     const cursor = state.stroke.length > 0 ? this.cursor : null;
-    const shown = [look, ghost, state, this.page.get().reference, cursor];
+    const { legs } = this.trace.store.get();
+    const shown = [look, ghost, state, this.page.get().reference, cursor, legs];
     if (isSame(shown, this.painted)) return;
     const sheet = open();
     if (!sheet) return;
@@ -38,6 +41,7 @@ export class SketchLayer {
       paintDrawing(sheet, state, cursor);
     if (state.source === "library" && !look.hidden.has("path")) this.paintReference(sheet);
     if (ghost && !look.hidden.has("predicted")) paintGhost(sheet, ghost);
+    if (!look.hidden.has("measured")) paintTrace(sheet, legs);
     this.painted = shown;
   }
 
