@@ -1,5 +1,6 @@
 """rerun's own page with what we change in it: it asks with our cookie, tells of Esc, starts sooner, waits behind."""
 
+import re
 from importlib.metadata import version
 
 from server.http.frames import SEND_COOKIE, TELL_ESCAPE
@@ -8,6 +9,16 @@ VERSION = version("rerun-sdk")
 
 QUIET = b"""<script>console.debug = () => {};</script>"""
 """The viewer tells there of every shader that it compiles: thousands of lines, seconds of the first frame."""
+
+STAY_HERE = b"""<script>
+const ourFetch = fetch;
+fetch = (request, options) =>
+  ["http:", "https:"].includes(new URL(request.url ?? request, location).protocol) &&
+  new URL(request.url ?? request, location).origin !== location.origin
+    ? Promise.resolve(new Response(null, { status: 204 }))  // nothing is asked of other servers
+    : ourFetch(request, options);
+</script>"""
+"""The viewer reports home and looks for news; our policy forbids that, and each try would stand in the console."""
 
 OPEN_WHEN_TOLD = b"""<script>
 const plainFocus = HTMLElement.prototype.focus;
@@ -40,10 +51,14 @@ CHANGES = (
 """Old and new. rerun's page must also work as a file, and counts the program's bytes: so it compiles them once all are
 there, at every start. What the server answered is compiled while it comes, and kept compiled by browsers that can."""
 
+OUTSIDE = re.compile(rb"<link\b[^>]*https://[^>]*>")
+"""Fonts of others for the words before the viewer is there; it brings its own."""
+
 
 def rerun_page(shipped: bytes) -> bytes:
     """What we serve for `shipped`, the page in rerun's wheel; where it has nothing of CHANGES, it works as shipped."""
     for old, new in CHANGES:
         shipped = shipped.replace(old, new.replace(b"VERSION", VERSION.encode()), 1)
-    ours = SEND_COOKIE + TELL_ESCAPE + QUIET + OPEN_WHEN_TOLD
+    shipped = OUTSIDE.sub(b"", shipped)
+    ours = SEND_COOKIE + STAY_HERE + TELL_ESCAPE + QUIET + OPEN_WHEN_TOLD
     return shipped.replace(b"</head>", ours + b"</head>", 1)

@@ -15,6 +15,8 @@ def test_the_page_in_the_wheel_has_all_that_we_change_once(server: TestServer) -
     assert served == rerun_page(shipped)
     assert f'fetch("./re_viewer_bg.wasm?v={VERSION}")'.encode() in served
     assert f'src="re_viewer.js?v={VERSION}"'.encode() in served
+    assert b"googleapis" in shipped and b"googleapis" not in served, "nothing is loaded from elsewhere"
+    assert served.index(b"nothing is asked of other servers") < served.index(b'src="re_viewer.js')
     for signs in (b'postMessage("READY"', b"window._handle = handle", b"add_receiver"):
         assert signs in served, "what our page and the viewer's say to one another"
 
