@@ -1,11 +1,11 @@
 """One recording into one file of the format that is asked for."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
-from controller.errors import ParameterError
+from controller.errors import ParameterError, RecordingError
 from controller.schema.origin import Origin, hashes, origin, origin_of_rig
 from controller.system.progress import Told, untold
 from recordings.exporting.table import Choice, RowReader, Table
@@ -39,7 +39,8 @@ def export(source: Path, target: Path, kind: Format, choice: Choice, by: By = By
         frames.copy_whole(source, target)
     else:
         wanted = kind != "csv" or by.comments
-        _writer(kind)(RowReader(source).pieces(choice, told), target, origin_of(source, by.command) if wanted else None)
+        pieces = _while_wanted(RowReader(source).pieces(choice, told), target.parent)
+        _writer(kind)(pieces, target, origin_of(source, by.command) if wanted else None)
 
 
 def origin_of(source: Path, command: str = "") -> Origin:
@@ -49,6 +50,14 @@ def origin_of(source: Path, command: str = "") -> Origin:
     if info.rig == IMPORT_RIG:  # nothing is known of what it was
         return origin(command, **by)
     return origin_of_rig(info.parameters, command, info.twin, settings=settings, **by)
+
+
+def _while_wanted(pieces: Iterable[Table], folder: Path) -> Iterator[Table]:
+    """The pieces, until somebody removes the `folder` that the file is written into: nobody wants it any more."""
+    for piece in pieces:
+        if not folder.is_dir():
+            raise RecordingError(f"{folder} is gone: the export was cancelled")
+        yield piece
 
 
 def require_whole(choice: Choice) -> None:

@@ -132,6 +132,8 @@ class Recording(Model):
     """Null until they were taken, after the end."""
     bookmarks: tuple[Bookmark, ...] = ()
     """What was marked while it ran, in the order of time."""
+    thumbnail: str | None = None
+    """Its path as SVG path data in a box of 100 x 100, y down; "" where there is none, null until it was made."""
     tags: tuple[str, ...] = ()
     notes: str = ""
     starred: bool = False

@@ -14,6 +14,7 @@ from controller.schema.modes import Mode
 from controller.schema.parameters import DT, SENSORS
 from controller.simulation.metrics import feedback_share, ise, phase_lags, sse
 from recordings.format.messages import Metrics
+from recordings.read.course import followed_rows
 from recordings.read.period import Period, find_period
 
 FIELDS = (
@@ -51,10 +52,9 @@ def followed(rows: Columns) -> Columns:
 
     Without any such note the rows in mode TRACK; all where no row is in that mode.
     """
-    tracked = _tracked(rows)
-    if not tracked.any():
+    if not _tracked(rows).any():
         return rows
-    return _only(rows, _led(rows, tracked) & ~rows["approach"] if "approach" in rows else tracked)
+    return _only(rows, followed_rows(rows["mode"], rows.get("approach")))
 
 
 def approach(rows: Columns) -> float | None:
@@ -172,17 +172,6 @@ def _lags(rows: Columns, period: Period | None) -> dict[str, float]:
 
 def _tracked(rows: Columns) -> Values:
     return np.asarray(rows["mode"] == Mode.TRACK) if "mode" in rows else np.zeros(_count(rows), bool)
-
-
-def _led(rows: Columns, tracked: Values) -> Values:
-    """Which of the `tracked` rows (n,) are of a run that began in this recording: their stretch has a noted approach.
-
-    A recording begins with what was in memory, which may be the end of an earlier run.
-    """
-    begins = tracked & ~np.concatenate([[False], tracked[:-1]])
-    stretch = np.cumsum(begins)
-    noted = np.unique(stretch[tracked & rows["approach"]])
-    return np.asarray(tracked & np.isin(stretch, noted))
 
 
 def _period(rows: Columns) -> Period | None:

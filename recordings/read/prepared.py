@@ -3,6 +3,7 @@
 A hidden file: the mark of the data it was made from, then the text. It may be deleted at any time.
 """
 
+from contextlib import suppress
 from pathlib import Path
 
 from controller.system.whole_file import SHARED, read_whole, write_whole
@@ -35,6 +36,12 @@ def kept(data: Path, now: Mark) -> bytes | None:
 def forget(data: Path) -> None:
     """Remove it, where there is one."""
     _file(data).unlink(missing_ok=True)
+
+
+def move(data: Path, to: Path) -> None:
+    """Take it along with data that are renamed; where that fails it is made again."""
+    with suppress(OSError):
+        _file(data).replace(_file(to))
 
 
 def _head(of: Mark) -> bytes:

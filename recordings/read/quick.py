@@ -12,12 +12,13 @@ from controller.arrays import Array, Words
 from controller.errors import ParameterError
 from controller.schema.layout import Model, quantity
 from controller.schema.messages import Telemetry
-from controller.schema.modes import Mode
+from recordings.format.chunks import Part
 from recordings.format.profiles import TICKS
 from recordings.format.signals import GROUPS, Series
 from recordings.read import prepared
+from recordings.read.course import Stretch, at_run_clock, begun, run_clock, stretches
 from recordings.read.period import find_phase
-from recordings.read.reader import read_groups, read_modes
+from recordings.read.reader import in_approach, read_approaches, read_groups, read_modes
 
 Numbers = list[float | None]
 """What is not a number is null."""
@@ -57,6 +58,8 @@ class Quick(Model):
 
     duration: float
     rows: int
+    stretches: list[Stretch]
+    """What lies where, in the order of time; none without rows."""
     t: list[float]
     """(n,): every row of a short recording; else two for each bin, which holds the lowest and the highest value."""
     signals: list[QuickSignal]
@@ -81,10 +84,14 @@ def quick_look(path: Path, points: int, keys: tuple[str, ...] = ()) -> bytes:
     return _quick(path, points, keys, prepared.mark(path))
 
 
-def prepare(path: Path) -> None:
-    """Keep the quick look at a closed recording beside its data, for the first who asks. RecordingError as above."""
+def prepare(path: Path) -> Quick:
+    """The quick look at a closed recording, kept beside its data for the first who asks. RecordingError as above."""
     made_from = prepared.mark(path)
-    prepared.keep(path, made_from, _look(path, POINTS, ()).model_dump_json().encode())
+    look = _prepared(path, made_from)
+    if look is None:
+        look = _look(path, POINTS, ())
+        prepared.keep(path, made_from, look.model_dump_json().encode())
+    return look
 
 
 def thinned(values: Array, points: int) -> Array:
@@ -122,13 +129,15 @@ def _prepared(path: Path, mark: prepared.Mark) -> Quick | None:
 
 def _look(path: Path, points: int, keys: tuple[str, ...]) -> Quick:
     """From the data; `keys` of the signals, none: all."""
-    t, columns = _columns(path)
+    t, tick, columns = _columns(path)
     picked = _starts(len(t), points) if len(t) > points else np.arange(len(t))
-    cycle = _cycle(path, t, columns)
+    course = _course(path, t, tick)
+    cycle = _cycle(t, columns, course)
     wanted = [series for series in _all_series() if _key(series) in columns and (not keys or _key(series) in keys)]
     return Quick(
         duration=float(t[-1]) if len(t) else 0.0,
         rows=len(t),
+        stretches=course,
         t=np.round(_bin_times(t, points), 6).tolist(),
         signals=[_signal(series, columns[_key(series)], points) for series in wanted],
         track_t=np.round(t[picked], 6).tolist(),
@@ -139,23 +148,33 @@ def _look(path: Path, points: int, keys: tuple[str, ...]) -> Quick:
     )
 
 
-def _columns(path: Path) -> tuple[Array, dict[str, Array]]:
-    """Times [s] (n,) and each series (n,) by its key; a killed writer's last rows may lack some: they are left out."""
+def _columns(path: Path) -> tuple[Array, Words, dict[str, Array]]:
+    """Times [s] and ticks (n,), and each series (n,) by its key; without rows that a killed writer left unwhole."""
     groups = [group for group in GROUPS if group.path in PATHS]
     parts = [[*groups, TICKS]] if path.stat().st_size <= AT_ONCE_MAX else [[group] for group in (TICKS, *groups)]
     found = {entity: table for part in parts for entity, table in read_groups(path, part).items()}
     if TICKS.path in found:  # the profile `standard`: what the viewer plots is at 100 Hz there
         groups, found = [TICKS], {TICKS.path: found[TICKS.path]}
-    count = min((len(t) for t, _ in found.values()), default=0)
-    times = next((t for t, _ in found.values()), np.zeros(0))
+    count = min((len(rows.t) for rows in found.values()), default=0)
+    first = next(iter(found.values()), Part(np.zeros(0), np.zeros(0, np.int64), np.zeros(0)))
     columns: dict[str, Array] = {}
     for group in groups:
         if group.path in found:
-            values = found[group.path][1][:count]
+            values = found[group.path].values[:count]
             columns |= {_key(series): values[:, column] for column, series in enumerate(group.series)}
     if "error.0" in columns:
         columns["error.norm"] = np.hypot(columns["error.0"], columns["error.1"])
-    return times[:count] * 1e-9, columns
+    return first.t[:count] * 1e-9, first.tick[:count], columns
+
+
+def _course(path: Path, t: Array, tick: Words) -> list[Stretch]:
+    """What lies where in the rows at t (n,) [s]."""
+    if not len(t):
+        return []
+    since, modes = read_modes(path)
+    mode = modes[np.maximum(0, np.searchsorted(since * 1e-9, t, side="right") - 1)] if len(modes) else np.zeros(len(t))
+    approaches = read_approaches(path)
+    return stretches(t, mode, None if approaches is None else in_approach(tick, approaches), begun(path))
 
 
 class Cycle(NamedTuple):
@@ -166,15 +185,15 @@ class Cycle(NamedTuple):
     end: float
 
 
-def _cycle(path: Path, t: Array, columns: dict[str, Array]) -> Cycle:
-    """Of the reference while it was tracked, or of all of it where none was, as `metrics.followed`."""
+def _cycle(t: Array, columns: dict[str, Array], course: list[Stretch]) -> Cycle:
+    """Of the reference on the run's own clock: where it was paused, its path goes on."""
     x, y = columns.get("p_ref.0"), columns.get("p_ref.1")
-    if x is None or y is None or not len(t):
+    clock = run_clock(t, course)
+    run = np.isfinite(clock)
+    if x is None or y is None or not run.any():
         return Cycle(None, 0.0, 0.0)
-    since, modes = read_modes(path)
-    tracked = np.isin(np.searchsorted(since * 1e-9, t, side="right") - 1, np.flatnonzero(modes == Mode.TRACK))
-    part = tracked if tracked.any() else slice(None)
-    return Cycle(*find_phase(t[part], x[part], y[part]), float(t[part][-1]))
+    period, start = find_phase(clock[run], x[run], y[run])
+    return Cycle(period, at_run_clock(start, course), float(t[run][-1]))
 
 
 def _all_series() -> list[Series]:

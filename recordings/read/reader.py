@@ -9,14 +9,14 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from controller.arrays import Values
+from controller.arrays import Mask, Values
 from controller.errors import RecordingError
 from controller.schema.layout import record_dtype
 from controller.schema.messages import RigInfo, Telemetry
 from controller.schema.modes import Mode
 from controller.schema.parameters import Settings
 from recordings.format.about import word
-from recordings.format.chunks import Batch, Chunks, common, numbers, opened
+from recordings.format.chunks import Batch, Chunks, Part, common, numbers, opened
 from recordings.format.messages import Bookmark, Profile
 from recordings.format.plan import LINES, flip
 from recordings.format.profiles import SLOW_FIELDS, TICKS
@@ -60,9 +60,12 @@ def read_rows(path: Path, fields: Collection[str] = ()) -> dict[str, Values]:
     for group in groups:
         _spread(tables[group.path].only(whole), group, out)
     if APPROACH in found:
-        spans = _Table(found[APPROACH], SCALARS).values(2)
-        out["approach"] = np.any([(first <= clock.tick) & (clock.tick < end) for first, end in spans], axis=0)
+        out["approach"] = in_approach(clock.tick, _approaches(found))
     return out | _thinned(found, thinned) | _slow(found, slow)
+
+
+def _approaches(found: dict[str, list[Batch]]) -> Values:
+    return _Table(found[APPROACH], SCALARS).values(2)
 
 
 def _holds(group: Group, fields: Collection[str]) -> bool:
@@ -76,15 +79,32 @@ def read_times(path: Path) -> tuple[Values, Values]:
     return last.tick, last.t
 
 
-def read_groups(path: Path, groups: Sequence[Group]) -> dict[str, tuple[Values, Values]]:
-    """Times since the start [ns] (n,) and series (n, series) of the `groups` that are in the file, by path."""
+def read_groups(path: Path, groups: Sequence[Group]) -> dict[str, Part]:
+    """The rows of the `groups` that are in the file, by path."""
     found = _collect(path, [group.path for group in groups])
     out = {}
     for group in groups:
         table = _Table(found.get(group.path, []), SCALARS)
         if len(table.t):
-            out[group.path] = table.t, table.values(len(group.series))
+            out[group.path] = Part(table.t, table.tick, table.values(len(group.series)))
     return out
+
+
+def read_approaches(path: Path) -> Values | None:
+    """First tick and end of each stretch that leads into a run (k, 2); None where the recording says none."""
+    found = _collect(path, [APPROACH])
+    return _approaches(found) if found else None
+
+
+def in_approach(tick: Values, approaches: Values) -> Mask:
+    """Which of the ticks (n,) lie in one of the `approaches` (k, 2)."""
+    return np.asarray(np.any([(first <= tick) & (tick < end) for first, end in approaches], axis=0))
+
+
+def read_start(path: Path) -> int:
+    """The wall clock at the first row [ns since 1970]."""
+    info, origin = _reading(path, lambda chunks: (about_of(chunks, path).info, clock_origin(chunks)))
+    return origin + info.wall_offset_ns
 
 
 def read_modes(path: Path) -> tuple[Values, Values]:

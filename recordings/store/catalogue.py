@@ -4,7 +4,6 @@ import contextlib
 import gc
 import logging
 import os
-import stat
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -76,16 +75,14 @@ class Catalogue:
                 id, _, kind = file.name.rpartition(".")
                 if kind not in ("json", "rrd") or not sidecar.is_id(id):
                     continue
-                try:
-                    found = file.stat(follow_symlinks=False)
-                except FileNotFoundError:  # removed this moment
-                    continue
-                if not stat.S_ISREG(found.st_mode):
+                if not file.is_file(follow_symlinks=False):
                     self._leave_out(file.name)
                 elif kind == "rrd":
                     data.add(id)
                 else:
-                    marks[id] = found.st_ino, found.st_mtime_ns, found.st_size
+                    with contextlib.suppress(FileNotFoundError):  # removed this moment
+                        found = file.stat(follow_symlinks=False)
+                        marks[id] = found.st_ino, found.st_mtime_ns, found.st_size
         return marks, data
 
     def _complain(self, problem: str) -> None:

@@ -1,4 +1,4 @@
-"""Several recordings side by side: the figures of each, and how far its tip is from the first one's."""
+"""Several recordings side by side: figures, and how far each tip is from the first one's on the runs' clocks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,6 +8,7 @@ import numpy as np
 from controller.arrays import Values
 from controller.system.progress import Told, untold
 from recordings.format.messages import Metrics, Recording
+from recordings.read.course import begun, run_clock, stretches
 from recordings.read.metrics import FIELDS, metrics_of
 from recordings.read.reader import read_rows
 from recordings.store.store import Store
@@ -29,8 +30,9 @@ def compared(store: Store, ids: Sequence[str], told: Told = untold) -> list[Comp
     first: tuple[Values, Values] | None = None
     for id in ids:
         recording = store.find(id)
-        rows = read_rows(store.path(id), ("p_meas",) if recording.metrics else FIELDS)
-        tip = seen_tip(rows)
+        path = store.path(id)
+        rows = read_rows(path, ("p_meas", "mode") if recording.metrics else FIELDS)
+        tip = run_tip(rows, begun(path))
         first = first or tip
         metrics = recording.metrics or _metrics(rows, recording)
         found.append(Compared(recording, metrics.model_dump() | apart(first, tip)))
@@ -38,10 +40,16 @@ def compared(store: Store, ids: Sequence[str], told: Told = untold) -> list[Comp
     return found
 
 
-def seen_tip(rows: dict[str, Values]) -> tuple[Values, Values]:
-    """Times (k,) [s] since the first row and points (k, 2) [m] at which the tip was seen."""
-    seen = np.isfinite(rows["p_meas"]).all(axis=1)
-    return (rows["t_ns"] - rows["t_ns"][:1])[seen] * 1e-9, rows["p_meas"][seen]
+def run_tip(rows: dict[str, Values], begun: float = 0.0) -> tuple[Values, Values]:
+    """Times (k,) [s] on the run's own clock and points (k, 2) [m] at which the tip was seen.
+
+    Of a recording without a run since it was `begun` [s].
+    """
+    t = (rows["t_ns"] - rows["t_ns"][:1]) * 1e-9
+    mode = rows.get("mode", np.zeros(len(t)))
+    clock = run_clock(t, stretches(t, mode, rows.get("approach"), begun))
+    seen = np.isfinite(clock) & np.isfinite(rows["p_meas"]).all(axis=1)
+    return clock[seen], rows["p_meas"][seen]
 
 
 def apart(first: tuple[Values, Values], other: tuple[Values, Values]) -> Figures:

@@ -1,4 +1,4 @@
-"""Room for recordings: the oldest go when all together take too much; the newest, starred and running ones stay."""
+"""Room for recordings: deleted ones go first, then the oldest; the newest, starred and running ones stay."""
 
 import contextlib
 import shutil
@@ -11,6 +11,8 @@ from recordings.store.store import Store
 BYTES = 50_000_000_000
 SHARE = 0.8
 """Of the disk."""
+FREE_MIN = 1 << 30
+"""With less free on the disk [B] nothing deleted is kept."""
 
 
 def default_quota(folder: Path) -> int:
@@ -21,19 +23,37 @@ def default_quota(folder: Path) -> int:
 def enforce(store: Store, most: int) -> list[Recording]:
     """Remove the oldest recordings until the rest takes `most` bytes at most; those removed, oldest first.
 
-    The newest one stays even where it alone is larger: the one who made it wants to see it.
+    Deleted ones go before any other, the longest deleted first. The newest one stays even where it alone is larger: the
+    one who made it wants to see it.
     """
     listed = store.list()
-    over = sum(recording.bytes for recording in listed) - most
+    over = clear_bin(store, sum(recording.bytes for recording in listed) - most)
     removed = []
     for recording in reversed(listed[1:]):
         if over <= 0:
             break
         with contextlib.suppress(TendrilError):  # starred, or being written
-            store.remove(recording.id)
+            store.erase(recording.id)
             over -= recording.bytes
             removed.append(recording)
     return removed
+
+
+def clear_bin(store: Store, over: int, now: float | None = None) -> int:
+    """Remove deleted recordings for good whose time is over `now`, or whose room is needed: so many bytes are `over`
+    without those deleted, or the disk is nearly full. Gives the bytes that are over with what is left of them.
+    """
+    deleted = store.bin.recordings()
+    gone = set(store.bin.expired(now))
+    nearly_full = bool(deleted) and shutil.disk_usage(store.folder).free < FREE_MIN
+    over += sum(recording.bytes for recording in deleted if recording.id not in gone)
+    for recording in reversed(deleted):
+        if recording.id not in gone and (nearly_full or over > 0):
+            gone.add(recording.id)
+            over -= recording.bytes
+    if gone:
+        store.empty_bin(gone)
+    return over
 
 
 def too_large(store: Store, most: int) -> Recording | None:

@@ -25,6 +25,7 @@ VIEWERS = frozenset(
         "import_path",
         "preview",
         "preview_parts",
+        "make_export",
         # one's own, that nobody else sees
         "keep_layout",
         "delete_layout",

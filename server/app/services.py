@@ -40,6 +40,7 @@ from server.plots.feed import Plots
 from server.plots.layouts import Layouts
 from server.presets.actuator import OutcomeWatch
 from server.recorder.automatic import Automatic
+from server.recorder.exports import Exports
 from server.recorder.folder import Reader, RecordingsFolder
 from server.recorder.quota_watch import QuotaWatch
 from server.recorder.review import Review
@@ -79,6 +80,7 @@ class Services:
     pages: Pages[Viewer]
     people: PeopleHere
     folder: RecordingsFolder
+    exports: Exports
     reader: Reader
     recorder: Recorder
     review: Review
@@ -121,6 +123,7 @@ class Services:
             if writer is not None:
                 writer.close()
         self.folder.close()
+        self.exports.close()
 
 
 def open_services(
@@ -227,6 +230,7 @@ def open_services(
         pages=pages,
         people=people,
         folder=RecordingsFolder(store, reader),
+        exports=Exports(),
         reader=reader,
         recorder=recorder,
         review=review,

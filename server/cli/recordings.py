@@ -149,15 +149,29 @@ def repair(ids: Annotated[list[str] | None, typer.Argument()] = None, folder: Re
 def rm(
     ids: Ids,
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask.")] = False,
+    for_good: Annotated[bool, typer.Option("--for-good", help="Do not keep them for 7 days.")] = False,
     folder: RecordingsFolder = None,
 ) -> None:
-    """Delete recordings for good; those with a star stay."""
+    """Delete recordings, which `restore` takes back for 7 days; those with a star stay."""
     store = _store(folder)
     starred_first = sorted((store.find(id) for id in ids), key=lambda found: not found.starred)
     for found in starred_first:  # one that is refused is met before any is deleted
         if yes or typer.confirm(f"Delete {found.id} ({found.name}, {found.bytes / 1e6:.1f} MB)?"):
-            store.remove(found.id)
+            (store.erase if for_good else store.remove)(found.id)
             _say(f"Deleted: {found.id}")
+
+
+@app.command()
+def restore(ids: Annotated[list[str] | None, typer.Argument()] = None, folder: RecordingsFolder = None) -> None:
+    """Take deleted recordings back; without ids, list what can be."""
+    from server.cli.recordings_tables import listing
+
+    store = _store(folder)
+    if not ids:
+        out.print(listing(store.bin.recordings()))
+    for id in ids or ():
+        store.restore(id)
+        _say(f"Restored: {id}")
 
 
 @app.command()

@@ -6,11 +6,13 @@ import tempfile
 from pathlib import Path
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Body, Query
+from fastapi import APIRouter, Body, Query, Request
+from pydantic import Field as Bounds
 from starlette.background import BackgroundTask
 from starlette.responses import FileResponse
 
 from controller.errors import CommandRefused, ProcessKilled, RecordingError
+from controller.schema.layout import Model
 from recordings.exporting.export import Format, export
 from recordings.exporting.signals import SignalInfo, offered
 from recordings.exporting.table import Choice
@@ -19,6 +21,7 @@ from recordings.importing.text import import_text
 from server.access.asking import Holder
 from server.http import answers
 from server.log.events import GivenEvents
+from server.recorder.exports import ExportMade, GivenExports
 from server.recorder.folder import GivenFolder
 
 router = APIRouter(tags=["recordings"])
@@ -61,6 +64,33 @@ async def export_recording(
     media = MEDIA.get(kind, BINARY)
     after = BackgroundTask(shutil.rmtree, scratch)
     return FileResponse(target, media_type=media, filename=target.name, background=after)
+
+
+class ExportBody(Model):
+    """Body of POST /api/recordings/{id}/exports: `signals` by name (none: all), `start` to `stop` [s]."""
+
+    format: Format
+    signals: Annotated[tuple[Annotated[str, Bounds(max_length=80)], ...], Bounds(max_length=400)] = ()
+    start: Annotated[float, Bounds(allow_inf_nan=False)] | None = None
+    stop: Annotated[float, Bounds(allow_inf_nan=False)] | None = None
+
+
+@router.post("/api/recordings/{id}/exports")
+async def make_export(
+    id: str, body: ExportBody, folder: GivenFolder, exports: GivenExports, request: Request
+) -> ExportMade:
+    """Make the file that GET /api/exports/{key} then gives, once, within 10 minutes. Who hangs up cancels it."""
+    source = await folder.look(folder.store.path, id)
+    return await exports.make(folder, request, source, body.format, Choice(body.signals, body.start, body.stop))
+
+
+@router.get("/api/exports/{key}", response_class=FileResponse, responses=answers.file(*TYPES))
+async def fetch_export(key: str, exports: GivenExports) -> FileResponse:
+    """The file that was made; 404 when it was fetched before, or is too old."""
+    path = exports.take(key)
+    media = MEDIA.get(path.suffix.removeprefix("."), BINARY)
+    after = BackgroundTask(shutil.rmtree, path.parent)
+    return FileResponse(path, media_type=media, filename=path.name, background=after)
 
 
 @router.post("/api/recordings/import")

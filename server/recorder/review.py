@@ -2,7 +2,7 @@
 
 import logging
 import queue
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
@@ -11,7 +11,7 @@ from controller.errors import ProcessKilled, TendrilError
 from controller.system.worker import Worker
 from recordings.format.messages import Recording
 from recordings.read.viewer import viewer_files
-from recordings.store.finishing import finish
+from recordings.store.finishing import depict, finish
 from recordings.store.store import Store
 from server.http.given import given
 from server.recorder.folder import Reader
@@ -21,13 +21,17 @@ log = logging.getLogger(__name__)
 LONGEST = 600.0
 """For one recording [s]: mending, compacting and measuring 1 GB takes a minute or two."""
 
+FINISH, DEPICT = 0, 1
+"""What is to be done with a recording, the first first."""
+
 
 class Review:
     """One thread, from the start of the server; `viewer` is None until rerun's files are there."""
 
     def __init__(self, store: Store, reader: Reader) -> None:
         self._store, self._reader = store, reader
-        self._stopped: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._asked: queue.PriorityQueue[tuple[int, str]] = queue.PriorityQueue()
+        self._depicted: set[str] = set()
         self._cut: Recording | None = None
         self.viewer: Path | None = None
         self.problem = ""
@@ -45,7 +49,13 @@ class Review:
 
     def stopped(self, id: str) -> None:
         """A recording is complete: make it quick to open, and measure it."""
-        self._stopped.put(id)
+        self._asked.put((FINISH, id))
+
+    def depict(self, ids: Iterable[str]) -> None:
+        """Those are shown without a picture: make them, once what has just ended is done."""
+        for id in set(ids) - self._depicted:
+            self._depicted.add(id)
+            self._asked.put((DEPICT, id))
 
     def _run(self) -> None:
         """Everything that looks at the folder of recordings: a start never waits for it."""
@@ -64,9 +74,13 @@ class Review:
             self.worker.turn()
         while True:
             self.worker.rest()
-            stopped = self._stopped.get()
+            work, id = self._asked.get()
             self.worker.turn()
-            self._finish(stopped)
+            if work == FINISH:
+                self._finish(id)
+            else:
+                with suppress(TendrilError, OSError):  # gone meanwhile, or its folder takes nothing
+                    self._reader.call(depict, self._store.folder, id)
 
     def _left(self) -> tuple[str, ...]:
         """What killed processes left behind: drafts, which go, and recordings, of which the newest may go on."""

@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 from fastapi import APIRouter, Query, Response
 from pydantic import Field as Bounds
@@ -52,15 +52,21 @@ CHUNK = 1 << 18
 @router.get("/api/recordings", response_model=list[Recording])
 async def recordings(
     folder: GivenFolder,
+    review: GivenReview,
     search: Annotated[str, Query(max_length=200)] = "",
     sort: Annotated[str, Query(max_length=40)] = "-started",
     limit: Annotated[int | None, Query(ge=1)] = None,
+    deleted: bool = False,
 ) -> Response:
     """Every recording, newest first; those with every word of `search`, by any column, at most `limit` of them.
 
-    The headers `x-found` and `x-in-all` say how many fit, and how many there are.
+    With `deleted` those in the bin. The headers `x-found` and `x-in-all` say how many fit, and how many there are;
+    `x-deleted` how many are in the bin.
     """
-    return await folder.look(_listed, folder.store, search, sort, limit)
+    wanted = _Wanted(search, sort, limit, deleted)
+    answer, without_picture = await folder.look(_listed, folder.store, wanted)
+    review.depict(without_picture)
+    return answer
 
 
 @router.post("/api/recordings")
@@ -132,19 +138,45 @@ async def edit_recording(id: str, body: Edit, folder: GivenFolder, who: Me) -> R
     return await folder.look(folder.store.edit, id, body)
 
 
+@router.delete("/api/recordings/deleted", status_code=204)
+async def empty_bin(folder: GivenFolder, who: Me, events: GivenEvents) -> None:
+    """Remove all deleted recordings for good."""
+    ids = await folder.look(folder.store.bin.ids)
+    await folder.look(folder.store.empty_bin, ids)
+    events.add(f"{who.name}: {len(ids)} deleted recordings removed for good")
+
+
 @router.delete("/api/recordings/{id}", status_code=204)
 async def remove_recording(id: str, folder: GivenFolder, who: Me, events: GivenEvents) -> None:
-    """Delete a recording for good; 409 while it is starred or being written."""
+    """Delete a recording; it can be restored for 7 days, unless room is needed. 409 while starred or being written."""
     await folder.look(folder.store.remove, id)
-    events.add(f"{who.name}: recording {id} removed")
+    events.add(f"{who.name}: recording {id} deleted")
 
 
-def _listed(store: Store, search: str, sort: str, limit: int | None) -> Response:
-    """Written as JSON at once: the framework's own way checks every one of them again."""
-    everything = store.list()
-    found = ordered(matching(everything, search), sort)
-    counts = {"x-found": str(len(found)), "x-in-all": str(len(everything))}
-    return Response(LIST.dump_json(found[:limit]), media_type="application/json", headers=counts)
+@router.post("/api/recordings/{id}/restore")
+async def restore_recording(id: str, folder: GivenFolder, who: Me, events: GivenEvents) -> Recording:
+    """Take a deleted recording back; 404 when it is not there, or gone for good."""
+    found = await folder.look(folder.store.restore, id)
+    events.add(f"{who.name}: recording {id} restored")
+    return found
+
+
+class _Wanted(NamedTuple):
+    search: str
+    sort: str
+    limit: int | None
+    deleted: bool
+
+
+def _listed(store: Store, wanted: _Wanted) -> tuple[Response, list[str]]:
+    """Written as JSON at once: the framework's own way checks every one of them again. And who lacks a picture."""
+    everything = store.bin.recordings() if wanted.deleted else store.list()
+    found = ordered(matching(everything, wanted.search), wanted.sort)
+    counts = {"x-found": len(found), "x-in-all": len(everything), "x-deleted": len(store.bin.ids())}
+    headers = {name: str(count) for name, count in counts.items()}
+    shown = found[: wanted.limit]
+    bare = [one.id for one in shown if one.thumbnail is None and one.complete and not (one.problem or wanted.deleted)]
+    return Response(LIST.dump_json(shown), media_type="application/json", headers=headers), bare
 
 
 def _first(path: Path, size: int) -> Iterator[bytes]:

@@ -314,8 +314,58 @@ def test_what_the_plots_show_of_the_chosen_signals_is_exported(page: Page, made:
     page.get_by_test_id("export").click()
     page.get_by_test_id("export-to").fill("0.1")
     expect(page.get_by_role("alert")).to_contain_text("To = 0.1 s is before From")
-    expect(page.get_by_test_id("export-send")).not_to_have_attribute("href", re.compile("."))
+    expect(page.get_by_test_id("export-send")).to_be_disabled()
     page.get_by_role("button", name="Close").click()
+
+
+def test_an_export_says_that_it_is_being_made_and_can_be_cancelled(page: Page, made: list[Recording]) -> None:
+    asked, failed = re.compile(r"/exports$"), list[str]()
+    page.route(asked, lambda route: None)  # the file takes its time
+    page.on("requestfailed", lambda request: failed.append(request.url))
+    open_link(page, f"#review/{made[0].id}")
+    page.get_by_test_id("export").click()
+    page.get_by_test_id("export-send").click()
+    expect(page.get_by_test_id("export-making")).to_contain_text("is being made")
+    expect(page.get_by_test_id("export-making")).to_contain_text("1 s")
+    shot(page, "export-being-made")
+    page.get_by_test_id("export-cancel").click()
+    expect(page.get_by_test_id("export-send")).to_be_visible()
+    wait_until(lambda: page.wait_for_timeout(50) or any(asked.search(url) for url in failed), 10.0)
+    page.unroute(asked)
+    page.route(asked, lambda route: route.fulfill(status=422, json={"detail": "the file has no such signal"}))
+    page.get_by_test_id("export-send").click()
+    expect(page.get_by_test_id("export-problem")).to_contain_text("no such signal")
+
+
+def test_a_deletion_is_undone_at_once_or_later_from_what_is_deleted(page: Page, product: Product) -> None:
+    id = record_circle(product.recordings, "Deleted by mistake", 1.0).id
+    row = page.locator(f"[data-id='{id}']")
+
+    def delete() -> None:
+        expect(row).to_be_visible()
+        row.hover()
+        row.get_by_test_id("delete-recording").click()
+        page.get_by_test_id("delete-confirm").click()
+        expect(row).to_have_count(0)
+
+    review(page)
+    page.get_by_test_id("recording-search").fill("by mistake")
+    delete()
+    expect(page.get_by_test_id("undo")).to_contain_text("Deleted “Deleted by mistake”")
+    shot(page, "undo-delete")
+    page.get_by_test_id("undo-delete").click()
+    expect(row).to_be_visible()
+    expect(page.get_by_test_id("undo")).to_have_count(0)
+    delete()
+    page.get_by_test_id("show-deleted").locator("..").click()
+    expect(row).to_be_visible()
+    shot(page, "deleted")
+    row.hover()
+    row.get_by_test_id("restore-recording").click()
+    expect(row).to_have_count(0)
+    page.get_by_test_id("show-deleted").locator("..").click()
+    expect(row).to_be_visible()
+    assert page.request.get(f"{product.origin}/api/recordings/{id}").json()["name"] == "Deleted by mistake"
 
 
 def test_a_list_that_cannot_be_read_says_why_and_can_be_asked_again(page: Page, made: list[Recording]) -> None:

@@ -1,23 +1,33 @@
 """Recordings exported, followed again and imported over REST."""
 
+import asyncio
 import io
 import os
+import shutil
+import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pandas as pd
 import pytest
 from rerun.chunk import RrdReader
 from rerun.error_utils import RerunWarning
+from starlette.requests import Request
 
+from controller.errors import CommandRefused, RecordingError
 from controller.schema.parameters import Settings
+from recordings.exporting import export as export_module
+from recordings.exporting.table import Choice, RowReader
 from recordings.format.messages import Recording
 from recordings.write.writer import Recorder
 from server.drawing.messages import DrawingBody
 from server.recorder import export_routes
-from server.recorder.folder import Reader
+from server.recorder.exports import Exports
+from server.recorder.folder import Reader, RecordingsFolder
 from server.runs.recorded_drawing import drawing_name
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows
 from tests.server.live_server import Page, TestServer, free_environment, wait_for
@@ -198,3 +208,56 @@ def test_another_labs_file_is_imported_listed_and_exported(server: TestServer) -
 )
 def test_any_name_makes_one_that_a_drawing_may_have(name: str, drawn: str) -> None:
     assert drawing_name(name) == drawn
+
+
+def test_an_export_is_made_first_and_fetched_once_by_its_key(page: Page, done: Recording) -> None:
+    body = {"format": "csv", "signals": ["tick", "p_meas"], "start": 1.0, "stop": 2.0}
+    made = page.post(f"/api/recordings/{done.id}/exports", json=body)
+    assert made.status_code == 200, made.text
+    found = page.get(f"/api/exports/{made.json()['key']}")
+    assert found.headers["content-disposition"] == f'attachment; filename="{done.id}.csv"'
+    assert len(found.content) == made.json()["bytes"]
+    asked = {"format": "csv", "signals": "tick,p_meas", "from": 1.0, "to": 2.0}
+    assert found.content == page.get(f"/api/recordings/{done.id}/export", params=asked).content
+    assert page.get(f"/api/exports/{made.json()['key']}").status_code == 404
+    wrong = page.post(f"/api/recordings/{done.id}/exports", json=body | {"signals": ["nonsense"]})
+    assert (wrong.status_code, "nonsense" in wrong.json()["detail"]) == (422, True)
+
+
+def test_who_hangs_up_cancels_the_export_and_nothing_of_it_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    targets: list[Path] = []
+
+    async def never(_: object, __: Path, target: Path, *rest: object) -> None:
+        targets.append(target)
+        await asyncio.Event().wait()
+
+    async def gone() -> bool:
+        return bool(targets)
+
+    folder, request = SimpleNamespace(read=never), SimpleNamespace(is_disconnected=gone)
+    make = Exports().make(cast(RecordingsFolder, folder), cast(Request, request), Path("run.rrd"), "csv", Choice())
+    with pytest.raises(CommandRefused, match="cancelled"):
+        asyncio.run(make)
+    assert (targets[0].name, list(tmp_path.iterdir())) == ("run.csv", [])
+
+
+def test_a_file_whose_folder_was_removed_is_written_no_further(
+    done: Recording, server: TestServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target, taken = tmp_path / "scratch" / "run.csv", 0
+    target.parent.mkdir()
+
+    def write(pieces: Iterable[object], _: Path) -> None:
+        nonlocal taken
+        for _piece in pieces:
+            taken += 1
+            shutil.rmtree(target.parent)
+
+    monkeypatch.setattr(export_module, "_writer", lambda _: write)
+    monkeypatch.setattr(RowReader, "pieces", lambda *_: iter(range(3)))
+    with pytest.raises(RecordingError, match="cancelled"):
+        export_module.export(Path("run.rrd"), target, "csv", Choice())
+    assert taken == 1

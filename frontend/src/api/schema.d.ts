@@ -687,7 +687,8 @@ export interface paths {
      * Recordings
      * @description Every recording, newest first; those with every word of `search`, by any column, at most `limit` of them.
      *
-     *     The headers `x-found` and `x-in-all` say how many fit, and how many there are.
+     *     With `deleted` those in the bin. The headers `x-found` and `x-in-all` say how many fit, and how many there are;
+     *     `x-deleted` how many are in the bin.
      */
     get: operations["recordings"];
     put?: never;
@@ -778,7 +779,7 @@ export interface paths {
     post?: never;
     /**
      * Remove Recording
-     * @description Delete a recording for good; 409 while it is starred or being written.
+     * @description Delete a recording; it can be restored for 7 days, unless room is needed. 409 while starred or being written.
      */
     delete: operations["remove_recording"];
     options?: never;
@@ -804,6 +805,46 @@ export interface paths {
     get: operations["recording_metrics"];
     put?: never;
     post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/recordings/deleted": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    post?: never;
+    /**
+     * Empty Bin
+     * @description Remove all deleted recordings for good.
+     */
+    delete: operations["empty_bin"];
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/recordings/{id}/restore": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Restore Recording
+     * @description Take a deleted recording back; 404 when it is not there, or gone for good.
+     */
+    post: operations["restore_recording"];
     delete?: never;
     options?: never;
     head?: never;
@@ -906,6 +947,46 @@ export interface paths {
      * @description Signals (names joined by commas; all without) from `from` to `to` [s] as a file; 404, or 422 with the reason.
      */
     get: operations["export_recording"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/recordings/{id}/exports": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Make Export
+     * @description Make the file that GET /api/exports/{key} then gives, once, within 10 minutes. Who hangs up cancels it.
+     */
+    post: operations["make_export"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/exports/{key}": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Fetch Export
+     * @description The file that was made; 404 when it was fetched before, or is too old.
+     */
+    get: operations["fetch_export"];
     put?: never;
     post?: never;
     delete?: never;
@@ -1961,6 +2042,38 @@ export interface components {
       count: number;
     };
     /**
+     * ExportBody
+     * @description Body of POST /api/recordings/{id}/exports: `signals` by name (none: all), `start` to `stop` [s].
+     */
+    ExportBody: {
+      /**
+       * Format
+       * @enum {string}
+       */
+      format: "csv" | "parquet" | "mat" | "mcap" | "rrd";
+      /**
+       * Signals
+       * @default []
+       */
+      signals: string[];
+      /** Start */
+      start?: number | null;
+      /** Stop */
+      stop?: number | null;
+    };
+    /**
+     * ExportMade
+     * @description An export that can be fetched, once, from /api/exports/{key}.
+     */
+    ExportMade: {
+      /** Key */
+      key: string;
+      /** Name */
+      name: string;
+      /** Bytes */
+      bytes: number;
+    };
+    /**
      * Fastest
      * @description As fast as `speed_max` and `acceleration_max` of the settings in force allow; it slows at corners.
      */
@@ -2715,6 +2828,11 @@ export interface components {
       /** Rows */
       rows: number;
       /**
+       * Stretches
+       * @description What lies where, in the order of time; none without rows.
+       */
+      stretches: components["schemas"]["Stretch"][];
+      /**
        * T
        * @description (n,): every row of a short recording; else two for each bin, which holds the lowest and the highest value.
        */
@@ -2853,6 +2971,11 @@ export interface components {
        * @default []
        */
       bookmarks: components["schemas"]["Bookmark"][];
+      /**
+       * Thumbnail
+       * @description Its path as SVG path data in a box of 100 x 100, y down; "" where there is none, null until it was made.
+       */
+      thumbnail: string | null;
       /**
        * Tags
        * @default []
@@ -3774,6 +3897,23 @@ export interface components {
       run: components["schemas"]["RunState"] | null;
       /** @description Of the last run that ended, this server's or an earlier one's. */
       result: components["schemas"]["RunResult"] | null;
+    };
+    /**
+     * Stretch
+     * @description From `start` to `end` [s] since the first row; the next one begins where it ends.
+     */
+    Stretch: {
+      /**
+       * Kind
+       * @description `before`: what was in memory; `approach`: led onto the path, after a pause too; `pause`: between legs of a run;
+       *     `run`: what the recording is of, which without a run is all since it was begun.
+       * @enum {string}
+       */
+      kind: "before" | "approach" | "run" | "pause" | "after";
+      /** Start */
+      start: number;
+      /** End */
+      end: number;
     };
     /**
      * Target
@@ -5821,6 +5961,7 @@ export interface operations {
         search?: string;
         sort?: string;
         limit?: number | null;
+        deleted?: boolean;
       };
       header?: never;
       path?: never;
@@ -6159,6 +6300,72 @@ export interface operations {
       503: components["responses"]["Refused503"];
     };
   };
+  empty_bin: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      204: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content?: never;
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  restore_recording: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        id: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Recording"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
   recording_quick: {
     parameters: {
       query?: {
@@ -6356,6 +6563,111 @@ export interface operations {
       header?: never;
       path: {
         id: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description The file */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/csv": string;
+          "application/vnd.apache.parquet": string;
+          "application/octet-stream": string;
+        };
+      };
+      /** @description The range that was asked for */
+      206: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/csv": string;
+          "application/vnd.apache.parquet": string;
+          "application/octet-stream": string;
+          "multipart/byteranges": string;
+        };
+      };
+      /** @description A range that is none */
+      400: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/plain": string;
+        };
+      };
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      /** @description A range beyond the end */
+      416: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/plain": string;
+        };
+      };
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  make_export: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        id: string;
+      };
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["ExportBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ExportMade"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  fetch_export: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        key: string;
       };
       cookie?: never;
     };

@@ -1,19 +1,20 @@
-import { Button, Loader } from "@mantine/core";
-import { useState } from "react";
+import { Button, CloseButton, Loader } from "@mantine/core";
+import { useEffect, useState } from "react";
+import type { Recording } from "../api/types";
 import { PageStore, usePage } from "../live/page";
 import { useService } from "../ui/services";
 import { Compare } from "./compare/Compare";
 import { Detail } from "./detail/Detail";
 import { NEWEST } from "./list/listing";
 import { RecordingList, SHELF } from "./list/RecordingList";
-import { useRecordings, type Search } from "./useRecordings";
+import { useRecordings, type Recordings, type Search } from "./useRecordings";
 
 /** The recordings: as a list, one, or up to four side by side. */
 export default function Review() {
   const page = useService(PageStore);
   const reviewed = usePage((state) => state.reviewed);
   const compared = usePage((state) => state.compared);
-  const [search, setSearch] = useState<Search>({ query: "", order: NEWEST, limit: SHELF });
+  const [search, setSearch] = useState<Search>({ query: "", order: NEWEST, limit: SHELF, deleted: false });
   const [ticked, setTicked] = useState<readonly string[]>([]);
   const opened = compared.length > 0 ? compared : reviewed === null ? [] : [reviewed];
   const recordings = useRecordings(search, opened);
@@ -23,18 +24,52 @@ export default function Review() {
   const known = opened.map(recordings.find);
   const waits = opened.length > 0 ? known.includes(undefined) : recordings.listed === null;
   if (waits) return recordings.problem === "" ? <Loader m="xl" /> : <Unread {...recordings} />;
-  if (compared.length > 0) return <Compare ids={compared} recordings={recordings} onBack={back} />;
-  if (reviewed !== null) return <Detail key={reviewed} id={reviewed} recordings={recordings} onBack={back} />;
+  const { justDeleted } = recordings;
   return (
-    <RecordingList
-      recordings={recordings}
-      search={search}
-      onSearch={(change) => {
-        setSearch({ ...search, ...change });
-      }}
-      ticked={ticked.filter((id) => recordings.find(id) !== null)}
-      onTick={setTicked}
-    />
+    <>
+      {compared.length > 0 ? (
+        <Compare ids={compared} recordings={recordings} onBack={back} />
+      ) : reviewed !== null ? (
+        <Detail key={reviewed} id={reviewed} recordings={recordings} onBack={back} />
+      ) : (
+        <RecordingList
+          recordings={recordings}
+          search={search}
+          onSearch={(change) => {
+            setSearch({ ...search, ...change });
+          }}
+          ticked={ticked.filter((id) => recordings.find(id) !== null)}
+          onTick={setTicked}
+        />
+      )}
+      {justDeleted ? <Undo row={justDeleted} recordings={recordings} /> : null}
+    </>
+  );
+}
+
+/** How long the last deletion can be undone by one click [ms]; afterwards it stands under "Deleted". */
+const UNDO_MS = 20_000;
+
+interface UndoProps {
+  readonly row: Recording;
+  readonly recordings: Recordings;
+}
+
+function Undo({ row, recordings: { restore, forgetDeleted } }: UndoProps) {
+  useEffect(() => {
+    const gone = setTimeout(forgetDeleted, UNDO_MS);
+    return () => {
+      clearTimeout(gone);
+    };
+  }, [row, forgetDeleted]);
+  return (
+    <div className="review-undo" role="status" data-testid="undo">
+      <span className="review-undo-name">Deleted “{row.name || row.id}”</span>
+      <Button size="compact-sm" variant="default" data-testid="undo-delete" onClick={() => void restore(row)}>
+        Undo
+      </Button>
+      <CloseButton size="sm" aria-label="Close" onClick={forgetDeleted} />
+    </div>
   );
 }
 

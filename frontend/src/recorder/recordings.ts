@@ -9,6 +9,8 @@ export interface Listed {
   readonly rows: readonly Recording[];
   readonly found: number;
   readonly inAll: number;
+  /** How many are in the bin. */
+  readonly deleted: number;
   /** The order in which they are. */
   readonly sort: string;
 }
@@ -55,16 +57,6 @@ export function recordingUrl(id: string, part = ""): string {
   return `/api/recordings/${encodeURIComponent(id)}${part}`;
 }
 
-/** Address of the recording `id` as a file. */
-export function exportUrl(id: string, format: Format, { signals, from, to }: ExportChoice): string {
-  if (format === "rrd") return recordingUrl(id, ".rrd");
-  const query = new URLSearchParams({ format });
-  if (signals.length > 0) query.set("signals", signals.join(","));
-  if (from !== "") query.set("from", String(from));
-  if (to !== "") query.set("to", String(to));
-  return recordingUrl(id, `/export?${query.toString()}`);
-}
-
 /** Address of rerun's own viewer, showing the recording at `url`; with null it shows nothing yet. */
 export function viewerUrl(url: string | null, theme: "dark" | "light", renderer: string | null): string {
   const query = new URLSearchParams();
@@ -77,11 +69,17 @@ const at = (id: string) => ({ params: { path: { id } } });
 
 export const recordings = {
   /** The first `limit` of those with every word of `search`, in the order `sort`: a column, "-" before it falls. */
-  list: async (search: string, sort: string, limit: number): Promise<Listed> => {
-    const query = { search, sort, limit };
+  list: async (search: string, sort: string, limit: number, deleted: boolean): Promise<Listed> => {
+    const query = { search, sort, limit, deleted };
     const { data: rows = [], response } = await api.GET("/api/recordings", { params: { query } });
     const count = (name: string) => Number(response.headers.get(name) ?? rows.length);
-    return { rows, found: count("x-found"), inAll: count("x-in-all"), sort };
+    return {
+      rows,
+      found: count("x-found"),
+      inAll: count("x-in-all"),
+      deleted: Number(response.headers.get("x-deleted") ?? 0),
+      sort,
+    };
   },
   /** Its figures, taken anew. */
   metrics: (id: string) => told(api.GET("/api/recordings/{id}/metrics", at(id))),
@@ -95,6 +93,7 @@ export const recordings = {
   },
   change: (id: string, body: RecordingChanges) =>
     told(api.PATCH("/api/recordings/{id}", { ...at(id), body })),
+  /** Into the bin. */
   remove: (id: string) => api.DELETE("/api/recordings/{id}", at(id)),
   /** Mark the newest row of the recording that runs. */
   mark: () => told(api.POST("/api/recordings/current/bookmarks", { body: { label: "" } })),
@@ -103,6 +102,20 @@ export const recordings = {
     const place = { params: { path: { id, n } } };
     const path = "/api/recordings/{id}/bookmarks/{n}";
     return told(label === null ? api.DELETE(path, place) : api.PATCH(path, { ...place, body: { label } }));
+  },
+  restore: (id: string) => told(api.POST("/api/recordings/{id}/restore", at(id))),
+  emptyBin: () => api.DELETE("/api/recordings/deleted"),
+  /** Have a file made: where it can be fetched, once. Who aborts cancels it. */
+  makeExport: async (
+    id: string,
+    format: Format,
+    choice: ExportChoice,
+    signal: AbortSignal,
+  ): Promise<string> => {
+    const limit = (value: number | string) => (value === "" ? null : Number(value));
+    const body = { format, signals: [...choice.signals], start: limit(choice.from), stop: limit(choice.to) };
+    const made = await told(api.POST("/api/recordings/{id}/exports", { ...at(id), body, signal }));
+    return `/api/exports/${encodeURIComponent(made.key)}`;
   },
   /** The recorded path of the tip or of its reference. */
   path: (id: string, what: "p_meas" | "p_ref") =>

@@ -6,7 +6,7 @@ import { usePage } from "../live/page";
 import { Operations } from "../operate/operations";
 import { textOf } from "../ui/format";
 import { useService } from "../ui/services";
-import { isSettled, sortOf, type Order } from "./list/listing";
+import { isSettled, sortOf, wantsPicture, type Order } from "./list/listing";
 import { recordings, type Listed, type RecordingChanges } from "./recordings";
 
 export interface Search {
@@ -14,6 +14,8 @@ export interface Search {
   readonly order: Order;
   /** Most rows. */
   readonly limit: number;
+  /** Those in the bin instead. */
+  readonly deleted: boolean;
 }
 
 export interface Recordings {
@@ -25,15 +27,22 @@ export interface Recordings {
   readonly find: (id: string) => Recording | null | undefined;
   readonly load: () => Promise<void>;
   readonly change: (id: string, changes: RecordingChanges) => Promise<void>;
-  readonly remove: (id: string) => Promise<void>;
+  readonly remove: (row: Recording) => Promise<void>;
   /** Give bookmark `n` of a recording a label, or with null remove it. */
   readonly label: (id: string, n: number, label: string | null) => Promise<void>;
+  readonly restore: (row: Recording) => Promise<void>;
+  readonly emptyBin: () => Promise<void>;
+  /** What was deleted last, while that can be undone here; null once it is no news. */
+  readonly justDeleted: Recording | null;
+  readonly forgetDeleted: () => void;
 }
 
 /** How long the typing rests before the server is asked [ms]. */
 const TYPING_MS = 200;
 /** How often what is being written or measured is read again [ms]. */
 const REFRESH_MS = 2000;
+/** So often at most the list is read again for pictures that are being made. */
+const PICTURE_READS = 20;
 
 type Opened = Readonly<Record<string, Recording | null>>;
 
@@ -46,14 +55,16 @@ export function useRecordings(search: Search, opened: readonly string[]): Record
   const [problem, setProblem] = useState("");
   const [query] = useDebouncedValue(search.query, TYPING_MS);
   const sort = sortOf(search.order);
-  const { limit } = search;
+  const { limit, deleted } = search;
+  const [justDeleted, setJustDeleted] = useState<Recording | null>(null);
+  const pictureReads = useRef(0);
   const wanted = opened.join(",");
   const asked = useRef(0);
 
   const load = useCallback(() => {
     const turn = (asked.current += 1);
     const ids = wanted === "" ? [] : wanted.split(",");
-    const answer = ids.length > 0 ? readOpened(ids) : recordings.list(query, sort, limit);
+    const answer = ids.length > 0 ? readOpened(ids) : recordings.list(query, sort, limit, deleted);
     return answer.then(
       (found) => {
         if (turn !== asked.current) return; // a later question was asked: its answer counts
@@ -65,7 +76,7 @@ export function useRecordings(search: Search, opened: readonly string[]): Record
         if (turn === asked.current) setProblem(textOf(error));
       },
     );
-  }, [wanted, query, sort, limit]);
+  }, [wanted, query, sort, limit, deleted]);
 
   const find = (id: string) => {
     const row = listed?.rows.find((one) => one.id === id);
@@ -79,12 +90,15 @@ export function useRecordings(search: Search, opened: readonly string[]): Record
     const shown = wanted === "" ? (listed?.rows ?? []) : wanted.split(",").map((id) => known[id]);
     const grows = (row: Recording | null | undefined) =>
       row && (row.id === active || !isSettled(row, Date.now()));
-    if (!shown.some(grows)) return undefined;
+    const pictured = (row: Recording | null | undefined) => row && !deleted && wantsPicture(row);
+    const waits = pictureReads.current < PICTURE_READS && shown.some(pictured);
+    if (!shown.some(grows) && !waits) return undefined;
+    if (waits) pictureReads.current += 1;
     const again = setTimeout(() => void load(), REFRESH_MS);
     return () => {
       clearTimeout(again);
     };
-  }, [load, active, wanted, listed, known]);
+  }, [load, active, wanted, listed, known, deleted]);
 
   const put = (id: string, changed: Recording | null) => {
     setKnown((old) => ({ ...old, [id]: changed }));
@@ -98,12 +112,31 @@ export function useRecordings(search: Search, opened: readonly string[]): Record
     operations.attempt("Bookmark not changed", async () => {
       put(id, await recordings.label(id, n, text));
     });
-  const remove = (id: string) =>
+  const remove = (row: Recording) =>
     operations.attempt("Recording not deleted", async () => {
-      await recordings.remove(id);
-      put(id, null);
+      await recordings.remove(row.id);
+      put(row.id, null);
+      setListed((old) => old && { ...old, deleted: old.deleted + 1 });
+      setJustDeleted(row);
     });
-  return { listed, problem, find, load, change, label, remove };
+  const restore = (row: Recording) =>
+    operations.attempt("Recording not restored", async () => {
+      await recordings.restore(row.id);
+      setKnown((old) => ({ ...old, [row.id]: row }));
+      setJustDeleted(null);
+      await load();
+    });
+  const emptyBin = () =>
+    operations.attempt("Deleted recordings not removed", async () => {
+      await recordings.emptyBin();
+      setJustDeleted(null);
+      await load();
+    });
+  const forgetDeleted = useCallback(() => {
+    setJustDeleted(null);
+  }, []);
+  const bin = { remove, restore, emptyBin, justDeleted, forgetDeleted };
+  return { listed, problem, find, load, change, label, ...bin };
 }
 
 /** Id of the recording that is being written, "" for none. */

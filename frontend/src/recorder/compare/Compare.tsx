@@ -15,7 +15,7 @@ interface Props {
   readonly onBack: () => void;
 }
 
-/** Up to four recordings on common time or phase, their paths together, their figures in a table. */
+/** Up to four runs, each from its start or by phase, their paths together, their figures in a table. */
 export function Compare({ ids, recordings, onBack }: Props) {
   const found = ids.map(recordings.find);
   const unknown = found.findIndex((row) => !row);
@@ -42,7 +42,12 @@ function Known({ recordings, onBack }: KnownProps) {
         <Back onBack={onBack} />
         <h2 className="bar-title">{recordings.length} recordings compared</h2>
         <span className="spacer" />
-        {periodic ? null : <span className="note">Phase needs a periodic reference in each.</span>}
+        <span className="note">
+          {common === "time"
+            ? "Each from the start of its run; approaches and pauses are left out."
+            : "The median of all laps."}
+          {periodic ? "" : " Phase needs a periodic reference in each."}
+        </span>
         <SegmentedControl
           size="xs"
           aria-label="Common axis"

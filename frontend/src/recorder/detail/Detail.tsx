@@ -53,7 +53,7 @@ export function Detail({ id, recordings, onBack }: Props) {
           row={recording}
           running={running}
           onDelete={async () => {
-            await recordings.remove(id);
+            await recordings.remove(recording);
             onBack();
           }}
         />

@@ -1,9 +1,10 @@
-import { Button, Modal, MultiSelect, NumberInput, SegmentedControl } from "@mantine/core";
+import { Button, Modal, MultiSelect, NumberInput, Progress, SegmentedControl } from "@mantine/core";
 import { IconDownload } from "@tabler/icons-react";
-import { useEffect, useState } from "react";
+import { useEffect, useRef, useState } from "react";
 import type { Recording, SignalInfo } from "../../api/types";
 import type { TimeWindow } from "../quick/QuickPlot";
-import { EXPORTS, exportUrl, recordings as api, type Format } from "../recordings";
+import { textOf } from "../../ui/format";
+import { EXPORTS, recordings as api, recordingUrl, type ExportChoice, type Format } from "../recordings";
 
 interface Props {
   readonly recording: Recording;
@@ -38,6 +39,7 @@ function ExportDialog({ recording, zoomed, onClose }: Props & { readonly onClose
   const [signals, setSignals] = useState<string[]>([]);
   const [from, setFrom] = useState<number | string>(zoomed ? round(zoomed.from) : "");
   const [to, setTo] = useState<number | string>(zoomed ? round(zoomed.to) : "");
+  const made = useExport(recording.id, onClose);
   const whole = format === "rrd";
   const choice = whole ? { signals: [], from: "", to: "" } : { signals, from, to };
   const problem = whole ? "" : wrongWindow(from, to, recording.seconds);
@@ -70,28 +72,98 @@ function ExportDialog({ recording, zoomed, onClose }: Props & { readonly onClose
         {
           problem === "" ? null : <p className="review-bad import-problem" role="alert">{problem}</p> /* prettier-ignore */
         }
-        <Button
-          size="xs"
-          w="fit-content"
-          component="a"
-          leftSection={<IconDownload size={14} />}
-          {...(problem === ""
-            ? { href: exportUrl(recording.id, format, choice) }
-            : { "data-disabled": true })}
-          download
-          data-testid="export-send"
-          onClick={() => {
-            if (problem === "") onClose();
-          }}
-        >
-          Export
-        </Button>
-        <p className="note">
-          The download begins when the file is ready: up to a minute for ten minutes of all signals.
-        </p>
+        {
+          made.problem === "" ? null : <p className="review-bad import-problem" role="alert" data-testid="export-problem">{made.problem}</p> /* prettier-ignore */
+        }
+        {made.since === null ? (
+          <Button
+            size="xs"
+            w="fit-content"
+            leftSection={<IconDownload size={14} />}
+            disabled={problem !== ""}
+            data-testid="export-send"
+            onClick={() => void made.start(format, choice)}
+          >
+            Export
+          </Button>
+        ) : (
+          <Making since={made.since} onCancel={made.cancel} />
+        )}
       </div>
     </Modal>
   );
+}
+
+interface MakingProps {
+  /** Page clock [ms]. */
+  readonly since: number;
+  readonly onCancel: () => void;
+}
+
+/** The file is being made: for how long, and the way out. */
+function Making({ since, onCancel }: MakingProps) {
+  const [now, setNow] = useState(since);
+  useEffect(() => {
+    const beat = setInterval(() => { setNow(performance.now()); }, 500); // prettier-ignore
+    return () => {
+      clearInterval(beat);
+    };
+  }, []);
+  return (
+    <div className="export-making" role="status" data-testid="export-making">
+      <Progress value={100} animated size="sm" aria-label="The file is being made" />
+      <div className="row">
+        <span>
+          The file is being made, <span className="number">{Math.floor((now - since) / 1e3)} s</span>. The
+          download begins when it is ready.
+        </span>
+        <Button size="compact-sm" variant="default" data-testid="export-cancel" onClick={onCancel}>
+          Cancel
+        </Button>
+      </div>
+    </div>
+  );
+}
+
+/** Has a file made and then fetched by the browser; `onFetched` once that is asked for. Leaving the dialog cancels it. */
+function useExport(id: string, onFetched: () => void) {
+  const [since, setSince] = useState<number | null>(null);
+  const [problem, setProblem] = useState("");
+  const asked = useRef<AbortController>(null);
+  const cancel = () => {
+    asked.current?.abort();
+    setSince(null);
+  };
+  useEffect(
+    () => () => {
+      asked.current?.abort();
+    },
+    [],
+  );
+  const start = async (format: Format, choice: ExportChoice) => {
+    const { signal } = (asked.current = new AbortController());
+    setSince(performance.now());
+    setProblem("");
+    try {
+      fetchFile(
+        format === "rrd" ? recordingUrl(id, ".rrd") : await api.makeExport(id, format, choice, signal),
+      );
+      onFetched();
+    } catch (error) {
+      if (!signal.aborted) {
+        setSince(null);
+        setProblem(textOf(error));
+      }
+    }
+  };
+  return { since, problem, start, cancel };
+}
+
+function fetchFile(url: string): void {
+  const link = document.createElement("a");
+  link.href = url;
+  link.download = "";
+  link.click();
 }
 
 interface SelectProps {

@@ -10,7 +10,7 @@ interface Props {
   readonly onDelete: () => Promise<void>;
 }
 
-/** Deletes for good, so it asks; a starred recording and the one being written are kept. */
+/** Deletes into the bin; a starred recording and the one being written are kept. */
 export function DeleteButton({ row, running, onDelete }: Props) {
   const [opened, setOpened] = useState(false);
   const reason =
@@ -36,7 +36,7 @@ export function DeleteButton({ row, running, onDelete }: Props) {
         </ActionIcon>
       </Popover.Target>
       <Popover.Dropdown aria-label="Delete the recording?">
-        <p className="note">{reason ?? "The file is deleted for good."}</p>
+        <p className="note">{reason ?? "It can be restored for 7 days, unless room is needed."}</p>
         <Button
           size="compact-sm"
           mt={6}

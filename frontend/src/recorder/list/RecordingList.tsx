@@ -1,6 +1,7 @@
-import { ActionIcon, Button, Table, TextInput, Tooltip } from "@mantine/core";
+import { ActionIcon, Button, Chip, Popover, Table, TextInput, Tooltip } from "@mantine/core";
 import { IconRefresh } from "@tabler/icons-react";
 import { PageStore } from "../../live/page";
+import { useWhyNot } from "../../operate/permission";
 import { useService } from "../../ui/services";
 import { COMPARED_MAX } from "../place";
 import type { Listed } from "../recordings";
@@ -11,7 +12,7 @@ import { Titles } from "./Titles";
 
 /** Rows shown at once: thousands of recordings stay fluid. */
 export const SHELF = 100;
-const NONE: Listed = { rows: [], found: 0, inAll: 0, sort: "" };
+const NONE: Listed = { rows: [], found: 0, inAll: 0, deleted: 0, sort: "" };
 
 interface Props {
   readonly recordings: Recordings;
@@ -29,10 +30,20 @@ export function RecordingList({ recordings, search, onSearch, ticked, onTick }: 
     <main className="review">
       <ListBar recordings={recordings} search={search} onSearch={onSearch} ticked={ticked} />
       {inAll === 0 ? (
-        <p className="panel note">No recordings yet. Press Record (R) on the Live page.</p>
+        <p className="panel note">
+          {search.deleted ? "Nothing is deleted." : "No recordings yet. Press Record (R) on the Live page."}
+        </p>
       ) : (
         <div className="review-list">
-          <Table highlightOnHover stickyHeader verticalSpacing={4} data-testid="recordings" data-sort={sort}>
+          <Table
+            className="list-table"
+            highlightOnHover
+            stickyHeader
+            verticalSpacing={3}
+            horizontalSpacing={6}
+            data-testid="recordings"
+            data-sort={sort}
+          >
             <Titles
               order={search.order}
               onOrder={(order) => {
@@ -46,6 +57,7 @@ export function RecordingList({ recordings, search, onSearch, ticked, onTick }: 
                   row={row}
                   running={row.id === active}
                   recordings={recordings}
+                  deleted={search.deleted}
                   ticked={ticked.includes(row.id)}
                   full={ticked.length >= COMPARED_MAX}
                   onTick={(on) => {
@@ -98,6 +110,7 @@ function ListBar({ recordings, search, onSearch, ticked }: BarProps) {
       <span className="note" role="status" data-testid="recordings-found">
         {recordings.problem === "" ? countOf(recordings.listed ?? NONE) : `Not read: ${recordings.problem}`}
       </span>
+      <DeletedSwitch recordings={recordings} search={search} onSearch={onSearch} />
       <span className="spacer" />
       <ImportButton recordings={recordings} />
       <Button
@@ -118,6 +131,48 @@ function ListBar({ recordings, search, onSearch, ticked }: BarProps) {
         </ActionIcon>
       </Tooltip>
     </div>
+  );
+}
+
+/** Shows what was deleted instead, and there removes all of it for good. */
+function DeletedSwitch({ recordings, search, onSearch }: Pick<Props, "recordings" | "search" | "onSearch">) {
+  const reason = useWhyNot("edit");
+  const count = recordings.listed?.deleted ?? 0;
+  return (
+    <>
+      <Chip
+        size="xs"
+        checked={search.deleted}
+        data-testid="show-deleted"
+        onChange={(deleted) => {
+          onSearch({ deleted, limit: SHELF });
+        }}
+      >
+        Deleted{count > 0 ? ` (${count})` : ""}
+      </Chip>
+      {search.deleted && count > 0 ? (
+        <Popover position="bottom" shadow="md" trapFocus withinPortal>
+          <Popover.Target>
+            <Button size="compact-sm" variant="default" data-testid="empty-bin">
+              Remove for good
+            </Button>
+          </Popover.Target>
+          <Popover.Dropdown aria-label="Remove them for good?">
+            <p className="note">{reason ?? `${count} deleted recordings cannot be restored then.`}</p>
+            <Button
+              size="compact-sm"
+              mt={6}
+              color="red"
+              data-testid="empty-bin-confirm"
+              disabled={reason !== null}
+              onClick={() => void recordings.emptyBin()}
+            >
+              Remove for good
+            </Button>
+          </Popover.Dropdown>
+        </Popover>
+      ) : null}
+    </>
   );
 }
 

@@ -2,17 +2,18 @@ import { Table } from "@mantine/core";
 import { IconArrowDown, IconArrowUp } from "@tabler/icons-react";
 import { nextOrder, type Column, type Order } from "./listing";
 
-const COLUMNS: readonly (readonly [Column, string])[] = [
-  ["starred", "★"],
-  ["name", "Name"],
-  ["started", "Time"],
-  ["actuator", "Actuator"],
-  ["reference", "Reference"],
-  ["seconds", "Duration"],
-  ["gaps", "Gaps"],
-  ["rmse", "RMSE"],
-  ["on_time_share", "On time"],
-  ["bytes", "Size"],
+/** Columns, titles and units; the classes say where a narrow page leaves one out. */
+const COLUMNS: readonly (readonly [Column, string, string])[] = [
+  ["starred", "★", ""],
+  ["name", "Name", ""],
+  ["started", "When", ""],
+  ["actuator", "Actuator", ""],
+  ["reference", "Reference", ""],
+  ["seconds", "Duration", "min:s"],
+  ["gaps", "Gaps", "ticks"],
+  ["rmse", "RMSE", "mm"],
+  ["on_time_share", "On time", "%"],
+  ["bytes", "Size", "MB"],
 ];
 const NUMBERS = new Set<Column>(["seconds", "rmse", "on_time_share", "gaps", "bytes"]);
 const SPOKEN: Partial<Record<Column, string>> = { starred: "Star" };
@@ -27,13 +28,16 @@ export function Titles({ order, onOrder }: Props) {
   return (
     <Table.Thead>
       <Table.Tr>
-        <Table.Th>
+        <Table.Th className="list-tick">
           <span className="sr-only">Compare</span>
         </Table.Th>
-        {COLUMNS.map(([column, title]) => (
-          <Title key={column} column={column} title={title} order={order} onOrder={onOrder} />
+        <Table.Th className="list-path">
+          <span className="sr-only">Path</span>
+        </Table.Th>
+        {COLUMNS.map(([column, title, unit]) => (
+          <Title key={column} column={column} title={title} unit={unit} order={order} onOrder={onOrder} />
         ))}
-        <Table.Th>
+        <Table.Th className="list-actions">
           <span className="sr-only">Actions</span>
         </Table.Th>
       </Table.Tr>
@@ -44,14 +48,15 @@ export function Titles({ order, onOrder }: Props) {
 interface TitleProps extends Props {
   readonly column: Column;
   readonly title: string;
+  readonly unit: string;
 }
 
-function Title({ column, title, order, onOrder }: TitleProps) {
+function Title({ column, title, unit, order, onOrder }: TitleProps) {
   const chosen = order.column === column;
   const Arrow = order.falling ? IconArrowDown : IconArrowUp;
   return (
     <Table.Th
-      className={NUMBERS.has(column) ? "right" : ""}
+      className={`list-${column}${NUMBERS.has(column) ? " right" : ""}`}
       aria-sort={chosen ? (order.falling ? "descending" : "ascending") : "none"}
     >
       <button
@@ -63,7 +68,7 @@ function Title({ column, title, order, onOrder }: TitleProps) {
           onOrder(nextOrder(order, column));
         }}
       >
-        {title}
+        {title} {unit === "" ? null : <span className="unit">{unit}</span>}
         {chosen ? <Arrow size={12} aria-hidden /> : null}
       </button>
     </Table.Th>

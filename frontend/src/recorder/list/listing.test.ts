@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { Recording } from "../../api/types";
-import { isSettled, marksOf, NEWEST, nextOrder, sortOf } from "./listing";
+import { isSettled, marksOf, NEWEST, nextOrder, sortOf, whenText } from "./listing";
 
 const base = {
   id: "",
@@ -54,4 +54,14 @@ test("a recording is settled once its figures are there, or nobody will take the
   expect(isSettled(base, end + 3600e3)).toBe(true);
   expect(isSettled({ ...base, imported: true }, end)).toBe(true);
   expect(isSettled({ ...base, metrics: {} as Recording["metrics"] }, end)).toBe(true);
+});
+
+test("times are said as people say them, by local midnight", () => {
+  const now = new Date(2026, 10, 24, 0, 30);
+  const said = (...at: [number, number, number, number, number]) =>
+    whenText(new Date(...at).toISOString(), now);
+  expect(said(2026, 10, 24, 0, 5)).toBe("Today 00:05");
+  expect(said(2026, 10, 23, 23, 59)).toBe("Yesterday 23:59");
+  expect(said(2026, 2, 9, 8, 7)).toBe("9 Mar 08:07");
+  expect(said(2025, 11, 31, 20, 44)).toBe("31 Dec 2025 20:44");
 });

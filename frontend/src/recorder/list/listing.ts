@@ -41,6 +41,31 @@ export function isSettled({ metrics, imported, problem, started, seconds }: Reco
   return metrics !== null || imported || problem !== "" || now - end > MEASURING_MS;
 }
 
+/** Its picture is being made: it is an older one, and somebody looks at it for the first time. */
+export function wantsPicture({ thumbnail, complete, problem }: Recording): boolean {
+  return thumbnail === null && complete && problem === "";
+}
+
+const DAY_MS = 86_400_000;
+
+/** When it began as people say it: "Today 20:44", "Yesterday 08:10", "12 Mar 20:44", with the year where that is another one. */
+export function whenText(iso: string, now: Date): string {
+  const at = new Date(iso);
+  const midnight = (date: Date) => new Date(date.getFullYear(), date.getMonth(), date.getDate()).getTime();
+  const days = Math.round((midnight(now) - midnight(at)) / DAY_MS);
+  const time = `${two(at.getHours())}:${two(at.getMinutes())}`;
+  if (days === 0) return `Today ${time}`;
+  if (days === 1) return `Yesterday ${time}`;
+  const year = at.getFullYear() === now.getFullYear() ? "" : ` ${at.getFullYear()}`;
+  return `${at.getDate()} ${MONTHS[at.getMonth()]}${year} ${time}`;
+}
+
+const MONTHS = ["Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"] as const;
+
+function two(n: number): string {
+  return String(n).padStart(2, "0");
+}
+
 /** What is remarkable about a recording: a word or two, and what that means. */
 export interface Mark {
   readonly text: string;

@@ -1,13 +1,14 @@
-import { Loader } from "@mantine/core";
-import { useCallback, useEffect, useMemo, useRef, useState } from "react";
+import { Loader, SegmentedControl } from "@mantine/core";
+import { useCallback, useEffect, useMemo, useRef, useState, type ReactNode } from "react";
 import type { Quick, Recording } from "../../api/types";
 import { liveMarks, NO_MARKS, type PlotMark } from "../../plots/chart/marks";
 import type { Recordings } from "../useRecordings";
 import { Bookmarks } from "./Bookmarks";
+import { runWindow, STRETCH_WORD } from "./course";
 import { PathCanvas, type DrawnPath, type PathMark } from "./PathCanvas";
 import { pathsOf } from "./paths";
 import { quickCharts, type QuickChart } from "./quickCharts";
-import { QuickPlot, Sample, type Seek, type Zoomed } from "./QuickPlot";
+import { QuickPlot, Sample, type Seek, type TimeWindow, type Zoomed } from "./QuickPlot";
 import { useQuick } from "./useQuick";
 
 interface Props {
@@ -60,10 +61,41 @@ interface ShownProps extends Marking, Pick<Props, "onZoom" | "onDrawn"> {
 
 function Shown({ quick, onDrawn, ...rest }: ShownProps) {
   useEffect(onDrawn, [onDrawn]);
+  const [extent, setExtent] = useState<Extent>("run");
   const charts = useMemo(() => quickCharts(quick), [quick]);
   const paths = useMemo(() => pathsOf(quick), [quick]);
-  return <PlotsAndPath {...rest} charts={charts} paths={paths} group="quick" unitX="s" />;
+  const run = useMemo(() => runWindow(quick.stretches), [quick]);
+  const shaded = [...new Set(quick.stretches.map(({ kind }) => kind))].filter((kind) => kind !== "run");
+  return (
+    <PlotsAndPath
+      {...rest}
+      charts={charts}
+      paths={paths}
+      group="quick"
+      unitX="s"
+      window={extent === "run" ? run : null}
+    >
+      {run === null ? null : (
+        <div className="quick-extent">
+          <SegmentedControl
+            size="xs"
+            aria-label="Shown time"
+            data-testid="quick-extent"
+            value={extent}
+            onChange={setExtent}
+            data={[
+              { value: "run", label: "Run" },
+              { value: "all", label: "All" },
+            ]}
+          />
+          <span className="note">shaded: {shaded.map((kind) => STRETCH_WORD[kind]).join(", ")}</span>
+        </div>
+      )}
+    </PlotsAndPath>
+  );
 }
+
+type Extent = "run" | "all";
 
 interface PlotsProps extends Marking {
   readonly charts: readonly QuickChart[];
@@ -71,10 +103,23 @@ interface PlotsProps extends Marking {
   readonly group: string;
   readonly unitX: string;
   readonly onZoom?: Zoomed | undefined;
+  /** What the plots show at first, null for all. */
+  readonly window?: TimeWindow | null;
+  /** Above the paths. */
+  readonly children?: ReactNode;
 }
 
 /** Plots beside the paths; where the cursor is on time, each path is marked. */
-export function PlotsAndPath({ charts, paths, group, unitX, onZoom, ...marking }: PlotsProps) {
+export function PlotsAndPath({
+  charts,
+  paths,
+  group,
+  unitX,
+  onZoom,
+  window = null,
+  children = null,
+  ...marking
+}: PlotsProps) {
   const { marks = NO_MARKS, seek = null, onSeek } = marking;
   const mark = useRef<PathMark>(null);
   const follow = useCallback((x: number | null) => {
@@ -94,10 +139,12 @@ export function PlotsAndPath({ charts, paths, group, unitX, onZoom, ...marking }
             marks={marks}
             seek={seek}
             onSeek={onSeek}
+            window={window}
           />
         ))}
       </div>
       <figure className="quick-side">
+        {children}
         <figcaption>
           {paths.map(({ label, colour, dash }) => (
             <span key={label} className="quick-line">

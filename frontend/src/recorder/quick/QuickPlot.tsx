@@ -6,6 +6,7 @@ import { drawMarks, markAt, type PlotMark } from "../../plots/chart/marks";
 import { seriesOf } from "../../plots/chart/painter";
 import { FONT, INK, type Ink } from "../../ui/colours";
 import { plain } from "../../ui/format";
+import { STRETCH_WORD, type Stretch } from "./course";
 import type { PlotLine, QuickChart } from "./quickCharts";
 
 /** A part of the time that is shown [s]. */
@@ -37,10 +38,13 @@ interface Props {
   readonly seek: Seek | null;
   /** Told the place of a mark that was clicked. */
   readonly onSeek?: ((at: number) => void) | undefined;
+  /** What is shown at first, null for all. */
+  readonly window?: TimeWindow | null;
 }
 
 /** One plot of a recording: drag zooms along x, a double click shows all again, the cursor is common to all. */
-export function QuickPlot({ chart, group, unitX, onCursor, onZoom, marks, seek, onSeek }: Props) {
+export function QuickPlot({ chart, group, unitX, onCursor, onZoom, window = null, ...marking }: Props) {
+  const { marks, seek, onSeek } = marking;
   const drawn = useRef<uPlot>(null);
   const shown = useRef(marks);
   const host = useRef<HTMLDivElement>(null);
@@ -60,7 +64,7 @@ export function QuickPlot({ chart, group, unitX, onCursor, onZoom, marks, seek, 
       onCursor?.(at === null ? null : plot.data[0][at]);
     };
     const zoomed = (plot: uPlot) => {
-      onZoom?.(windowOf(plot));
+      onZoom?.(windowOf(plot, window));
     };
     const marked = (plot: uPlot) => {
       drawMarks(plot, shown.current, ink);
@@ -75,6 +79,7 @@ export function QuickPlot({ chart, group, unitX, onCursor, onZoom, marks, seek, 
       const mark = markAt(plot, shown.current, event.offsetX);
       if (mark) onSeek?.(mark.at);
     });
+    if (window) plot.setScale("x", { min: window.from, max: window.to });
     const sizes = new ResizeObserver(([{ contentRect }]) => {
       plot.setSize({ width: Math.floor(contentRect.width), height: Math.floor(contentRect.height) });
     });
@@ -83,7 +88,7 @@ export function QuickPlot({ chart, group, unitX, onCursor, onZoom, marks, seek, 
       sizes.disconnect();
       plot.destroy();
     };
-  }, [chart, group, unitX, ink, onCursor, onZoom, onSeek]);
+  }, [chart, group, unitX, ink, onCursor, onZoom, onSeek, window]);
   useEffect(() => {
     shown.current = marks;
     drawn.current?.redraw(false);
@@ -152,11 +157,12 @@ function goTo(plot: uPlot, at: number): void {
   plot.setCursor({ left: plot.valToPos(at, "x"), top: plot.bbox.height / devicePixelRatio / 2 });
 }
 
-/** What the plot shows of its time, null for all of it. */
-function windowOf({ scales, data }: uPlot): TimeWindow | null {
+/** What somebody chose to see of its time, null where that is all of it or what was shown `first`. */
+function windowOf({ scales, data }: uPlot, first: TimeWindow | null): TimeWindow | null {
   const [from, to] = [scales.x.min ?? 0, scales.x.max ?? 0];
-  const [first, last] = [data[0].at(0) ?? 0, data[0].at(-1) ?? 0];
-  return from <= first && to >= last ? null : { from: Math.max(0, from), to };
+  const [begin, end] = [data[0].at(0) ?? 0, data[0].at(-1) ?? 0];
+  if ((from <= begin && to >= end) || (from === first?.from && to === first.to)) return null;
+  return { from: Math.max(0, from), to };
 }
 
 function optionsOf(
@@ -188,6 +194,11 @@ function optionsOf(
     ],
     series: [{}, ...chart.lines.map(lineOf)],
     hooks: {
+      drawClear: [
+        (plot) => {
+          paintStretches(plot, chart.stretches ?? [], ink);
+        },
+      ],
       setCursor: [read],
       draw: [marked],
       setScale: [
@@ -197,6 +208,30 @@ function optionsOf(
       ],
     },
   };
+}
+
+/** Shade what is not of the run, with its name where there is room. */
+function paintStretches(plot: uPlot, stretches: readonly Stretch[], ink: Ink): void {
+  const { ctx, bbox } = plot;
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+  ctx.clip();
+  ctx.font = `${10 * devicePixelRatio}px system-ui, sans-serif`;
+  ctx.textBaseline = "top";
+  for (const { kind, start, end } of stretches) {
+    if (kind === "run") continue;
+    const [from, to] = [start, end].map((t) => plot.valToPos(t, "x", true));
+    const [left, right] = [Math.max(from, bbox.left), Math.min(to, bbox.left + bbox.width)];
+    ctx.globalAlpha = kind === "approach" ? 0.1 : 0.22;
+    ctx.fillStyle = ink.soft;
+    ctx.fillRect(left, bbox.top, right - left, bbox.height);
+    const word = STRETCH_WORD[kind];
+    if (ctx.measureText(word).width + 8 * devicePixelRatio > right - left) continue;
+    ctx.globalAlpha = 1;
+    ctx.fillText(word, left + 4 * devicePixelRatio, bbox.top + 7 * devicePixelRatio);
+  }
+  ctx.restore();
 }
 
 function lineOf(line: PlotLine): uPlot.Series {

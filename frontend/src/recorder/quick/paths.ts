@@ -1,6 +1,7 @@
 import type { Quick } from "../../api/types";
 import { ROLE } from "../../ui/colours";
 import type { DrawnPath } from "./PathCanvas";
+import { runRows } from "./course";
 import { RUN_STYLES, type Compared } from "./quickCharts";
 
 const LOOKS: Partial<Record<string, Pick<DrawnPath, "label" | "colour" | "dash" | "width">>> = {
@@ -18,21 +19,31 @@ export function pathsOf(quick: Quick): DrawnPath[] {
   });
 }
 
-/** The measured path of each recording, and the reference of the first one below them. */
+/** The measured path of each run on its own clock, and the reference of the first one below them. */
 export function comparedPaths(runs: readonly Compared[]): DrawnPath[] {
-  const reference = runs.slice(0, 1).flatMap(({ quick }) => pathsOf(quick));
-  const wanted = reference
-    .filter(({ label }) => label === "reference")
-    .map((path) => ({ ...path, width: 1 }));
+  const reference = runs.slice(0, 1).flatMap(({ quick }) => runPath(quick, "p_ref"));
   const measured = runs.flatMap(({ quick }, i) => {
-    const track = quick.tracks.find(({ field }) => field === "p_meas");
     const { colour, dash } = RUN_STYLES[i];
-    const label = `recording ${i + 1}`;
-    return track
-      ? [{ label, colour, dash, width: 2, t: quick.track_t, points: pointsOf(track), part: lastLap(quick) }]
-      : [];
+    return runPath(quick, "p_meas").map((path) => ({ ...path, label: `recording ${i + 1}`, colour, dash }));
   });
-  return [...wanted.map((path) => ({ ...path, colour: ROLE.twin })), ...measured];
+  return [...reference.map((path) => ({ ...path, width: 1, colour: ROLE.twin })), ...measured];
+}
+
+/** A track while the run was followed, of a periodic one its last lap; none where the recording does not hold it. */
+function runPath(quick: Quick, field: "p_ref" | "p_meas"): DrawnPath[] {
+  const track = quick.tracks.find((one) => one.field === field);
+  const look = LOOKS[field];
+  if (!track || !look) return [];
+  const { places, t } = runRows(quick.track_t, quick.stretches);
+  const points = pointsOf(track);
+  const lap = lastLap(quick);
+  const part = [
+    places.findIndex((place) => place >= lap[0]),
+    places.filter((place) => place < lap[1]).length,
+  ] as const;
+  return [
+    { ...look, t, points: places.map((place) => points[place]), part: [Math.max(0, part[0]), part[1]] },
+  ];
 }
 
 const WHOLE = [0, Infinity] as const;

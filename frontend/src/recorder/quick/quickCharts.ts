@@ -2,6 +2,7 @@ import type { PlotChannel, Quick, QuickSignal } from "../../api/types";
 import { chartOf, type Look } from "../../plots/chart/charts";
 import { displayOf } from "../../plots/signals";
 import { ROLE } from "../../ui/colours";
+import { runClock, runRows, type Stretch } from "./course";
 
 /** Values of one plot as uPlot takes them, in display units: x, then a column per line; null is a gap. */
 export type Columns = [number[], ...(number | null)[][]];
@@ -19,6 +20,8 @@ export interface QuickChart {
   readonly unit: string;
   readonly lines: readonly PlotLine[];
   readonly columns: Columns;
+  /** What lies where on x, where that is a recording's own time. */
+  readonly stretches?: readonly Stretch[];
 }
 
 /** Title, signals, and what of their names the title says already. */
@@ -50,7 +53,8 @@ export function quickCharts(quick: Quick): QuickChart[] {
       look,
     }));
     const series = chart.lines.map(({ channel }) => scaled(quick.signals[channel].values, chart.scale));
-    return [{ title, unit: chart.unit, lines, columns: [quick.t, ...series] }];
+    const { stretches } = quick;
+    return [{ title, unit: chart.unit, lines, columns: [quick.t, ...series], stretches }];
   });
 }
 
@@ -78,7 +82,7 @@ const COMPARED: readonly (readonly [string, string])[] = [
 
 export type Common = "time" | "phase";
 
-/** One plot per quantity with a line per recording, on common time [s] or phase [0, 1) of the reference's period. */
+/** One plot per quantity with a line per recording, on the runs' own clocks [s] or phase [0, 1) of the reference's period. */
 export function comparedCharts(runs: readonly Compared[], common: Common): QuickChart[] {
   return COMPARED.flatMap(([title, key]) => {
     const present = runs.flatMap(({ quick }, place) => {
@@ -89,7 +93,7 @@ export function comparedCharts(runs: readonly Compared[], common: Common): Quick
     const { unit, scale } = displayOf(present[0].signal.unit);
     const tables = present.map(({ quick, signal }): Columns => {
       const values = scaled(signal.values, scale);
-      return common === "phase" ? folded(quick, values) : [quick.t, values];
+      return common === "phase" ? folded(quick, values) : onRunClock(quick, values);
     });
     const lines = present.map(({ place }) => RUN_STYLES[place]);
     return [{ title, unit, lines, columns: joined(tables) }];
@@ -98,19 +102,36 @@ export function comparedCharts(runs: readonly Compared[], common: Common): Quick
 
 const PHASES = 100;
 
+/** What the run was from its start on, whatever came before it and between. */
+export function onRunClock(
+  { t, stretches }: Pick<Quick, "t" | "stretches">,
+  values: readonly (number | null)[],
+): Columns {
+  const run = runRows(t, stretches);
+  return [run.t, run.places.map((place) => values[place])];
+}
+
 /** The median over all cycles at each phase, of the middles of the bins: one cycle, whatever came before the first and after the last. */
 export function folded(
-  { t, period, cycle_start, cycle_end }: Pick<Quick, "t" | "period" | "cycle_start" | "cycle_end">,
+  {
+    t,
+    stretches,
+    period,
+    cycle_start,
+    cycle_end,
+  }: Pick<Quick, "t" | "stretches" | "period" | "cycle_start" | "cycle_end">,
   values: readonly (number | null)[],
 ): Columns {
   const bins: number[][] = Array.from({ length: PHASES }, () => []);
-  if (period !== null)
+  const clock = runClock(stretches);
+  const begin = clock(cycle_start);
+  if (period !== null && begin !== null)
     for (let i = 0; i + 1 < values.length; i += 2) {
       const [low, high] = [values[i], values[i + 1]];
-      if (low === null || high === null) continue;
       const middle = (t[i] + t[i + 1]) / 2;
-      if (middle < cycle_start || middle > cycle_end) continue;
-      const turns = (middle - cycle_start) / period;
+      const at = clock(middle);
+      if (low === null || high === null || at === null || at < begin || middle > cycle_end) continue;
+      const turns = (at - begin) / period;
       bins[Math.floor((turns - Math.floor(turns)) * PHASES) % PHASES].push((low + high) / 2);
     }
   return [bins.map((_, i) => (i + 0.5) / PHASES), bins.map(median)];
