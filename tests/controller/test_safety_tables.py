@@ -176,7 +176,7 @@ def tried(trial: Trial, mode: Mode, share: float) -> Desk:
     desk = Desk()
     desk.into(mode)
     desk.step(10)
-    desk.rig.control.limits["server_rest"] = 1.0
+    desk.rig.control.limits["server_rest"] = desk.rig.control.limits["pump_rest"] = 1.0
     trial.act(desk, share)
     return desk
 
