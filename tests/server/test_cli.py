@@ -25,7 +25,7 @@ from controller.errors import TendrilError
 from controller.research.bench.bench import time_beside_mujoco
 from controller.system.origin import our_version
 from server.app.run import listen
-from server.cli.main import app
+from server.cli.main import app, main
 
 TENDRIL = Path(sys.executable).parent / "tendril"
 
@@ -44,11 +44,20 @@ TENDRIL = Path(sys.executable).parent / "tendril"
         (["serve", "--rig", "no spaces"], "rig = no spaces: 1 to 40 letters"),
     ],
 )
-def test_a_wrong_value_is_named_in_one_line(arguments: list[str], complaint: str) -> None:
-    done = subprocess.run([TENDRIL, *arguments], capture_output=True, text=True, timeout=60)
-    assert done.returncode == 1
-    assert complaint in done.stderr
-    assert len(done.stderr.splitlines()) == 1
+def test_a_wrong_value_is_named_in_one_line(
+    arguments: list[str], complaint: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["tendril", *arguments])
+    with pytest.raises(SystemExit, match="^1$"):
+        main()
+    said = capsys.readouterr().err
+    assert complaint in said and len(said.splitlines()) == 1
+
+
+def test_the_command_itself_ends_with_that_line_and_code_1() -> None:
+    done = subprocess.run([TENDRIL, "rig", "--actuator", "P9"], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, len(done.stderr.splitlines())) == (1, 1)
+    assert "actuator = 'P9' is not one of P1, P2, P3" in done.stderr
 
 
 def test_a_port_in_use_is_named() -> None:
