@@ -29,9 +29,9 @@ def _is_compiled(source: bytes) -> bool:
 
 
 def _cache_folder() -> str:
-    """Folder of compiled kernels for exactly these sources and these library versions."""
+    """Folder of compiled kernels for exactly these sources, where they lie, and these library versions."""
     digest = hashlib.sha256(b"".join(path.read_bytes() for path in compiled_sources()))
-    digest.update(f"{version('numba')} {version('numpy')}".encode())
+    digest.update(f"{Path(__file__)} {version('numba')} {version('numpy')}".encode())
     root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return _writable(Path(root, "tendril", "numba", digest.hexdigest()[:16]))
 

@@ -243,15 +243,9 @@ def faults(
 @app.command()
 def compile() -> None:
     """Compile every kernel into the cache, so that the first start is quick."""
-    from controller.build.rig import build_rig
-    from controller.build.twin import build_twin
-    from controller.realtime.loop import compile_loop
-    from controller.schema.parameters import RigParameters
-    from server.runs.preview import warm_up
+    from server.cli.kernels import compile_kernels
 
-    with out.status("Compiling kernels (once per version, about a minute) ..."):
-        compile_loop(build_rig(RigParameters(), boot=1), build_twin(RigParameters()))
-        warm_up(RigParameters())
+    compile_kernels(out)
 
 
 @app.command()

@@ -133,8 +133,8 @@ class Foresight:
 
 
 def warm_up(rig: RigParameters) -> None:
-    """Compile, or load from the cache, all that a preview calls."""
-    far = DrawingBody(name="far", points=[(-1.0, 1.0), (-1.0, 0.99)], timing=Duration(duration=DURATION_MIN))
+    """Compile, or load from the cache, all that a preview calls: of a path out of reach and too fast."""
+    far = DrawingBody(name="far", points=[(0.3, 0.0), (0.3, 0.05)], timing=Duration(duration=DURATION_MIN))
     predicted(PreviewBody(drawing=far), rig, Settings(), np.zeros(2))
 
 

@@ -1,0 +1,186 @@
+"""Every kernel into the cache, on two processes: the first time that takes most of a minute of both.
+
+The code of a kernel holds that of all it calls: so what is called comes in an earlier round. The two parts of a round
+share next to nothing. A part calls its kernels once, with arguments of the types that the tick gives them.
+"""
+
+import os
+import re
+from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import closing
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from controller import compiled_sources
+from controller.arrays import Record
+from controller.system.work_process import WorkProcess
+
+DECLARED = re.compile(r"^@(?:kernel|inlined|compiled|njit\(cache=True)", re.MULTILINE)
+LOOK = 0.2
+"""From one look at what has been compiled to the next [s]."""
+
+
+def compile_kernels(out: Console) -> None:
+    """Compile what is not in the cache yet, and show on `out` how far that is."""
+    columns = TextColumn("Compiling kernels"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
+    with (
+        ThreadPoolExecutor(2) as threads,
+        closing(WorkProcess("compiling", patience=None)) as first,
+        closing(WorkProcess("compiling", patience=None)) as second,
+        Progress(*columns, console=out) as progress,
+    ):
+        bar = progress.add_task("", total=declared())
+        for here, there in ROUNDS:
+            asked = {threads.submit(first.call, here), threads.submit(second.call, there)}
+            while asked:
+                done, asked = wait(asked, LOOK)
+                progress.update(bar, completed=kept())
+                for answer in done:
+                    answer.result()
+
+
+def declared() -> int:
+    """Kernels that rig and server call; those of research are compiled when it calls them."""
+    return sum(len(DECLARED.findall(text)) for text in _declaring().values())
+
+
+def kept() -> int:
+    """Those of them that are in the cache: numba has an index for each, in a folder for each folder of sources."""
+    folders = {path.parent.name for path in _declaring()}
+    indices = Path(os.environ["NUMBA_CACHE_DIR"]).rglob("*.nbi")
+    return sum(1 for index in indices if index.parent.name.rsplit("_", 1)[0] in folders)
+
+
+def _declaring() -> dict[Path, str]:
+    """Sources, with their text, that declare such kernels."""
+    texts = {path: path.read_text() for path in compiled_sources() if "research" not in path.parts}
+    return {path: text for path, text in texts.items() if DECLARED.search(text)}
+
+
+def model() -> None:
+    """The rod, both integrators, the observer's step, the static map."""
+    from controller.build.rig import build_rig
+    from controller.schema.parameters import RigParameters
+
+    build_rig(RigParameters(), boot=1)
+
+
+def plant() -> None:
+    """The twin, with the rod and one integrator of `model`, for which it would wait longer than they take."""
+    from controller.build.twin import build_twin
+    from controller.kernels.plant.twin import twin_step
+    from controller.schema.parameters import RigParameters
+
+    _, measurement, _, telemetry = _records()
+    twin_step(1, build_twin(RigParameters()), telemetry, measurement)
+
+
+def estimate() -> None:
+    """The stages of the tick up to the observer."""
+    from controller.kernels.control.report import report_estimate
+    from controller.kernels.control.timing import begin
+    from controller.kernels.observer.observer import observe
+    from controller.kernels.observer.sensing import sense
+
+    given = _given()
+    control, observer, sensing = given.rig
+    settings = given.command["settings"]
+    begin(1, control)
+    sense(observer, 1, settings, given.measurement, control, sensing)
+    observe(sensing, settings, 1, control.state[0], observer)
+    report_estimate(control, sensing, 1, given.measurement, observer, given.telemetry)
+
+
+def command() -> None:
+    """The stages of the tick from the safety states on."""
+    from controller.kernels.control.feedback import feed_back, saturate
+    from controller.kernels.control.feedforward import feed_forward
+    from controller.kernels.control.follow import refer
+    from controller.kernels.control.report import report_command, report_loop
+    from controller.kernels.control.timing import feedforward_due
+    from controller.kernels.safety.safety import supervise
+
+    given = _given()
+    control, settings = given.rig.control, given.command["settings"]
+    supervise(1, given.command, given.status, given.measurement, given.rig.observer.u_hat, control)
+    feedforward_due(control, settings)
+    refer(given.command, True, control)
+    feed_forward(settings, True, control)
+    feed_back(settings, control, given.telemetry)
+    saturate(settings, control, given.telemetry)
+    report_command(control, given.command, given.telemetry)
+    report_loop(1, given.command, given.status, control, given.telemetry)
+
+
+def whole_tick() -> None:
+    """The tick of its stages."""
+    from controller.kernels.control.tick import tick
+
+    given = _given()
+    tick(1, given.command, given.measurement, given.status, given.rig, given.telemetry)
+
+
+def beside() -> None:
+    """What no part of the tick calls: the replay of recordings, and the velocity that the implicit step leaves open."""
+    from controller.kernels.model.implicit import meet_hinges
+    from controller.kernels.observer.observer import ObserverGains, Replay
+    from controller.kernels.observer.replay import RecordedSamples, replay
+
+    observer, nothing = _given().rig.observer, np.zeros((1, 1, 2))
+    model, state, work = observer.model, observer.state, observer.implicit_work
+    meet_hinges(model, state.q, state.v, work)
+    run = Replay(model, state, observer.load, work, observer.sensors, observer.points, model.rest, np.ones(2), 1e-3)
+    samples = RecordedSamples(nothing, nothing, np.ones(1, np.int64), np.zeros(1))
+    replay(samples, ObserverGains(np.zeros(2), np.zeros(2)), 0, run, np.zeros((1, observer.points.shape[0], 2)))
+
+
+def loop() -> None:
+    """The loop of the rig."""
+    from controller.build.rig import build_rig
+    from controller.build.twin import build_twin
+    from controller.realtime.loop import compile_loop
+    from controller.schema.parameters import RigParameters
+
+    compile_loop(build_rig(RigParameters(), boot=1), build_twin(RigParameters()))
+
+
+def preview() -> None:
+    """The loop without a clock, and all else that a preview calls."""
+    from controller.schema.parameters import RigParameters
+    from server.runs.preview import warm_up
+
+    warm_up(RigParameters())
+
+
+ROUNDS = ((model, plant), (estimate, command), (whole_tick, beside), (loop, preview))
+
+
+class Given(NamedTuple):
+    """What a tick is given: records, and a rig."""
+
+    command: Record
+    measurement: Record
+    status: Record
+    telemetry: Record
+    rig: Any
+
+
+def _given() -> Given:
+    from controller.build.rig import build_rig
+    from controller.schema.parameters import RigParameters
+
+    return Given(*_records(), build_rig(RigParameters(), boot=1))
+
+
+def _records() -> tuple[Record, Record, Record, Record]:
+    from controller.schema.layout import record_dtype
+    from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry
+
+    command, measurement, status, telemetry = (
+        np.zeros(1, record_dtype(kind))[0] for kind in (Command, Measurement, LoopStatus, Telemetry)
+    )
+    return command, measurement, status, telemetry
