@@ -48,7 +48,7 @@ def test_a_wrong_value_is_named_in_one_line(
     arguments: list[str], complaint: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(sys, "argv", ["tendril", *arguments])
-    with pytest.raises(SystemExit, match="^1$"):
+    with pytest.raises(SystemExit, match=r"^1$"):
         main()
     said = capsys.readouterr().err
     assert complaint in said and len(said.splitlines()) == 1
