@@ -8,9 +8,9 @@ import numpy as np
 
 from controller.arrays import Array, Words
 from controller.errors import DataError
-from controller.tables.header import Column, Header
+from controller.tables.header import Column, Header, Numbers
 from controller.tables.lines import file_lines
-from controller.tables.table import Table, read_table
+from controller.tables.table import AS_THE_HEADER, Table, read_table
 
 SI = {"t": "s", "x": "m", "y": "m"}
 """The unit of a column that names none, where nothing else is said."""
@@ -49,10 +49,10 @@ def samples_in(lines: Iterable[str], path: Path, units: Mapping[str, str] = SI) 
     return Samples(path, times_of(table, units["t"]), points_of(table, units), table.lines)
 
 
-def path_table(lines: Iterable[str], where: str, timed: bool = True) -> Table:
-    """Columns t, x, y of at least two rows; unless `timed` there may be none called t."""
+def path_table(lines: Iterable[str], where: str, timed: bool = True, numbers: Numbers = AS_THE_HEADER) -> Table:
+    """Columns t, x, y of at least two rows; unless `timed` there may be no t. `numbers` says which they are."""
     choose, places = (_timed, TIMED) if timed else (_untimed, UNTIMED)
-    table = read_table(lines, where, choose, places)
+    table = read_table(lines, where, choose, places, numbers)
     if len(table.lines) < 2:
         raise DataError(f"{where}: a path needs at least 2 rows of numbers, there are {len(table.lines)}")
     return table

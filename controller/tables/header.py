@@ -4,11 +4,14 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 from controller.errors import DataError
 
+TimeUnit = Literal["s", "ms", "us", "ns"]
+LengthUnit = Literal["m", "cm", "mm", "um", "in"]
 TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
+LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 25.4e-3}
 PRESSURE = {"pa": 1.0, "kpa": 1e3}
 NAMES: tuple[tuple[re.Pattern[str], str, Mapping[str, float]], ...] = (
     (re.compile("t|time"), "t", TIME),
@@ -17,8 +20,16 @@ NAMES: tuple[tuple[re.Pattern[str], str, Mapping[str, float]], ...] = (
     (re.compile("id"), "ID", {}),
 )
 """Titles in lower case, what they are called here ("" as they are), and what each unit of theirs multiplies."""
-TITLE = re.compile(r"([a-z]+\d*)(?:[\s_]*[\[(/ _]\s*([^\s\])].*?)\s*[\])]?)?")
+UNITS: Mapping[str, Mapping[str, float]] = {"t": TIME, "x": LENGTH, "y": LENGTH}
+"""Of the columns of a path, which a person may point out."""
+TITLE = re.compile(r"([a-z]+\d*)(?:[\s_]*([\[(/ _])\s*([^\s\])].*?)\s*[\])]?)?")
 """A name alone, or with a unit: x_mm, x mm, x/mm, x [mm], x (mm)."""
+LAST = re.compile(r".*?([\[(/ _])\s*([^\s\[\]()/_]+)\s*[\])]?")
+"""Any other title with a unit at its end."""
+OTHERWISE = {"sec": "s", "seconds": "s", "msec": "ms", "inch": "in", "inches": "in", '"': "in"}
+"""Units as others write them."""
+MICRO = str.maketrans("\u00b5\u03bc", "uu")
+"""Both signs that Unicode has for it."""
 TITLE_MAX = 80
 """No longer title is understood."""
 TITLES_SHOWN, TITLE_SHOWN = 20, 40
@@ -27,6 +38,8 @@ COUNTS = ("no", "one", "two", "three")
 
 Places = Mapping[int, str]
 """What the columns of a table without a header are, one letter each, by how many there are."""
+Numbers = Mapping[str, int]
+"""Which column is t, x or y, counted from 1, as a person says; 0 where there is none."""
 
 
 @dataclass(frozen=True)
@@ -63,14 +76,16 @@ class Header:
     columns: tuple[Column, ...]
     named: bool
     """False: there is no header, and the columns are known by their places."""
+    line: int = 1
+    """Of the header, or of the first row where there is none."""
 
     def find(self, name: str) -> Column | None:
-        """The column `name`, None where there is none; DataError where it is there twice or in an unknown unit."""
+        """The column `name`, None where it is not there; DataError where it is there twice or in an unknown unit."""
         meant = [column for column in self.columns if column.name == name]
         fitting = [column for column in meant if column.fits]
         if len(fitting) > 1:
             first, second = fitting[0].title, fitting[1].title
-            raise DataError(f"{self.where}: the header names {name} twice ({first!r} and {second!r})")
+            raise DataError(f"{self._place}: the header names {name} twice ({first!r} and {second!r})")
         if fitting or not meant:
             return next(iter(fitting), None)
         raise self._unknown_unit(meant[0])
@@ -79,7 +94,7 @@ class Header:
         """The column `name`; DataError also where there is none."""
         found = self.find(name)
         if found is None:
-            raise DataError(f"{self.where}: column {name} is missing (the header has {self._titles()})")
+            raise DataError(f"{self._place}: column {name} is missing (the header has {self._titles()})")
         return found
 
     def every(self) -> list[Column]:
@@ -87,35 +102,71 @@ class Header:
         counts = Counter(column.name for column in self.columns)
         for column in self.columns:
             if not column.title:
-                raise DataError(f"{self.where}: column '' has no name (a comma too many in the header?)")
+                raise DataError(f"{self._place}: column '' has no name (a comma too many in the header?)")
             if not column.fits:
                 raise self._unknown_unit(column)
             if counts[column.name] > 1:
                 self.find(column.name)
         return list(self.columns)
 
+    def assigned(self, numbers: Numbers) -> "Header":
+        """With t, x and y where a person says they are; DataError for a column that is not there, or is two of them."""
+        for name, number in numbers.items():
+            if number > len(self.columns):
+                raise DataError(f"{self.where}: {name} = column {number}, but there are {len(self.columns)} columns")
+        taken = {number - 1: name for name, number in numbers.items() if number}
+        if len(taken) < sum(number > 0 for number in numbers.values()):
+            said = ", ".join(f"{name} = column {number}" for name, number in numbers.items() if number)
+            raise DataError(f"{self.where}: {said}: each must be a column of its own")
+        columns = tuple(self._renamed(column, taken.get(column.at), numbers) for column in self.columns)
+        return Header(self.where, columns, self.named, self.line)
+
+    def _renamed(self, column: Column, name: str | None, numbers: Numbers) -> Column:
+        if name is not None:
+            title = column.title if self.named else name
+            return Column(name, title, column.at, UNITS[name], _last_unit(column.title, UNITS[name]))
+        return Column("", column.title, column.at, {}, None) if column.name in numbers else column
+
+    @property
+    def _place(self) -> str:
+        return f"{self.where}, line {self.line}"
+
     def _unknown_unit(self, column: Column) -> DataError:
         known = f"known for {column.name}: {', '.join(column.units) or 'none'}"
-        return DataError(f"{self.where}: column {_short(column.title)!r} has an unknown unit ({known})")
+        what = f"column {_short(column.title)!r} has an unknown unit ({known}{self._inches(column)})"
+        return DataError(f"{self._place}: {what}")
+
+    def _inches(self, column: Column) -> str:
+        """Why `x_in` is none: it may as well be an input."""
+        return "; inches are written [in]" if column.unit == NO_INCHES else ""
 
     def _titles(self) -> str:
         left = len(self.columns) - TITLES_SHOWN
-        names = [_short(column.title) for column in self.columns[:TITLES_SHOWN]]
+        names = [_short(column.title) or "''" for column in self.columns[:TITLES_SHOWN]]
         return ", ".join(names) + (f", and {left} more" if left > 0 else "")
 
 
-def titled(titles: Sequence[str], where: str) -> Header:
+NO_INCHES = "_in"
+"""The unit of a title like `x_in`, which is read as none."""
+
+
+def titled(titles: Sequence[str], where: str, line: int = 1) -> Header:
     """The columns that a header names."""
-    return Header(where, tuple(_column(title, at) for at, title in enumerate(titles)), True)
+    return Header(where, tuple(_column(title, at) for at, title in enumerate(titles)), True, line)
 
 
-def placed(width: int, places: Places, where: str) -> Header:
+def placed(width: int, places: Places, where: str, line: int = 1) -> Header:
     """The columns of a table without a header; DataError where `places` has none for that `width`."""
     if width not in places:
         wanted = " or ".join(f"{COUNTS[len(names)]} ({', '.join(names)})" for names in places.values())
         needed = f"{wanted} are needed, or a header" if wanted else "a header is needed"
-        raise DataError(f"{where} has no header and {width} columns: {needed}")
-    return Header(where, tuple(_column(name, at) for at, name in enumerate(places[width])), False)
+        raise DataError(f"{where}, line {line} has no header and {width} columns: {needed}")
+    return Header(where, tuple(_column(name, at) for at, name in enumerate(places[width])), False, line)
+
+
+def untitled(width: int, where: str, line: int = 1) -> Header:
+    """Columns of which nothing is known but their number."""
+    return Header(where, tuple(Column("", f"column {at + 1}", at, {}, None) for at in range(width)), False, line)
 
 
 def _column(title: str, at: int) -> Column:
@@ -123,8 +174,22 @@ def _column(title: str, at: int) -> Column:
     match = TITLE.fullmatch(title.lower()) if len(title) <= TITLE_MAX else None
     for pattern, name, units in NAMES if match else ():
         if match and pattern.fullmatch(match[1]):
-            return Column(name or match[1], title, at, units, match[2])
+            return Column(name or match[1], title, at, units, match[2] and _unit(match[2], match[3]))
     return Column(title.lower(), title, at, {}, None)
+
+
+def _unit(mark: str, text: str) -> str:
+    """The unit that `text` behind `mark` names; as it is where it names none."""
+    plain = text.translate(MICRO)
+    unit = OTHERWISE.get(plain, plain)
+    return NO_INCHES if plain == "in" and mark in " _" else unit
+
+
+def _last_unit(title: str, units: Mapping[str, float]) -> str | None:
+    """The one of `units` that any title ends with."""
+    match = LAST.fullmatch(title.lower()) if len(title) <= TITLE_MAX else None
+    unit = _unit(match[1], match[2]) if match else None
+    return unit if unit in units else None
 
 
 def _short(title: str) -> str:

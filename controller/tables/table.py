@@ -1,18 +1,21 @@
 """A table of numbers, read from its text: the columns that are wanted, in SI units, every number checked."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
+from types import MappingProxyType
 
 import numpy as np
 
 from controller.arrays import Array, Words
 from controller.errors import DataError
-from controller.tables.header import Column, Header, Places, placed, titled
-from controller.tables.lines import Numbers, Row, is_number, rows_in
+from controller.tables.header import Column, Header, Numbers, Places, placed, titled, untitled
+from controller.tables.lines import Cells, Row, is_number, rows_in
 
 Choice = Callable[[Header], Sequence[Column]]
 """Which columns are read; cells of the others may be anything."""
+AS_THE_HEADER: Mapping[str, int] = MappingProxyType({})
+"""Nobody said which column is which."""
 
 
 @dataclass(frozen=True)
@@ -41,25 +44,38 @@ class Table:
         return np.asarray(self.numbers[:, place] * column.factor(unit))
 
 
-def read_table(lines: Iterable[str], where: str, choose: Choice, places: Places) -> Table:
-    """The table in `lines`; `places` says what its columns are where it has no header.
+def read_table(
+    lines: Iterable[str], where: str, choose: Choice, places: Places, numbers: Numbers = AS_THE_HEADER
+) -> Table:
+    """The table in `lines`; `places` says what its columns are where it has no header, and `numbers` against both.
 
     Raises DataError with `where`, line, column and value of the first thing that is wrong.
     """
+    header, rows = begun(lines, where, places, numbers)
+    columns, cells = tuple(choose(header)), Cells(where)
+    at, values = [], []
+    for row in rows:
+        _require_width(row, header)
+        at.append(row.line)
+        values.append([cells.read(row, column.at, column.title) for column in columns])
+    cells.require_sure()
+    return Table(header, columns, np.array(at, np.int64), np.array(values, np.float64).reshape(len(at), len(columns)))
+
+
+def begun(lines: Iterable[str], where: str, places: Places, numbers: Numbers) -> tuple[Header, Iterator[Row]]:
+    """The header of the table in `lines`, and its rows; DataError as `read_table`."""
     rows = rows_in(lines, where)
     first = next(rows, None)
     if first is None:
         needed = f"columns {', '.join(places[max(places)])}" if places else "a header and rows of numbers"
         raise DataError(f"{where} is empty: {needed} are needed")
-    named = not any(is_number(cell, first.comma) for cell in first.cells)
-    header = titled(first.cells, where) if named else placed(len(first.cells), places, where)
-    columns, numbers = tuple(choose(header)), Numbers(where)
-    at, values = [], []
-    for row in rows if named else chain([first], rows):
-        _require_width(row, header)
-        at.append(row.line)
-        values.append([numbers.read(row, column.at, column.title) for column in columns])
-    return Table(header, columns, np.array(at, np.int64), np.array(values, np.float64).reshape(len(at), len(columns)))
+    if not any(is_number(cell) for cell in first.cells):
+        header = titled(first.cells, where, first.line)
+    else:
+        width, rows = len(first.cells), chain([first], rows)
+        known = width in places or not numbers
+        header = placed(width, places, where, first.line) if known else untitled(width, where, first.line)
+    return (header.assigned(numbers) if numbers else header), rows
 
 
 def _require_width(row: Row, header: Header) -> None:

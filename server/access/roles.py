@@ -23,6 +23,7 @@ VIEWERS = frozenset(
         "plan_drawing",
         "text_path",
         "import_path",
+        "propose_path",
         "preview",
         "preview_parts",
         "make_export",

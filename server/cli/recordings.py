@@ -10,6 +10,7 @@ from rich.console import Console
 from controller.errors import RecordingError
 from controller.system.origin import command_line
 from controller.system.progress import progress
+from controller.tables.header import LengthUnit, TimeUnit
 from server.cli.typed import Comments, RecordingsFolder, commands
 
 if TYPE_CHECKING:
@@ -101,8 +102,8 @@ def export(
 def import_file(
     file: Annotated[Path, typer.Argument(help="CSV file with columns time, x, y (`tendril docs tables`).")],
     name: Annotated[str | None, typer.Option(help="Of the recording; that of the file without it.")] = None,
-    time_unit: Annotated[Literal["s", "ms", "us", "ns"], typer.Option(help="Where the header names none.")] = "s",
-    length_unit: Annotated[Literal["m", "cm", "mm"], typer.Option(help="Where the header names none.")] = "m",
+    time_unit: Annotated[TimeUnit, typer.Option(help="Where the header names none.")] = "s",
+    length_unit: Annotated[LengthUnit, typer.Option(help="Where the header names none.")] = "m",
     folder: RecordingsFolder = None,
 ) -> None:
     """Make a recording of a path that was measured elsewhere."""

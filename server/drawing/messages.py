@@ -10,6 +10,7 @@ from pydantic import Field as Bounds
 from controller.schema.layout import Model
 from controller.schema.messages import Coordinate
 from controller.spelled import spelled
+from controller.tables.header import LengthUnit, TimeUnit
 
 Point = tuple[Coordinate, Coordinate]
 DURATION_MIN, DURATION_MAX = 0.1, 280.0
@@ -170,6 +171,20 @@ class TextPath(Model):
     """One path through all strokes in turn: the pen never lifts [m]."""
 
 
+class ImportChoices(Model):
+    """What a person says about a file: which columns are meant, and units that its header leaves open."""
+
+    name: Annotated[str, Bounds(min_length=1, max_length=255)] = "the file"
+    """What errors call it."""
+    x: Annotated[int, Bounds(ge=0)] | None = None
+    """Number of the column, from 1 on, 0 for none; without one the column is found by its name or place."""
+    y: Annotated[int, Bounds(ge=0)] | None = None
+    t: Annotated[int, Bounds(ge=0)] | None = None
+    length_unit: LengthUnit | None = None
+    """Of x and y where the header names none."""
+    time_unit: TimeUnit | None = None
+
+
 class ImportedColumn(Model):
     """A column of an imported file."""
 
@@ -178,7 +193,7 @@ class ImportedColumn(Model):
     """As the header has it; the name where there is none."""
     unit: str
     stated: bool
-    """Whether the file says the unit; otherwise it is assumed."""
+    """Whether the file says the unit; otherwise it was chosen or is assumed."""
 
 
 class ImportedPath(Model):
@@ -193,6 +208,47 @@ class ImportedPath(Model):
     columns: list[ImportedColumn]
     notes: list[str]
     """What was assumed, left out or thinned, a sentence each."""
+
+
+class ProposedColumn(Model):
+    """Any column of a file that may be imported."""
+
+    title: str
+    """As the header has it, or its number."""
+    name: Literal["t", "x", "y"] | None
+    """What it is taken as; null where it is not used."""
+    unit: str | None
+    """In which it is taken; null where neither the file nor anybody says it."""
+    stated: bool
+    """Whether the file says the unit."""
+
+
+class ProposedRow(Model):
+    """One of the first rows of the file."""
+
+    line: int
+    cells: list[str]
+    """As the file has them."""
+    t: float | None
+    """[s]; null where there is no time, or the row is not understood."""
+    point: tuple[float, float] | None
+    """[m]; null where the row is not understood."""
+
+
+class ImportProposal(Model):
+    """How a file would be read, before it is."""
+
+    header: bool
+    """Whether its first line names the columns."""
+    columns: list[ProposedColumn]
+    rows: list[ProposedRow]
+    count: int
+    """Rows of the path; 0 where it is not understood."""
+    path: ImportedPath | None
+    problem: str
+    """Why there is no path: line, column and value of what is wrong; "" where there is one."""
+    times_problem: str
+    """Why its times cannot be kept; "" where they can, or where there are none."""
 
 
 class Wanted(Model):

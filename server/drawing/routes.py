@@ -8,13 +8,15 @@ from fastapi import APIRouter, Body, Query, Response
 from controller.reference import lettering
 from server.access.asking import Holder
 from server.drawing import planning
-from server.drawing.imported import imported
+from server.drawing.imported import imported, proposed
 from server.drawing.messages import (
     DrawingBody,
     DrawingInfo,
     DrawingName,
     DrawingPlan,
+    ImportChoices,
     ImportedPath,
+    ImportProposal,
     Name,
     ReferenceInfo,
     ReferencePath,
@@ -31,8 +33,8 @@ from server.rig.planner import GivenPlanner
 
 router = APIRouter()
 
-FileName = Annotated[str, Query(min_length=1, max_length=255)]
-"""What errors call the file."""
+Table = Annotated[bytes, Body(media_type="text/csv")]
+Choices = Annotated[ImportChoices, Query()]
 
 
 @router.post("/api/drawings/plan", tags=["drawings"])
@@ -49,11 +51,15 @@ async def text_path(body: TextBody) -> TextPath:
 
 
 @router.post("/api/drawings/import", tags=["drawings"])
-async def import_path(
-    text: Annotated[bytes, Body(media_type="text/csv")] = b"", name: FileName = "the file"
-) -> ImportedPath:
+async def import_path(choices: Choices, text: Table = b"") -> ImportedPath:
     """A CSV file with columns x, y or t, x, y as a path, of which nothing is kept; 422 with line, column and value."""
-    return await asyncio.to_thread(imported, text, name)
+    return await asyncio.to_thread(imported, text, choices)
+
+
+@router.post("/api/drawings/import/proposal", tags=["drawings"])
+async def propose_path(choices: Choices, text: Table = b"") -> ImportProposal:
+    """How a CSV file would be imported: its columns, first rows, path or what is wrong; 422 where it is no table."""
+    return await asyncio.to_thread(proposed, text, choices)
 
 
 @router.get("/api/drawings", tags=["drawings"])

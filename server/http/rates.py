@@ -55,7 +55,8 @@ STRANGE = Rate("lines of the audit log on strangers", 1, 1 / 60)
 """Refusals of one address: strangers would push everything else out of the file."""
 
 _HEAVY = re.compile(
-    r"/metrics|/api/(preview(/parts)?|history\.csv|drawings/(plan|import|[^/]+\.csv)|recordings/(import|[^/]+/(exports?|path|metrics)))"
+    r"/metrics|/api/(preview(/parts)?|history\.csv|drawings/(plan|import(/proposal)?|[^/]+\.csv)"
+    r"|recordings/(import|[^/]+/(exports?|path|metrics)))"
 )
 
 

@@ -4,7 +4,7 @@ import asyncio
 import shutil
 import tempfile
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from fastapi import APIRouter, Body, Query, Request
 from pydantic import Field as Bounds
@@ -13,6 +13,7 @@ from starlette.responses import FileResponse
 
 from controller.errors import CommandRefused, ProcessKilled, RecordingError
 from controller.schema.layout import Model
+from controller.tables.header import LengthUnit, TimeUnit
 from recordings.exporting.export import Format, export
 from recordings.exporting.signals import SignalInfo, offered
 from recordings.exporting.table import Choice
@@ -100,8 +101,8 @@ async def import_recording(
     folder: GivenFolder,
     who: Holder,
     events: GivenEvents,
-    time_unit: Literal["s", "ms", "us", "ns"] = "s",
-    length_unit: Literal["m", "cm", "mm"] = "m",
+    time_unit: TimeUnit = "s",
+    length_unit: LengthUnit = "m",
 ) -> Recording:
     """A CSV file with columns time, x, y as a recording; the units hold where its header has none; 409 without room."""
     units = {"t": time_unit, "x": length_unit, "y": length_unit}

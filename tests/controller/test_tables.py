@@ -31,8 +31,8 @@ def test_columns_come_by_name_in_si_units_whatever_their_order(tmp_path: Path) -
         ("x1,y1\n1,2\n1,two\n", "line 3: y1 = 'two' is not a number"),
         ("x1,y1\n1,2,3\n", "line 2: 3 values, the header has 2 columns"),
         ("x1,x1\n1,2\n", "the header names x1 twice ('x1' and 'x1')"),
-        ("x1_inch,y1\n1,2\n", "'x1_inch' has an unknown unit"),
-        ("x1_kpa,y1\n1,2\n", "'x1_kpa' has an unknown unit (known for x1: m, cm, mm)"),
+        ("x1_feet,y1\n1,2\n", "'x1_feet' has an unknown unit"),
+        ("x1_kpa,y1\n1,2\n", "'x1_kpa' has an unknown unit (known for x1: m, cm, mm, um, in)"),
         ("x1,y1,\n1,2,\n", "column '' has no name"),
     ],
 )

@@ -28,6 +28,7 @@ NEEDS = {
     ("POST", "/api/drawings/plan"): ANYONE,
     ("POST", "/api/drawings/text"): ANYONE,
     ("POST", "/api/drawings/import"): ANYONE,
+    ("POST", "/api/drawings/import/proposal"): ANYONE,
     ("POST", "/api/preview"): ANYONE,
     ("POST", "/api/preview/parts"): ANYONE,
     ("PUT", "/api/drawings/{name}"): LEASE,

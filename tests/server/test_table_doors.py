@@ -15,7 +15,7 @@ from recordings.read.reader import read_rows
 from recordings.store.store import Store
 from server.cli.main import app
 from server.drawing.imported import imported
-from server.drawing.messages import POINTS_MAX, ImportedPath
+from server.drawing.messages import POINTS_MAX, ImportChoices, ImportedPath
 from tests.server.live_server import TestServer
 
 T = np.array([0.0, 0.5, 1.0, 1.5])
@@ -27,6 +27,11 @@ SAME = {
     "another order": "y,label,x,t\n0.14,a,0.03,0\n0.15,,0.03,0.5\n0.15,c,0.04,1\n0.14,d,0.04,1.5\n",
     "decimal commas": "t;x;y\n0;0,03;0,14\n0,5;0,03;0,15\n1;0,04;0,15\n1,5;0,04;0,14\n",
     "blanks": "# a tablet's\nt [s] y [cm]  x [cm]\n0 14 3\n0.5 15 3\n1 15 4\n1.5 14 4\n",
+    "quoted cells and commas": '"t","x_m","y_m"\r\n"0","0,03","0,14"\r\n"0,5","0,03","0,15"\r\n'
+    '"1","0,04","0,15"\r\n"1,5","0,04","0,14"\r\n',
+    "decimal commas between tabs": "t\tx\ty\n0\t0,03\t0,14\n0,5\t0,03\t0,15\n1\t0,04\t0,15\n1,5\t0,04\t0,14\n",
+    "a byte order mark": "\ufefft,x,y,\n0,0.03,0.14,\n0.5,0.03,0.15,\n1,0.04,0.15,\n1.5,0.04,0.14,\n",
+    "micrometres": "t [\u00b5s],x_um,y [\u03bcm]\n0,3e4,14e4\n5e5,3e4,15e4\n1e6,4e4,15e4\n15e5,4e4,14e4\n",
     "tabs, no header": "0\t0.03\t0.14\n0.5\t0.03\t0.15\n1\t0.04\t0.15\n1.5\t0.04\t0.14\n",
 }
 """Ways to write the path SI."""
@@ -42,8 +47,8 @@ WRONG = {
     "a long row": ("t,x,y\n0,0.1,0.2\n1,0.1,0.2,7\n", "line 3: 4 values, the header has 3 columns: '7' is in none"),
     "a short row of another column": ("t,x,y,note\n0,0.1,0.2,a\n1,0.1,0.2\n", "line 3: 3 values, but note is column 4"),
     "an unknown unit": (
-        "t,x [inch],y\n0,1,2\n1,1,2\n",
-        "column 'x [inch]' has an unknown unit (known for x: m, cm, mm)",
+        "t,x [ft],y\n0,1,2\n1,1,2\n",
+        "line 1: column 'x [ft]' has an unknown unit (known for x: m, cm, mm, um, in)",
     ),
     "a speed": ("t,x [mm/s],y\n0,1,2\n1,1,2\n", "column 'x [mm/s]' has an unknown unit"),
     "minutes": ("t (min),x,y\n0,1,2\n1,1,2\n", "column 't (min)' has an unknown unit (known for t: s, ms, us, ns)"),
@@ -52,7 +57,23 @@ WRONG = {
     "other names": ("a,b,c\n0,1,2\n1,1,2\n", "is missing (the header has a, b, c)"),
     "four columns": ("0,1,2,3\n1,1,2,3\n", "has no header and 4 columns: "),
     "decimal commas between commas": ("0,5,0,1,0,2\n1,5,0,1,0,2\n", "has no header and 6 columns: "),
-    "decimal commas between tabs": ("t\tx\ty\n0\t0,1\t0\n1\t0\t0\n", "line 2: x = '0,1' is not a number"),
+    "commas that may part thousands": (
+        "t\tx [mm]\ty [mm]\n0\t1,234\t0\n1\t0\t0\n",
+        "line 2: x [mm] = '1,234' may be thousands or have a decimal comma",
+    ),
+    "quoted commas that may part thousands": (
+        't,x,y\n0,"1,234","2,345"\n1,5,6\n',
+        "line 2: x = '1,234' may be thousands or have a decimal comma",
+    ),
+    "thousands and a point": ("t;x;y\n0;1.234,5;0\n1;0;0\n", "line 2: x = '1.234,5' is not a number"),
+    "inches, or an input": ("t,x_in,y_in\n0,1,2\n1,1,2\n", "column 'x_in' has an unknown unit"),
+    "another unit below the names": ("t,x,y\ns,mm,mm\n0,1,2\n1,1,3\n", "line 2: t = 's' is not a number"),
+    "lines before the header": ("Trial seven\nt,x,y\n0,1,2\n1,1,3\n", "is missing (the header has Trial, seven)"),
+    "a header with a number": ("t,x,y,3\n0,1,2,3\n1,1,3,3\n", "line 1 has no header and 4 columns"),
+    "a delimiter too many": ("t,x,y\n0,1,2,\n1,1,3,\n", "line 2: 4 values, the header has 3 columns: '' is in none"),
+    "pipes": ("t|x|y\n0|1|2\n", "is missing (the header has t|x|y)"),
+    "JSON": ('[{"t": 0, "x": 1, "y": 2}]', "is JSON, not a table of numbers in text: save it as CSV in UTF-8"),
+    "a page": ("<html><body>404</body></html>", "is XML or HTML, not a table"),
     "comma and point": (
         "t;x;y\n0;0.1;0.2\n1;0.1;1,234\n",
         "line 3: y = '1,234' has a decimal comma, but a point is in line 2: x = '0.1'",
@@ -68,7 +89,7 @@ MEASURED_WRONG = {
     "an infinite cell": ("ID,x1,y1\n1,2,inf\n", "line 2: y1 = inf is not finite"),
     "a long row": ("p1,x1\n1,2,3\n", "line 2: 3 values, the header has 2 columns: '3' is in none"),
     "an unknown unit": ("p1 [bar],x1,y1\n1,2,3\n", "column 'p1 [bar]' has an unknown unit (known for p1: pa, kpa)"),
-    "an unknown unit beside a known one": ("x1_inch,x1,p1\n1,2,3\n", "column 'x1_inch' has an unknown unit"),
+    "an unknown unit beside a known one": ("x1_feet,x1,p1\n1,2,3\n", "column 'x1_feet' has an unknown unit"),
     "a column twice": ("p1,x1,x1_mm\n1,2,3\n", "names x1 twice ('x1' and 'x1_mm')"),
     "no header": ("1,2,3\n", "has no header and 3 columns: a header is needed"),
 }
@@ -90,7 +111,7 @@ def file_door(request: pytest.FixtureRequest, tmp_path: Path) -> Door:
     """What takes a text, without a server."""
     doors: dict[str, Door] = {
         "function": lambda text: read_samples(written(tmp_path, text)),
-        "page": lambda text: imported(text.encode(), "path.csv"),
+        "page": lambda text: imported(text.encode(), ImportChoices(name="path.csv")),
         "track": lambda text: run("track", "--reference", written(tmp_path, text)),
         "recordings import": lambda text: run("recordings", "import", written(tmp_path, text), "--folder", tmp_path),
     }
@@ -118,7 +139,7 @@ def test_the_routes_refuse_the_same_in_the_same_words(server: TestServer) -> Non
 @pytest.mark.parametrize("text", SAME.values(), ids=SAME)
 def test_the_same_path_is_read_from_every_way_to_write_it(text: str, tmp_path: Path) -> None:
     samples = read_samples(written(tmp_path, text))
-    page = imported(text.encode(), "path.csv")
+    page = imported(text.encode(), ImportChoices(name="path.csv"))
     run("recordings", "import", written(tmp_path, text), "--folder", tmp_path)
     (kept,) = Store(tmp_path).list()
     rows = read_rows(Store(tmp_path).path(kept.id))
@@ -155,7 +176,7 @@ def test_measured_data_may_be_in_all_units_of_the_grammar(tmp_path: Path) -> Non
 
 
 def noted(text: str) -> ImportedPath:
-    return imported(text.encode(), "path.csv")
+    return imported(text.encode(), ImportChoices(name="path.csv"))
 
 
 @pytest.mark.parametrize(

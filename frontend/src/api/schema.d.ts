@@ -408,6 +408,26 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/drawings/import/proposal": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Propose Path
+     * @description How a CSV file would be imported: its columns, first rows, path or what is wrong; 422 where it is no table.
+     */
+    post: operations["propose_path"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/drawings": {
     parameters: {
       query?: never;
@@ -2255,6 +2275,37 @@ export interface components {
       ticks: number;
     };
     /**
+     * ImportProposal
+     * @description How a file would be read, before it is.
+     */
+    ImportProposal: {
+      /**
+       * Header
+       * @description Whether its first line names the columns.
+       */
+      header: boolean;
+      /** Columns */
+      columns: components["schemas"]["ProposedColumn"][];
+      /** Rows */
+      rows: components["schemas"]["ProposedRow"][];
+      /**
+       * Count
+       * @description Rows of the path; 0 where it is not understood.
+       */
+      count: number;
+      path: components["schemas"]["ImportedPath"] | null;
+      /**
+       * Problem
+       * @description Why there is no path: line, column and value of what is wrong; "" where there is one.
+       */
+      problem: string;
+      /**
+       * Times Problem
+       * @description Why its times cannot be kept; "" where they can, or where there are none.
+       */
+      times_problem: string;
+    };
+    /**
      * ImportedColumn
      * @description A column of an imported file.
      */
@@ -2273,7 +2324,7 @@ export interface components {
       unit: string;
       /**
        * Stated
-       * @description Whether the file says the unit; otherwise it is assumed.
+       * @description Whether the file says the unit; otherwise it was chosen or is assumed.
        */
       stated: boolean;
     };
@@ -2817,6 +2868,55 @@ export interface components {
        * @description Of a closed and compacted file of the twin in TRACK; measured by `python -m recordings.size`.
        */
       megabytes_per_hour: number;
+    };
+    /**
+     * ProposedColumn
+     * @description Any column of a file that may be imported.
+     */
+    ProposedColumn: {
+      /**
+       * Title
+       * @description As the header has it, or its number.
+       */
+      title: string;
+      /**
+       * Name
+       * @description What it is taken as; null where it is not used.
+       */
+      name: ("t" | "x" | "y") | null;
+      /**
+       * Unit
+       * @description In which it is taken; null where neither the file nor anybody says it.
+       */
+      unit: string | null;
+      /**
+       * Stated
+       * @description Whether the file says the unit.
+       */
+      stated: boolean;
+    };
+    /**
+     * ProposedRow
+     * @description One of the first rows of the file.
+     */
+    ProposedRow: {
+      /** Line */
+      line: number;
+      /**
+       * Cells
+       * @description As the file has them.
+       */
+      cells: string[];
+      /**
+       * T
+       * @description [s]; null where there is no time, or the row is not understood.
+       */
+      t: number | null;
+      /**
+       * Point
+       * @description [m]; null where the row is not understood.
+       */
+      point: [number, number] | null;
     };
     /**
      * Quick
@@ -5393,7 +5493,15 @@ export interface operations {
   import_path: {
     parameters: {
       query?: {
+        /** @description What errors call it. */
         name?: string;
+        /** @description Number of the column, from 1 on, 0 for none; without one the column is found by its name or place. */
+        x?: number | null;
+        y?: number | null;
+        t?: number | null;
+        /** @description Of x and y where the header names none. */
+        length_unit?: ("m" | "cm" | "mm" | "um" | "in") | null;
+        time_unit?: ("s" | "ms" | "us" | "ns") | null;
       };
       header?: never;
       path?: never;
@@ -5412,6 +5520,53 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["ImportedPath"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  propose_path: {
+    parameters: {
+      query?: {
+        /** @description What errors call it. */
+        name?: string;
+        /** @description Number of the column, from 1 on, 0 for none; without one the column is found by its name or place. */
+        x?: number | null;
+        y?: number | null;
+        t?: number | null;
+        /** @description Of x and y where the header names none. */
+        length_unit?: ("m" | "cm" | "mm" | "um" | "in") | null;
+        time_unit?: ("s" | "ms" | "us" | "ns") | null;
+      };
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: {
+      content: {
+        "text/csv": string;
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["ImportProposal"];
         };
       };
       400: components["responses"]["Refused400"];
@@ -6733,7 +6888,7 @@ export interface operations {
       query: {
         name: string;
         time_unit?: "s" | "ms" | "us" | "ns";
-        length_unit?: "m" | "cm" | "mm";
+        length_unit?: "m" | "cm" | "mm" | "um" | "in";
       };
       header?: never;
       path?: never;
