@@ -119,7 +119,7 @@ def _chosen_unit(name: str, choices: ImportChoices) -> str | None:
 def _notes(found: Understood, choices: ImportChoices) -> Iterator[str]:
     """What the file does not say, and what is left of it."""
     header, columns = found.table.header, found.table.columns
-    if not header.named:
+    if not header.named and not _numbers(choices):
         yield f"no header: the columns are {', '.join(column.name for column in columns)}"
     for column in columns:
         if column.unit is None and _chosen_unit(column.name, choices) is None:

@@ -72,6 +72,15 @@ def importing(page: Page) -> Locator:
     return page.get_by_test_id("import")
 
 
+def drawing_file(page: Page) -> Locator:
+    """A path that was chosen for the plan."""
+    with page.expect_file_chooser() as chooser:
+        page.get_by_test_id("tool-import").click()
+    chooser.value.set_files(FilePayload(name="a.csv", mimeType="text/csv", buffer=b"t,x,y\n0,0,0\n1,0,0.1\n"))
+    expect(page.get_by_test_id("import-picture")).to_be_visible()
+    return page.get_by_test_id("import-drawing")
+
+
 def exporting(page: Page) -> Locator:
     """The question of format and signals."""
     show_recording(page)
@@ -127,6 +136,7 @@ BY_OPERATOR: dict[str, Opener] = {
     "recorder/MarkButton.tsx": bookmark,
     "recorder/RecordButton.tsx": profiles,
     "operate/lease/LeaseMenu.tsx": opened("lease-menu"),
+    "drawing/importing/ImportDialog.tsx": drawing_file,
     "drawing/tools/DrawShapes.tsx": opened("tool-shape"),
     "drawing/tools/DrawText.tsx": text,
     "drawing/DrawSaved.tsx": saved,
@@ -147,10 +157,17 @@ BY_OPERATOR: dict[str, Opener] = {
 BY_OTHERS: dict[str, Opener] = {"operate/lease/TakeOver.tsx": take_over}
 """The same where another session operates."""
 LARGE = ("app/KeyHelp.tsx", "recorder/detail/ExportDialog.tsx", "recorder/list/ImportDialog.tsx")
+LARGE += ("drawing/importing/ImportDialog.tsx",)
 """Dialogs with a backdrop or in the middle: tried with a mouse on a large window, too."""
 KINDS = ("app/KeyHelp.tsx", "operate/lease/LeaseMenu.tsx", "drawing/library/ReferencePanel.tsx")
 KINDS += ("notify/NotifyButton.tsx", "recorder/MarkButton.tsx", "recorder/RecordButton.tsx")
-KINDS += ("plots/SignalChooser.tsx", "recorder/detail/ExportDialog.tsx", "app/Guide.tsx", "presets/AskActuator.tsx")
+KINDS += (
+    "drawing/importing/ImportDialog.tsx",
+    "plots/SignalChooser.tsx",
+    "recorder/detail/ExportDialog.tsx",
+    "app/Guide.tsx",
+    "presets/AskActuator.tsx",
+)
 """One of each way to lay something over the page; `make test-long` tries all."""
 
 

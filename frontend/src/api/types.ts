@@ -1,5 +1,5 @@
 /** Short names of the generated message types (schema.d.ts is made from the server's OpenAPI document). */
-import type { components } from "./schema";
+import type { components, operations } from "./schema";
 
 type Schemas = components["schemas"];
 
@@ -42,6 +42,10 @@ export type DrawingBody = Schemas["DrawingBody"];
 export type DrawingInfo = Schemas["DrawingInfo"];
 export type DrawingPlan = Schemas["DrawingPlan"];
 export type ImportedPath = Schemas["ImportedPath"];
+export type ImportProposal = Schemas["ImportProposal"];
+export type ImportChoices = NonNullable<operations["propose_path"]["parameters"]["query"]>;
+export type ProposedColumn = Schemas["ProposedColumn"];
+export type ProposedRow = Schemas["ProposedRow"];
 export type TextPath = Schemas["TextPath"];
 export type PreviewBody = Schemas["PreviewBody"];
 export type Preview = Schemas["Preview"];

@@ -17,6 +17,7 @@ import { markLayout } from "../ui/narrow";
 import { ServicesContext } from "../ui/services";
 import { App } from "./App";
 import { hearKeys } from "./keys";
+import { hearPastes } from "./pasteNumber";
 import { wire } from "./wiring";
 
 const COLOUR = { info: "blue", warning: "yellow", error: "red" } as const;
@@ -55,6 +56,9 @@ followAddress(services.get(PageStore));
 void services.get(Connection).start();
 services.get(Gamepads).start();
 hearKeys(services);
+hearPastes(document, (text) => {
+  notify("warning", "Not pasted", text);
+});
 
 markLayout();
 publishColours(document.documentElement);

@@ -1,7 +1,7 @@
 import { Checkbox, NativeSelect } from "@mantine/core";
 import { Facts } from "../ui/Facts";
 import { useService } from "../ui/services";
-import { Drawing, sketchOf, useDrawing } from "./drawing";
+import { Drawing, sketchOf, timesOf, timingNow, useDrawing } from "./drawing";
 import { DrawNumber } from "./DrawNumber";
 import { DrawPlace } from "./DrawPlace";
 import { DrawSaved } from "./DrawSaved";
@@ -42,10 +42,11 @@ function Trouble() {
 
 function Manners() {
   const drawing = useService(Drawing);
-  const { timing, smoothing, outside } = useDrawing((state) => state.manner);
+  const { smoothing, outside } = useDrawing((state) => state.manner);
+  const timing = useDrawing(timingNow);
   const closed = useDrawing((state) => sketchOf(state).closed);
-  const timed = useDrawing((state) => sketchOf(state).pieces.at(0)?.times != null);
-  const kinds = TIMINGS.filter(([kind]) => kind !== "given" || timed || timing.kind === "given");
+  const timed = useDrawing((state) => timesOf(state) !== null);
+  const kinds = TIMINGS.filter(([kind]) => kind !== "given" || timed);
   return (
     <div className="row row-fields draw-manner">
       <NativeSelect
@@ -105,7 +106,7 @@ function Manners() {
 /** The number that goes with the timing; its place is kept where there is none. */
 function Pace() {
   const drawing = useService(Drawing);
-  const timing = useDrawing((state) => state.manner.timing);
+  const timing = useDrawing(timingNow);
   switch (timing.kind) {
     case "speed":
       return (

@@ -2,7 +2,7 @@ import { expect, test } from "vitest";
 import type { DrawingBody, DrawingPlan, Point } from "../api/types";
 import { EMPTY_PAGE, type Page } from "../live/page";
 import { Store } from "../ui/store";
-import { bodyOf, Drawing, isPlanned, sketchOf } from "./drawing";
+import { bodyOf, Drawing, isPlanned, sketchOf, timingNow } from "./drawing";
 import { begun, recorded, redone, undone } from "./history";
 import { dragged, frameOf, gripAt, pathOf, pieceAt, pieceOf, placed, stretches, thinned } from "./piece";
 import { Planner } from "./planner";
@@ -151,4 +151,19 @@ test("a refusal is shown in the server's words until the drawing changes", async
 test("stretches begin one point earlier, so that a single point is seen", () => {
   const points: [number, number][] = [[0, 0], [1, 0], [2, 0], [3, 0], [4, 0]]; // prettier-ignore
   expect(stretches(points, (i) => i === 0 || i === 3)).toEqual([[[0, 0]], [[2, 0], [3, 0]]]); // prettier-ignore
+});
+
+test("a file's own timing counts as long as the file is the only piece, and comes back with it", () => {
+  const drawing = new Drawing();
+  const timing = () => timingNow(drawing.store.get()).kind;
+  drawing.add([pieceOf([[0, 0], [0.01, 0]], [0, 1])]); // prettier-ignore
+  drawing.follow({ timing: { kind: "given" } });
+  expect(timing()).toBe("given");
+  drawing.clear();
+  expect(timing()).toBe("speed");
+  drawing.add([pieceOf(square)]);
+  expect([timing(), bodyOf(drawing.store.get())?.timing.kind]).toEqual(["speed", "speed"]);
+  drawing.undo();
+  drawing.undo();
+  expect(timing()).toBe("given");
 });

@@ -56,8 +56,9 @@ export interface DrawingState {
   readonly problem: string;
 }
 
-const EMPTY: Sketch = { pieces: [], selected: null, closed: false };
 const SPEED = 0.02;
+const STEADY: Timing = { kind: "speed", speed: SPEED };
+const EMPTY: Sketch = { pieces: [], selected: null, closed: false };
 /** Ends of a stroke this near to each other are meant to meet [m]. */
 const CLOSING = 4e-3;
 const COPY_OFFSET = 0.01;
@@ -70,7 +71,7 @@ export const EMPTY_DRAWING: DrawingState = {
   history: begun(EMPTY),
   draft: null,
   stroke: [],
-  manner: { timing: { kind: "speed", speed: SPEED }, smoothing: 0, outside: "project" },
+  manner: { timing: STEADY, smoothing: 0, outside: "project" },
   name: "",
   plan: null,
   planOf: null,
@@ -87,11 +88,23 @@ export function isPlanned(state: DrawingState): boolean {
   return state.plan !== null && state.planOf === sketchOf(state).pieces;
 }
 
+/** When each point is reached, as the file said; null for all but a file that is the only piece. */
+export function timesOf(state: DrawingState): readonly number[] | null {
+  const { pieces } = sketchOf(state);
+  return pieces.length === 1 ? pieces[0].times : null;
+}
+
+/** The timing that counts: a file's own only as long as there are times of a file. */
+export function timingNow(state: DrawingState): Timing {
+  const { timing } = state.manner;
+  return timing.kind === "given" && timesOf(state) === null ? STEADY : timing;
+}
+
 /** The drawing as the server takes it, null while there is no path. */
 export function bodyOf(state: DrawingState): DrawingBody | null {
   const { pieces, closed } = sketchOf(state);
-  const { timing, smoothing, outside } = state.manner;
-  const times = pieces.length === 1 ? pieces[0].times : null;
+  const { smoothing, outside } = state.manner;
+  const [times, timing] = [timesOf(state), timingNow(state)];
   const path = times ? placedAll(pieces) : pathOf(pieces);
   if (path.length < 2) return null;
   return {
@@ -100,7 +113,7 @@ export function bodyOf(state: DrawingState): DrawingBody | null {
     times: times && thinned(times, POINTS_MAX),
     closed: closed && timing.kind !== "given",
     smoothing,
-    timing: timing.kind === "given" && !times ? { kind: "speed", speed: SPEED } : timing,
+    timing,
     outside,
   };
 }

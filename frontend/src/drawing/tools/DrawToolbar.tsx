@@ -13,7 +13,7 @@ import type { ComponentType } from "react";
 import { useService } from "../../ui/services";
 import { ToolButton } from "../../ui/ToolButton";
 import { Drawing, sketchOf, useDrawing, type Tool } from "../drawing";
-import { DrawImport } from "./DrawImport";
+import { DrawImport } from "../importing/DrawImport";
 import { DrawShapes } from "./DrawShapes";
 import { DrawText } from "./DrawText";
 
