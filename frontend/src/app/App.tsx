@@ -20,6 +20,7 @@ import { Part } from "../ui/Part";
 import { Guide } from "./Guide";
 import { Header } from "./Header";
 import { KeyHelp } from "./KeyHelp";
+import { Wall } from "./Wall";
 
 const SLOW_MS = 1500;
 const Review = lazy(() => import("../recorder/Review"));
@@ -54,7 +55,18 @@ function Bench() {
   const view = usePage((state) => state.view);
   return (
     <div className="bench">
-      <Header />
+      {view === "wall" ? (
+        <Part name="Large numbers">
+          <Wall />
+        </Part>
+      ) : (
+        <>
+          <Header />
+          <Part name="Health strip" className="health">
+            <HealthStrip />
+          </Part>
+        </>
+      )}
       {view === "live" ? (
         <Part name="Guide">
           <Guide />

@@ -5,7 +5,7 @@ import {
   useComputedColorScheme,
   useMantineColorScheme,
 } from "@mantine/core";
-import { IconKeyboard, IconMoon, IconSun } from "@tabler/icons-react";
+import { IconDeviceTv, IconKeyboard, IconMoon, IconSun } from "@tabler/icons-react";
 import { Unprotected } from "../access/Unprotected";
 import { Health } from "../health/Health";
 import { PageStore, usePage } from "../live/page";
@@ -44,6 +44,7 @@ export function Header() {
       <Unprotected />
       <LeaseControl />
       <RecordButton />
+      <WallButton />
       <NotifyButton />
       <SchemeButton />
       <Tooltip label="Keys (?)">
@@ -76,6 +77,26 @@ function RigName() {
         {rig.rig} · {name}
         {rig.twin ? " · twin" : ""}
       </span>
+    </Tooltip>
+  );
+}
+
+/** Large numbers for who stands across the room. */
+function WallButton() {
+  const page = useService(PageStore);
+  return (
+    <Tooltip label="Large numbers, for a screen across the room">
+      <ActionIcon
+        variant="subtle"
+        color="gray"
+        aria-label="Large numbers"
+        data-testid="wall-open"
+        onClick={() => {
+          page.patch({ view: "wall" });
+        }}
+      >
+        <IconDeviceTv size={18} />
+      </ActionIcon>
     </Tooltip>
   );
 }

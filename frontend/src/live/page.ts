@@ -33,7 +33,7 @@ export interface LogLine extends Event {
 
 /** Everything that React controls show. It changes at human speed; the 60 Hz stream is in `Live`. */
 export interface Page {
-  readonly view: "live" | "review";
+  readonly view: "live" | "review" | "wall";
   /** The list of keys is open. */
   readonly help: boolean;
   /** Null once it is no news. */

@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 import { hashOf, placeOf } from "./place";
 
-test.each(["", "#review", "#review/20261121-120000-run", "#review/compare/a,b,c"])(
+test.each(["", "#wall", "#review", "#review/20261121-120000-run", "#review/compare/a,b,c"])(
   "the address %s opens the place that has it",
   (hash) => {
     expect(hashOf(placeOf(hash))).toBe(hash);

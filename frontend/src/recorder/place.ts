@@ -1,13 +1,14 @@
 import type { Page } from "../live/page";
 import type { Store } from "../ui/store";
 
-/** What of the page its address tells: `#review`, `#review/ID`, `#review/compare/ID1,ID2`; nothing for Live. */
+/** What of the page its address tells: `#review`, `#review/ID`, `#review/compare/ID1,ID2`; `#wall` for the large numbers; nothing for Live. */
 export type Place = Pick<Page, "view" | "reviewed" | "compared">;
 
 export const COMPARED_MAX = 4;
 
 export function placeOf(hash: string): Place {
   const [view, first = "", second = ""] = hash.replace(/^#/, "").split("/").map(decoded);
+  if (view === "wall") return { view, reviewed: null, compared: [] };
   if (view !== "review") return { view: "live", reviewed: null, compared: [] };
   if (first !== "compare") return { view, reviewed: first || null, compared: [] };
   const compared = [...new Set(second.split(","))].filter((id) => id !== "").slice(0, COMPARED_MAX);
@@ -16,6 +17,7 @@ export function placeOf(hash: string): Place {
 
 export function hashOf({ view, reviewed, compared }: Place): string {
   if (view === "live") return "";
+  if (view === "wall") return "#wall";
   if (compared.length > 0) return `#review/compare/${compared.map(encodeURIComponent).join(",")}`;
   return reviewed === null ? "#review" : `#review/${encodeURIComponent(reviewed)}`;
 }
