@@ -15,6 +15,7 @@ const base = {
   gaps: 0,
   holes: [],
   restarts: [],
+  bookmarks: [],
   problem: "",
   profile: "standard",
   part_of: "",
