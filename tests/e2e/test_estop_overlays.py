@@ -151,7 +151,7 @@ BY_OPERATOR: dict[str, Opener] = {
     "recorder/list/DeleteButton.tsx": opened("delete-recording", review=True),
     "recorder/list/ImportDialog.tsx": importing,
     "recorder/detail/About.tsx": tags,
-    "app/Guide.tsx": guide,
+    "app/guide/Guide.tsx": guide,
 }
 """How to open each, by the file that lays it over the page, in a page that operates."""
 BY_OTHERS: dict[str, Opener] = {"operate/lease/TakeOver.tsx": take_over}
@@ -165,7 +165,7 @@ KINDS += (
     "drawing/importing/ImportDialog.tsx",
     "plots/SignalChooser.tsx",
     "recorder/detail/ExportDialog.tsx",
-    "app/Guide.tsx",
+    "app/guide/Guide.tsx",
     "presets/AskActuator.tsx",
 )
 """One of each way to lay something over the page; `make test-long` tries all."""

@@ -35,7 +35,7 @@ def test_it_is_asked_by_a_click_and_told_only_while_nobody_looks(context: Browse
     wait_until(lambda: ask(page, "POST", "/api/lease"), 60.0)
     assert page.evaluate("window.asked") == 0
     page.get_by_test_id("notify").click()
-    page.get_by_text("Notify me of FAULT").click()
+    page.get_by_test_id("notify-on").click()
     expect(page.get_by_test_id("notify-on")).to_be_checked()
     shot(page, "notify")
     page.get_by_test_id("notify-test").click()

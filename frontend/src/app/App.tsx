@@ -17,7 +17,7 @@ import { Scene3D } from "../scene/Scene3D";
 import { SensingPanel } from "../sensing/SensingPanel";
 import { useNarrow } from "../ui/narrow";
 import { Part } from "../ui/Part";
-import { Guide } from "./Guide";
+import { Guide } from "./guide/Guide";
 import { Header } from "./Header";
 import { KeyHelp } from "./KeyHelp";
 import { Wall } from "./Wall";
@@ -60,12 +60,7 @@ function Bench() {
           <Wall />
         </Part>
       ) : (
-        <>
-          <Header />
-          <Part name="Health strip" className="health">
-            <HealthStrip />
-          </Part>
-        </>
+        <Header />
       )}
       {view === "live" ? (
         <Part name="Guide">

@@ -26,6 +26,8 @@ export function drawMarks(plot: uPlot, marks: readonly PlotMark[], ink: Ink, ori
   const { min = 0, max = 0 } = plot.scales.x;
   ctx.save();
   ctx.fillStyle = ink.text;
+  ctx.textAlign = "left";
+  ctx.textBaseline = "alphabetic";
   ctx.font = `600 ${10 * devicePixelRatio}px system-ui, sans-serif`;
   ctx.beginPath();
   ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);

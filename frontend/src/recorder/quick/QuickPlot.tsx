@@ -94,7 +94,13 @@ export function QuickPlot({ chart, group, unitX, onCursor, onZoom, window = null
     drawn.current?.redraw(false);
   }, [marks]);
   useEffect(() => {
-    if (seek && drawn.current) goTo(drawn.current, seek.at);
+    if (!seek) return undefined;
+    const frame = requestAnimationFrame(() => {
+      if (drawn.current) goTo(drawn.current, seek.at);
+    }); // after the path is painted anew, which takes its mark away
+    return () => {
+      cancelAnimationFrame(frame);
+    };
   }, [seek]);
   return (
     <figure className="quick-plot" data-testid="quick-plot">

@@ -1,9 +1,9 @@
 import { Button } from "@mantine/core";
 import { useEffect, useRef, useState } from "react";
-import { usePage, type Page } from "../live/page";
-import { isMovable, MODE } from "../rig/modes";
-import { useService } from "../ui/services";
-import { Ticker } from "../ui/ticker";
+import { usePage, type Page } from "../../live/page";
+import { isMovable, MODE } from "../../rig/modes";
+import { useService } from "../../ui/services";
+import { Ticker } from "../../ui/ticker";
 import { place } from "./guidePlace";
 
 const SEEN = "tendril-guide";
