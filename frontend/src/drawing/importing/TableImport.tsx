@@ -3,24 +3,30 @@ import type { ImportChoices, ImportProposal } from "../../api/types";
 import { textOf } from "../../ui/format";
 import { ColumnTable } from "./ColumnTable";
 import { ImportFrame, type Found } from "./ImportFrame";
-import { openQuestion, propose } from "./proposal";
+import { chosen, openQuestion, propose } from "./proposal";
 
 interface Props {
   readonly file: File;
   readonly onClose: () => void;
 }
 
+interface Answer {
+  readonly proposal: ImportProposal;
+  /** What it answers. */
+  readonly to: ImportChoices;
+}
+
 /** A table: which columns are x, y and time, in which units, as the server reads it. */
 export function TableImport({ file, onClose }: Props) {
   const [choices, setChoices] = useState<ImportChoices>({});
-  const [proposal, setProposal] = useState<ImportProposal | null>(null);
+  const [answer, setAnswer] = useState<Answer | null>(null);
   const [refusal, setRefusal] = useState("");
   useEffect(() => {
     let current = true;
     propose(file, choices).then(
-      (said) => {
+      (proposal) => {
         if (!current) return;
-        setProposal(said);
+        setAnswer({ proposal, to: choices });
         setRefusal("");
       },
       (error: unknown) => {
@@ -31,21 +37,30 @@ export function TableImport({ file, onClose }: Props) {
       current = false;
     };
   }, [file, choices]);
-  const found = useMemo(() => (proposal ? foundIn(proposal) : null), [proposal]);
-  const question = proposal ? openQuestion(proposal.columns) : refusal === "" ? "Reading the file" : "";
-  const problem = refusal || (proposal && asked(proposal) ? "" : (proposal?.problem ?? ""));
+  const shown = useMemo(() => (answer ? shownOf(answer, choices) : null), [answer, choices]);
+  const found = useMemo(() => (answer ? foundIn(answer.proposal) : null), [answer]);
+  const reading = refusal === "" && answer?.to !== choices ? "Reading the file" : "";
+  const question = shown ? openQuestion(shown.columns) || reading : reading;
+  const problem = refusal || (shown && asked(shown) ? "" : (shown?.problem ?? ""));
   return (
     <ImportFrame file={file} found={found} question={question} problem={problem} onClose={onClose}>
-      {proposal ? (
+      {shown ? (
         <ColumnTable
-          proposal={proposal}
+          proposal={shown}
           onChoose={(choice) => {
-            setChoices((before) => ({ ...before, ...choice }));
+            setChoices({ ...choices, ...choice });
           }}
         />
       ) : null}
     </ImportFrame>
   );
+}
+
+/** The proposal; while the server reads the file anew, the columns as chosen and no row as read. */
+function shownOf({ proposal, to }: Answer, choices: ImportChoices): ImportProposal {
+  if (to === choices) return proposal;
+  const rows = proposal.rows.map((row) => ({ ...row, t: null, point: null }));
+  return { ...proposal, columns: chosen(proposal.columns, choices), rows, problem: "" };
 }
 
 /** There is no path only because nobody has said yet which columns are x and y. */

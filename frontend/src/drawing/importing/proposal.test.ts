@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { Point, ProposedColumn } from "../../api/types";
-import { assigned, nameOf, openQuestion, sizeOf, type Meaning } from "./proposal";
+import { assigned, chosen, nameOf, openQuestion, sizeOf, type Meaning } from "./proposal";
 
 function column(name: Meaning | null, unit: string | null, stated = false): ProposedColumn {
   return { title: "any", name, unit, stated };
@@ -11,6 +11,14 @@ test("a column that is taken as x is so alone, and none is two things", () => {
   expect(assigned(columns, 3, "x")).toEqual({ t: 1, x: 4, y: 3 });
   expect(assigned(columns, 1, "y")).toEqual({ t: 1, x: 0, y: 2 });
   expect(assigned(columns, 0, null)).toEqual({ t: 0, x: 2, y: 3 });
+});
+
+test("choices that follow each other fast count all, before the server has answered the first", () => {
+  const columns = [column(null, null), column(null, null), column("t", "ms", true)];
+  const first = assigned(columns, 0, "x");
+  const second = { ...first, ...assigned(chosen(columns, first), 1, "y"), length_unit: "mm" as const };
+  expect(chosen(columns, second)).toEqual([column("x", "mm"), column("y", "mm"), column("t", "ms", true)]);
+  expect(chosen(columns, {})).toEqual(columns);
 });
 
 test("what neither the file nor a person says is asked for, one thing after the other", () => {

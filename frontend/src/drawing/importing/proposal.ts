@@ -29,6 +29,18 @@ export function assigned(
   return { t: numberOf("t"), x: numberOf("x"), y: numberOf("y") };
 }
 
+/** The columns as they were chosen, before the server has read the file so. */
+export function chosen(columns: readonly ProposedColumn[], choices: ImportChoices): ProposedColumn[] {
+  const { t, x, y } = choices;
+  return columns.map((column, i) => {
+    const place = ([["t", t], ["x", x], ["y", y]] as const).find(([, number]) => number === i + 1)?.[0] ?? null; // prettier-ignore
+    const name = x == null ? column.name : place;
+    if (column.stated && name === column.name) return column;
+    const unit = name === "t" ? choices.time_unit : choices.length_unit;
+    return { ...column, name, stated: false, unit: name === null ? null : (unit ?? null) };
+  });
+}
+
 /** What must be said before the file is imported; "" when nothing is left open. */
 export function openQuestion(columns: readonly ProposedColumn[]): string {
   const named = (name: Meaning) => columns.find((column) => column.name === name);
