@@ -72,8 +72,8 @@ export function ImportFrame({ file, found, question, problem, children, onClose 
         </p>
       )}
       {found ? <PathPicture strokes={found.strokes} /> : null}
-      <Facts facts={factsOf(found, known)} testId="import-facts" />
-      {found?.times ? <Times why={why} timed={timed} onChange={setWanted} /> : null}
+      {found ? <Facts facts={factsOf(found, known)} testId="import-facts" /> : null}
+      {known?.times ? <Times why={why} timed={timed} onChange={setWanted} /> : null}
       {known ? <Reach found={known} timed={timed} /> : null}
       {found && found.notes.length > 0 ? (
         <ul className="note" data-testid="import-notes">
@@ -110,11 +110,11 @@ export function ImportFrame({ file, found, question, problem, children, onClose 
 }
 
 /** Lengths only when their unit is known. */
-function factsOf(found: Found | null, known: Found | null): (readonly [string, string])[] {
+function factsOf(found: Found, known: Found | null): (readonly [string, string])[] {
   const size = known ? sizeOf(known.strokes) : null;
-  const points = found?.strokes.reduce((sum, stroke) => sum + stroke.length, 0);
+  const points = found.strokes.reduce((sum, stroke) => sum + stroke.length, 0);
   return [
-    found?.rows == null ? ["Strokes", wholeNumber(found?.strokes.length)] : ["Rows", wholeNumber(found.rows)],
+    found.rows === null ? ["Strokes", wholeNumber(found.strokes.length)] : ["Rows", wholeNumber(found.rows)],
     ["Points", wholeNumber(points)],
     ["Duration", seconds(known?.times?.at(-1), 2)],
     ["Length", millimetres(size?.length, 1)],
