@@ -28,7 +28,7 @@ def written(folder: Path, text: str) -> Path:
         '# t x y\n5 0.1 0.2\n5.5  0.11 "0.21"\n'.replace('"', ""),
         '"t","x","y","note"\n5,0.1,0.2,"a, b"\n5.5,0.11,0.21,\n',
         "t,x,y,x_dot,y_dot,time_stamp\n5,0.1,0.2,0,0,7\n5.5,0.11,0.21,0,0,7\n",
-        "x_inch,t,x,y\n4,5,0.1,0.2\n4,5.5,0.11,0.21\n",
+        "x_feet,t,x,y\n4,5,0.1,0.2\n4,5.5,0.11,0.21\n",
         "t/s,x/m,y/m\n5.0e0,1e-1,.2\n5.5,0.11,+0.21\n",
     ],
 )
@@ -55,7 +55,7 @@ def test_columns_are_read_by_name_in_their_units_whatever_the_file_is_like(tmp_p
         ("t,x,y\n0,0.1,0.2\n0.1,0.1\n", "line 3: 2 values, but y is column 3"),
         ("t,x,y\n0,0.1,0.2\n0.1,0.1,0.2\n0.1,0.1,0.2\n", "line 4: t = 0.1 s is not after 0.1 s of line 3"),
         ("t_ms,x,y\n20,0.1,0.2\n10,0.1,0.2\n", "line 3: t = 0.01 s is not after 0.02 s of line 2"),
-        ("t,x_inch,y\n0,1,2\n", r"column 'x_inch' has an unknown unit \(known for x: m, cm, mm\)"),
+        ("t,x_feet,y\n0,1,2\n", r"line 1: column 'x_feet' has an unknown unit \(known for x: m, cm, mm, um, in\)"),
         ("t,x,x_mm,y\n0,1,1000,2\n", r"names x twice \('x' and 'x_mm'\)"),
     ],
 )
@@ -78,6 +78,6 @@ def test_a_pipe_is_read_as_a_file_is(header: str) -> None:
 
 def test_a_file_that_is_not_text_or_not_there_is_said(tmp_path: Path) -> None:
     (tmp_path / "photo.csv").write_bytes(b"\x89PNG\r\n\x1a\n\x00\xff\xfe")
-    for name in ("photo.csv", "nothing.csv", "."):
-        with pytest.raises(DataError, match="cannot be read"):
+    for name, words in (("photo.csv", "is a PNG picture"), ("nothing.csv", "cannot be read"), (".", "cannot be read")):
+        with pytest.raises(DataError, match=words):
             read_samples(tmp_path / name)

@@ -30,7 +30,7 @@ CSV = {
     "late": (b"t,x,y\n0,0,0\n1e300,0,0\n", "line 3: t = 1e+300 s after the first line, more than 1e+06"),
     "falling": (b"t,x,y\n1,0,0\n0,0,0\n", "line 3: t = 0 s is not after 1 s"),
     "short row": (b"t,x,y\n0,0,0\n1,0\n", "line 3: 2 values, but y is column 3"),
-    "no Unicode": (b"t,x,y\n0,\xff,0\n", "cannot be read"),
+    "no Unicode": (b"t,x,y\n0,\xff,0\n", "line 2: byte 0xff is not UTF-8: save it as CSV in UTF-8"),
     "NUL": (b"t,x,y\n0,\x00,0\n1,0,0\n", "line 2"),
     "many columns": (b"a," * 300_000 + b"b\n" + b"1\n" * 5, "and 299981 more"),
     "an .rrd": (b"RRF2\x00\x00\x00\x01PK\x03\x04" * 200, "the file"),
