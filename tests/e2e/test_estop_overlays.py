@@ -95,6 +95,19 @@ def tags(page: Page) -> Locator:
     return page.get_by_test_id("recording-tags")
 
 
+def emptying(page: Page) -> Locator:
+    """The question before deleted recordings are removed for good."""
+    place = page.evaluate("location.origin") + "/api/recordings"
+    ask(page, "POST", "/api/recordings")
+    ask(page, "DELETE", "/api/recordings/current")
+    newest = page.request.get(place).json()[0]["id"]
+    wait_until(lambda: ask(page, "DELETE", f"/api/recordings/{newest}"), 20.0)
+    page.get_by_text("Review", exact=True).click()
+    page.get_by_test_id("show-deleted").click(force=True)
+    page.get_by_test_id("empty-bin").click()
+    return page.get_by_test_id("empty-bin-confirm")
+
+
 def guide(page: Page) -> Locator:
     """The first visit's guide."""
     page.evaluate("localStorage.removeItem('tendril-guide')")
@@ -132,6 +145,8 @@ def another_actuator(page: Page) -> Locator:
 
 BY_OPERATOR: dict[str, Opener] = {
     "app/KeyHelp.tsx": keys,
+    "health/Health.tsx": opened("health"),
+    "recorder/list/RecordingList.tsx": emptying,
     "notify/NotifyButton.tsx": opened("notify"),
     "recorder/MarkButton.tsx": bookmark,
     "recorder/RecordButton.tsx": profiles,
@@ -160,7 +175,7 @@ LARGE = ("app/KeyHelp.tsx", "recorder/detail/ExportDialog.tsx", "recorder/list/I
 LARGE += ("drawing/importing/ImportDialog.tsx",)
 """Dialogs with a backdrop or in the middle: tried with a mouse on a large window, too."""
 KINDS = ("app/KeyHelp.tsx", "operate/lease/LeaseMenu.tsx", "drawing/library/ReferencePanel.tsx")
-KINDS += ("notify/NotifyButton.tsx", "recorder/MarkButton.tsx", "recorder/RecordButton.tsx")
+KINDS += ("health/Health.tsx", "notify/NotifyButton.tsx", "recorder/MarkButton.tsx", "recorder/RecordButton.tsx")
 KINDS += (
     "drawing/importing/ImportDialog.tsx",
     "plots/SignalChooser.tsx",

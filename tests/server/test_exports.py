@@ -250,7 +250,7 @@ def test_a_file_whose_folder_was_removed_is_written_no_further(
     target, taken = tmp_path / "scratch" / "run.csv", 0
     target.parent.mkdir()
 
-    def write(pieces: Iterable[object], _: Path) -> None:
+    def write(pieces: Iterable[object], *_: object) -> None:
         nonlocal taken
         for _piece in pieces:
             taken += 1

@@ -33,13 +33,7 @@ export function Health() {
   return (
     <Popover position="bottom-start" shadow="md">
       <Popover.Target>
-        <button
-          type="button"
-          className="health-chip"
-          data-testid="health"
-          title={meaningOf(measure, alarms)}
-          aria-label={`Health: ${GAUGES[measure].name}`}
-        >
+        <button type="button" className="health-chip" data-testid="health" title={meaningOf(measure, alarms)}>
           <HealthReading measure={measure} read={read} shown={shown} />
           <span className="health-name">{GAUGES[measure].name}</span>
           <IconChevronDown size={14} aria-hidden />

@@ -23,6 +23,7 @@ export function MarkButton() {
       returnFocus
       width={260}
       shadow="md"
+      withRoles={false}
     >
       <Popover.Target>
         <span>

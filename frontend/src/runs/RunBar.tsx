@@ -140,7 +140,7 @@ function Start() {
       <ControlButton
         control="run"
         because={reason}
-        variant="light"
+        variant="default"
         leftSection={<IconPlayerPlay size={15} />}
         testId="run"
         meaning="Go to the beginning, then follow it"
@@ -160,7 +160,7 @@ function Steering() {
       {paused ? (
         <ControlButton
           control="run"
-          variant="light"
+          variant="default"
           leftSection={<IconPlayerPlay size={15} />}
           testId="resume-run"
           meaning="Go back to where it was, then on"
