@@ -63,7 +63,7 @@ function Undo({ row, recordings: { restore, forgetDeleted } }: UndoProps) {
     };
   }, [row, forgetDeleted]);
   return (
-    <div className="review-undo" role="status" data-testid="undo">
+    <div className="review-undo" role="status" data-testid="undo-deletion">
       <span className="review-undo-name">Deleted “{row.name || row.id}”</span>
       <Button size="compact-sm" variant="default" data-testid="undo-delete" onClick={() => void restore(row)}>
         Undo
