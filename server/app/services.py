@@ -180,6 +180,9 @@ def open_services(
     )
     outcomes = OutcomeWatch(settings, events)
     webhook = Webhook(settings.webhook.get_secret_value()) if settings.webhook else None
+    notices = NotifyWatch(settings.rig, runs.last, webhook, events)
+    if webhook:
+        history.listen(notices.rows)
 
     looks, turning = Looks(), LoopWatchdog(deadly)
     parts = (rig, operator, stopper, recorder, review, scene, tokens)
@@ -200,7 +203,7 @@ def open_services(
             RecorderWatch(recorder, events),
             QuotaWatch(store, settings.recordings_quota, events),
             alarm_watch,
-            NotifyWatch(settings.rig, lambda: history.newest, runs.last, webhook, events),
+            notices,
             events,
             audit,
             soundness,

@@ -1,7 +1,11 @@
 """Sees at every beat whether there is anything to tell those who do not look at the page."""
 
+import queue
 from collections.abc import Callable
 from datetime import UTC, datetime
+from typing import Literal
+
+import numpy as np
 
 from controller.arrays import Rows
 from controller.schema.modes import Cause, Mode
@@ -10,46 +14,48 @@ from server.notify.messages import Notice
 from server.notify.webhook import Webhook
 from server.runs.messages import RunResult
 
-TOLD = {Mode.FAULT: "fault", Mode.E_STOP: "e_stop"}
+TOLD: dict[Mode, Literal["fault", "e_stop"]] = {Mode.FAULT: "fault", Mode.E_STOP: "e_stop"}
 
 
 class NotifyWatch:
-    """Compares with the beat before. `newest` gives the newest row, `last` what came of the last run; without a
-    webhook it does nothing.
+    """Tells of every change to FAULT and E-STOP in the rows, however short, and of what came of a run.
+
+    `last` gives what came of the last run; without a webhook it does nothing.
     """
 
     watched = "the notices"
 
     def __init__(
-        self,
-        rig: str,
-        newest: Callable[[], Rows | None],
-        last: Callable[[], RunResult | None],
-        webhook: Webhook | None,
-        events: EventLog,
+        self, rig: str, last: Callable[[], RunResult | None], webhook: Webhook | None, events: EventLog
     ) -> None:
-        self._rig, self._newest, self._last = rig, newest, last
-        self._webhook, self._events = webhook, events
-        self._mode: Mode | None = None
+        self._rig, self._last, self._webhook, self._events = rig, last, webhook, events
+        self._mode: int | None = None
+        self._changes: queue.SimpleQueue[tuple[Mode, Cause]] = queue.SimpleQueue()
         self._run = self._number()
 
+    def rows(self, rows: Rows) -> None:
+        """Take telemetry rows, oldest first, in the link's thread. The mode of the first of all is no news."""
+        modes = rows["mode"]
+        before = np.concatenate(([modes[0] if self._mode is None else self._mode], modes[:-1]))
+        self._mode = int(modes[-1])
+        for row in rows[modes != before]:
+            if row["mode"] in TOLD:
+                self._changes.put((Mode(int(row["mode"])), Cause(int(row["cause"]))))
+
     def look(self) -> None:
-        """Look once."""
+        """Post what there is to tell, in the event loop."""
         if self._webhook is None:
             return
-        self._look_at_mode(self._webhook)
+        while not self._changes.empty():
+            self._tell_change(self._webhook, *self._changes.get())
         self._look_at_run(self._webhook)
         if news := self._webhook.news():
             self._events.add(news, "warning" if "no notices" in news else "info")
 
-    def _look_at_mode(self, webhook: Webhook) -> None:
-        newest = self._newest()
-        before, self._mode = self._mode, None if newest is None else Mode(int(newest[0]["mode"]))
-        if newest is None or before in (None, self._mode) or self._mode not in TOLD:
-            return
-        cause = words(Cause(int(newest[0]["cause"])))
-        text = f"rig {self._rig}: {words(self._mode)} ({cause})"
-        webhook.post(Notice(event=TOLD[self._mode], rig=self._rig, time=datetime.now(UTC), text=text, cause=cause))
+    def _tell_change(self, webhook: Webhook, mode: Mode, why: Cause) -> None:
+        cause = words(why)
+        text = f"rig {self._rig}: {words(mode)} ({cause})"
+        webhook.post(Notice(event=TOLD[mode], rig=self._rig, time=datetime.now(UTC), text=text, cause=cause))
 
     def _look_at_run(self, webhook: Webhook) -> None:
         before, self._run = self._run, self._number()

@@ -93,8 +93,9 @@ def test_a_stop_on_a_real_rig_is_posted_without_any_token(
     free_environment()
     server = TestServer(tmp_path, shared_rig.endpoint, webhook=SecretStr(f"{receiver.url}?key=1"))
     try:
-        page = server.operator()
-        page.command("e_stop").raise_for_status()
+        page = server.operator()  # in VENTED
+        for name in ("e_stop", "clear", "e_stop"):  # faster than the server's beat
+            page.command(name).raise_for_status()
         wait_for(lambda: len(receiver.bodies) >= 2, "the notices of both stops")
     finally:
         server.close()
@@ -105,11 +106,13 @@ def test_a_stop_on_a_real_rig_is_posted_without_any_token(
 
 
 def test_fault_and_the_end_of_a_run_are_told_once(receiver: Receiver, hook: Webhook) -> None:
-    row, results = np.zeros(1, record_dtype(Telemetry)), [result(7, "circle")]
-    watch = NotifyWatch("twin", lambda: row, lambda: results[-1], hook, EventLog())
-    for mode in (Mode.HOLD, Mode.FOLLOW, Mode.FAULT, Mode.FAULT, Mode.VENTED, Mode.HOLD):
-        row["mode"], row["cause"] = mode, Cause.TRACKING_ERROR
-        watch.look()
+    rows, results = np.zeros(6, record_dtype(Telemetry)), [result(7, "circle")]
+    watch = NotifyWatch("twin", lambda: results[-1], hook, EventLog())
+    rows["mode"] = [Mode.HOLD, Mode.FOLLOW, Mode.FAULT, Mode.FAULT, Mode.VENTED, Mode.HOLD]
+    rows["cause"] = Cause.TRACKING_ERROR
+    for part in np.split(rows, [3]):
+        watch.rows(part)
+    watch.look()
     results.append(result(8, "ring"))
     watch.look()
     watch.look()
