@@ -46,6 +46,8 @@ class Automatic:
         self._settings, self._faults = settings, faults
         self._mode: Mode | None = None
         self._run = self._fault = ""
+        self._ending = asyncio.Lock()
+        """Held while a recording is ended: a run that follows at once would else go into the one of the run before."""
         self._tasks = Tasks(lambda text: events.add(text, "error"))
 
     def recording(self) -> str | None:
@@ -75,8 +77,9 @@ class Automatic:
         """Record a run from now on, unless a recording of somebody goes on."""
         if self._fault:
             await self._stop(self._fault)
-        if self.recording() is None:
-            self._run = await self._start(name, Context(profile="standard", operator=operator, reference=name))
+        async with self._ending:
+            if self.recording() is None:
+                self._run = await self._start(name, Context(profile="standard", operator=operator, reference=name))
 
     def approach(self, first: int, end: int) -> None:
         """The ticks [first, end) lead into the run: a recording that goes on is told."""
@@ -133,11 +136,12 @@ class Automatic:
 
     async def _stop(self, id: str) -> None:
         """End the recording `id`, unless somebody has ended it already."""
-        if self._recorder.first() != id:
-            return
-        try:
-            done = await asyncio.to_thread(self._recorder.stop)
-        except RecordingError as error:
-            return self._events.add(str(error), "warning")
+        async with self._ending:
+            if self._recorder.first() != id:
+                return
+            try:
+                done = await asyncio.to_thread(self._recorder.stop)
+            except RecordingError as error:
+                return self._events.add(str(error), "warning")
         self._review.stopped(done.id)
         self._events.add(f"recording {done.id} ended, {done.rows} rows, {done.gaps} gaps")
