@@ -42,12 +42,18 @@ def strokes(text: str, height: float) -> list[Array]:
     return found
 
 
-def joined(parts: list[Array]) -> Array:
-    """One path (n, 2) through all `parts` in turn, each from its nearer end, without points twice in a row."""
-    path = parts[0]
+def in_turn(parts: list[Array]) -> list[Array]:
+    """All `parts` (n, 2), each from its end that is nearer to where the one before ends."""
+    found = parts[:1]
     for part in parts[1:]:
-        ends = np.linalg.norm(part[[0, -1]] - path[-1], axis=1)
-        path = np.vstack([path, part if ends[0] <= ends[1] else part[::-1]])
+        ends = np.linalg.norm(part[[0, -1]] - found[-1][-1], axis=1)
+        found.append(part if ends[0] <= ends[1] else part[::-1])
+    return found
+
+
+def joined(parts: list[Array]) -> Array:
+    """One path (n, 2) through all `parts` `in_turn`, without points twice in a row."""
+    path = np.vstack(in_turn(parts))
     moved: Array = path[np.concatenate([[True], (np.diff(path, axis=0) != 0.0).any(axis=1)])]
     return moved
 

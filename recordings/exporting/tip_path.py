@@ -10,24 +10,42 @@ from controller.arrays import Values
 from controller.errors import ParameterError
 from controller.schema.parameters import SENSORS
 from recordings.exporting.table import Choice, RowReader
+from recordings.read.metrics import followed
+from recordings.read.reader import read_rows
+
+JUST = 1e-6
+"""Rounding of times [s]."""
 
 What = Literal["p_meas", "p_ref", "marker"]
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """Which path, in which window [s since the recording's first row]; `rod` 1.. counts for a marker only."""
+    """Which path, in which window [s since the recording's first row]; `rod` 1.. counts for a marker only.
+
+    `run`: from the first to the last row that figures are taken of, without what came before a run, led into it or came
+    after it; all of it where there was none.
+    """
 
     what: What = "p_meas"
     rod: int = SENSORS
     start: float | None = None
     stop: float | None = None
+    run: bool = False
+
+
+def run_window(source: Path) -> tuple[float | None, float | None]:
+    """When the figures' first and last row were [s since the recording's first row]; None where there are none."""
+    rows = read_rows(source, ("mode",))
+    t = 1e-9 * (followed(rows)["t_ns"] - rows["t_ns"][:1])
+    return (max(0.0, float(t[0]) - JUST), float(t[-1]) + JUST) if len(t) else (None, None)
 
 
 def tip_path(source: Path, wanted: Wanted) -> tuple[Values, Values]:
     """Times (k,) [s], from 0 on, and points (k, 2) [m] where it was seen, k >= 2; ParameterError without them."""
     name = f"markers_{wanted.rod}" if wanted.what == "marker" else wanted.what
-    table = RowReader(source).table(Choice((f"{name}_x", f"{name}_y"), wanted.start, wanted.stop))
+    start, stop = run_window(source) if wanted.run else (wanted.start, wanted.stop)
+    table = RowReader(source).table(Choice((f"{name}_x", f"{name}_y"), start, stop))
     x, y = table.columns
     t = table.t if x.at is None else table.t[x.at]
     p = np.stack([x.values, y.values], axis=1)

@@ -76,12 +76,27 @@ class Given(Both):
 Timing = Annotated[Speed | Duration | Fastest | Given, Bounds(discriminator="kind")]
 
 
+class Piece(Both):
+    """A stroke of a drawing, and how it lies: what the page needs to move, scale and turn it again."""
+
+    points: Annotated[int, Bounds(ge=2, le=POINTS_MAX)]
+    """How many of the drawing's points are its own, after those of the pieces before it."""
+    centre: Point
+    """About which it is turned and scaled [m]."""
+    angle: Annotated[float, Bounds(allow_inf_nan=False)] = 0.0
+    """By which it was turned, counter-clockwise [rad]."""
+    scale: Annotated[float, Bounds(gt=0.0, allow_inf_nan=False)] = 1.0
+    """Of its size against that in which it was drawn."""
+    group: Annotated[int, Bounds(ge=0, le=POINTS_MAX)] | None = None
+    """Pieces with the same number are selected together."""
+
+
 class DrawingBody(Both):
     """A drawing, as it is saved and planned."""
 
     name: DrawingName
     points: Annotated[list[Point], Bounds(min_length=2, max_length=POINTS_MAX, fail_fast=True)]
-    """Positions in the plane frame [m]; straight lines lie between them."""
+    """Positions in the plane frame [m]; straight lines lie between them, but for those from one piece to the next."""
     times: (
         Annotated[list[Annotated[float, Bounds(allow_inf_nan=False)]], Bounds(max_length=POINTS_MAX, fail_fast=True)]
         | None
@@ -94,6 +109,15 @@ class DrawingBody(Both):
     timing: Timing
     outside: Literal["project", "refuse"] = "project"
     """Where the drawing leaves the reach: follow the nearest points within it, or refuse to run."""
+    pieces: Annotated[list[Piece], Bounds(min_length=1, max_length=POINTS_MAX // 2, fail_fast=True)] | None = None
+    """The strokes in turn, between which the tip travels unjudged; null: all points are one. Not for `given`, which has
+    times for the way, too: there they only say how it was drawn."""
+
+    @model_validator(mode="after")
+    def _pieces_fit(self) -> Self:
+        if self.pieces is not None and (count := sum(piece.points for piece in self.pieces)) != len(self.points):
+            raise ValueError(f"pieces have {count} points in all, but there are {len(self.points)}")
+        return self
 
     @model_validator(mode="after")
     def _times_fit(self) -> Self:
@@ -115,15 +139,17 @@ class DrawingPlan(Model):
     """What would be followed, approach left out; at most 2000 rows."""
 
     length: float
-    """[m]."""
+    """Without travel [m]."""
     duration: float
     """Without the approach [s]."""
     approach: float
     """From rest to the first point [s]."""
+    travel_duration: float
+    """Of the duration on travel: from one stroke to the next, or to another pose of the arm [s]."""
     peak_speed: float
-    """[m/s]."""
+    """Without travel [m/s]."""
     peak_acceleration: float
-    """[m/s^2], over 20 ms: a corner at constant speed has a finite one; from rest to rest."""
+    """The same [m/s^2], over 20 ms: a corner at constant speed has a finite one; from rest to rest."""
     t: list[float]
     """Times of the rows after the approach [s]."""
     points: list[tuple[float, float]]
@@ -133,7 +159,7 @@ class DrawingPlan(Model):
     inside: list[bool]
     """Whether the row is within reach."""
     travel: list[bool]
-    """Whether the row only leads to another pose of the arm: it is not judged."""
+    """Whether the row only leads to the next stroke, or to another pose of the arm: it is not judged."""
     outside_share: float
     """Share of the time out of reach, 0..1."""
     reachable: bool
@@ -150,7 +176,7 @@ class DrawingInfo(Model):
     length: float
     """Of what was drawn [m]."""
     duration: float | None
-    """[s]; null for `fastest`, which depends on the settings."""
+    """Of that, without travel [s]; null for `fastest`, which depends on the settings."""
     points: int
 
 
@@ -166,9 +192,9 @@ class TextPath(Model):
     """Single-stroke letters; lower left corner of the text at the origin."""
 
     strokes: list[list[tuple[float, float]]]
-    """What is meant to be seen [m]."""
+    """What is meant to be seen, each from its end that is nearer to the one before [m]."""
     points: list[tuple[float, float]]
-    """One path through all strokes in turn: the pen never lifts [m]."""
+    """One path through all strokes in turn, for a pen that never lifts [m]."""
 
 
 class ImportChoices(Model):
@@ -256,7 +282,7 @@ class Wanted(Model):
 
     drawing: DrawingBody | None = None
     reference: Annotated[str, Bounds(min_length=1, max_length=80)] | None = None
-    """A name of the library."""
+    """A name of the library, or its title."""
 
     @model_validator(mode="after")
     def _one(self) -> Self:
@@ -272,9 +298,11 @@ class ReferenceInfo(Model):
     """One entry of the reference menu, as the connected rig's actuator has it."""
 
     name: str
+    """What requests give."""
     task: str
     """Group of the menu."""
     title: str
+    """What it is called wherever it is shown: in menus, results, recordings and messages."""
     duration: float
     """Without the approach [s]."""
     approach: float

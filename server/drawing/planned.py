@@ -1,6 +1,6 @@
 """From a drawing, or a name of the library, to the reference that a run or a preview follows."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,8 @@ from controller.reference.feasible.bounds import Limits
 from controller.reference.feasible.course import Course, course
 from controller.reference.feasible.from_rest import leaving_rest
 from controller.reference.feasible.smoothing import smoothed
-from controller.reference.feasible.timing import fastest, steady
+from controller.reference.feasible.strokes import one_after_another
+from controller.reference.feasible.timing import APART, fastest, steady
 from controller.reference.feasible.travel import Pose, rest, travel
 from controller.reference.feasible.within_limits import Followed, within_limits
 from controller.reference.feasible.within_reach import is_rest
@@ -22,9 +23,9 @@ from controller.reference.reference import Reference
 from controller.reference.shapes import lengths
 from controller.schema.parameters import RigParameters, Settings
 from controller.simulation.live_path import LIVE_PATH_FILE
-from server.drawing.errors import UnknownReference
 from server.drawing.messages import DURATION_MAX, DURATION_MIN, DrawingBody, Duration, Fastest, Given, Speed, Wanted
-from server.drawing.references import TITLES
+from server.drawing.references import TITLES, known
+from server.drawing.strokes import length_of, strokes_of
 
 LENGTH_MIN = 1e-3
 """A drawing is at least so long [m]."""
@@ -45,12 +46,16 @@ class Planned:
     """What is followed, without the approach."""
     reference: Reference
 
+    @property
+    def outside_share(self) -> float:
+        """Of the time without travel 0..1."""
+        return float((self.path.distance[~self.path.travel] > 0.0).mean())
+
     def outside(self) -> str:
         """Which part is out of reach, "" for none."""
-        out = self.path.distance > 0.0
-        if not out.any():
+        if not (share := self.outside_share):
             return ""
-        return f"{100 * out.mean():.3g} % of it is out of reach, by up to {1e3 * self.path.distance.max():.3g} mm"
+        return f"{100 * share:.3g} % of it is out of reach, by up to {1e3 * self.path.distance.max():.3g} mm"
 
 
 def planned(drawing: DrawingBody, rig: RigParameters, settings: Settings) -> Reference:
@@ -67,11 +72,13 @@ def planned(drawing: DrawingBody, rig: RigParameters, settings: Settings) -> Ref
 def plan(drawing: DrawingBody, rig: RigParameters, settings: Settings) -> Planned:
     """What `drawing` becomes within the limits of `settings`, whether or not it may leave the reach.
 
-    Raises ParameterError as `path_of` and `within_limits` do.
+    Raises ParameterError as `rows_of` and `within_limits` do.
     """
     dt, limits = rig.controller.dt, operator_limits(rig, settings)
-    smap, wished = library.static_map(rig.actuator, rig.controller), path_of(drawing, settings, rig.controller.dt)
-    path, lead = led_within(smap, wished, limits, dt, drawing.timing.kind == "given")
+    smap, wished = library.static_map(rig.actuator, rig.controller), rows_of(drawing, settings, rig.controller.dt)
+    first, lead = led_within(smap, wished[0], limits, dt, drawing.timing.kind == "given")
+    others = [within_limits(smap, stroke, limits, dt) for stroke in wished[1:]]
+    path = one_after_another(smap, [first, *others], limits, dt)
     _require_time((len(path.p) - 1) * dt, "within the limits of speed, acceleration and torque rate")
     found = _course(drawing, path.p, dt) if not path.travel.any() else Course(0)
     reference = Reference(
@@ -117,12 +124,10 @@ def wanted(body: Wanted, rig: RigParameters, settings: Settings) -> Reference:
 
 
 def named(name: str, rig: RigParameters) -> Reference:
-    """The reference `name` of the page's menu. Raises UnknownReference, and ParameterError where it is out of reach."""
-    if name not in TITLES:
-        raise UnknownReference(f"reference = {name!r} is not one of {', '.join(TITLES)}")
-    if name in library.PLANS:
-        return library.reference(name, rig.actuator, rig.controller)
-    return _live_path(rig)
+    """The reference `name`, under its title. Raises UnknownReference, and ParameterError where it is out of reach."""
+    name = known(name)
+    found = library.reference(name, rig.actuator, rig.controller) if name in library.PLANS else _live_path(rig)
+    return replace(found, name=TITLES[name].title)
 
 
 def _live_path(rig: RigParameters) -> Reference:
@@ -140,28 +145,33 @@ def _live_path(rig: RigParameters) -> Reference:
     )
 
 
-def path_of(drawing: DrawingBody, settings: Settings, dt: float) -> Array:
-    """Rows (n, 2) [m] of `drawing` every dt [s], smoothed and timed, neither projected nor led to.
+def rows_of(drawing: DrawingBody, settings: Settings, dt: float) -> list[Array]:
+    """Rows (n, 2) [m] of each stroke of `drawing` every dt [s], smoothed and timed, neither projected nor led to.
 
     Raises ParameterError for a drawing that is too short, or that takes too long or too little time.
     """
-    points = np.array(drawing.points)
+    strokes = strokes_of(drawing)
     if isinstance(drawing.timing, Given):
-        return _as_given(drawing, points, dt)
-    if drawing.closed and (points[0] != points[-1]).any():
-        points = np.vstack([points, points[:1]])
-    length = float(lengths(points)[-1])
+        return [_as_given(drawing, strokes[0], dt)]
+    length = length_of(strokes)
     if length < LENGTH_MIN:
         raise ParameterError(f"points: {1e3 * length:.3g} mm in all, less than {1e3 * LENGTH_MIN:g} mm")
+    closed = drawing.closed and len(strokes) == 1
+    strokes = [stroke for stroke in strokes if lengths(stroke)[-1] > APART]
     if isinstance(drawing.timing, Fastest):
-        ride = fastest(
-            smoothed(points, max(drawing.smoothing, ROUND), drawing.closed),
-            Limits(settings.speed_max, settings.acceleration_max).scaled(ALMOST),
-        )
-        _require_time(float(ride.t[-1]), "timing.kind = fastest")
-        return ride.rows(dt)
-    path = smoothed(points, drawing.smoothing, drawing.closed)
-    return steady(path, _duration(drawing.timing, float(lengths(path)[-1])), dt)
+        return _fastest([smoothed(stroke, max(drawing.smoothing, ROUND), closed) for stroke in strokes], settings, dt)
+    paths = [smoothed(stroke, drawing.smoothing, closed) for stroke in strokes]
+    length = length_of(paths)
+    duration = _duration(drawing.timing, length)
+    return [steady(path, duration * float(lengths(path)[-1]) / length, dt) for path in paths]
+
+
+def _fastest(paths: list[Array], settings: Settings, dt: float) -> list[Array]:
+    """Rows of each path, from rest to rest in the least time."""
+    limits = Limits(settings.speed_max, settings.acceleration_max).scaled(ALMOST)
+    rides = [fastest(path, limits) for path in paths]
+    _require_time(sum(float(ride.t[-1]) for ride in rides), "timing.kind = fastest")
+    return [ride.rows(dt) for ride in rides]
 
 
 def _as_given(drawing: DrawingBody, points: Array, dt: float) -> Array:

@@ -45,7 +45,8 @@ TITLES = {
     "live_path": Title("Task 5: live", "Live path"),
     **{name: Title("Frequency sweep", f"Circle, {f:g} Hz (frequency sweep)") for name, f in library.SWEEP.items()},
 }
-"""Every reference of the menu, in its order."""
+"""Every reference of the menu, in its order: the name that requests give, and what people call it everywhere."""
+_NAMES = {title.title: name for name, title in TITLES.items()}
 
 
 @dataclass(frozen=True)
@@ -63,10 +64,15 @@ def listed(rig: RigParameters) -> list[ReferenceInfo]:
 
 def path(rig: RigParameters, name: str) -> ReferencePath:
     """The points of one reference; raises UnknownReference with the known names."""
-    menu = _menu(rig.actuator, rig.controller)
-    if name not in menu:
-        raise UnknownReference(f"reference = {name!r} is not one of {', '.join(menu)}")
-    return menu[name].path
+    return _menu(rig.actuator, rig.controller)[known(name)].path
+
+
+def known(name: str) -> str:
+    """The name in TITLES of a reference that is asked for by it or by its title. Raises UnknownReference."""
+    found = _NAMES.get(name, name)
+    if found not in TITLES:
+        raise UnknownReference(f"reference = {name!r} is not one of {'; '.join(_NAMES)}")
+    return found
 
 
 @lru_cache(maxsize=4)

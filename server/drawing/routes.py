@@ -46,7 +46,7 @@ async def plan_drawing(body: DrawingBody, rig: GivenRig, operator: GivenOperator
 @router.post("/api/drawings/text", tags=["drawings"])
 async def text_path(body: TextBody) -> TextPath:
     """Text in single-stroke letters; 422 for a character that has none."""
-    strokes = lettering.strokes(body.text, body.height)
+    strokes = lettering.in_turn(lettering.strokes(body.text, body.height))
     return TextPath(strokes=[points(one) for one in strokes], points=points(lettering.joined(strokes)))
 
 

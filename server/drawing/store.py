@@ -5,14 +5,13 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
 from controller.errors import TendrilError
-from controller.reference.shapes import lengths
 from controller.system.whole_file import read_whole, set_aside, write_whole
 from server.drawing.errors import UnknownDrawing
 from server.drawing.messages import DrawingBody, DrawingInfo, DrawingName, Duration, Given, Speed
+from server.drawing.strokes import length_of, strokes_of
 from server.http.given import given
 
 _NAME: TypeAdapter[str] = TypeAdapter(DrawingName)
@@ -43,13 +42,14 @@ class Drawings:
         """The drawing `name`. Raises UnknownDrawing."""
         path = self._path(name)
         try:
-            return DrawingBody.model_validate_json(read_whole(path)).model_copy(update={"name": name})
+            found = DrawingBody.model_validate_json(read_whole(path), extra="ignore")  # a later version may say more
         except OSError as error:
             raise _unknown(name) from error
         except ValidationError as error:
             raise UnknownDrawing(
                 f"drawing {name!r} cannot be read: {path} is damaged; delete it, or save anew"
             ) from error
+        return found.model_copy(update={"name": name})
 
     def save(self, drawing: DrawingBody) -> DrawingInfo:
         """Write it whole or not at all, in place of one of its name. Raises TendrilError if the disk refuses."""
@@ -58,7 +58,7 @@ class Drawings:
             self._folder.mkdir(parents=True, exist_ok=True, mode=0o700)
             if path.is_dir():
                 set_aside(path)
-            write_whole(path, drawing.model_dump_json())
+            write_whole(path, drawing.model_dump_json(exclude_none=True))  # as versions without `pieces` read it
         except OSError as error:
             raise TendrilError(f"{drawing.name} cannot be saved: {error.strerror}") from error
         return _info(drawing, path)
@@ -90,8 +90,7 @@ def _unknown(name: str) -> UnknownDrawing:
 
 def _info(drawing: DrawingBody, path: Path) -> DrawingInfo:
     """What the list says of a drawing, without planning it."""
-    corners = [*drawing.points, *drawing.points[: int(drawing.closed)]]
-    length = float(lengths(np.array(corners))[-1])
+    length = length_of(strokes_of(drawing))
     return DrawingInfo(
         name=drawing.name,
         saved=datetime.fromtimestamp(path.stat().st_mtime, UTC),

@@ -8,7 +8,7 @@ from controller.kernels.control.inverse import TOLERANCE
 from controller.kernels.model.statics import StaticMap
 from controller.reference import library
 from controller.reference.feasible.bounds import place_of_row, stretches, window_rows, worst
-from controller.reference.feasible.travel import Pose, held_by, travel
+from controller.reference.feasible.travel import SHORTEST, Pose, held_by, travel
 from controller.reference.feasible.within_reach import projected
 from controller.reference.reference import Reference
 from controller.schema.parameters import REFERENCE_ROWS, RigParameters, Settings
@@ -23,6 +23,8 @@ SHORT_WAY = 10e-3
 """[m]"""
 PAUSE = 0.1
 """Least time at a seam at which the arm has nowhere to go back to, but is too fast to go on at once [s]."""
+AT_START = 5e-4
+"""A tip that stands so near to the first point, in the same pose of the arm, needs no approach [m]."""
 SAME_POSE = 1e-3
 """Torques that differ by less are one pose of the arm [N m]."""
 RUN_UP, RUN_UP_MAX = 0.1, 20.0
@@ -77,6 +79,11 @@ def allowed_by(rig: RigParameters, settings: Settings, drawn: bool) -> Allowed:
     return Allowed(operator if drawn else rig_limits(rig), operator, rig.controller.dt)
 
 
+def _stands_at(here: Pose, there: Pose) -> bool:
+    """Whether `here` is `there` to within what a hold leaves."""
+    return bool(np.linalg.norm(here.p - there.p) < AT_START and np.abs(here.u - there.u).max() < SAME_POSE)
+
+
 def _closes(p: Array, u: Array) -> bool:
     """Whether rows end where they begin, in the same pose of the arm."""
     return bool(np.linalg.norm(p[-1] - p[0]) < TOLERANCE and np.abs(u[-1] - u[0]).max() < SAME_POSE)
@@ -111,7 +118,9 @@ def period_rows(reference: Reference, rows: int, dt: float) -> int:
 def first_leg(smap: StaticMap, lap: Lap, laps: int | None, u: Array) -> Leg:
     """From the torques u (2,) [N m] at which the rig is, for these laps. ParameterError beyond the limits."""
     first = lap.lead[0] if len(lap.lead) else lap.p[0]
-    p, led_u = travel(smap, held_by(smap, u), Pose(first, lap.u[0]), lap.allowed.travel, lap.allowed.dt, APPROACH)
+    here, there = held_by(smap, u), Pose(first, lap.u[0])
+    least = SHORTEST if _stands_at(here, there) else APPROACH
+    p, led_u = travel(smap, here, there, lap.allowed.travel, lap.allowed.dt, least)
     led = np.vstack([p, lap.lead])
     unjudged = np.ones(len(led), bool)
     return checked(

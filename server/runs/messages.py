@@ -80,6 +80,7 @@ class RunState(Model):
 
     id: int
     name: str
+    """Of the drawing, or the reference's title."""
     state: Phase
     reason: str
     """Why it was paused or ended, "" while nothing is to be said."""
@@ -124,6 +125,7 @@ class RunResult(Figures):
 
     id: int
     name: str
+    """Of the drawing, or the reference's title."""
     time: datetime
     """When it began."""
     laps: float

@@ -14,6 +14,8 @@ from server.runs.recorded_drawing import recorded_drawing
 router = APIRouter(tags=["recordings"])
 
 Rod = Annotated[int, Query(ge=1, le=SENSORS)]
+Run = Annotated[bool, Query()]
+"""Only what figures are taken of: without pre-roll and approach. It takes the place of the window."""
 
 
 @router.get("/api/recordings/{id}/path")
@@ -24,8 +26,9 @@ async def recording_path(
     rod: Rod = SENSORS,
     start: From = None,
     stop: To = None,
+    run: Run = False,
 ) -> DrawingBody:
     """The path of the tip, its reference or a marker as a drawing with times; 404, or 422 says what is wrong."""
     found, source = await folder.look(folder.store.find, id), await folder.look(folder.store.path, id)
-    wanted = Wanted(what, rod, start, stop)
+    wanted = Wanted(what, rod, start, stop, run)
     return await folder.read(recorded_drawing, source, found.name, wanted)

@@ -63,6 +63,13 @@ async def start_run(body: RunBody, runs: GivenRuns, operator: GivenOperator, per
     return await runs.start(body, permit)
 
 
+@router.post("/api/run/again", tags=["runs"])
+async def run_again(runs: GivenRuns, operator: GivenOperator, permit: Permitted) -> RunState:
+    """Follow what was followed last, as often; 409 as for `/api/run`, and when nothing was since the server started."""
+    operator.present(permit)
+    return await runs.again(permit)
+
+
 @router.post("/api/run/pause", tags=["runs"])
 async def pause_run(runs: GivenRuns, permit: Permitted) -> RunState:
     """Hold, and remember where; 409 when no run is in motion."""

@@ -59,6 +59,8 @@ class Runs:
         self._events, self._results, self._clock = events, results, clock
         self._machine: Machine | None = None
         self._run: Run | None = None
+        self._body: RunBody | None = None
+        """What was followed last."""
         self._earlier: Run | None = None
         """What is shown again if the run is refused."""
         self._permit = own()
@@ -79,7 +81,14 @@ class Runs:
             leg, before, about = await self._prepare(machine, body, info)
             run = self._run = Run(about, leg, machine, before, self._automatic.recording())
             await self._track(machine)
+            self._body = body
         return _kept(run)
+
+    async def again(self, permit: Permit) -> RunState:
+        """Follow what was followed last; raises CommandRefused where nothing was yet, and what `start` does."""
+        if self._body is None:
+            raise CommandRefused("no run has begun since the server started; choose what to follow, and run it")
+        return await self.start(self._body, permit)
 
     async def pause(self, permit: Permit) -> RunState:
         """Hold, and remember where; raises CommandRefused when no run is in motion."""

@@ -26,7 +26,7 @@ OPERATORS = [
     ("PATCH", "/api/lease", {"clutch": True}),
     ("POST", "/api/recordings", {"name": "x"}),
     ("DELETE", "/api/recordings/current", None),
-    *[("POST", f"/api/run{verb}", {"reference": "vu"}) for verb in ("", "/pause", "/resume", "/stop")],
+    *[("POST", f"/api/run{verb}", {"reference": "vu"}) for verb in ("", "/again", "/pause", "/resume", "/stop")],
 ]
 
 

@@ -144,9 +144,11 @@ def test_the_preview_begins_where_the_rig_stands() -> None:
     assert standing(row) == pytest.approx(REST), "vented"
     row["mode"] = Mode.HOLD
     assert static_tips(smap, standing(row)) == pytest.approx(STAR[0], abs=1e-4)
-    here, rest = (predicted(PreviewBody(drawing=drawing()), RIG, LIVE, u) for u in (standing(row), REST))
+    near = branch(smap, np.array([[STAR[0][0], STAR[0][1] - 2e-3]]))
+    here, beside, rest = (predicted(PreviewBody(drawing=drawing()), RIG, LIVE, u) for u in (standing(row), near, REST))
     assert here.points[0] == pytest.approx(STAR[0], abs=5e-3)
-    assert here.t[here.start] == pytest.approx(2.0, abs=0.01), "the least time of an approach"
+    assert here.t[here.start] == pytest.approx(0.1, abs=0.01), "it stands at the first point: no approach"
+    assert beside.t[beside.start] == pytest.approx(2.0, abs=0.01), "the least time of an approach"
     assert here.t[-1] - here.t[here.start] == pytest.approx(rest.t[-1] - rest.t[rest.start], abs=0.02)
     assert here.rmse is not None and rest.rmse is not None and here.rmse < 0.9 * rest.rmse, (
         "there is no swing left from the approach"
@@ -166,7 +168,7 @@ def test_a_run_that_would_be_broken_off_says_when_and_why() -> None:
     wild = LIVE.model_copy(update={"K_P": (5.0, 5.0), "K_I": (20.0, 20.0)})
     found = predicted(PreviewBody(reference="circle_1hz", laps=3), RIG, wild, REST)
     assert re.fullmatch(
-        r"circle_1hz: (REST|FAULT|E_STOP) \(\w+\) after \d+\.\d+ s, instead of to the end", found.broken_off
+        r"Circle, 1 Hz: (REST|FAULT|E_STOP) \(\w+\) after \d+\.\d+ s, instead of to the end", found.broken_off
     )
     assert (found.rmse, found.max_error, found.lag_deg_x) == (None, None, None)
     assert found.t[-1] < 23.0

@@ -10,7 +10,8 @@ from controller.schema.parameters import RigParameters
 from server.drawing.errors import UnknownReference
 from server.drawing.messages import ReferenceInfo
 from server.drawing.picture import POINTS
-from server.drawing.references import listed, path
+from server.drawing.planned import named
+from server.drawing.references import known, listed, path
 from tests.server.live_server import TestServer, wait_for
 
 
@@ -79,8 +80,17 @@ def test_for_p3_the_shapes_are_placed_lower() -> None:
 
 
 def test_an_unknown_name_is_refused_with_the_known_ones() -> None:
-    with pytest.raises(UnknownReference, match=r"'spiral' is not one of step, digit_0, .*live_path"):
+    with pytest.raises(UnknownReference, match=r"'spiral' is not one of Four steps; Digit 0; .*; Live path"):
         path(rig("P1"), "spiral")
+
+
+def test_every_reference_has_one_title_that_no_other_has_and_is_known_and_planned_by_it() -> None:
+    offered = menu("P1")
+    assert len({info.title for info in offered.values()}) == len(offered)
+    assert {known(info.title) for info in offered.values()} == set(offered)
+    assert path(rig("P1"), "Circle, 0.25 Hz") == path(rig("P1"), "circle_0.25hz")
+    for name in ("circle_0.25hz", "Circle, 0.25 Hz"):
+        assert named(name, rig("P1")).name == "Circle, 0.25 Hz", "what results, recordings and messages call it"
 
 
 def test_any_viewer_gets_the_menu_and_the_points(server: TestServer) -> None:
@@ -92,4 +102,4 @@ def test_any_viewer_gets_the_menu_and_the_points(server: TestServer) -> None:
     assert len(vu["t"]) == len(vu["points"]) <= POINTS
     unknown = page.get("/api/references/spiral")
     assert unknown.status_code == 404
-    assert "live_path" in unknown.json()["detail"]
+    assert "Live path" in unknown.json()["detail"]

@@ -89,6 +89,31 @@ def test_a_run_is_paused_resumed_and_finished_and_its_result_is_that_of_its_rows
     assert Results(server.settings.state / "runs-test.json").newest == server.services.runs.last()
 
 
+def test_the_last_run_is_followed_again_without_an_approach_or_from_its_recording(server: TestServer) -> None:
+    with armed(server) as (page, live):
+        nothing = page.post("/api/run/again")
+        assert nothing.status_code == 409 and "no run has begun since the server started" in nothing.json()["detail"]
+        assert server.page().sign_in().post("/api/run/again").status_code == 403
+        first = page.run(json=ring(1.5)).json()
+        wait_run(live, lambda state: state["state"] == "done")
+        assert lead(server) >= 2000
+        again = page.post("/api/run/again").json()
+        assert (again["id"], again["name"], again["duration"]) == (first["id"] + 1, "ring", first["duration"])
+        assert lead(server) <= 400, "the tip stands where the ring begins"
+        wait_run(live, lambda state: state["id"] == again["id"] and state["state"] == "done")
+        card, before = page.get("/api/runs").json()
+        assert card["recording"] != before["recording"], "though the one before was still being ended"
+        kept = wait_for(lambda: page.get(f"/api/recordings/{card['recording']}").json()["metrics"], "the metrics")
+        whole, run = (
+            page.get(f"/api/recordings/{card['recording']}/path", params={"what": "p_ref", "run": run}).json()
+            for run in (False, True)
+        )
+    assert card["rmse"] == pytest.approx(kept["rmse"], abs=1e-5), "its lead-in counts in neither"
+    assert kept["approach"] == pytest.approx(1e-3 * lead(server), abs=0.01)
+    assert run["times"][-1] == pytest.approx(1.5, abs=0.01) and whole["times"][-1] > run["times"][-1] + 0.1
+    assert run["points"][0] == pytest.approx(CIRCLE[0], abs=2e-4)
+
+
 def test_stop_ends_a_paused_run_its_recording_and_its_reading_of_rows(server: TestServer) -> None:
     with armed(server) as (page, live):
         begun = page.run(json=ring(1.0, laps=None))

@@ -596,6 +596,26 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/run/again": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Run Again
+     * @description Follow what was followed last, as often; 409 as for `/api/run`, and when nothing was since the server started.
+     */
+    post: operations["run_again"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/run/pause": {
     parameters: {
       query?: never;
@@ -1843,7 +1863,7 @@ export interface components {
       name: string;
       /**
        * Points
-       * @description Positions in the plane frame [m]; straight lines lie between them.
+       * @description Positions in the plane frame [m]; straight lines lie between them, but for those from one piece to the next.
        */
       points: [number, number][];
       /**
@@ -1876,6 +1896,12 @@ export interface components {
        * @enum {string}
        */
       outside: "project" | "refuse";
+      /**
+       * Pieces
+       * @description The strokes in turn, between which the tip travels unjudged; null: all points are one. Not for `given`, which has
+       *     times for the way, too: there they only say how it was drawn.
+       */
+      pieces: components["schemas"]["Piece"][] | null;
     };
     /**
      * DrawingInfo
@@ -1896,7 +1922,7 @@ export interface components {
       length: number;
       /**
        * Duration
-       * @description [s]; null for `fastest`, which depends on the settings.
+       * @description Of that, without travel [s]; null for `fastest`, which depends on the settings.
        */
       duration: number | null;
       /** Points */
@@ -1909,7 +1935,7 @@ export interface components {
     DrawingPlan: {
       /**
        * Length
-       * @description [m].
+       * @description Without travel [m].
        */
       length: number;
       /**
@@ -1923,13 +1949,18 @@ export interface components {
        */
       approach: number;
       /**
+       * Travel Duration
+       * @description Of the duration on travel: from one stroke to the next, or to another pose of the arm [s].
+       */
+      travel_duration: number;
+      /**
        * Peak Speed
-       * @description [m/s].
+       * @description Without travel [m/s].
        */
       peak_speed: number;
       /**
        * Peak Acceleration
-       * @description [m/s^2], over 20 ms: a corner at constant speed has a finite one; from rest to rest.
+       * @description The same [m/s^2], over 20 ms: a corner at constant speed has a finite one; from rest to rest.
        */
       peak_acceleration: number;
       /**
@@ -1954,7 +1985,7 @@ export interface components {
       inside: boolean[];
       /**
        * Travel
-       * @description Whether the row only leads to another pose of the arm: it is not judged.
+       * @description Whether the row only leads to the next stroke, or to another pose of the arm: it is not judged.
        */
       travel: boolean[];
       /**
@@ -2568,6 +2599,39 @@ export interface components {
       role: "operator" | "viewer";
     };
     /**
+     * Piece
+     * @description A stroke of a drawing, and how it lies: what the page needs to move, scale and turn it again.
+     */
+    Piece: {
+      /**
+       * Points
+       * @description How many of the drawing's points are its own, after those of the pieces before it.
+       */
+      points: number;
+      /**
+       * Centre
+       * @description About which it is turned and scaled [m].
+       */
+      centre: [number, number];
+      /**
+       * Angle
+       * @description By which it was turned, counter-clockwise [rad].
+       * @default 0
+       */
+      angle: number;
+      /**
+       * Scale
+       * @description Of its size against that in which it was drawn.
+       * @default 1
+       */
+      scale: number;
+      /**
+       * Group
+       * @description Pieces with the same number are selected together.
+       */
+      group: number | null;
+    };
+    /**
      * Ping
      * @description For the page's round trip display; t is echoed.
      */
@@ -2791,7 +2855,7 @@ export interface components {
       drawing?: components["schemas"]["DrawingBody"] | null;
       /**
        * Reference
-       * @description A name of the library.
+       * @description A name of the library, or its title.
        */
       reference?: string | null;
       /**
@@ -3158,14 +3222,20 @@ export interface components {
      * @description One entry of the reference menu, as the connected rig's actuator has it.
      */
     ReferenceInfo: {
-      /** Name */
+      /**
+       * Name
+       * @description What requests give.
+       */
       name: string;
       /**
        * Task
        * @description Group of the menu.
        */
       task: string;
-      /** Title */
+      /**
+       * Title
+       * @description What it is called wherever it is shown: in menus, results, recordings and messages.
+       */
       title: string;
       /**
        * Duration
@@ -3485,7 +3555,7 @@ export interface components {
       drawing?: components["schemas"]["DrawingBody"] | null;
       /**
        * Reference
-       * @description A name of the library.
+       * @description A name of the library, or its title.
        */
       reference?: string | null;
       /**
@@ -3537,7 +3607,10 @@ export interface components {
       on_time_share: number | null;
       /** Id */
       id: number;
-      /** Name */
+      /**
+       * Name
+       * @description Of the drawing, or the reference's title.
+       */
       name: string;
       /**
        * Time
@@ -3572,7 +3645,10 @@ export interface components {
     RunState: {
       /** Id */
       id: number;
-      /** Name */
+      /**
+       * Name
+       * @description Of the drawing, or the reference's title.
+       */
       name: string;
       /**
        * State
@@ -4057,12 +4133,12 @@ export interface components {
     TextPath: {
       /**
        * Strokes
-       * @description What is meant to be seen [m].
+       * @description What is meant to be seen, each from its end that is nearer to the one before [m].
        */
       strokes: [number, number][][];
       /**
        * Points
-       * @description One path through all strokes in turn: the pen never lifts [m].
+       * @description One path through all strokes in turn, for a pen that never lifts [m].
        */
       points: [number, number][];
     };
@@ -5938,6 +6014,39 @@ export interface operations {
       503: components["responses"]["Refused503"];
     };
   };
+  run_again: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["RunState"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
   pause_run: {
     parameters: {
       query?: never;
@@ -6077,6 +6186,7 @@ export interface operations {
         rod?: number;
         from?: number | null;
         to?: number | null;
+        run?: boolean;
       };
       header?: never;
       path: {

@@ -1,3 +1,4 @@
+import { Drawing } from "../drawing/drawing";
 import { PageStore } from "../live/page";
 import { Operations } from "../operate/operations";
 import { EmergencyStop } from "../operate/stop/stop";
@@ -43,9 +44,10 @@ function perform(action: Action, services: Services): void {
       page.patch({ help: !page.get().help });
       return;
     case "nudge":
-      aim.nudge(action.dx, action.dy, action.fresh);
+      if (!services.get(Drawing).nudge(action.dx, action.dy)) aim.nudge(action.dx, action.dy, action.fresh);
       return;
     case "release":
+      services.get(Drawing).settle();
       aim.release();
       return;
   }

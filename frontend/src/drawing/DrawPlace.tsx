@@ -1,8 +1,8 @@
 import { useService } from "../ui/services";
-import { Drawing, sketchOf, useDrawing, type DrawingState } from "./drawing";
+import { Drawing, selectionOf, sketchOf, useDrawing } from "./drawing";
 import { DrawNumber } from "./DrawNumber";
-import type { Piece, Placement } from "./piece";
-import { halfSize } from "./piece";
+import type { Outline } from "./piece";
+import { outlineOf, type Change } from "./pieces/selection";
 
 interface Field {
   readonly label: string;
@@ -10,10 +10,10 @@ interface Field {
   readonly min: number;
   readonly max: number;
   readonly step: number;
-  /** The number shown for a piece. */
-  readonly read: (piece: Piece) => number;
-  /** What changes in its placement to show `value` instead. */
-  readonly put: (piece: Piece, value: number) => Partial<Placement>;
+  /** The number shown for what is selected. */
+  readonly read: (outline: Outline) => number;
+  /** What has to change to show `value` instead. */
+  readonly put: (outline: Outline, value: number) => Partial<Change>;
 }
 
 const DEGREE = Math.PI / 180;
@@ -22,42 +22,51 @@ const PLACE = { min: -2000, max: 2000, step: 1 };
 const FIELDS: readonly Field[] = [
   {
     ...{ label: "x [mm]", testId: "piece-x", ...PLACE },
-    read: ({ placement }) => placement.centre[0] * 1e3,
-    put: ({ placement }, x) => ({ centre: [x / 1e3, placement.centre[1]] }),
+    read: ({ centre }) => centre[0] * 1e3,
+    put: ({ centre }, x) => ({ shift: [x / 1e3 - centre[0], 0] }),
   },
   {
     ...{ label: "y [mm]", testId: "piece-y", ...PLACE },
-    read: ({ placement }) => placement.centre[1] * 1e3,
-    put: ({ placement }, y) => ({ centre: [placement.centre[0], y / 1e3] }),
+    read: ({ centre }) => centre[1] * 1e3,
+    put: ({ centre }, y) => ({ shift: [0, y / 1e3 - centre[1]] }),
   },
   {
     ...{ label: "Size [mm]", testId: "piece-size", min: 1, max: 2000, step: 1 },
     read: sizeOf,
-    put: (piece, size) => ({ scale: (piece.placement.scale * size) / sizeOf(piece) }),
-  },
-  {
-    ...{ label: "Turn [°]", testId: "piece-turn", min: -360, max: 360, step: 5 },
-    read: ({ placement }) => placement.angle / DEGREE,
-    put: (_, turn) => ({ angle: turn * DEGREE }),
+    put: (outline, size) => ({ scale: size / sizeOf(outline) }),
   },
 ];
 
-/** Place, size and turn of the selected piece, for those who do not drag its handles. */
+/** Only one piece has a turn of its own. */
+const TURN: Field = {
+  ...{ label: "Turn [°]", testId: "piece-turn", min: -360, max: 360, step: 5 },
+  read: ({ angle }) => angle / DEGREE,
+  put: ({ angle }, turn) => ({ angle: turn * DEGREE - angle }),
+};
+
+/** Place, size and turn of what is selected, for those who do not drag its handles. */
 export function DrawPlace() {
   const drawing = useService(Drawing);
-  const piece = useDrawing(selectedPiece);
-  const index = useDrawing((state) => sketchOf(state).selected);
-  if (!piece || index === null) return null;
+  const sketch = useDrawing(sketchOf);
+  const selection = selectionOf(sketch);
+  const outline = outlineOf(selection);
+  if (!outline) return null;
+  const fields = selection.length === 1 ? [...FIELDS, TURN] : FIELDS;
   return (
-    <div className="row row-fields" role="group" aria-label="Selected piece">
-      {FIELDS.map(({ read, put, ...field }) => (
+    <div
+      className="row row-fields"
+      role="group"
+      aria-label={selection.length === 1 ? "Selected piece" : `${selection.length} selected pieces`}
+    >
+      {fields.map(({ read, put, ...field }) => (
         <DrawNumber
           key={field.testId}
           {...field}
           width={76}
-          value={tenths(read(piece))}
+          value={tenths(read(outline))}
           onChange={(value) => {
-            drawing.place(index, { ...piece.placement, ...put(piece, value) });
+            const still: Change = { about: outline.centre, shift: [0, 0], angle: 0, scale: 1 };
+            drawing.change({ ...still, ...put(outline, value) });
             drawing.settle();
           }}
         />
@@ -66,14 +75,9 @@ export function DrawPlace() {
   );
 }
 
-function selectedPiece(state: DrawingState): Piece | null {
-  const { pieces, selected } = sketchOf(state);
-  return selected === null ? null : (pieces.at(selected) ?? null);
-}
-
-/** The longer side of a piece [mm]. */
-function sizeOf(piece: Piece): number {
-  return 2e3 * Math.max(...halfSize(piece));
+/** The longer side [mm]. */
+function sizeOf({ half }: Outline): number {
+  return 2e3 * Math.max(...half);
 }
 
 function tenths(value: number): number {

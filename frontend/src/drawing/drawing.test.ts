@@ -4,7 +4,8 @@ import { EMPTY_PAGE, type Page } from "../live/page";
 import { Store } from "../ui/store";
 import { bodyOf, Drawing, isPlanned, sketchOf, timingNow } from "./drawing";
 import { begun, recorded, redone, undone } from "./history";
-import { dragged, frameOf, gripAt, pathOf, pieceAt, pieceOf, placed, stretches, thinned } from "./piece";
+import { frameOf, gripAt, pathOf, pieceAt, pieceOf, placed, stretches, thinned } from "./piece";
+import type { Change } from "./pieces/selection";
 import { Planner } from "./planner";
 
 const square: Point[] = [[0.1, 0.1], [0.12, 0.1], [0.12, 0.12], [0.1, 0.12]]; // prettier-ignore
@@ -28,20 +29,8 @@ test("a piece keeps its points, wherever its middle is", () => {
   expectPoints(placed(pieceOf(square)), square);
 });
 
-test("a handle moves, scales about the middle, or turns about it", () => {
-  const piece = pieceOf(square);
-  const moved = dragged(piece.placement, "move", [0.1, 0.1], [0.15, 0.08]);
-  expectPoints(placed({ ...piece, placement: moved }).slice(0, 1), [[0.15, 0.08]]);
-  const scaled = dragged(piece.placement, "scale", [0.12, 0.12], [0.13, 0.13]);
-  expectPoints(placed({ ...piece, placement: scaled }).slice(2, 3), [[0.13, 0.13]]);
-  const turned = dragged(piece.placement, "turn", [0.11, 0.15], [0.05, 0.11]);
-  expectPoints(placed({ ...piece, placement: turned }), [[0.12, 0.1], [0.12, 0.12], [0.1, 0.12], [0.1, 0.1]]); // prettier-ignore
-});
-
-test("the frame stands around the piece and turns with it; its handles are hit within reach", () => {
-  const piece = pieceOf(square);
-  const quarter = { ...piece, placement: { ...piece.placement, angle: Math.PI / 2 } };
-  const frame = frameOf(quarter, 0.01, 0.02);
+test("the frame stands around the outline and turns with it; its handles are hit within reach", () => {
+  const frame = frameOf({ centre: [0.11, 0.11], half: [0.01, 0.01], angle: Math.PI / 2 }, 0.01, 0.02);
   expectPoints([frame.turn, frame.corners[0]], [[0.07, 0.11], [0.13, 0.09]]); // prettier-ignore
   expect(gripAt(frame, [0.072, 0.111], 0.004)).toBe("turn");
   expect(gripAt(frame, [0.131, 0.131], 0.004)).toBe("scale");
@@ -56,7 +45,7 @@ test("a piece is hit on its line, the newest of several, and not in its middle",
   expect(pieceAt(pieces, [0.11, 0.11], 1e-3)).toBeNull();
 });
 
-test("the pen never lifts, repeats no point, and keeps first and last when thinned", () => {
+test("a path repeats no point, and keeps first and last when thinned", () => {
   expectPoints(pathOf([pieceOf([[0, 0], [0.1, 0]]), pieceOf([[0.1, 0], [0.1, 0.1]])]), [[0, 0], [0.1, 0], [0.1, 0.1]]); // prettier-ignore
   const many = thinned(Array.from({ length: 12_345 }, (_, i) => i), 5000); // prettier-ignore
   expect([many.length, many.at(0), many.at(-1)]).toEqual([5000, 0, 12_344]);
@@ -73,23 +62,134 @@ test("a stroke that comes back to its beginning is closed; a dot is nothing", ()
   expect(drawing.store.get().stroke).toEqual([]);
 });
 
+/** What is selected goes by so much [m]. */
+function shift(dx: number, dy: number): Change {
+  return { about: [0, 0], shift: [dx, dy], angle: 0, scale: 1 };
+}
+
+const centres = (drawing: Drawing) => drawing.selection.map(({ placement }) => placement.centre);
+
 test("placing counts once, at its end; what is undone comes back; a copy lies beside", () => {
   const drawing = new Drawing();
   drawing.add([pieceOf(square)]);
-  const { placement } = pieceOf(square);
-  for (const x of [0.2, 0.21, 0.22]) drawing.place(0, { ...placement, centre: [x, 0] });
+  for (const dx of [0.09, 0.1, 0.11]) drawing.change(shift(dx, -0.11));
   drawing.abandon();
-  expect(drawing.selectedPiece?.placement).toEqual(placement);
-  for (const x of [0.2, 0.21, 0.22]) drawing.place(0, { ...placement, centre: [x, 0] });
+  expectPoints(centres(drawing), [[0.11, 0.11]]);
+  for (const dx of [0.09, 0.1, 0.11]) drawing.change(shift(dx, -0.11));
   drawing.settle();
   drawing.duplicate();
-  expect(sketchOf(drawing.store.get())).toMatchObject({ selected: 1 });
-  expectPoints([drawing.selectedPiece?.placement.centre ?? [0, 0]], [[0.23, -0.01]]);
+  expect(sketchOf(drawing.store.get())).toMatchObject({ selected: [1] });
+  expectPoints(centres(drawing), [[0.23, -0.01]]);
   drawing.undo();
   drawing.undo();
-  expect(drawing.selectedPiece?.placement).toEqual(placement);
+  expectPoints(centres(drawing), [[0.11, 0.11]]);
   drawing.redo();
-  expect(drawing.selectedPiece?.placement.centre).toEqual([0.22, 0]);
+  expectPoints(centres(drawing), [[0.22, 0]]);
+});
+
+const dot = (x: number, y: number) => pieceOf([[x, y], [x + 0.01, y]]); // prettier-ignore
+const selected = (drawing: Drawing) => sketchOf(drawing.store.get()).selected;
+
+test("a group is selected, moved, copied and taken away as one; each is one step", () => {
+  const drawing = new Drawing();
+  for (const x of [0, 0.1, 0.2]) drawing.add([dot(x, 0)]);
+  drawing.select([0, 2]);
+  drawing.group(true);
+  drawing.select([1]);
+  expect(selected(drawing)).toEqual([1]);
+  drawing.select([2]);
+  expect(selected(drawing)).toEqual([0, 2]);
+  drawing.change(shift(0, 0.05));
+  drawing.settle();
+  expectPoints(centres(drawing), [[0.005, 0.05], [0.205, 0.05]]); // prettier-ignore
+  drawing.duplicate();
+  expect(selected(drawing)).toEqual([3, 4]);
+  const groups = sketchOf(drawing.store.get()).pieces.map(({ group }) => group);
+  expect(new Set([groups[0], groups[3]]).size).toBe(2);
+  drawing.remove();
+  expect(sketchOf(drawing.store.get()).pieces).toHaveLength(3);
+  drawing.undo();
+  drawing.undo();
+  drawing.undo();
+  drawing.select([0]);
+  expectPoints(centres(drawing), [[0.005, 0], [0.205, 0]]); // prettier-ignore
+  drawing.group(false);
+  drawing.select([0]);
+  expect(selected(drawing)).toEqual([0]);
+  drawing.undo();
+  drawing.undo();
+  drawing.select([0]);
+  expect(selected(drawing)).toEqual([0]);
+});
+
+test("with the select tool arrows move what is selected, held ones in one step; with others they are not the drawing's", () => {
+  const drawing = new Drawing();
+  drawing.add([dot(0, 0), dot(0.1, 0)]);
+  expect(drawing.nudge(1e-3, 0)).toBe(false);
+  drawing.choose("select");
+  for (let i = 0; i < 5; i++) expect(drawing.nudge(1e-3, 0)).toBe(true);
+  drawing.settle();
+  expectPoints(centres(drawing), [[0.01, 0], [0.11, 0]]); // prettier-ignore
+  drawing.undo();
+  expectPoints(centres(drawing), [[0.005, 0], [0.105, 0]]); // prettier-ignore
+  drawing.choose("polyline");
+  drawing.trace([[0, 0], [0.1, 0]]); // prettier-ignore
+  drawing.settle();
+  expect(drawing.store.get().stroke).toHaveLength(2);
+  drawing.selectAll();
+  expect([drawing.store.get().tool, selected(drawing)]).toEqual(["polyline", [0, 1]]);
+  drawing.chooseSource("drawing");
+  drawing.select([]);
+  drawing.selectAll();
+  expect([drawing.store.get().tool, selected(drawing)]).toEqual(["select", [0, 1]]);
+});
+
+test("a closed stroke among others leads back to its own beginning", () => {
+  const drawing = new Drawing();
+  const loop: Point[] = [...square, [0.1, 0.101]];
+  for (let i = 0; i < 2; i++) {
+    drawing.trace(loop);
+    drawing.finishStroke();
+  }
+  const { pieces, closed } = sketchOf(drawing.store.get());
+  expect(closed).toBe(false);
+  for (const piece of pieces) expectPoints([placed(piece).at(-1) ?? [0, 0]], [square[0]]);
+});
+
+test("several pieces are saved as such and come back where they were, turned and grouped; one alone as ever", () => {
+  const drawing = new Drawing();
+  drawing.add([pieceOf(square)]);
+  expect(bodyOf(drawing.store.get())).toMatchObject({ pieces: null, closed: false });
+  drawing.add([dot(0, 0), dot(0.1, 0.05)]);
+  drawing.group(true);
+  drawing.change({ about: [0, 0], shift: [0.01, 0], angle: 0.3, scale: 2 });
+  drawing.settle();
+  const body = bodyOf(drawing.store.get());
+  if (!body) throw new Error("no body");
+  expect(body.pieces?.map(({ points, group }) => [points, group])).toEqual([[4, null], [2, 1], [2, 1]]); // prettier-ignore
+  expect(body.points).toHaveLength(8);
+  const other = new Drawing();
+  other.load(body);
+  const [saved, loaded] = [drawing, other].map(({ store }) => sketchOf(store.get()).pieces);
+  loaded.forEach((piece, i) => {
+    expectPoints(placed(piece), placed(saved[i]));
+    expectPoints(piece.shape, saved[i].shape);
+    expect([piece.placement, piece.group]).toEqual([saved[i].placement, saved[i].group]);
+  });
+  expect(bodyOf(other.store.get())?.pieces).toEqual(body.pieces);
+});
+
+test("many strokes are thinned to what a drawing holds, none below its ends", () => {
+  const drawing = new Drawing();
+  const long = (n: number) => pieceOf(Array.from({ length: n }, (_, i): Point => [i * 1e-5, n]));
+  drawing.add([long(20_000), ...Array.from({ length: 500 }, () => long(3))]);
+  const body = bodyOf(drawing.store.get());
+  const counts = body?.pieces?.map(({ points }) => points) ?? [];
+  expect(counts).toHaveLength(501);
+  expect(Math.min(...counts)).toBe(2);
+  expect(counts.reduce((sum, count) => sum + count, 0)).toBe(body?.points.length);
+  expect(body?.points.length).toBeLessThanOrEqual(5000);
+  expect(body?.points.length).toBeGreaterThan(4000);
 });
 
 test("a file's own times go with the drawing as long as it is that file alone", () => {

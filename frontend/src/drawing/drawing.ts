@@ -10,19 +10,31 @@ import {
   placed,
   POINTS_MAX,
   thinned,
+  type Outline,
   type Piece,
-  type Placement,
 } from "./piece";
+import {
+  apartFrom,
+  bounded,
+  changed,
+  changedOutline,
+  freeGroup,
+  outlineOf,
+  toggled,
+  withGroups,
+  type Change,
+} from "./pieces/selection";
+import { piecesOf, storedOf } from "./pieces/stored";
 
 /** What the pointer does on the plan. */
-export type Tool = "drag" | "freehand" | "polyline";
+export type Tool = "drag" | "select" | "freehand" | "polyline";
 export type Timing = DrawingBody["timing"];
 
 /** What undo brings back. */
 export interface Sketch {
   readonly pieces: readonly Piece[];
-  /** Index of the piece with handles, null for none. */
-  readonly selected: number | null;
+  /** Indices of the pieces that handles move, rising; of a group all. */
+  readonly selected: readonly number[];
   /** The path leads back to its first point. */
   readonly closed: boolean;
 }
@@ -44,6 +56,12 @@ export interface DrawingState {
   readonly history: History<Sketch>;
   /** The sketch in the middle of a gesture, before it counts. */
   readonly draft: Sketch | null;
+  /** The box around what is selected in the middle of a gesture: it turns along. */
+  readonly held: Outline | null;
+  /** Corners of the box that is being drawn around pieces to select them [m]. */
+  readonly marquee: readonly [Point, Point] | null;
+  /** What is pressed comes to what is selected, as with Shift. */
+  readonly several: boolean;
   /** The stroke being drawn [m]. */
   readonly stroke: readonly Point[];
   readonly manner: Manner;
@@ -58,7 +76,7 @@ export interface DrawingState {
 
 const SPEED = 0.02;
 const STEADY: Timing = { kind: "speed", speed: SPEED };
-const EMPTY: Sketch = { pieces: [], selected: null, closed: false };
+const EMPTY: Sketch = { pieces: [], selected: [], closed: false };
 /** Ends of a stroke this near to each other are meant to meet [m]. */
 const CLOSING = 4e-3;
 const COPY_OFFSET = 0.01;
@@ -70,6 +88,9 @@ export const EMPTY_DRAWING: DrawingState = {
   tool: "drag",
   history: begun(EMPTY),
   draft: null,
+  held: null,
+  marquee: null,
+  several: false,
   stroke: [],
   manner: { timing: STEADY, smoothing: 0, outside: "project" },
   name: "",
@@ -100,22 +121,34 @@ export function timingNow(state: DrawingState): Timing {
   return timing.kind === "given" && timesOf(state) === null ? STEADY : timing;
 }
 
+/** What handles move. */
+export function selectionOf({ pieces, selected }: Sketch): Piece[] {
+  return selected.map((i) => pieces[i]);
+}
+
 /** The drawing as the server takes it, null while there is no path. */
 export function bodyOf(state: DrawingState): DrawingBody | null {
   const { pieces, closed } = sketchOf(state);
   const { smoothing, outside } = state.manner;
   const [times, timing] = [timesOf(state), timingNow(state)];
-  const path = times ? placedAll(pieces) : pathOf(pieces);
-  if (path.length < 2) return null;
+  if (pathOf(pieces).length < 2) return null;
   return {
     name: state.name.trim() || UNNAMED,
-    points: thinned(path, POINTS_MAX).map(([x, y]) => [x, y]),
+    ...(pieces.length === 1 ? strokeOf(pieces[0]) : storedOf(pieces)),
     times: times && thinned(times, POINTS_MAX),
     closed: closed && timing.kind !== "given",
     smoothing,
     timing,
     outside,
   };
+}
+
+/** A drawing of one stroke, with times or without, as it was before there were pieces. */
+function strokeOf(piece: Piece): Pick<DrawingBody, "points" | "pieces"> {
+  const { angle, scale } = piece.placement;
+  if (!piece.times && (angle !== 0 || scale !== 1)) return storedOf([piece]);
+  const path = piece.times ? placed(piece) : pathOf([piece]);
+  return { points: thinned(path, POINTS_MAX).map(([x, y]) => [x, y]), pieces: null };
 }
 
 /** What of a drawing outlives the page; undo and redo do not. */
@@ -129,12 +162,15 @@ export interface Kept {
 export class Drawing {
   readonly store = new Store<DrawingState>(EMPTY_DRAWING);
 
+  /** Without the drawing there is nothing that a tool could act on. */
   chooseSource(source: Source): void {
+    if (source === "library") this.choose("drag");
     this.store.patch({ source });
   }
 
   choose(tool: Tool): void {
-    this.store.patch({ tool, stroke: [] });
+    this.abandon();
+    this.store.patch({ tool, several: false });
   }
 
   /** Draw the open stroke through these points; none abandons it. */
@@ -147,37 +183,101 @@ export class Drawing {
     const { stroke } = this.store.get();
     this.store.patch({ stroke: [] });
     if (stroke.length < 2 || lengthOf(stroke) < CLOSING) return;
-    const closed = this.sketch.pieces.length === 0 && returns(stroke);
-    this.add([pieceOf(stroke)], closed);
+    this.add([pieceOf(stroke)], returns(stroke));
   }
 
-  /** Add pieces, the last of them selected. */
+  /** Add pieces, which are then selected. One that is `closed` leads back to its beginning, here or among others. */
   add(pieces: readonly Piece[], closed = false): void {
-    const all = [...this.sketch.pieces, ...pieces];
-    this.record({ pieces: all, selected: all.length - 1, closed });
+    const { sketch } = this;
+    const before =
+      sketch.closed && sketch.pieces.length === 1 ? sketch.pieces.map(closedPiece) : sketch.pieces;
+    const alone = before.length === 0 && pieces.length === 1;
+    const added = apartFrom(before, closed && !alone ? pieces.map(closedPiece) : pieces);
+    const selected = added.map((_, i) => before.length + i);
+    this.record({ pieces: [...before, ...added], selected, closed: closed && alone });
   }
 
-  /** Put piece `index` elsewhere; until `settle` it does not count. */
-  place(index: number, placement: Placement): void {
-    const pieces = this.sketch.pieces.map((piece, i) => (i === index ? { ...piece, placement } : piece));
-    this.store.patch({ draft: { ...this.sketch, pieces } });
+  /** Move, turn and scale what is selected, from where it lay last; until `settle` it does not count. */
+  change(wish: Change): void {
+    const { present } = this.store.get().history;
+    const selection = selectionOf(present);
+    const outline = outlineOf(selection);
+    if (!outline) return;
+    const change = bounded(wish, selection);
+    const pieces = changed(present.pieces, present.selected, change);
+    this.store.patch({ draft: { ...present, pieces }, held: changedOutline(outline, change) });
   }
 
+  /** Move what is selected by (dx, dy) [m] until `settle`. False if arrows are not the drawing's: with no other tool. */
+  nudge(dx: number, dy: number): boolean {
+    if (this.store.get().tool !== "select") return false;
+    const { sketch } = this;
+    const shift: Change = { about: [0, 0], shift: [dx, dy], angle: 0, scale: 1 };
+    this.store.patch({ draft: { ...sketch, pieces: changed(sketch.pieces, sketch.selected, shift) } });
+    return true;
+  }
+
+  /** Turn what is selected by `angle` [rad], as a step of its own. */
+  turn(angle: number): void {
+    const outline = outlineOf(this.selection);
+    if (!outline) return;
+    this.change({ about: outline.centre, shift: [0, 0], angle, scale: 1 });
+    this.settle();
+  }
+
+  /** What was changed counts, as one step; the last stroke stays as it is. */
   settle(): void {
     const { draft, history } = this.store.get();
     if (draft && isMoved(draft, history.present)) this.record(draft);
-    else this.abandon();
+    else this.store.patch({ draft: null, held: null });
   }
 
   /** Forget a gesture that was broken off. */
   abandon(): void {
-    this.store.patch({ draft: null, stroke: [] });
+    this.store.patch({ draft: null, held: null, marquee: null, stroke: [] });
   }
 
-  select(selected: number | null): void {
+  /** Select the pieces at these indices, and those grouped with them. */
+  select(which: readonly number[]): void {
     const { history } = this.store.get();
-    if (history.present.selected !== selected)
-      this.store.patch({ history: { ...history, present: { ...history.present, selected } } });
+    const { present } = history;
+    const selected = withGroups(present.pieces, which);
+    if (selected.join() !== present.selected.join())
+      this.store.patch({ history: { ...history, present: { ...present, selected } } });
+  }
+
+  /** Select these pieces as well; where they all were, no longer. */
+  toggle(which: readonly number[]): void {
+    const { pieces, selected } = this.sketch;
+    this.select(toggled(selected, withGroups(pieces, which)));
+  }
+
+  /** Select all, with a tool that has handles for it. */
+  selectAll(): void {
+    const { source, tool } = this.store.get();
+    if (source !== "drawing") return;
+    if (tool !== "drag") this.choose("select");
+    this.select([...this.sketch.pieces.keys()]);
+  }
+
+  /** Draw the box that selects; null ends it. */
+  frame(marquee: readonly [Point, Point] | null): void {
+    this.store.patch({ marquee });
+  }
+
+  /** From now on, what is pressed comes to what is selected. */
+  selectSeveral(several: boolean): void {
+    this.store.patch({ several });
+  }
+
+  /** What is selected is one from now on: in one group, or each piece on its own. */
+  group(isOne: boolean): void {
+    const { pieces, selected } = this.sketch;
+    if (isOne ? selected.length < 2 : this.selection.every(({ group }) => group === null)) return;
+    const group = isOne ? freeGroup(pieces) : null;
+    const picked = new Set(selected);
+    const grouped = pieces.map((piece, i) => (picked.has(i) ? { ...piece, group } : piece));
+    this.record({ ...this.sketch, pieces: grouped });
   }
 
   close(closed: boolean): void {
@@ -185,19 +285,26 @@ export class Drawing {
   }
 
   duplicate(): void {
-    const piece = this.selectedPiece;
-    if (!piece) return;
-    const [x, y] = piece.placement.centre;
-    const centre: Point = [x + COPY_OFFSET, y - COPY_OFFSET];
-    this.add([{ ...piece, placement: { ...piece.placement, centre }, times: null }], this.sketch.closed);
+    const { selection, sketch } = this;
+    if (selection.length === 0) return;
+    const copies = selection.map((piece): Piece => {
+      const [x, y] = piece.placement.centre;
+      const centre: Point = [x + COPY_OFFSET, y - COPY_OFFSET];
+      return { ...piece, placement: { ...piece.placement, centre }, times: null };
+    });
+    this.add(copies, sketch.closed && sketch.pieces.length === 1);
   }
 
-  /** Take the selected piece away. */
+  /** Take what is selected away. */
   remove(): void {
     const { pieces, selected, closed } = this.sketch;
-    if (selected === null) return;
-    const left = pieces.filter((_, i) => i !== selected);
-    this.record({ pieces: left, selected: left.length > 0 ? left.length - 1 : null, closed });
+    if (selected.length === 0) return;
+    const left = pieces.filter((_, i) => !selected.includes(i));
+    this.record({
+      pieces: left,
+      selected: withGroups(left, left.length > 0 ? [left.length - 1] : []),
+      closed,
+    });
   }
 
   clear(): void {
@@ -206,11 +313,11 @@ export class Drawing {
   }
 
   undo(): void {
-    this.store.patch({ history: undone(this.store.get().history), draft: null });
+    this.store.patch({ history: undone(this.store.get().history), draft: null, held: null });
   }
 
   redo(): void {
-    this.store.patch({ history: redone(this.store.get().history), draft: null });
+    this.store.patch({ history: redone(this.store.get().history), draft: null, held: null });
   }
 
   follow(manner: Partial<Manner>): void {
@@ -222,8 +329,9 @@ export class Drawing {
   }
 
   /** Take a saved drawing as it was saved; undo brings the one before back. */
-  load({ name, points, times, closed, smoothing, timing, outside }: DrawingBody): void {
-    this.record({ pieces: [pieceOf(points, times)], selected: 0, closed });
+  load({ name, points, times, pieces, closed, smoothing, timing, outside }: DrawingBody): void {
+    const loaded = pieces && !times ? piecesOf(points, pieces) : [pieceOf(points, times)];
+    this.record({ pieces: loaded, selected: loaded.length === 1 ? [0] : [], closed });
     this.store.patch({ name, manner: { smoothing, timing, outside }, tool: "drag" });
   }
 
@@ -232,9 +340,8 @@ export class Drawing {
     this.store.patch({ history: begun(sketch), manner, name });
   }
 
-  get selectedPiece(): Piece | null {
-    const { pieces, selected } = this.sketch;
-    return selected === null ? null : (pieces.at(selected) ?? null);
+  get selection(): Piece[] {
+    return selectionOf(this.sketch);
   }
 
   private get sketch(): Sketch {
@@ -242,7 +349,7 @@ export class Drawing {
   }
 
   private record(sketch: Sketch): void {
-    this.store.patch({ history: recorded(this.store.get().history, sketch), draft: null });
+    this.store.patch({ history: recorded(this.store.get().history, sketch), draft: null, held: null });
   }
 }
 
@@ -266,6 +373,7 @@ function lengthOf(stroke: readonly Point[]): number {
   return stroke.reduce((sum, point, i) => sum + (i > 0 ? distance(stroke[i - 1], point) : 0), 0);
 }
 
-function placedAll(pieces: readonly Piece[]): Point[] {
-  return pieces.flatMap(placed);
+/** The piece led back to its first point. */
+function closedPiece(piece: Piece): Piece {
+  return { ...piece, shape: [...piece.shape, piece.shape[0]], times: null };
 }

@@ -16,6 +16,7 @@ export function drawingFacts(plan: DrawingPlan | null): Facts {
   return [
     ["Length", millimetres(plan?.length, 0)],
     ["Duration", plan ? seconds(plan.duration, 1) : DASH],
+    ["Travel", plan ? seconds(plan.travel_duration, 1) : DASH],
     ["Peak speed", plan ? millimetresPerSecond(plan.peak_speed) : DASH],
     ["Peak acceleration", metresPerSquareSecond(plan?.peak_acceleration)],
     ["Out of reach", percent(plan?.outside_share, 0)],
@@ -33,13 +34,18 @@ export const TIMINGS: readonly (readonly [Timing["kind"], string])[] = [
 export function timingOf(kind: Timing["kind"], plan: DrawingPlan | null): Timing {
   switch (kind) {
     case "speed":
-      return { kind, speed: plan ? clamped(round(plan.length / plan.duration, 1e-3), 1e-3, 1) : 0.02 };
+      return { kind, speed: plan ? clamped(round(plan.length / drawnTime(plan), 1e-3), 1e-3, 1) : 0.02 };
     case "duration":
-      return { kind, duration: plan ? clamped(round(plan.duration, 0.1), 0.1, 280) : 10 };
+      return { kind, duration: plan ? clamped(round(drawnTime(plan), 0.1), 0.1, 280) : 10 };
     case "fastest":
     case "given":
       return { kind };
   }
+}
+
+/** Without travel, which no timing is about [s]. */
+function drawnTime({ duration, travel_duration }: DrawingPlan): number {
+  return duration - travel_duration;
 }
 
 function round(value: number, step: number): number {

@@ -30,9 +30,10 @@ test("a drawing survives the page with place, name, manner and selection, but wi
   const texts = new Map<string, string>();
   const first = visit(shelfOf(texts));
   first.add([pieceOf(line), pieceOf(line, [0, 1, 2.5])]);
-  first.place(1, { centre: [0.2, 0], angle: 0.3, scale: 2 });
+  first.select([1]);
+  first.change({ about: [0, 0], shift: [0.2, 0], angle: 0.3, scale: 2 });
   first.settle();
-  first.select(0);
+  first.select([0]);
   first.rename("Hook");
   first.follow({ timing: { kind: "duration", duration: 3 }, smoothing: 1e-3, outside: "refuse" });
   const second = visit(shelfOf(texts)).store.get();
@@ -49,7 +50,7 @@ test("a gesture under way is not kept, and what does not change is not written a
   drawing.add([pieceOf(line)]);
   const kept = texts.get(KEY);
   texts.clear();
-  drawing.place(0, { centre: [1, 1], angle: 0, scale: 1 });
+  drawing.change({ about: [0, 0], shift: [1, 1], angle: 0, scale: 1 });
   drawing.choose("freehand");
   expect(texts.size).toBe(0);
   drawing.abandon();
@@ -100,8 +101,9 @@ test("only a whole drawing is read back", () => {
     ['"times":[0,1,2]', '"times":[0,1]'],
     ['"times":[0,1,2]', '"times":[0,1,null]'],
     ['"scale":1', '"scale":0'],
-    ['"selected":0', '"selected":1'],
-    ['"selected":0', '"selected":0.5'],
+    ['"selected":[0]', '"selected":[1]'],
+    ['"selected":[0]', '"selected":[0.5]'],
+    ['"group":null', '"group":"a"'],
     ['"kind":"speed"', '"kind":"slow"'],
     ['"speed":0.02', '"speed":"fast"'],
     ['"outside":"project"', '"outside":"ignore"'],
@@ -112,6 +114,18 @@ test("only a whole drawing is read back", () => {
     expect(parseKept(text.replace(part, other)), other).toBeNull();
   }
 });
+
+test("what a page kept that knew one selected piece and no groups is brought back", () => {
+  const texts = new Map<string, string>();
+  const drawing = visit(shelfOf(texts));
+  drawing.add([pieceOf(line)]);
+  const text = (texts.get(KEY) ?? "").replace(',"group":null', "");
+  for (const [old, now] of [["0", [0]], ["null", []]] as const) {
+    const before = text.replace('"selected":[0]', `"selected":${old}`);
+    expect(before).not.toContain("group");
+    expect(parseKept(before)?.sketch).toEqual({ ...sketchOf(drawing.store.get()), selected: now });
+  }
+}); // prettier-ignore
 
 test("a browser that keeps nothing leaves the page as it was", () => {
   const fail = () => {

@@ -30,8 +30,17 @@ export function keepDrawing(drawing: Drawing, shelf: Shelf, lost: (why: string) 
 
 /** The drawing that `text` describes; null if it is none, whatever wrote it. */
 export function parseKept(text: string): Kept | null {
-  const value: unknown = quietly(() => JSON.parse(text) as unknown);
+  const value = quietly(() => brought(JSON.parse(text) as unknown));
   return text.length <= CHARACTERS_MAX && isKept(value) ? value : null;
+}
+
+/** What a page wrote that knew one selected piece and no groups, as it is written now. */
+function brought(value: unknown): unknown {
+  if (!isRecord(value) || !isRecord(value.sketch) || !Array.isArray(value.sketch.pieces)) return value;
+  const { pieces, selected } = value.sketch;
+  const grouped = pieces.map((piece: unknown) => (isRecord(piece) ? { group: null, ...piece } : piece));
+  const list = selected === null ? [] : Array.isArray(selected) ? selected : [selected];
+  return { ...value, sketch: { ...value.sketch, pieces: grouped, selected: list } };
 }
 
 function keptOf(drawing: Drawing): Kept {
@@ -62,14 +71,14 @@ function isKept(value: unknown): value is Kept {
 function isSketch(value: unknown): value is Sketch {
   if (!isRecord(value) || !isListOf(value.pieces, isPiece) || typeof value.closed !== "boolean") return false;
   const { pieces, selected } = value;
-  return selected === null || (Number.isInteger(selected) && pieces.at(Number(selected)) !== undefined);
+  return isListOf(selected, isNumber) && selected.every((i) => i in pieces);
 }
 
 function isPiece(value: unknown): value is Piece {
   if (!isRecord(value) || !isListOf(value.shape, isPoint) || value.shape.length < 2) return false;
-  const { shape, placement, times } = value;
+  const { shape, placement, times, group } = value;
   const timed = times === null || (isListOf(times, isNumber) && times.length === shape.length);
-  return timed && isPlacement(placement);
+  return timed && isPlacement(placement) && (group === null || isNumber(group));
 }
 
 function isPlacement(value: unknown): value is Placement {

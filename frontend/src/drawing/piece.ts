@@ -13,11 +13,20 @@ export interface Piece {
   readonly placement: Placement;
   /** When each point is reached [s], where the drawing came with times. */
   readonly times: readonly number[] | null;
+  /** Pieces with the same number are selected together. */
+  readonly group: number | null;
 }
 
-/** The turned box around a piece, and the handle that turns it. */
+/** The box around what is selected: its middle [m], half its width and height [m], and its turn [rad]. */
+export interface Outline {
+  readonly centre: Point;
+  readonly half: Point;
+  readonly angle: number;
+}
+
+/** Its corners with some room, and the handle that turns it. */
 export interface Frame {
-  /** Lower left, lower right, upper right, upper left, as the shape has them. */
+  /** Lower left, lower right, upper right, upper left, as they were before the turn. */
   readonly corners: readonly [Point, Point, Point, Point];
   readonly turn: Point;
   readonly centre: Point;
@@ -29,13 +38,13 @@ export type Grip = "move" | "scale" | "turn";
 export const POINTS_MAX = 5000;
 /** Points nearer to the last than this say nothing [m]. */
 export const POINT_GAP = 2e-4;
-const SCALE_MIN = 0.02;
-const SCALE_MAX = 50;
+export const SCALE_MIN = 0.02;
+export const SCALE_MAX = 50;
 
 export function pieceOf(points: readonly Point[], times: readonly number[] | null = null): Piece {
   const centre = middleOf(points);
   const shape = points.map(([x, y]): Point => [x - centre[0], y - centre[1]]);
-  return { shape, placement: { centre, angle: 0, scale: 1 }, times };
+  return { shape, placement: { centre, angle: 0, scale: 1 }, times, group: null };
 }
 
 /** The piece's points in the plane. */
@@ -50,17 +59,11 @@ export function halfSize({ shape, placement }: Piece): Point {
   return [width * placement.scale, height * placement.scale];
 }
 
-/** The box around a piece, `margin` [m] away from it; the turning handle stands `arm` [m] above it. */
-export function frameOf(piece: Piece, margin: number, arm: number): Frame {
-  const [width, height] = halfSize(piece);
-  const rigid = { ...piece.placement, scale: 1 };
-  const [x, y] = [width + margin, height + margin];
-  const at = (px: number, py: number) => place(rigid, [px, py]);
-  return {
-    corners: [at(-x, -y), at(x, -y), at(x, y), at(-x, y)],
-    turn: at(0, y + arm),
-    centre: piece.placement.centre,
-  };
+/** The frame `margin` [m] away from an outline; the turning handle stands `arm` [m] above it. */
+export function frameOf({ centre, half, angle }: Outline, margin: number, arm: number): Frame {
+  const [x, y] = [half[0] + margin, half[1] + margin];
+  const at = (px: number, py: number) => place({ centre, angle, scale: 1 }, [px, py]);
+  return { corners: [at(-x, -y), at(x, -y), at(x, y), at(-x, y)], turn: at(0, y + arm), centre };
 }
 
 /** The handle within `reach` [m] of `point`. */
@@ -71,26 +74,13 @@ export function gripAt({ corners, turn, centre }: Frame, point: Point, reach: nu
   return near(centre) ? "move" : null;
 }
 
-/** The placement after its handle went from `from` to `to` [m]. */
-export function dragged(placement: Placement, grip: Grip, from: Point, to: Point): Placement {
-  const { centre, angle, scale } = placement;
-  switch (grip) {
-    case "move":
-      return { ...placement, centre: [centre[0] + to[0] - from[0], centre[1] + to[1] - from[1]] };
-    case "scale":
-      return { ...placement, scale: bounded((scale * distance(centre, to)) / distance(centre, from)) };
-    case "turn":
-      return { ...placement, angle: angle + bearing(centre, to) - bearing(centre, from) };
-  }
-}
-
 /** The piece whose line passes within `reach` [m] of `point`; the newest where several do. */
 export function pieceAt(pieces: readonly Piece[], point: Point, reach: number): number | null {
   const index = pieces.findLastIndex((piece) => passesNear(placed(piece), point, reach));
   return index < 0 ? null : index;
 }
 
-/** All pieces as one path: the pen never lifts. Points that repeat the last are left out. */
+/** All pieces as one path, without points that repeat the last. */
 export function pathOf(pieces: readonly Piece[]): Point[] {
   const path: Point[] = [];
   for (const piece of pieces)
@@ -127,9 +117,17 @@ export function distance(a: Point, b: Point): number {
   return Math.hypot(a[0] - b[0], a[1] - b[1]);
 }
 
-function place({ centre, angle, scale }: Placement, [x, y]: Point): Point {
+/** The point of the plane that a point of the shape becomes. */
+export function place({ centre, angle, scale }: Placement, [x, y]: Point): Point {
   const [c, s] = [scale * Math.cos(angle), scale * Math.sin(angle)];
   return [centre[0] + c * x - s * y, centre[1] + s * x + c * y];
+}
+
+/** The point of the shape that a point of the plane was. */
+export function unplaced({ centre, angle, scale }: Placement, [x, y]: Point): Point {
+  const [c, s] = [Math.cos(angle) / scale, Math.sin(angle) / scale];
+  const [dx, dy] = [x - centre[0], y - centre[1]];
+  return [c * dx + s * dy, c * dy - s * dx];
 }
 
 function middleOf(points: readonly Point[]): Point {
@@ -137,11 +135,7 @@ function middleOf(points: readonly Point[]): Point {
   return [(Math.min(...xs) + Math.max(...xs)) / 2, (Math.min(...ys) + Math.max(...ys)) / 2];
 }
 
-function bounded(scale: number): number {
-  return Number.isFinite(scale) ? Math.min(SCALE_MAX, Math.max(SCALE_MIN, scale)) : 1;
-}
-
-function bearing(from: Point, to: Point): number {
+export function bearing(from: Point, to: Point): number {
   return Math.atan2(to[1] - from[1], to[0] - from[0]);
 }
 

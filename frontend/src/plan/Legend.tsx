@@ -12,6 +12,7 @@ export function Legend() {
   const twin = usePage((page) => page.rig?.twin ?? false);
   const chosen = usePage((page) => page.reference !== null);
   const drawing = useDrawing((state) => state.source === "drawing");
+  const travel = useDrawing((state) => (state.plan?.travel_duration ?? 0) > 0);
   const ghost = useRuns((choice) => choice.ghost !== null);
   const saturated = useRuns((choice) => (choice.preview?.saturated_share ?? 0) > 0);
   return (
@@ -26,10 +27,13 @@ export function Legend() {
         <Chip
           layer="path"
           meaning={
-            drawing ? "The drawing; dotted red where it is out of reach" : "The path that a run follows"
+            drawing
+              ? `The drawing; dotted red where it is out of reach${travel ? ", thin where the tip travels, which counts in no figure" : ""}`
+              : "The path that a run follows"
           }
         >
           <i className="key key-planned" /> path
+          {drawing && travel ? <i className="key key-travel" /> : null}
           {drawing ? <i className="key key-outside" /> : null}
         </Chip>
       ) : null}

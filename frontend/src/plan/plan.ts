@@ -143,9 +143,10 @@ export class Plan implements PlanSurface {
     return this.drawn.store.get().tool !== "drag";
   }
 
-  grab(point: Point, reach: number): Gesture | null {
+  grab(point: Point, reach: number, adds: boolean): Gesture | null {
     const { scale } = this.view;
-    return gestureOf(this.drawn, { point, reach: reach / scale, scale });
+    const press = { point, reach: reach / scale, scale, adds: adds || this.drawn.store.get().several };
+    return gestureOf(this.drawn, press);
   }
 
   hover(point: Point | null, overHandle: boolean): void {

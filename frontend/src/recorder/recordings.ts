@@ -117,9 +117,9 @@ export const recordings = {
     const made = await told(api.POST("/api/recordings/{id}/exports", { ...at(id), body, signal }));
     return `/api/exports/${encodeURIComponent(made.key)}`;
   },
-  /** The recorded path of the tip or of its reference. */
+  /** The recorded path of the tip or of its reference: the run, without what came before it and led into it. */
   path: (id: string, what: "p_meas" | "p_ref") =>
-    told(api.GET("/api/recordings/{id}/path", { params: { path: { id }, query: { what } } })),
+    told(api.GET("/api/recordings/{id}/path", { params: { path: { id }, query: { what, run: true } } })),
   /** What a recording may keep of every tick, the default first. */
   profiles: () => told(api.GET("/api/recordings/profiles")),
   /** A CSV file of another lab; `units` hold where its header names none. */

@@ -2,6 +2,7 @@ import { ActionIcon, Button, Progress, Tooltip } from "@mantine/core";
 import { IconX } from "@tabler/icons-react";
 import type { RunResult, RunState } from "../api/types";
 import { PageStore, usePage } from "../live/page";
+import { ControlButton } from "../operate/ControlButton";
 import { Facts } from "../ui/Facts";
 import { timeOfDay } from "../ui/format";
 import { useService } from "../ui/services";
@@ -66,6 +67,7 @@ function ResultCard({ result }: { readonly result: RunResult }) {
           {[lapsDone(result), timeOfDay(result.time), result.reason].filter(Boolean).join(", ")}
         </span>
         <span className="spacer" />
+        <FollowAgain />
         <RecordingLink id={result.recording} />
         <Tooltip label="Close">
           <ActionIcon
@@ -87,6 +89,25 @@ function ResultCard({ result }: { readonly result: RunResult }) {
         <Facts facts={resultFacts(result)} testId="run-result-facts" />
       )}
     </section>
+  );
+}
+
+/** The last run once more: from where it ended, without an approach where it begins there. */
+function FollowAgain() {
+  const runs = useService(Runs);
+  const known = usePage((page) => page.run !== null);
+  return (
+    <ControlButton
+      control="run"
+      because={known ? null : "The server was started since: choose what to follow, and run it"}
+      variant="default"
+      size="compact-xs"
+      testId="follow-last"
+      meaning="The same once more, from where the tip is; no approach where it stands at the beginning"
+      onClick={() => void runs.again()}
+    >
+      Follow again
+    </ControlButton>
   );
 }
 

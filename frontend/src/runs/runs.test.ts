@@ -45,6 +45,7 @@ function harness(parts: PreviewPart[] = [part(0, 3)]) {
       bodies.push(body);
       return Promise.resolve(underWay);
     },
+    again: () => Promise.resolve({ ...underWay, id: 2 }),
     steer: (step: string) => Promise.resolve({ ...underWay, state: step === "pause" ? "paused" : "stopped" } as RunState), // prettier-ignore
   };
   const attempt = async (title: string, action: () => Promise<unknown>) => {
@@ -64,6 +65,13 @@ test("a run of the library is asked by name, of the drawing with the drawing, un
   await runs.run();
   expect(bodies[0]).toEqual({ drawing: null, reference: "vu", laps: 3, record: true });
   expect(bodies[1]).toMatchObject({ drawing: { name: "Drawing" }, reference: null, laps: null });
+});
+
+test("the last run is followed again whatever is chosen now", async () => {
+  const { page, runs } = harness();
+  page.patch({ chosen: null });
+  await runs.again();
+  expect(page.get().run).toMatchObject({ id: 2, name: "vu" });
 });
 
 test("the switch for recording goes with the run, and is as it was on the last visit", async () => {

@@ -42,6 +42,7 @@ export const FIRST_CHOICE: RunChoice = {
 const server = {
   preview: foreseen,
   run: (body: RunBody) => told(api.POST("/api/run", { body })),
+  again: () => told(api.POST("/api/run/again")),
   steer: (step: "pause" | "resume" | "stop") => told(api.POST(`/api/run/${step}`)),
 };
 
@@ -119,6 +120,11 @@ export class Runs {
     if (!body) return;
     const { endless, laps, record } = this.store.get();
     await this.take("Not run", () => this.port.run({ ...body, laps: endless ? null : laps, record }));
+  }
+
+  /** What was followed last, once more. */
+  async again(): Promise<void> {
+    await this.take("Not followed again", () => this.port.again());
   }
 
   async steer(step: "pause" | "resume" | "stop"): Promise<void> {

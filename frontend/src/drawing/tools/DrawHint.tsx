@@ -1,9 +1,11 @@
 import { Button } from "@mantine/core";
 import { useService } from "../../ui/services";
 import { Drawing, useDrawing, type Tool } from "../drawing";
+import { SelectBar } from "./SelectBar";
 
 const HINT: Record<Tool, string> = {
   drag: "",
+  select: "",
   freehand: "Press and draw. Two fingers or the middle button move the picture.",
   polyline: "Click the corners; the last one again, or Enter, ends. Esc drops the line and holds the rig.",
 };
@@ -14,6 +16,7 @@ export function DrawHint() {
   const tool = useDrawing((state) => state.tool);
   const open = useDrawing((state) => state.tool === "polyline" && state.stroke.length > 1);
   if (tool === "drag") return null;
+  if (tool === "select") return <SelectBar />;
   return (
     <div className="draw-hint" role="status">
       {HINT[tool]}

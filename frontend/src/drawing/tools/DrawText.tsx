@@ -8,9 +8,10 @@ import { Operations } from "../../operate/operations";
 import { useService } from "../../ui/services";
 import { ToolButton } from "../../ui/ToolButton";
 import { Drawing } from "../drawing";
-import { pieceOf } from "../piece";
+import { pieceOf, type Piece } from "../piece";
+import { changed, outlineOf } from "../pieces/selection";
 
-/** Type a word: it stands on the plan in single strokes. */
+/** Type a word: it stands on the plan in strokes that are one group. */
 export function DrawText() {
   const drawing = useService(Drawing);
   const operations = useService(Operations);
@@ -21,10 +22,9 @@ export function DrawText() {
   const place = () =>
     operations.attempt("Text not placed", async () => {
       const body = { text, height: Number(height) / 1e3 };
-      const { points } = await told(api.POST("/api/drawings/text", { body }));
-      const piece = pieceOf(points);
+      const { strokes } = await told(api.POST("/api/drawings/text", { body }));
       drawing.choose("drag");
-      drawing.add([{ ...piece, placement: { ...piece.placement, centre: middleOfReach(length) } }]);
+      drawing.add(asOne(strokes, middleOfReach(length)));
       drawing.chooseSource("drawing");
       setOpened(false);
     });
@@ -76,6 +76,15 @@ export function DrawText() {
       </Popover.Dropdown>
     </Popover>
   );
+}
+
+/** The strokes as one group with its middle at `centre`. */
+function asOne(strokes: readonly (readonly Point[])[], centre: Point): Piece[] {
+  const pieces = strokes.map((stroke) => ({ ...pieceOf(stroke), group: strokes.length > 1 ? 1 : null }));
+  const outline = outlineOf(pieces);
+  const from = outline?.centre ?? centre;
+  const shift: Point = [centre[0] - from[0], centre[1] - from[1]];
+  return changed(pieces, [...pieces.keys()], { about: from, shift, angle: 0, scale: 1 });
 }
 
 /** Where the library places its shapes, for an actuator of this length [m]. */

@@ -4,6 +4,7 @@ import {
   IconArrowForwardUp,
   IconCopy,
   IconHandMove,
+  IconMarquee2,
   IconPolygon,
   IconScribble,
   IconTrash,
@@ -21,6 +22,7 @@ type Icon = ComponentType<{ size: number }>;
 
 const TOOLS: readonly (readonly [Tool, string, Icon])[] = [
   ["drag", "Drag the target, and the drawing's handles", IconHandMove],
+  ["select", "Select: press pieces, or draw a box around them", IconMarquee2],
   ["freehand", "Draw freehand", IconScribble],
   ["polyline", "Draw straight lines: click points, double-click or Enter ends", IconPolygon],
 ];
@@ -30,7 +32,7 @@ export function DrawToolbar() {
   const drawing = useService(Drawing);
   const tool = useDrawing((state) => state.tool);
   const empty = useDrawing((state) => sketchOf(state).pieces.length === 0);
-  const unselected = useDrawing((state) => sketchOf(state).selected === null);
+  const unselected = useDrawing((state) => sketchOf(state).selected.length === 0);
   const noPast = useDrawing(({ history }) => history.past.length === 0);
   const noFuture = useDrawing(({ history }) => history.future.length === 0);
   return (
@@ -74,7 +76,7 @@ export function DrawToolbar() {
         <IconArrowForwardUp size={18} />
       </ToolButton>
       <ToolButton
-        label="Duplicate the selected piece"
+        label="Duplicate what is selected"
         testId="duplicate"
         disabled={unselected}
         onClick={() => {
@@ -84,7 +86,7 @@ export function DrawToolbar() {
         <IconCopy size={18} />
       </ToolButton>
       <ToolButton
-        label="Take the selected piece away (Del)"
+        label="Take away what is selected (Del)"
         testId="remove"
         disabled={unselected}
         onClick={() => {

@@ -1,5 +1,5 @@
 import { useEffect } from "react";
-import { focusOf } from "../../operate/target/keys";
+import { focusOf, type Focus } from "../../operate/target/keys";
 import { useService } from "../../ui/services";
 import { Drawing } from "../drawing";
 
@@ -22,7 +22,7 @@ function press(event: KeyboardEvent, drawing: Drawing): boolean {
   const focus = focusOf(document.activeElement);
   if (event.key === "Escape") drawing.abandon();
   if (focus === "text" || event.key === "Escape") return false;
-  if (event.ctrlKey || event.metaKey) return history(event, () => { drawing.undo(); }, () => { drawing.redo(); }); // prettier-ignore
+  if (event.ctrlKey || event.metaKey) return withControl(event, focus, drawing);
   if (focus !== "page") return false;
   if (event.key === "Delete" || event.key === "Backspace") drawing.remove();
   else if (event.key === "Enter") drawing.finishStroke();
@@ -30,10 +30,14 @@ function press(event: KeyboardEvent, drawing: Drawing): boolean {
   return true;
 }
 
-function history(event: KeyboardEvent, undo: () => void, redo: () => void): boolean {
+/** The same with Ctrl, or Cmd on a Mac. Elsewhere than on the plan, Ctrl A is the browser's. */
+function withControl(event: KeyboardEvent, focus: Focus, drawing: Drawing): boolean {
   const key = event.key.toLowerCase();
-  if (key === "z" && !event.shiftKey) undo();
-  else if (key === "y" || key === "z") redo();
+  const isOnPlan = document.activeElement?.hasAttribute("data-plan") ?? false;
+  if (key === "z" && !event.shiftKey) drawing.undo();
+  else if (key === "y" || key === "z") drawing.redo();
+  else if (key === "a" && isOnPlan) drawing.selectAll();
+  else if (key === "g" && focus === "page") drawing.group(!event.shiftKey);
   else return false;
   return true;
 }

@@ -1,5 +1,5 @@
 import type { Point } from "../../api/types";
-import { frameOf, type Frame, type Piece } from "../../drawing/piece";
+import { frameOf, type Frame, type Outline } from "../../drawing/piece";
 import { ROLE } from "../../ui/colours";
 import { disc, segment, type Sheet } from "./canvas";
 
@@ -7,15 +7,15 @@ const MARGIN_PX = 10;
 const ARM_PX = 24;
 const HANDLE_PX = 5;
 
-/** The box with handles around a piece, at `scale` pixels per metre. */
-export function frameAt(piece: Piece, scale: number): Frame {
-  return frameOf(piece, MARGIN_PX / scale, ARM_PX / scale);
+/** The box with handles around what is selected, at `scale` pixels per metre. */
+export function frameAt(outline: Outline, scale: number): Frame {
+  return frameOf(outline, MARGIN_PX / scale, ARM_PX / scale);
 }
 
 /** Squares scale, the disc above turns, the cross in the middle moves. */
-export function paintHandles(sheet: Sheet, piece: Piece): void {
+export function paintHandles(sheet: Sheet, outline: Outline): void {
   const { g, ink, view, pixel } = sheet;
-  const { corners, turn, centre } = frameAt(piece, view.scale);
+  const { corners, turn, centre } = frameAt(outline, view.scale);
   const [lowerLeft, lowerRight, upperRight, upperLeft] = corners.map(pixel);
   g.save();
   g.strokeStyle = ink.soft;

@@ -1,6 +1,7 @@
 import type { DrawingPlan, Point } from "../../api/types";
-import { isPlanned, sketchOf, type DrawingState } from "../../drawing/drawing";
-import { placed, stretches } from "../../drawing/piece";
+import { isPlanned, selectionOf, sketchOf, type DrawingState } from "../../drawing/drawing";
+import { placed, stretches, type Piece } from "../../drawing/piece";
+import { outlineOf } from "../../drawing/pieces/selection";
 import type { Ghost } from "../../runs/runs";
 import type { Trace } from "../../runs/trace";
 import { ROLE } from "../../ui/colours";
@@ -8,23 +9,51 @@ import { polyline, type Sheet } from "./canvas";
 import { paintHandles } from "./handles";
 
 const OUTSIDE_DASH = [2, 5];
-const TRAVEL_DASH = [1, 4];
+const TRAVEL_DASH = [3, 4];
+const MARQUEE_DASH = [4, 3];
 
-/** The drawing: what is drawn (thin), what would be followed (dashed; dotted where it leads to another pose), what is out
- * of reach (red), and its handles. */
+/** The drawing: what is drawn (thin), what would be followed (dashed; thin where it only leads to the next stroke, or to
+ * another pose), what is out of reach (red), and the handles of what is selected. */
 export function paintDrawing(sheet: Sheet, drawing: DrawingState, cursor: Point | null): void {
   const { g, ink } = sheet;
-  const { pieces, selected } = sketchOf(drawing);
+  const sketch = sketchOf(drawing);
+  const { pieces } = sketch;
+  const isHandled = drawing.tool === "drag" || drawing.tool === "select";
+  const selection = isHandled ? selectionOf(sketch) : [];
   g.save();
-  g.lineJoin = "round";
+  g.lineJoin = g.lineCap = "round";
+  if (pieces.length > 1) paintSelected(sheet, selection);
+  g.lineCap = "butt";
   g.strokeStyle = isPlanned(drawing) ? ink.soft : ROLE.reference;
   for (const piece of pieces) line(sheet, placed(piece), isPlanned(drawing) ? 1 : 2);
   if (drawing.plan && isPlanned(drawing)) paintPlan(sheet, drawing.plan);
   g.strokeStyle = ROLE.reference;
   paintStroke(sheet, drawing, cursor);
+  if (drawing.marquee) paintMarquee(sheet, drawing.marquee);
   g.restore();
-  const piece = selected === null ? undefined : pieces.at(selected);
-  if (piece && drawing.tool === "drag") paintHandles(sheet, piece);
+  const outline = drawing.held ?? outlineOf(selection);
+  if (outline) paintHandles(sheet, outline);
+}
+
+/** Which of several pieces the handles move: a broad band under each. */
+function paintSelected(sheet: Sheet, selection: readonly Piece[]): void {
+  const { g } = sheet;
+  g.strokeStyle = ROLE.reference;
+  g.globalAlpha = 0.3;
+  for (const piece of selection) line(sheet, placed(piece), 8);
+  g.globalAlpha = 1;
+}
+
+function paintMarquee(sheet: Sheet, corners: readonly [Point, Point]): void {
+  const { g, ink } = sheet;
+  const [[x0, y0], [x1, y1]] = corners.map(sheet.pixel);
+  g.setLineDash(MARQUEE_DASH);
+  g.lineWidth = 1;
+  g.strokeStyle = g.fillStyle = ink.soft;
+  g.strokeRect(x0, y0, x1 - x0, y1 - y0);
+  g.globalAlpha = 0.12;
+  g.fillRect(x0, y0, x1 - x0, y1 - y0);
+  g.globalAlpha = 1;
 }
 
 /** The stroke being drawn; with the polyline, on to the cursor. */

@@ -1,6 +1,7 @@
 import type { Point } from "../../api/types";
 import { sketchOf, type Drawing } from "../../drawing/drawing";
-import { distance, dragged, gripAt, pieceAt, POINT_GAP } from "../../drawing/piece";
+import { distance, gripAt, pieceAt, POINT_GAP, type Grip } from "../../drawing/piece";
+import { changeOf, outlineOf, piecesIn, toggled, withGroups } from "../../drawing/pieces/selection";
 import { frameAt } from "../paint/handles";
 
 /** A press on the plan and what follows it, in points of the plane [m]. */
@@ -16,6 +17,8 @@ export interface Press {
   readonly point: Point;
   readonly reach: number;
   readonly scale: number;
+  /** What is pressed comes to what is selected. */
+  readonly adds: boolean;
 }
 
 const NOTHING: Gesture = { move: () => undefined, end: () => undefined, cancel: () => undefined };
@@ -29,6 +32,8 @@ export function gestureOf(drawing: Drawing, press: Press): Gesture | null {
       return corner(drawing, press);
     case "drag":
       return placing(drawing, press);
+    case "select":
+      return placing(drawing, press) ?? framing(drawing, press);
   }
 }
 
@@ -76,25 +81,67 @@ function ended(drawing: Drawing, stroke: readonly Point[]): Gesture {
   return NOTHING;
 }
 
-/** Move, scale or turn the selected piece by its handles, or move any piece by its line; elsewhere deselect. */
-function placing(drawing: Drawing, { point, reach, scale }: Press): Gesture | null {
+/** Move, scale or turn what is selected by its handles, or select a piece by its line and move it; elsewhere deselect. */
+function placing(drawing: Drawing, { point, reach, scale, adds }: Press): Gesture | null {
   const { pieces, selected } = sketchOf(drawing.store.get());
-  const piece = drawing.selectedPiece;
-  const grip = piece && gripAt(frameAt(piece, scale), point, reach);
-  const index = grip ? selected : pieceAt(pieces, point, reach);
-  drawing.select(index);
-  if (index === null) return null;
-  const { placement } = pieces[index];
+  const outline = outlineOf(drawing.selection);
+  const grip = outline && gripAt(frameAt(outline, scale), point, reach);
+  if (grip && !adds) return changing(drawing, outline.centre, grip, point);
+  const index = pieceAt(pieces, point, reach);
+  if (index === null) {
+    if (!adds) drawing.select([]);
+    return null;
+  }
+  if (adds) {
+    drawing.toggle([index]);
+    return NOTHING;
+  }
+  const isIn = selected.includes(index);
+  if (!isIn) drawing.select([index]);
+  return changing(drawing, point, "move", point, () => {
+    if (isIn) drawing.select([index]);
+  });
+}
+
+/** Drag a handle of what is selected; `clicked`, where it was pressed and not moved. */
+function changing(drawing: Drawing, centre: Point, grip: Grip, from: Point, clicked?: () => void): Gesture {
+  let moved = false;
   return {
     move: (points) => {
       const to = points.at(-1);
-      if (to) drawing.place(index, dragged(placement, grip ?? "move", point, to));
+      if (!to) return;
+      moved = true;
+      drawing.change(changeOf(centre, grip, from, to));
     },
     end: () => {
       drawing.settle();
+      if (!moved) clicked?.();
     },
     cancel: () => {
       drawing.abandon();
+    },
+  };
+}
+
+/** Draw a box: the pieces that it meets are selected. */
+function framing(drawing: Drawing, { point, adds }: Press): Gesture {
+  const { pieces, selected } = sketchOf(drawing.store.get());
+  const before = adds ? selected : [];
+  const back = () => {
+    drawing.frame(null);
+  };
+  return {
+    move: (points) => {
+      const to = points.at(-1);
+      if (!to) return;
+      const met = withGroups(pieces, piecesIn(pieces, point, to)).filter((i) => !before.includes(i));
+      drawing.select(toggled(before, met));
+      drawing.frame([point, to]);
+    },
+    end: back,
+    cancel: () => {
+      drawing.select(selected);
+      back();
     },
   };
 }

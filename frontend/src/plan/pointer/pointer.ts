@@ -13,8 +13,9 @@ export interface PlanSurface {
   handleReach(touch: boolean): number;
   /** A drawing tool is chosen: presses are its own. */
   drawing(): boolean;
-  /** What a press on `point` [m] does to the drawing, null for nothing; within `reach` [px] it counts as a hit. */
-  grab(point: Point, reach: number): Gesture | null;
+  /** What a press on `point` [m] does to the drawing, null for nothing; within `reach` [px] it counts as a hit. With
+   * `adds`, what is pressed comes to what is selected. */
+  grab(point: Point, reach: number, adds: boolean): Gesture | null;
   fit(): void;
   /** The pointer is over `point` [m], or has left. */
   hover(point: Point | null, overHandle: boolean): void;
@@ -121,7 +122,7 @@ export class PlanPointer {
     const target = this.on.drawing() ? null : this.targetGrip(event, ground);
     if (target) return target;
     const reach = event.pointerType === "mouse" ? HIT_PX : FINGER_PX;
-    const gesture = this.on.grab(planeAt(ground, clientOf(event)), reach);
+    const gesture = this.on.grab(planeAt(ground, clientOf(event)), reach, event.shiftKey);
     return gesture && { kind: "gesture", id: event.pointerId, ground, gesture };
   }
 

@@ -30,6 +30,7 @@ export function FollowAgain({ recording }: { readonly recording: Recording }) {
         name,
         points,
         times,
+        pieces: null,
         closed: false,
         smoothing: SMOOTHING[what],
         timing: { kind: "given" },
