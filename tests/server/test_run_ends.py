@@ -182,8 +182,8 @@ async def test_what_the_rig_refuses_leaves_the_run_as_it_was(desk: Desk) -> None
     with pytest.raises(CommandRefused, match="no run is under way"):
         await runs.stop(desk.leave(ANN))
     told = [event.text for event in desk.events.recent]
-    assert told[:4] == [f"run 1 (circle_1hz) {what} by ann" for what in ("started", "paused", "resumed")] + told[3:4]
-    assert told[3].startswith("run 1 (circle_1hz) stopped: by ann, RMSE ")
+    assert told[:4] == [f"run 1 (Circle, 1 Hz) {what} by ann" for what in ("started", "paused", "resumed")] + told[3:4]
+    assert told[3].startswith("run 1 (Circle, 1 Hz) stopped: by ann, RMSE ")
 
 
 async def test_the_last_results_outlive_the_server(desk: Desk, tmp_path: Path) -> None:
