@@ -24,7 +24,7 @@ import {
   withGroups,
   type Change,
 } from "./pieces/selection";
-import { piecesOf, storedOf } from "./pieces/stored";
+import { piecesOf, storedOf, strokeOf } from "./pieces/stored";
 
 /** What the pointer does on the plan. */
 export type Tool = "drag" | "select" | "freehand" | "polyline";
@@ -134,7 +134,7 @@ export function bodyOf(state: DrawingState): DrawingBody | null {
   if (pathOf(pieces).length < 2) return null;
   return {
     name: state.name.trim() || UNNAMED,
-    ...(pieces.length === 1 ? strokeOf(pieces[0]) : storedOf(pieces)),
+    ...(pieces.length === 1 ? aloneOf(pieces[0]) : storedOf(pieces)),
     times: times && thinned(times, POINTS_MAX),
     closed: closed && timing.kind !== "given",
     smoothing,
@@ -143,12 +143,11 @@ export function bodyOf(state: DrawingState): DrawingBody | null {
   };
 }
 
-/** A drawing of one stroke, with times or without, as it was before there were pieces. */
-function strokeOf(piece: Piece): Pick<DrawingBody, "points" | "pieces"> {
+/** A drawing of one piece is its stroke alone, unless it was turned or scaled; with times always. */
+function aloneOf(piece: Piece): Pick<DrawingBody, "points" | "pieces"> {
   const { angle, scale } = piece.placement;
-  if (!piece.times && (angle !== 0 || scale !== 1)) return storedOf([piece]);
-  const path = piece.times ? placed(piece) : pathOf([piece]);
-  return { points: thinned(path, POINTS_MAX).map(([x, y]) => [x, y]), pieces: null };
+  if (piece.times) return strokeOf(placed(piece));
+  return angle !== 0 || scale !== 1 ? storedOf([piece]) : strokeOf(pathOf([piece]));
 }
 
 /** What of a drawing outlives the page; undo and redo do not. */

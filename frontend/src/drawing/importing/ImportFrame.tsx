@@ -7,7 +7,8 @@ import { Facts } from "../../ui/Facts";
 import { millimetres, percent, seconds, textOf, wholeNumber } from "../../ui/format";
 import { useService } from "../../ui/services";
 import { Drawing, sketchOf, useDrawing } from "../drawing";
-import { pathOf, pieceOf, POINTS_MAX, thinned } from "../piece";
+import { pieceOf } from "../piece";
+import { storedOf, strokeOf } from "../pieces/stored";
 import { PathPicture } from "./PathPicture";
 import { nameOf, sizeOf } from "./proposal";
 
@@ -173,10 +174,10 @@ function Reach({ found, timed }: { readonly found: Found; readonly timed: boolea
 }
 
 async function reachOf({ strokes, times }: Found, timed: boolean): Promise<string> {
-  const points = thinned(timed ? strokes[0] : pathOf(strokes.map((stroke) => pieceOf(stroke))), POINTS_MAX);
+  const path = timed ? strokeOf(strokes[0]) : storedOf(strokes.map((stroke) => pieceOf(stroke)));
   const body = {
     name: "import",
-    points: points.map(([x, y]): [number, number] => [x, y]),
+    ...path,
     times: timed && times ? [...times] : null,
     closed: false,
     smoothing: 0,

@@ -19,6 +19,11 @@ export function storedOf(pieces: readonly Piece[]): Stored {
   };
 }
 
+/** One stroke, with times or without, of which only the points are kept. */
+export function strokeOf(path: readonly Point[]): Stored {
+  return { points: thinned(path, POINTS_MAX).map(([x, y]) => [x, y]), pieces: null };
+}
+
 /** The pieces of a stored drawing. */
 export function piecesOf(points: readonly Point[], stored: NonNullable<DrawingBody["pieces"]>): Piece[] {
   let first = 0;
