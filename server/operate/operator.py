@@ -109,6 +109,8 @@ class Operator:
         self._jobs: deque[Job] = deque()
         self._wake = threading.Condition()
         self._present, self._signed = 0, own()
+        self._mover: Permit | None = None
+        """Whose permit began the motion that the rig accepted last."""
         self._leaving = self._closed = False
         self.worker = Worker("operator", self._run)
         self.worker.start()
@@ -129,6 +131,16 @@ class Operator:
     def change(self, settings: Settings, permit: Permit) -> "Future[CommandReply]":
         """Put other settings in force; they are kept only when the rig accepts them."""
         return self._ask(Job(permit, settings=settings))
+
+    def hold_left(self) -> None:
+        """HOLD what somebody began who no longer operates; what began by who operates now, or waits to, goes on."""
+        permit = Permit(None, lambda request: self._moves_for_holder(), STILLING)
+        with self._wake:
+            self._jobs.append(Job(permit, Request.HOLD, boot=self._connected(), stops=self._stops))
+            self._wake.notify()
+
+    def _moves_for_holder(self) -> str:
+        return "the operator of now began this motion" if self._mover is not None and self._mover.stands() else ""
 
     def stop(self, who: str = "") -> "Future[CommandReply]":
         """E-STOP, for anyone, who is then named: it passes everything that is under way, and ends what waits."""
@@ -250,6 +262,8 @@ class Operator:
         self._unsure = job.moves and reply.cause == Cause.LOOP_STALLED and not reply.accepted
         if reply.accepted:
             self._command = command.model_copy(update={"request": Request.NONE})
+            if job.request in (Request.FOLLOW, Request.TRACK):
+                self._mover = job.permit
         return reply
 
     def _next(self, job: Job, newest: Any) -> Command:

@@ -1,8 +1,7 @@
 """What nobody asked for but everyone should know: the rig came or went, restarted, changed mode; the lease lapsed."""
 
-from controller.schema.modes import Cause, Mode, Request
+from controller.schema.modes import Cause, Mode
 from server.access.lease import OperatorLease
-from server.access.permit import own
 from server.http.who import Identity
 from server.log.events import EventLog, Level, words
 from server.operate.operator import Operator
@@ -66,7 +65,7 @@ class Watch:
             self._events.add(f"{before.name} no longer operates")
             # The next operator's page must not keep a motion going that someone else began.
             if self._mode is not None and self._mode[0] in _LIVE:
-                self._operator.request(Request.HOLD, own())
+                self._operator.hold_left()
         if holder is not None:
             self._events.add(f"{holder.name} operates")
 

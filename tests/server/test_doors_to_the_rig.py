@@ -35,16 +35,16 @@ DOORS = {
     "operate/hand.py": ["move", "present", "request", "request"],
     "operate/people.py": ["request"],
     "operate/settings.py": ["change"],
-    "operate/watch.py": ["request"],
+    "operate/watch.py": ["hold_left"],
     "presets/routes.py": ["order"],
     "rig/client.py": ["command", "faults", "faults", "plan", "stop"],
     "rig/twin_routes.py": ["inject"],
-    "runs/routes.py": ["present", "present"],
+    "runs/routes.py": ["present", "present", "present"],
     "runs/tracker.py": ["plan", "request", "request"],
 }
 """What reaches the operator's side, the link or the supervisor's order, by file; the campaign asks from outside."""
 PARTS = {
-    "operator": {"request", "move", "change", "present", "stop"},
+    "operator": {"request", "move", "change", "present", "stop", "hold_left"},
     "rig": {"plan", "inject", "stop", "send"},
     "link": {"command", "plan", "faults", "stop"},
     "actuators": {"order"},

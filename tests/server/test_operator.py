@@ -13,9 +13,13 @@ from controller.schema.layout import record_dtype
 from controller.schema.messages import Command, CommandReply, Telemetry
 from controller.schema.modes import Cause, Mode, Request
 from controller.schema.parameters import Settings
+from server.access.permit import Permit
+from server.http.who import Identity
 from server.operate.operator import Operator
 from server.operate.stopper import Stopper
 from tests.server.leave import ANYTHING
+
+ANN = Identity("a", "ann", "operator")
 
 
 class Loop:
@@ -148,6 +152,26 @@ def test_what_ends_motion_drops_what_waits_and_would_move(ends: Request, loop: L
     assert all(one.result(20).accepted for one in [*kept, later])
     seen = [(c.request, c.target[0]) for c in loop.heard[before:] if c.request or c.target[0]]
     assert seen[:2] == [(ends, 0.0), (Request.FOLLOW, 0.3)]
+
+
+def test_what_the_last_operator_began_is_held_and_what_the_new_one_began_goes_on(
+    loop: Loop, operator: Operator
+) -> None:
+    """However late the hand-over is seen: before the new operator's press leaves, between, or after it."""
+    lost = [""]
+    old = Permit(ANN, lambda request: lost[0])
+    assert operator.request(Request.FOLLOW, old, (0.1, 0.0)).result(20).accepted
+    lost[0] = "only the operator may do this"
+    operator.hold_left()
+    wait_until(lambda: loop.heard[-1].request == Request.NONE and loop.heard[-2].request == Request.HOLD)
+    before = loop.stall()
+    waiting = operator.request(Request.FOLLOW, ANYTHING, (0.2, 0.0))
+    operator.hold_left()
+    loop.gate.set()
+    assert waiting.result(20).accepted
+    operator.hold_left()
+    assert operator.move((0.3, 0.0), ANYTHING).result(20).accepted
+    assert [c.request for c in loop.heard[before:] if c.request] == [Request.FOLLOW]
 
 
 def test_e_stop_waits_for_no_call_and_ends_what_waits(loop: Loop, operator: Operator) -> None:

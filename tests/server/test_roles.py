@@ -34,6 +34,7 @@ NEEDS = {
     ("PUT", "/api/drawings/{name}"): LEASE,
     ("DELETE", "/api/drawings/{name}"): LEASE,
     ("POST", "/api/run"): LEASE,
+    ("POST", "/api/run/again"): LEASE,
     ("POST", "/api/run/pause"): LEASE,
     ("POST", "/api/run/resume"): LEASE,
     ("POST", "/api/run/stop"): LEASE,

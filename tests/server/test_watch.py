@@ -1,6 +1,6 @@
 """What the server does by itself when the rig or the lease changes."""
 
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 import pytest
@@ -9,7 +9,6 @@ from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.schema.modes import Mode, Request
 from server.access.lease import OperatorLease
-from server.access.permit import Permit
 from server.http.who import Identity
 from server.log.events import EventLog
 from server.operate.operator import Operator
@@ -31,9 +30,8 @@ class Asked:
     def boot(self) -> int:
         return 7
 
-    def request(self, request: Request, permit: Permit) -> Any:
-        permit.require(request)
-        self.requests.append(request)
+    def hold_left(self) -> None:
+        self.requests.append(Request.HOLD)
 
 
 @pytest.mark.parametrize("mode", Mode)
