@@ -8,8 +8,9 @@ import rerun.blueprint as rrb
 
 from controller.errors import RecordingError
 from controller.research.identification.observe import Observed
+from controller.schema.palette import MEASURED, OBSERVER
 from recordings.format.blueprint import APPLICATION
-from recordings.format.signals import MEASURED, OBSERVER, rgba
+from recordings.format.signals import rgba
 
 PAUSE = 0.5
 """Between two decays on the timeline [s]."""

@@ -12,8 +12,8 @@ import numpy as np
 from controller.arrays import Values
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
+from controller.schema.palette import MEASURED, OBSERVER, REFERENCE, TWIN
 from recordings.exporting.table import Column, Table
-from recordings.format.signals import MEASURED, OBSERVER, REFERENCE, TWIN
 
 FRAME = "base"
 """The frame of the README: the base at the origin, at rest along +x, z out of the plane."""

@@ -8,6 +8,7 @@ import numpy as np
 from controller.errors import ParameterError
 from controller.schema.layout import Model, quantity, record_dtype
 from controller.schema.messages import Telemetry
+from controller.schema.titles import title
 from recordings.format.messages import Recording
 
 GROUPS = {
@@ -41,6 +42,8 @@ class SignalInfo(Model):
     """One signal of a recording, as the page offers it for export."""
 
     name: str
+    title: str
+    """Its field in words, as on the page."""
     field: str
     """Field of telemetry that it is a number of; its name stands for all of them."""
     unit: str
@@ -58,6 +61,11 @@ class Signal:
     """Where it is in the field, () where that is one number."""
 
     @property
+    def title(self) -> str:
+        """Its field in words."""
+        return title(self.field)
+
+    @property
     def unit(self) -> str:
         """SI unit, "1" where there is none."""
         return quantity(Telemetry, self.field).unit
@@ -72,7 +80,7 @@ def offered(recording: Recording) -> list[SignalInfo]:
     """What to choose from, as far as that can be said without opening the file."""
     fields = TIP if recording.imported else tuple(Telemetry.model_fields)
     return [
-        SignalInfo(name=one.name, field=one.field, unit=one.unit, group=one.group)
+        SignalInfo(name=one.name, title=one.title, field=one.field, unit=one.unit, group=one.group)
         for one in chosen((), fields)
         if recording.twin or one.field != "twin_backbone"
     ]

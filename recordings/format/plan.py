@@ -8,7 +8,8 @@ import rerun as rr
 
 from controller.arrays import Array32, Mask, Rows, Values, Words
 from controller.schema.actuator import Actuator
-from recordings.format.signals import MEASURED, OBSERVER, PLAN_PERIOD, REFERENCE, TWIN, YELLOW, rgba
+from controller.schema.palette import MEASURED, OBSERVER, REFERENCE, TWIN
+from recordings.format.signals import PLAN_PERIOD, TARGET, rgba
 
 TimesOf = Callable[[Rows], list[rr.TimeColumn]]
 
@@ -34,7 +35,7 @@ def write_static(stream: rr.RecordingStream, actuator: Actuator) -> None:
     _style(stream, rr.LineStrips2D, TWIN_BACKBONE, (TWIN, 3.0, 10.0))
     _style(stream, rr.LineStrips2D, OBSERVER_BACKBONE, (OBSERVER, 2.0, 20.0))
     _style(stream, rr.Points2D, "/plan/markers", (MEASURED, 3.5, 50.0))
-    _style(stream, rr.Points2D, "/plan/target", (YELLOW, 6.0, 30.0))
+    _style(stream, rr.Points2D, "/plan/target", (TARGET, 6.0, 30.0))
     _style(stream, rr.Points2D, "/plan/reference", (REFERENCE, 2.5, 40.0))
     _style(stream, rr.Points2D, "/plan/tip", (MEASURED, 2.0, 41.0))
     _write_grid(stream, actuator.length)

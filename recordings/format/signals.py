@@ -12,22 +12,20 @@ import numpy as np
 from controller.schema.layout import quantity
 from controller.schema.messages import Telemetry
 from controller.schema.modes import Mode
+from controller.schema.palette import DANGER, LINES, MEASURED, OBSERVER, REFERENCE, TWIN, pale
+from controller.schema.titles import title
 
-REFERENCE, MEASURED, OBSERVER, TWIN, GHOST, DANGER = 0xE69F00, 0x009E73, 0x56B4E9, 0x999999, 0xCC79A7, 0xD55E00
-"""One colour per role, as on the page."""
-
-YELLOW, BLUE, PINK, SILVER = 0xF0E442, 0x0072B2, 0xCC79A7, 0xBBBBBB
-"""Colours for what has no role (components, chambers, powers); colour-blind safe beside the roles."""
-
-PAIRS = {"": (0x0072B2, 0xCC79A7), "feedforward": (0x66AAD7, 0xE0A9C8), "feedback": (0xA6D0EE, 0xF0D3E2)}
-"""The two components of u in three shades each."""
+TARGET = pale(REFERENCE, 0.4)
+FIRST, SECOND = LINES[:2]
+"""Two components."""
+CHAMBERS = LINES[:4]
 
 MODE_COLORS = {
     Mode.VENTED: TWIN,
     Mode.HOLD: OBSERVER,
     Mode.FOLLOW: MEASURED,
     Mode.TRACK: MEASURED,
-    Mode.REST: YELLOW,
+    Mode.REST: LINES[1],
     Mode.FAULT: REFERENCE,
     Mode.E_STOP: DANGER,
 }
@@ -44,9 +42,13 @@ class Series:
 
     field: str
     index: int | None
-    label: str
     color: int
     width: float = 1.5
+
+    @property
+    def label(self) -> str:
+        """Its name on the page and in exports."""
+        return title(self.field, self.index)
 
     @property
     def name(self) -> str:
@@ -63,19 +65,22 @@ class Group:
     series: tuple[Series, ...]
 
 
-def _each(field: str, label: str, colors: tuple[int, ...], width: float = 1.5) -> Iterator[Series]:
-    """One series per element of a vector field; `{}` in the label is its number."""
+def _each(field: str, colors: tuple[int, ...], width: float = 1.5) -> Iterator[Series]:
+    """One series per element of a vector field."""
     for index, color in enumerate(colors):
-        yield Series(field, index, label.format(index + 1), color, width)
+        yield Series(field, index, color, width)
+
+
+def _shades(share: float) -> tuple[int, int]:
+    return pale(FIRST, share), pale(SECOND, share)
 
 
 def _tip(axis: int) -> tuple[Series, ...]:
-    name = "xy"[axis]
     return (
-        Series("target", axis, f"target {name}", YELLOW, 1.0),
-        Series("p_ref", axis, f"reference {name}", REFERENCE, 2.0),
-        Series("p_meas", axis, f"measured {name}", MEASURED),
-        Series("p_hat", axis, f"observer {name}", OBSERVER),
+        Series("target", axis, TARGET, 1.0),
+        Series("p_ref", axis, REFERENCE, 2.0),
+        Series("p_meas", axis, MEASURED),
+        Series("p_hat", axis, OBSERVER),
     )
 
 
@@ -85,62 +90,62 @@ GROUPS = (
     Group(
         "/error",
         (
-            Series("error", 0, "error x", YELLOW),
-            Series("error", 1, "error y", PINK),
-            Series("residual", None, "observer residual", OBSERVER),
+            Series("error", 0, FIRST),
+            Series("error", 1, SECOND),
+            Series("residual", None, OBSERVER),
         ),
     ),
     Group(
         "/pressures",
         (
-            *_each("pressure_cmd", "chamber {} wanted", (BLUE, YELLOW, PINK, SILVER), 1.0),
-            *_each("pressure_meas", "chamber {} measured", (BLUE, YELLOW, PINK, SILVER), 2.0),
+            *_each("pressure_cmd", CHAMBERS, 1.0),
+            *_each("pressure_meas", CHAMBERS, 2.0),
         ),
     ),
     Group(
         "/u",
         (
-            *_each("u", "u{} sent", PAIRS[""], 2.5),
-            *_each("u_ff", "u{} feedforward", PAIRS["feedforward"], 1.0),
-            *_each("u_fb", "u{} feedback", PAIRS["feedback"], 1.0),
-            *_each("u_hat", "u{} in the observer", (OBSERVER, TWIN), 1.0),
+            *_each("u", (FIRST, SECOND), 2.5),
+            *_each("u_ff", _shades(0.35), 1.0),
+            *_each("u_fb", _shades(0.6), 1.0),
+            *_each("u_hat", (OBSERVER, TWIN), 1.0),
         ),
     ),
     Group(
         "/observer",
         (
-            Series("energy", None, "energy", OBSERVER, 2.0),
-            Series("ledger", None, "ledger", DANGER),
-            Series("power", 0, "damping power", TWIN, 1.0),
-            Series("power", 1, "pneumatic power", REFERENCE, 1.0),
-            Series("power", 2, "observer power", MEASURED, 1.0),
-            Series("power", 3, "Baumgarte power", PINK, 1.0),
+            Series("energy", None, OBSERVER, 2.0),
+            Series("ledger", None, DANGER),
+            Series("power", 0, TWIN, 1.0),
+            Series("power", 1, REFERENCE, 1.0),
+            Series("power", 2, MEASURED, 1.0),
+            Series("power", 3, LINES[4], 1.0),
         ),
     ),
     Group(
         "/timing",
-        (Series("lateness_ns", None, "lateness", REFERENCE), Series("step_ns", None, "tick duration", OBSERVER)),
+        (Series("lateness_ns", None, REFERENCE), Series("step_ns", None, OBSERVER)),
     ),
     Group(
         "/state",
         (
-            Series("slot", None, "slot", TWIN),
-            Series("lost", None, "slots lost", DANGER),
-            Series("mode", None, "mode", OBSERVER),
-            Series("cause", None, "cause", TWIN),
-            Series("command_n", None, "command in force", REFERENCE),
-            Series("request_n", None, "request", REFERENCE),
-            Series("request_cause", None, "refusal", DANGER),
-            Series("presence", None, "presence", MEASURED),
-            Series("law", None, "law", BLUE),
-            Series("sensed", None, "sensed rods", MEASURED),
-            Series("saturated", None, "saturated", DANGER),
-            Series("reachable", None, "reachable", MEASURED),
-            Series("measurement_age", None, "measurement age", MEASURED),
-            Series("operator_age", None, "operator age", OBSERVER),
-            Series("server_age", None, "server age", TWIN),
-            *_each("p_ref_dot", "reference velocity {}", (REFERENCE, YELLOW)),
-            *_each("integral", "integral {}", (BLUE, PINK)),
+            Series("slot", None, TWIN),
+            Series("lost", None, DANGER),
+            Series("mode", None, OBSERVER),
+            Series("cause", None, TWIN),
+            Series("command_n", None, REFERENCE),
+            Series("request_n", None, REFERENCE),
+            Series("request_cause", None, DANGER),
+            Series("presence", None, MEASURED),
+            Series("law", None, LINES[3]),
+            Series("sensed", None, MEASURED),
+            Series("saturated", None, DANGER),
+            Series("reachable", None, MEASURED),
+            Series("measurement_age", None, MEASURED),
+            Series("operator_age", None, OBSERVER),
+            Series("server_age", None, TWIN),
+            *_each("p_ref_dot", (FIRST, SECOND)),
+            *_each("integral", (FIRST, SECOND)),
         ),
     ),
 )

@@ -198,7 +198,7 @@ def _cycle(t: Array, columns: dict[str, Array], course: list[Stretch]) -> Cycle:
 
 def _all_series() -> list[Series]:
     series = [series for group in GROUPS if group.path in PATHS for series in group.series]
-    return [*series, Series("error", None, "error", 0)]
+    return [*series, Series("error", None, 0)]
 
 
 def _key(series: Series) -> str:

@@ -7,63 +7,8 @@ from controller.arrays import Rows
 from controller.errors import ParameterError
 from controller.schema.layout import fields, numbers, quantity, record_dtype
 from controller.schema.messages import Telemetry
-from controller.schema.parameters import BACKBONE_POINTS, SENSORS
+from controller.schema.titles import TITLES, elements
 from server.rig.messages import PlotChannel
-
-TITLES = {
-    "p_ref": "reference",
-    "p_meas": "measured tip",
-    "p_hat": "observer tip",
-    "error": "error",
-    "residual": "observer residual",
-    "pressure_meas": "pressure",
-    "pressure_cmd": "pressure command",
-    "u": "torque",
-    "u_ff": "feedforward torque",
-    "u_fb": "feedback torque",
-    "u_hat": "observer's torque",
-    "integral": "error integral",
-    "target": "target",
-    "p_ref_dot": "reference speed",
-    "energy": "energy",
-    "ledger": "energy ledger",
-    "power": "power",
-    "markers": "markers",
-    "backbone": "observer backbone",
-    "twin_backbone": "twin backbone",
-    "measurement_age": "measurement age",
-    "operator_age": "operator age",
-    "server_age": "server age",
-    "step_ns": "step time",
-    "lateness_ns": "wake-up lateness",
-    "lost": "lost ticks",
-    "tick": "ticks",
-    "slot": "time slots",
-    "mode": "mode",
-    "cause": "cause",
-    "law": "law",
-    "sensed": "sensors used",
-    "saturated": "saturated",
-    "reachable": "reachable",
-    "command_n": "command number",
-    "request_n": "request number",
-    "request_cause": "request's cause",
-    "presence": "presence counter",
-}
-"""Every field in words, in the order of the page's menu."""
-
-_XY = ("x", "y")
-_ELEMENTS = {
-    **{name: ("1", "2") for name in ("u", "u_ff", "u_fb", "u_hat")},
-    **{name: ("1", "2", "3", "4") for name in ("pressure_cmd", "pressure_meas")},
-    "power": ("damping", "pneumatic", "observer", "Baumgarte"),
-    "markers": tuple(f"rod {rod} {axis}" for rod in range(1, SENSORS + 1) for axis in _XY),
-    **{
-        name: tuple(f"{point}/{BACKBONE_POINTS - 1} L {axis}" for point in range(BACKBONE_POINTS) for axis in _XY)
-        for name in ("backbone", "twin_backbone")
-    },
-}
-"""Names of the elements of fields that are not a number or a vector of the plane."""
 
 
 class UnknownChannel(ParameterError):
@@ -104,11 +49,10 @@ def _is_vector(field: str) -> bool:
 
 def _channels(field: str) -> list[PlotChannel]:
     group, unit, width = TITLES[field], quantity(Telemetry, field).unit, _width(field)
-    names = _ELEMENTS.get(field, _XY if width == 2 else ("",))
     keys = [f"{field}.{i}" for i in range(width)] if width > 1 else [field]
     found = [
         PlotChannel(key=key, group=group, name=name, unit=unit, field=field, index=i)
-        for i, (key, name) in enumerate(zip(keys, names, strict=True))
+        for i, (key, name) in enumerate(zip(keys, elements(field), strict=True))
     ]
     if _is_vector(field):
         norm = PlotChannel(key=f"{field}.norm", group=group, name="norm", unit=unit, field=field, index=None)
@@ -116,7 +60,9 @@ def _channels(field: str) -> list[PlotChannel]:
     return found
 
 
-CHANNELS: list[PlotChannel] = [channel for field in TITLES for channel in _channels(field)]
+PLOTTED = tuple(field for field in TITLES if field != "t_ns")
+"""In the order of the page's menu."""
+CHANNELS: list[PlotChannel] = [channel for field in PLOTTED for channel in _channels(field)]
 _PLACES = {channel.key: i for i, channel in enumerate(CHANNELS)}
 
 
@@ -125,7 +71,7 @@ def _plain(kind: str) -> tuple[type[np.generic], npt.NDArray[np.intp], npt.NDArr
     places: list[int] = []
     found: list[int] = []
     size = np.dtype(kind).itemsize
-    for field in (field for field in fields(Telemetry) if field.type == kind and field.name in TITLES):
+    for field in (field for field in fields(Telemetry) if field.type == kind and field.name in PLOTTED):
         first, at, width = _PLACES[_channels(field.name)[0].key], field.offset // size, _width(field.name)
         places += range(first, first + width)
         found += range(at, at + width)
@@ -133,6 +79,6 @@ def _plain(kind: str) -> tuple[type[np.generic], npt.NDArray[np.intp], npt.NDArr
 
 
 _PLAIN = [_plain(kind) for kind in ("float64", "float32", "int64")]
-_VECTORS = [field for field in fields(Telemetry) if field.name in TITLES and _is_vector(field.name)]
+_VECTORS = [field for field in fields(Telemetry) if field.name in PLOTTED and _is_vector(field.name)]
 _NORMS = np.array([_PLACES[f"{field.name}.norm"] for field in _VECTORS], np.intp)
 _NORMED = np.array([field.offset // 8 for field in _VECTORS], np.intp)

@@ -1,12 +1,10 @@
-"""One colour per role, the same as on the page and in recordings (colour-blind safe), as viser takes them."""
+"""The colours of the roles as viser takes them, and those that only the 3D view has."""
+
+from controller.schema import palette
 
 Colour = tuple[int, int, int]
 
-REFERENCE = (230, 159, 0)
-MEASURED = (0, 158, 115)
-OBSERVER = (86, 180, 233)
-TWIN = (153, 153, 153)
-GHOST = (204, 121, 167)
-DANGER = (213, 94, 0)
-TARGET = (255, 255, 255)
-BASE = (110, 110, 110)
+REFERENCE, MEASURED, OBSERVER = (palette.rgb(role) for role in (palette.REFERENCE, palette.MEASURED, palette.OBSERVER))
+TWIN, GHOST, DANGER = (palette.rgb(role) for role in (palette.TWIN, palette.GHOST, palette.DANGER))
+TARGET: Colour = (255, 255, 255)
+BASE: Colour = (110, 110, 110)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import BrowserContext, FilePayload, Page, Request, expect
 
+from controller.schema.palette import LINES, rgb
 from recordings.format.messages import Recording
 from tests.e2e.product import Product, open_page, pixels_of, shot, wait_until
 from tests.e2e.recorded import list_many, record_circle
@@ -23,6 +24,7 @@ COLOURED = """() => [...document.querySelectorAll("[data-testid=quick-plot] canv
   return found;
 })"""
 OBSERVER_BLUE = (0x56, 0xB4, 0xE9)
+FIRST_RUN, SECOND_RUN = rgb(LINES[0]), rgb(LINES[1])
 
 
 @pytest.fixture(scope="module")
@@ -113,7 +115,8 @@ def test_two_recordings_are_compared_on_time_and_phase(page: Page, made: list[Re
     expect(page.get_by_test_id("quick-plot")).to_have_count(6)
     box = page.get_by_test_id("quick-plot").first.bounding_box()
     assert box
-    assert len(pixels_of(page, OBSERVER_BLUE, box)) > 50
+    for colour in (FIRST_RUN, SECOND_RUN):
+        assert len(pixels_of(page, colour, box)) > 50
     shot(page, "compare-phase")
 
 

@@ -26,7 +26,7 @@ def test_the_shortened_campaign_passes_and_says_so_in_json(tmp_path: Path) -> No
     assert file.exists(), done.stdout + done.stderr
     found = json.loads(file.read_text())
     assert found["origin"]["command"].startswith("tendril faults --quick")
-    assert set(found) == {"faults"}
+    assert set(found) == {"origin", "faults"}
     assert [one["name"] for one in found["faults"]] == [fault.name for fault in chosen(None, quick=True)]
     for one in found["faults"]:
         assert set(one) == KEYS

@@ -4008,6 +4008,11 @@ export interface components {
       /** Name */
       name: string;
       /**
+       * Title
+       * @description Its field in words, as on the page.
+       */
+      title: string;
+      /**
        * Field
        * @description Field of telemetry that it is a number of; its name stands for all of them.
        */

@@ -2,6 +2,7 @@ import { Button, Progress } from "@mantine/core";
 import { Live } from "../live/live";
 import { PageStore, usePage } from "../live/page";
 import { MODE_WORD, whyText } from "../rig/modes";
+import { CHAMBERS } from "../rig/telemetry";
 import { lapText } from "../runs/facts";
 import { DASH, percent, plain } from "../ui/format";
 import { LiveText } from "../ui/LiveText";
@@ -41,8 +42,8 @@ export function Wall() {
     },
     { name: "error", unit: "mm", read: () => plain(at((row) => Math.hypot(row.at("error", 0), row.at("error", 1)) * 1e3), 1) }, // prettier-ignore
   ];
-  const pressures = [0, 1, 2, 3].map((i) => ({
-    name: `chamber ${i + 1}`,
+  const pressures = CHAMBERS.map((chamber, i) => ({
+    name: `pressure ${chamber}`,
     unit: "kPa",
     read: () =>
       plain(

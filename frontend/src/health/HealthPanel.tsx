@@ -13,7 +13,7 @@ import { HealthLimits } from "./HealthLimits";
 import { GradeWord } from "./HealthReading";
 
 const PERIOD_MS = 1000;
-const POWERS = ["damping", "pneumatic", "observer", "Baumgarte"] as const;
+const POWERS = ["damping", "pressures", "observer", "constraints"] as const;
 
 interface Line {
   readonly measure: Measure;
@@ -85,7 +85,7 @@ function Row({ measure, value, also = "" }: Line) {
   );
 }
 
-/** The four powers that feed and drain the stored energy. */
+/** The four powers that feed and drain the stored energy; the last is Baumgarte's, which holds the hinges together. */
 function Powers({ read }: { readonly read: Read }) {
   return (
     <dl className="facts powers">

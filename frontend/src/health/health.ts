@@ -92,7 +92,7 @@ export const GAUGES: Record<Measure, Gauge> = {
     show: age,
   },
   presenceAge: {
-    name: "operator's sign",
+    name: "operator heartbeat",
     meaning: "Since the operator's page gave its last sign of life, 20 a second",
     limits: { amber: 0.25, red: 0.5 },
     show: age,
@@ -119,8 +119,9 @@ export const GAUGES: Record<Measure, Gauge> = {
     show: (value) => milliseconds(value, 0),
   },
   ledger: {
-    name: "ledger",
-    meaning: "Stored energy minus what the four powers gave since the start: the integrator's error",
+    name: "energy balance",
+    meaning:
+      "Stored energy minus the work of the four powers since the start: what the integrator adds or loses",
     limits: { amber: 100e-6, red: 1e-3 },
     show: microjoules,
   },

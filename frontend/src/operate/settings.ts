@@ -16,8 +16,8 @@ export interface Shown<Name> {
 }
 
 export const PAIRS: readonly Shown<Exclude<PairName, "u_open">>[] = [
-  { name: "K_P", label: "K_P", meaning: "Proportional gain", unit: "1", scale: 1, step: 0.05 },
-  { name: "K_I", label: "K_I", meaning: "Integral gain", unit: "1/s", scale: 1, step: 0.1 },
+  { name: "K_P", label: "K_P", meaning: "Proportional", unit: "1", scale: 1, step: 0.05 },
+  { name: "K_I", label: "K_I", meaning: "Integral", unit: "1/s", scale: 1, step: 0.1 },
   { name: "K_FF", label: "K_FF", meaning: "Velocity feedforward", unit: "s", scale: 1, step: 0.01 },
   { name: "K_o", label: "K_o", meaning: "Observer stiffness", unit: "N/m", scale: 1, step: 10 },
   { name: "B_o", label: "B_o", meaning: "Observer damping", unit: "N s/m", scale: 1, step: 0.1 },
@@ -32,11 +32,11 @@ export const SCALARS: readonly Shown<ScalarName>[] = [
     scale: 1e3,
     step: 1,
   },
-  { name: "speed_max", label: "v_max", meaning: "Target speed limit", unit: "mm/s", scale: 1e3, step: 10 },
+  { name: "speed_max", label: "v_max", meaning: "Target speed, most", unit: "mm/s", scale: 1e3, step: 10 },
   {
     name: "acceleration_max",
     label: "a_max",
-    meaning: "Target acceleration limit",
+    meaning: "Target acceleration, most",
     unit: "mm/s²",
     scale: 1e3,
     step: 100,

@@ -13,6 +13,7 @@ import {
   PAIRS,
   SCALARS,
   type PairName,
+  type ScalarName,
   type Shown,
 } from "../operate/settings";
 import { LAW_TEXT } from "../rig/modes";
@@ -50,7 +51,6 @@ export function GainsPanel() {
           <span />
           <span className="gain-head">x</span>
           <span className="gain-head">y</span>
-          <span />
           {PAIRS.map((shown) => (
             <PairRow key={shown.name} shown={shown} value={settings[shown.name]} />
           ))}
@@ -86,15 +86,20 @@ function LawSelect({ law }: { readonly law: Law }) {
   );
 }
 
-function Symbol({ label, meaning }: { readonly label: string; readonly meaning: string }) {
-  const [base, index] = label.split("_");
+/** What it is, its symbol in the paper, and its bounds. */
+function Name({ shown }: { readonly shown: Shown<PairName | ScalarName> }) {
+  const [base, index] = shown.label.split("_");
   return (
-    <Tooltip label={meaning}>
-      <span className="symbol">
-        {base}
-        {index ? <sub>{index}</sub> : null}
+    <span className="gain-name">
+      {shown.meaning}
+      <span className="bounds">
+        <span className="symbol">
+          {base}
+          {index ? <sub>{index}</sub> : null}
+        </span>{" "}
+        {boundsText(shown)}
       </span>
-    </Tooltip>
+    </span>
   );
 }
 
@@ -104,10 +109,10 @@ interface PairRowProps {
 }
 
 function PairRow({ shown, value }: PairRowProps) {
-  const { name, label, meaning, unit, scale, step } = shown;
+  const { name, label, unit, scale, step } = shown;
   return (
     <>
-      <Symbol label={label} meaning={meaning} />
+      <Name shown={shown} />
       {AXES.map((axis, i) => (
         <SettingField
           key={axis}
@@ -120,16 +125,15 @@ function PairRow({ shown, value }: PairRowProps) {
           change={(wanted) => ({ [name]: value.map((old, j) => (j === i ? wanted / scale : old)) })}
         />
       ))}
-      <span className="bounds">{boundsText(shown)}</span>
     </>
   );
 }
 
 function ScalarRow({ shown, value }: { readonly shown: (typeof SCALARS)[number]; readonly value: number }) {
-  const { name, label, meaning, unit, scale, step } = shown;
+  const { name, meaning, unit, scale, step } = shown;
   return (
     <>
-      <Symbol label={label} meaning={meaning} />
+      <Name shown={shown} />
       <SettingField
         label={meaning}
         testId={name}
@@ -139,7 +143,6 @@ function ScalarRow({ shown, value }: { readonly shown: (typeof SCALARS)[number];
         {...limits(shown)}
         change={(wanted) => ({ [name]: wanted / scale })}
       />
-      <span className="bounds">{boundsText(shown)}</span>
     </>
   );
 }

@@ -31,6 +31,9 @@ const FIELDS = [
   "twin_backbone",
 ] as const;
 
+/** Names of the chambers, in the order of their pressures (controller/schema/titles.py). */
+export const CHAMBERS = ["u1+", "u1-", "u2+", "u2-"] as const;
+
 export type TelemetryField = (typeof FIELDS)[number];
 
 /** The newest telemetry record, read in place: `telemetry.at("p_ref", 1)`. */

@@ -1,5 +1,6 @@
 import { NativeSelect } from "@mantine/core";
 import { useWhyNot } from "../operate/permission";
+import { CHAMBERS } from "../rig/telemetry";
 import { FAULTY_RODS } from "./rods";
 import type { TwinFaults } from "./twinFaults";
 
@@ -14,7 +15,6 @@ interface Choice {
   readonly options: readonly Option[];
 }
 
-const CHAMBERS = ["u1+", "u1−", "u2+", "u2−"];
 const JUMPS_MM = [0, 20, 50, 100];
 
 /** None, each chamber alone, all four. */

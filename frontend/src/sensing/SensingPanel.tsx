@@ -28,14 +28,15 @@ export function SensingPanel() {
         <span className="backbone-base">
           <span>base</span>
           <span className="backbone-row">residual</span>
-          {twin ? <span className="backbone-row">to twin</span> : null}
+          {twin ? <span className="backbone-row">estimate</span> : null}
         </span>
         {RODS.map((rod) => (
           <Sensor key={rod} rod={rod} mask={mask} reason={reason} choose={choose} twin={twin} />
         ))}
       </div>
       <p className="note">
-        mm{twin ? "; to twin: from the observer's estimate to the twin's truth" : ", measured to observer"}
+        mm. Residual: from the measured marker to the observer
+        {twin ? ". Estimate: from the observer to where the twin really is" : ""}
       </p>
       {twin ? <TwinFaultsPanel /> : null}
     </div>

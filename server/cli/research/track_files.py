@@ -10,6 +10,7 @@ from controller.arrays import Rows
 from controller.errors import ParameterError, TendrilError
 from controller.research.track import Tracked
 from controller.schema.origin import Origin
+from controller.schema.palette import LINES, MEASURED, REFERENCE, css
 from controller.schema.parameters import DT
 from controller.simulation.metrics import tip
 from server.cli.files import require_file
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
 OUT, PLOT = (".csv", ".parquet", ".rrd"), (".svg", ".pdf")
 WIDE = (7.0, 2.8)
 """Across both columns of a paper [inch]."""
-REFERENCE, TIP, AXES = "#e69f00", "#0072b2", ("#0072b2", "#cc79a7")
-"""Colours that stay apart for the colour-blind and in print."""
 
 
 def require_files(out: Path | None, plot: Path | None) -> None:
@@ -69,12 +68,12 @@ def drawn(tracked: Tracked, rows: Rows) -> "Callable[[Figure], None]":
 
     def draw(figure: "Figure") -> None:
         plane, errors = figure.subplots(1, 2, width_ratios=(1.0, 1.6))
-        plane.plot(*wanted[begin:].T, color=REFERENCE, linewidth=2.0, label="reference")
-        plane.plot(*actual[begin:].T, color=TIP, linewidth=0.8, label="tip")
+        plane.plot(*wanted[begin:].T, color=css(REFERENCE), linewidth=2.0, label="reference")
+        plane.plot(*actual[begin:].T, color=css(MEASURED), linewidth=0.8, label="tip")
         plane.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal")
         plane.legend()
-        for axis, (name, colour) in enumerate(zip("xy", AXES, strict=True)):
-            errors.plot(t, error[:, axis], color=colour, linewidth=0.8, label=f"e_{name}")
+        for axis, (name, colour) in enumerate(zip("xy", LINES[:2], strict=True)):
+            errors.plot(t, error[:, axis], color=css(colour), linewidth=0.8, label=f"e_{name}")
         errors.axvline(0.0, color="#777777", linewidth=0.6, linestyle=":")
         errors.set(xlabel="t [s]", ylabel="error, reference minus tip [mm]", xlim=(t[0], max(t[-1], t[0] + DT)))
         errors.legend()

@@ -6,6 +6,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from controller.arrays import Array
+from controller.schema import palette
+from controller.schema.palette import css
 
 MM = 1e3
 """Millimetres in a metre."""
@@ -14,11 +16,17 @@ KPA = 1e-3
 EVERY = 10e-3
 """Time between the points of a curve [s]: more cannot be seen."""
 
-REFERENCE: Any = {"color": "#E69F00", "linestyle": (0, (4, 2)), "linewidth": 1.3, "zorder": 4}
-TIP: Any = {"color": "#999999", "linestyle": "-", "linewidth": 2.2, "zorder": 2}
+REFERENCE: Any = {"color": css(palette.REFERENCE), "linestyle": (0, (4, 2)), "linewidth": 1.3, "zorder": 4}
+TIP: Any = {"color": css(palette.TWIN), "linestyle": "-", "linewidth": 2.2, "zorder": 2}
 """The twin's true tip."""
-OBSERVER: Any = {"color": "#56B4E9", "linestyle": "-", "linewidth": 1.0, "zorder": 3}
-PAPER: Any = {"color": "#D55E00", "linestyle": "none", "marker": "x", "markersize": 6.0, "markeredgewidth": 1.6}
+OBSERVER: Any = {"color": css(palette.OBSERVER), "linestyle": "-", "linewidth": 1.0, "zorder": 3}
+PAPER: Any = {
+    "color": css(palette.DANGER),
+    "linestyle": "none",
+    "marker": "x",
+    "markersize": 6.0,
+    "markeredgewidth": 1.6,
+}
 """A number of the paper."""
 
 _FIRST: Any = {"color": "#000000", "linestyle": ":", "linewidth": 1.3}

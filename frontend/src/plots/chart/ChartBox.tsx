@@ -14,6 +14,9 @@ interface Props {
   readonly children: ReactNode;
 }
 
+/** Values that stand beside each other in large figures, at most. */
+const MANY = 3;
+
 /** A chart with its title, and per line a sample of its look beside its newest value. */
 export function ChartBox({ chart, onPainter, onGesture, children }: Props) {
   const host = useRef<HTMLDivElement>(null);
@@ -53,7 +56,7 @@ export function ChartBox({ chart, onPainter, onGesture, children }: Props) {
         <span className="chart-title">
           {chart.title} <span className="unit">{chart.unit}</span>
         </span>
-        <span className="chart-values">
+        <span className="chart-values" data-many={listed.length > MANY}>
           {listed.map(({ line, i }) => (
             <span key={line.key} className="chart-value" title={line.name}>
               <i className={`swatch swatch-${line.look}`} style={{ color: line.colour }} />

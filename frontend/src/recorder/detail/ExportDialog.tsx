@@ -206,10 +206,10 @@ function grouped(signals: readonly SignalInfo[]) {
   const groups = [...new Set(signals.map(({ group }) => group))];
   return groups.map((group) => {
     const fields = signals.filter((signal) => signal.group === group);
-    const units = new Map(fields.map(({ field, unit }) => [field, unit]));
-    const items = [...units].map(([field, unit]) => ({
+    const each = new Map(fields.map((signal) => [signal.field, signal]));
+    const items = [...each.values()].map(({ field, title, unit }) => ({
       value: field,
-      label: unit === "1" ? field : `${field} [${unit}]`,
+      label: unit === "1" ? `${title} (${field})` : `${title} (${field}) [${unit}]`,
     }));
     return { group, items };
   });

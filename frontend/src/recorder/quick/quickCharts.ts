@@ -1,7 +1,7 @@
 import type { PlotChannel, Quick, QuickSignal } from "../../api/types";
 import { chartOf, type Look } from "../../plots/chart/charts";
 import { displayOf } from "../../plots/signals";
-import { ROLE } from "../../ui/colours";
+import { LINES } from "../../ui/colours";
 import { runClock, runRows, type Stretch } from "./course";
 
 /** Values of one plot as uPlot takes them, in display units: x, then a column per line; null is a gap. */
@@ -29,13 +29,13 @@ const PLOTS: readonly (readonly [string, readonly string[], RegExp])[] = [
   ["Tip x", ["p_ref.0", "p_meas.0", "p_hat.0"], / x$/],
   ["Tip y", ["p_ref.1", "p_meas.1", "p_hat.1"], / y$/],
   ["Error and residual", ["error.norm", "residual"], /^observer /],
-  ["Torque sent", ["u.0", "u.1"], / sent$/],
+  ["Torque", ["u.0", "u.1"], /^torque /],
   [
     "Chamber pressures",
     [0, 1, 2, 3].flatMap((i) => [`pressure_meas.${i}`, `pressure_cmd.${i}`]),
-    /^chamber | measured$/g,
+    /^pressure (command )?/,
   ],
-  ["Timing", ["lateness_ns", "step_ns"], / duration$/],
+  ["Timing", ["lateness_ns", "step_ns"], / time$/],
 ];
 
 /** All signals that are drawn. */
@@ -63,20 +63,20 @@ export interface Compared {
   readonly quick: Quick;
 }
 
-/** Told apart by dash, not by colour alone. */
+/** Told apart by dash, not by colour alone; no role's colour, as each run has all roles. */
 export const RUN_STYLES: readonly (PlotLine & { readonly dash: readonly number[] })[] = [
-  { label: "1", colour: ROLE.observer, look: "solid", dash: [] },
-  { label: "2", colour: ROLE.reference, look: "solid", dash: [9, 4] },
-  { label: "3", colour: ROLE.ghost, look: "solid", dash: [2, 3] },
-  { label: "4", colour: ROLE.measured, look: "solid", dash: [10, 3, 2, 3] },
+  { label: "1", colour: LINES[0], look: "solid", dash: [] },
+  { label: "2", colour: LINES[1], look: "solid", dash: [9, 4] },
+  { label: "3", colour: LINES[5], look: "solid", dash: [2, 3] },
+  { label: "4", colour: LINES[6], look: "solid", dash: [10, 3, 2, 3] },
 ];
 
 const COMPARED: readonly (readonly [string, string])[] = [
   ["Tip x, measured", "p_meas.0"],
   ["Tip y, measured", "p_meas.1"],
   ["Error", "error.norm"],
-  ["Torque 1", "u.0"],
-  ["Torque 2", "u.1"],
+  ["Torque u1", "u.0"],
+  ["Torque u2", "u.1"],
   ["Observer residual", "residual"],
 ];
 
