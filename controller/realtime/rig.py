@@ -34,6 +34,7 @@ from controller.schema.messages import RigInfo
 from controller.schema.modes import Cause, Mode
 from controller.system.keys import key_path, made_key
 from controller.system.logs import log_in_background
+from controller.system.origin import commit
 from controller.system.whole_file import open_lock, write_whole
 
 log = logging.getLogger(__name__)
@@ -152,6 +153,7 @@ class RigProcess:
             rig=self.settings.rig,
             boot=self.boot,
             version=OURS,
+            commit=commit(),
             layout=LAYOUT,
             wall_offset_ns=time.time_ns() - time.monotonic_ns(),
             policy=self.policy,

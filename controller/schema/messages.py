@@ -159,6 +159,8 @@ class RigInfo(Model):
     rig: str
     boot: int
     version: str
+    commit: str = ""
+    """Of its sources; "" if unknown, or where an older version recorded it."""
     layout: str
     """`layout_hash(Command, Telemetry)`; another value means another version."""
     wall_offset_ns: int
@@ -167,6 +169,11 @@ class RigInfo(Model):
     """Scheduling that the loop obtained: "SCHED_FIFO 50", "nice -15" or "none"."""
     twin: bool
     parameters: RigParameters
+
+    @property
+    def program(self) -> str:
+        """As "Tendril 0.1.0 (commit 1a2b3c4)"."""
+        return f"Tendril {self.version}" + (f" (commit {self.commit})" if self.commit else "")
 
 
 class LoopStatus(Model):

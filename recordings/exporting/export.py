@@ -46,7 +46,7 @@ def export(source: Path, target: Path, kind: Format, choice: Choice, by: By = By
 def origin_of(source: Path, command: str = "") -> Origin:
     """That of a file which is made of the recording `source`; RecordingError when that cannot be read."""
     info, settings = read_about(source)
-    by = {"files": hashes([source]), "recorded_by": f"Tendril {info.version}"}
+    by = {"files": hashes([source]), "recorded_by": info.program}
     if info.rig == IMPORT_RIG:  # nothing is known of what it was
         return origin(command, **by)
     return origin_of_rig(info.parameters, command, info.twin, settings=settings, **by)

@@ -51,10 +51,10 @@ def description(about: About) -> str:
     source = "twin (simulated actuator)" if info.twin else "hardware"
     lines = [
         f"# {about.name}",
-        f"{info.parameters.actuator.name}, {source}, rig `{info.rig}`, Tendril {info.version}, loop {info.policy}.",
+        f"{info.parameters.actuator.name}, {source}, rig `{info.rig}`, {info.program}, loop {info.policy}.",
         f"Profile {about.profile}: {meaning(about.profile)}. SI units.",
         "Plan view: grid 50 mm; rerun's y points down, so y is negated there. Observer blue, measured green, reference "
-        "amber with a trail of 2 s, target yellow, twin grey.",
+        "amber with a trail of 2 s, target pale amber, twin grey.",
         *(_table(title, part) for title, part in (("Settings at the start", about.settings), *info.parameters)),
         f"Record layout `{info.layout}` ({len(Telemetry.model_fields)} fields), boot `{info.boot}`.",
     ]

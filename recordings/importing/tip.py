@@ -11,7 +11,7 @@ from controller.reference.path_file import Samples
 from controller.schema.layout import layout_hash, record_dtype
 from controller.schema.messages import Command, RigInfo, Telemetry
 from controller.schema.parameters import RigParameters, Settings
-from controller.system.origin import our_version
+from controller.system.origin import commit, our_version
 from recordings.format import sidecar
 from recordings.format.about import About
 from recordings.format.messages import Recording
@@ -86,6 +86,7 @@ def _info(started: datetime) -> RigInfo:
         rig=IMPORT_RIG,
         boot=0,
         version=our_version(),
+        commit=commit(),
         layout=layout_hash(Command, Telemetry),
         wall_offset_ns=int(started.timestamp() * 1e9),
         policy="none",

@@ -6,7 +6,7 @@ from controller.arrays import Rows
 from controller.schema.layout import layout_hash
 from controller.schema.messages import Command, RigInfo, Telemetry
 from controller.schema.parameters import RigParameters, Settings
-from controller.system.origin import our_version
+from controller.system.origin import commit, our_version
 from recordings.format.about import About
 from recordings.write.rrd import write_whole
 
@@ -34,6 +34,7 @@ def simulated_rig(parameters: RigParameters) -> RigInfo:
         rig="twin",
         boot=1,
         version=our_version(),
+        commit=commit(),
         layout=layout_hash(Command, Telemetry),
         wall_offset_ns=0,
         policy="simulated",

@@ -54,7 +54,7 @@ def show(id: Id, folder: RecordingsFolder = None, as_json: Json = False) -> None
 
     found = _store(folder).find(id)
     if as_json:
-        _print_json(found.model_dump(mode="json"))
+        _print_json({**found.model_dump(mode="json"), "origin": _origin([_store(folder).path(id)])})
     else:
         out.print(details(found))
 
@@ -127,7 +127,8 @@ def compare(ids: Ids, folder: RecordingsFolder = None, as_json: Json = False) ->
     with progress(out, "Reading") as told:
         found = compared(_store(folder), ids, told)
     if as_json:
-        _print_json({one.recording.id: one.figures for one in found})
+        read = [_store(folder).path(one.recording.id) for one in found]
+        _print_json({**{one.recording.id: one.figures for one in found}, "origin": _origin(read)})
     else:
         for place, one in enumerate(found, 1):
             _say(f"{place}: {one.recording.id}, {one.recording.name}")
@@ -197,6 +198,19 @@ def _store(folder: Path | None) -> "Store":
     if folder is not None and not folder.is_dir():
         raise RecordingError(f"{folder} is not a folder")
     return Store(_folder(folder), keep_index=False)
+
+
+def _origin(read: list[Path]) -> dict[str, object]:
+    """Of figures that are made of the recordings `read`; the numbers of the rig where it is one that can be read."""
+    from controller.schema.origin import hashes, origin
+    from recordings.exporting.export import origin_of
+
+    try:
+        [only] = read
+        found = origin_of(only, command_line())
+    except (ValueError, RecordingError):
+        found = origin(command_line(), files=hashes(read))
+    return found.model_dump(mode="json")
 
 
 def _print_json(value: object) -> None:

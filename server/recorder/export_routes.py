@@ -14,7 +14,7 @@ from starlette.responses import FileResponse
 from controller.errors import CommandRefused, ProcessKilled, RecordingError
 from controller.schema.layout import Model
 from controller.tables.header import LengthUnit, TimeUnit
-from recordings.exporting.export import Format, export
+from recordings.exporting.export import By, Format, export
 from recordings.exporting.signals import SignalInfo, offered
 from recordings.exporting.table import Choice
 from recordings.format.messages import Recording
@@ -49,13 +49,17 @@ async def export_recording(
     signals: Annotated[str, Query(max_length=8000)] = "",
     start: From = None,
     stop: To = None,
+    comments: bool = False,
 ) -> FileResponse:
-    """Signals (names joined by commas; all without) from `from` to `to` [s] as a file; 404, or 422 with the reason."""
+    """Signals (names joined by commas; all without) from `from` to `to` [s] as a file; 404, or 422 with the reason.
+
+    With `comments` a CSV file begins with its origin, as lines with #.
+    """
     source, names = await folder.look(folder.store.path, id), tuple(filter(None, map(str.strip, signals.split(","))))
     scratch = tempfile.mkdtemp(prefix="tendril-export-")
     target = Path(scratch, f"{id}.{kind}")
     try:
-        await folder.read(export, source, target, kind, Choice(names, start, stop))
+        await folder.read(export, source, target, kind, Choice(names, start, stop), By(comments=comments))
     except ProcessKilled:
         shutil.rmtree(scratch)
         raise ProcessKilled("the export was killed, perhaps for want of memory: choose fewer signals") from None
@@ -74,6 +78,8 @@ class ExportBody(Model):
     signals: Annotated[tuple[Annotated[str, Bounds(max_length=80)], ...], Bounds(max_length=400)] = ()
     start: Annotated[float, Bounds(allow_inf_nan=False)] | None = None
     stop: Annotated[float, Bounds(allow_inf_nan=False)] | None = None
+    comments: bool = False
+    """A CSV file begins with its origin, as lines with #."""
 
 
 @router.post("/api/recordings/{id}/exports")
@@ -82,7 +88,8 @@ async def make_export(
 ) -> ExportMade:
     """Make the file that GET /api/exports/{key} then gives, once, within 10 minutes. Who hangs up cancels it."""
     source = await folder.look(folder.store.path, id)
-    return await exports.make(folder, request, source, body.format, Choice(body.signals, body.start, body.stop))
+    choice, by = Choice(body.signals, body.start, body.stop), By(comments=body.comments)
+    return await exports.make(folder, request, source, body.format, choice, by)
 
 
 @router.get("/api/exports/{key}", response_class=FileResponse, responses=answers.file(*TYPES))

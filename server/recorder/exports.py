@@ -13,7 +13,7 @@ from starlette.requests import Request
 
 from controller.errors import CommandRefused, ProcessKilled, RecordingError
 from controller.schema.layout import Model
-from recordings.exporting.export import Format, export
+from recordings.exporting.export import By, Format, export
 from recordings.exporting.table import Choice
 from server.http.given import given
 from server.recorder.folder import RecordingsFolder
@@ -45,13 +45,13 @@ class Exports:
         self._made: dict[str, _Made] = {}
 
     async def make(
-        self, folder: RecordingsFolder, request: Request, source: Path, kind: Format, choice: Choice
+        self, folder: RecordingsFolder, request: Request, source: Path, kind: Format, choice: Choice, by: By
     ) -> ExportMade:
         """Have the file made; who hangs up meanwhile cancels it. Errors as of `export`."""
         self._forget_old()
         scratch = Path(tempfile.mkdtemp(prefix="tendril-export-"))
         target = scratch / f"{source.stem}.{kind}"
-        work = asyncio.ensure_future(folder.read(export, source, target, kind, choice))
+        work = asyncio.ensure_future(folder.read(export, source, target, kind, choice, by))
         try:
             while not (await asyncio.wait([work], timeout=LOOK))[0]:
                 if await request.is_disconnected():

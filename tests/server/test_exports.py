@@ -2,6 +2,7 @@
 
 import asyncio
 import io
+import json
 import os
 import shutil
 import tempfile
@@ -21,6 +22,7 @@ from starlette.requests import Request
 from controller.errors import CommandRefused, RecordingError
 from controller.schema.parameters import Settings
 from recordings.exporting import export as export_module
+from recordings.exporting.export import By
 from recordings.exporting.table import Choice, RowReader
 from recordings.format.messages import Recording
 from recordings.write.writer import Recorder
@@ -224,6 +226,21 @@ def test_an_export_is_made_first_and_fetched_once_by_its_key(page: Page, done: R
     assert (wrong.status_code, "nonsense" in wrong.json()["detail"]) == (422, True)
 
 
+def test_a_csv_file_says_by_both_doors_where_it_comes_from_if_asked(page: Page, done: Recording) -> None:
+    asked = {"format": "csv", "signals": "tick", "from": 1.0, "to": 1.1}
+    plain, commented = (
+        page.get(f"/api/recordings/{done.id}/export", params=asked | {"comments": on}).text for on in (False, True)
+    )
+    lines = commented.splitlines()
+    about = dict(line[2:].split(": ", 1) for line in lines if line.startswith("# "))
+    assert json.loads(about["files"]).keys() == {f"{done.id}.rrd"} and "actuators" in about
+    assert [line for line in lines if not line.startswith("#")] == plain.splitlines()
+    body = {"format": "csv", "signals": ["tick"], "start": 1.0, "stop": 1.1, "comments": True}
+    made = page.post(f"/api/recordings/{done.id}/exports", json=body).json()
+    dated = [line for line in page.get(f"/api/exports/{made['key']}").text.splitlines() if line[:7] != "# date:"]
+    assert dated == [line for line in lines if line[:7] != "# date:"]
+
+
 def test_who_hangs_up_cancels_the_export_and_nothing_of_it_stays(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -238,7 +255,9 @@ def test_who_hangs_up_cancels_the_export_and_nothing_of_it_stays(
         return bool(targets)
 
     folder, request = SimpleNamespace(read=never), SimpleNamespace(is_disconnected=gone)
-    make = Exports().make(cast(RecordingsFolder, folder), cast(Request, request), Path("run.rrd"), "csv", Choice())
+    make = Exports().make(
+        cast(RecordingsFolder, folder), cast(Request, request), Path("run.rrd"), "csv", Choice(), By()
+    )
     with pytest.raises(CommandRefused, match="cancelled"):
         asyncio.run(make)
     assert (targets[0].name, list(tmp_path.iterdir())) == ("run.csv", [])

@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from controller.errors import CommandRefused, DataError, ParameterError, RecordingError, TendrilError
 from controller.reference.path_file import read_samples
+from controller.schema.origin import Origin
 from controller.schema.parameters import Settings
 from recordings.format import sidecar
 from recordings.format.messages import Metrics, Recording
@@ -90,7 +91,10 @@ def test_one_recording_is_shown_with_its_figures(made: tuple[Path, Recording]) -
     folder, done = made
     text = run(folder, "show", done.id)
     assert "2000 rows" in text and "RMSE [mm]" in text and "3.21" in text
-    assert Recording.model_validate_json(run(folder, "show", done.id, "--json")) == done
+    shown = json.loads(run(folder, "show", done.id, "--json"))
+    origin = Origin.model_validate(shown.pop("origin"))
+    assert Recording.model_validate(shown) == done
+    assert (origin.recorded_by[:8], [*origin.files]) == ("Tendril ", [f"{done.id}.rrd"])
     with pytest.raises(RecordingError, match="there is no recording '20200101-000000'"):
         run(folder, "show", "20200101-000000")
 
@@ -118,6 +122,8 @@ def test_another_labs_path_is_imported_and_held_against_ours(made: tuple[Path, R
     (theirs,) = [one for one in Store(folder).list() if one.imported]
     assert theirs.name == "lab"
     found = json.loads(run(folder, "compare", done.id, theirs.id, "--json"))
+    assert set(Origin.model_validate(found.pop("origin")).files) == {f"{one.id}.rrd" for one in (done, theirs)}
+    assert set(found) == {done.id, theirs.id}
     assert found[done.id]["rmse"] == 0.00321 and found[done.id]["apart_max"] == 0.0
     assert found[theirs.id]["apart_rms"] == pytest.approx(0.005, abs=1e-6)
     table = run(folder, "compare", done.id, theirs.id)

@@ -985,6 +985,8 @@ export interface paths {
     /**
      * Export Recording
      * @description Signals (names joined by commas; all without) from `from` to `to` [s] as a file; 404, or 422 with the reason.
+     *
+     *     With `comments` a CSV file begins with its origin, as lines with #.
      */
     get: operations["export_recording"];
     put?: never;
@@ -2111,6 +2113,12 @@ export interface components {
       start?: number | null;
       /** Stop */
       stop?: number | null;
+      /**
+       * Comments
+       * @description A CSV file begins with its origin, as lines with #.
+       * @default false
+       */
+      comments: boolean;
     };
     /**
      * ExportMade
@@ -3379,6 +3387,12 @@ export interface components {
       boot: number;
       /** Version */
       version: string;
+      /**
+       * Commit
+       * @description Of its sources; "" if unknown, or where an older version recorded it.
+       * @default
+       */
+      commit: string;
       /**
        * Layout
        * @description `layout_hash(Command, Telemetry)`; another value means another version.
@@ -6829,6 +6843,7 @@ export interface operations {
         signals?: string;
         from?: number | null;
         to?: number | null;
+        comments?: boolean;
       };
       header?: never;
       path: {

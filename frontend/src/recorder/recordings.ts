@@ -50,6 +50,8 @@ export interface ExportChoice {
   readonly signals: readonly string[];
   readonly from: number | string;
   readonly to: number | string;
+  /** A CSV file begins with its origin, as lines with #. */
+  readonly comments: boolean;
 }
 
 /** Address of the recording `id`, with `part` behind it. */
@@ -113,7 +115,8 @@ export const recordings = {
     signal: AbortSignal,
   ): Promise<string> => {
     const limit = (value: number | string) => (value === "" ? null : Number(value));
-    const body = { format, signals: [...choice.signals], start: limit(choice.from), stop: limit(choice.to) };
+    const { signals, from, to, comments } = choice;
+    const body = { format, signals: [...signals], start: limit(from), stop: limit(to), comments };
     const made = await told(api.POST("/api/recordings/{id}/exports", { ...at(id), body, signal }));
     return `/api/exports/${encodeURIComponent(made.key)}`;
   },

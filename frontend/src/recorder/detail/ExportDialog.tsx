@@ -1,4 +1,4 @@
-import { Button, Modal, MultiSelect, NumberInput, Progress, SegmentedControl } from "@mantine/core";
+import { Button, Checkbox, Modal, MultiSelect, NumberInput, Progress, SegmentedControl } from "@mantine/core";
 import { IconDownload } from "@tabler/icons-react";
 import { useEffect, useRef, useState } from "react";
 import type { Recording, SignalInfo } from "../../api/types";
@@ -39,9 +39,10 @@ function ExportDialog({ recording, zoomed, onClose }: Props & { readonly onClose
   const [signals, setSignals] = useState<string[]>([]);
   const [from, setFrom] = useState<number | string>(zoomed ? round(zoomed.from) : "");
   const [to, setTo] = useState<number | string>(zoomed ? round(zoomed.to) : "");
+  const [comments, setComments] = useState(false);
   const made = useExport(recording.id, onClose);
   const whole = format === "rrd";
-  const choice = whole ? { signals: [], from: "", to: "" } : { signals, from, to };
+  const choice = whole ? { signals: [], from: "", to: "", comments: false } : { signals, from, to, comments };
   const problem = whole ? "" : wrongWindow(from, to, recording.seconds);
   return (
     <Modal opened onClose={onClose} title="Export" closeButtonProps={{ "aria-label": "Close" }}>
@@ -69,6 +70,17 @@ function ExportDialog({ recording, zoomed, onClose }: Props & { readonly onClose
             </div>
           </>
         )}
+        {format === "csv" ? (
+          <Checkbox
+            size="xs"
+            label="Begin with where the numbers come from, as lines with #"
+            data-testid="export-comments"
+            checked={comments}
+            onChange={(event) => {
+              setComments(event.currentTarget.checked);
+            }}
+          />
+        ) : null}
         {
           problem === "" ? null : <p className="review-bad import-problem" role="alert">{problem}</p> /* prettier-ignore */
         }
