@@ -1,5 +1,6 @@
 """How well a run goes, from every tick of it, in bounded memory however long it lasts."""
 
+import math
 from collections import deque
 
 import numpy as np
@@ -13,13 +14,42 @@ PHASE_ROWS = 100_000
 """So many of the last ticks give the phase lag."""
 
 
+COURSE = 128
+"""Parts of a run at most, of each of which the largest error is kept."""
+
+
+class ErrorCourse:
+    """The largest error in each of 64 to 127 equal parts of a run: where all are full, two become one."""
+
+    def __init__(self) -> None:
+        self._parts: Array = np.empty(0)
+        self._rest: Array = np.empty(0)
+        self._width = 1
+
+    def add(self, error: Array) -> None:
+        """Take the errors (n,) [m] of the next ticks, nan where there was none."""
+        self._rest = np.concatenate((self._rest, error))
+        while len(self._rest) >= self._width:
+            count = min(len(self._rest) // self._width, COURSE - len(self._parts))
+            whole, self._rest = np.split(self._rest, [count * self._width])
+            self._parts = np.concatenate((self._parts, np.fmax.reduce(whole.reshape(count, -1), axis=1)))
+            if len(self._parts) == COURSE:
+                self._parts = np.fmax.reduce(self._parts.reshape(-1, 2), axis=1)
+                self._width *= 2
+
+    def parts(self) -> list[float | None]:
+        """Largest error [m] of each, the last perhaps shorter; None where no tick saw the tip."""
+        last = np.fmax.reduce(self._rest, keepdims=True) if len(self._rest) else self._rest
+        return [round(value, 7) if math.isfinite(value) else None for value in (*self._parts.tolist(), *last.tolist())]
+
+
 class Tally:
     """Sums over the ticks that are judged. The tip is the measured one; a tick without its marker has no error."""
 
     def __init__(self, frequency: tuple[float, float] | None) -> None:
         self._frequency = frequency
         self._ticks = self._slots = self._saturated = 0
-        self._errors = ErrorSums()
+        self._errors, self.course = ErrorSums(), ErrorCourse()
         self._slot: int | None = None
         self._kept = 0
         self._wanted: deque[Array] = deque()
@@ -40,6 +70,7 @@ class Tally:
         self._ticks += len(rows)
         self._saturated += int(np.count_nonzero(rows["saturated"]))
         self._errors.add(rows["p_ref"], rows["p_meas"])
+        self.course.add(np.linalg.norm(rows["p_ref"] - rows["p_meas"], axis=1))
         if self._frequency is not None:
             self._keep(rows["p_ref"].copy(), rows["p_meas"].copy())
 

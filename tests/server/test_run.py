@@ -2,9 +2,12 @@
 
 import math
 from datetime import UTC, datetime
+from random import Random
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from controller.arrays import Rows
 from controller.schema.layout import record_dtype
@@ -15,7 +18,7 @@ from server.runs.lap import Lap, Leg
 from server.runs.laps import allowed_by
 from server.runs.phases import Event, Machine
 from server.runs.run import About, Before, Run
-from server.runs.tally import PHASE_ROWS, Tally
+from server.runs.tally import COURSE, PHASE_ROWS, ErrorCourse, Tally
 
 LEAD, N = 50, 200
 OFF = np.array([3e-3, 0.0])
@@ -192,3 +195,15 @@ def test_a_tick_without_its_marker_has_no_error_but_a_run_without_any_has_none_a
     assert most.figures().lag_deg_x == pytest.approx(math.degrees(0.1), abs=0.1)
     blind = Tally(None)
     assert blind.figures().rmse is blind.figures().saturated_share is blind.figures().on_time_share is None
+
+
+@given(st.lists(st.integers(0, 900), max_size=12), st.randoms(use_true_random=False))
+def test_a_runs_errors_are_the_largest_of_equal_parts_however_its_rows_came(batches: list[int], dice: Random) -> None:
+    course, every = ErrorCourse(), np.empty(0)
+    for count in batches:
+        errors = np.array([math.nan if dice.random() < 0.3 else dice.random() for _ in range(count)])
+        course.add(errors)
+        every = np.concatenate((every, errors))
+    width = next(2**k for k in range(20) if len(every) < COURSE * 2**k)
+    largest = [np.fmax.reduce(every[at : at + width]) for at in range(0, len(every), width)]
+    assert course.parts() == [None if math.isnan(one) else round(float(one), 7) for one in largest]

@@ -3649,6 +3649,12 @@ export interface components {
        * @description In motion, approach included [s].
        */
       duration: number;
+      /**
+       * Errors
+       * @description Largest error [m] in each of at most 128 equal parts, the last perhaps shorter; null where the tip was not seen.
+       * @default []
+       */
+      errors: (number | null)[];
       /** Recording */
       recording: string | null;
     };

@@ -27,16 +27,24 @@ export function previewText({ rmse, max_error, saturated_share, broken_off }: Pr
 }
 
 /** What came of a run, beside what was predicted; without a lag where nothing is periodic. */
-export function resultFacts(result: RunResult): Facts {
+export function resultFacts(result: RunResult, foreseen: number | null): Facts {
   const { rmse, max_error, lag_deg_x, lag_deg_y, saturated_share, on_time_share } = result;
   const facts: (readonly [string, string])[] = [
     ["RMSE", errorText(rmse)],
     ["Max error", errorText(max_error)],
   ];
+  if (foreseen !== null) facts.splice(1, 0, ["Foreseen", errorText(foreseen)]);
   if (lag_deg_x !== null) facts.push(["Lag x", degrees(lag_deg_x)]);
   if (lag_deg_y !== null) facts.push(["Lag y", degrees(lag_deg_y)]);
   facts.push(["Saturated", percent(saturated_share, 1)], ["On time", percent(on_time_share)]);
   return facts;
+}
+
+/** The recorded run of the same thing before `result`; `results` have the newest first. */
+export function earlierOf(result: RunResult, results: readonly RunResult[]): RunResult | null {
+  const same = ({ id, name, recording }: RunResult) =>
+    id < result.id && name === result.name && recording !== null && recording !== result.recording;
+  return results.find(same) ?? null;
 }
 
 /** Laps done of those wanted: 2, 1 of 3, 0.4 of 1. */

@@ -1,14 +1,14 @@
 import { expect, test } from "vitest";
-import type { Preview, PreviewPart, RunBody, RunState } from "../api/types";
+import type { Preview, PreviewPart, RunBody, RunResult, RunState } from "../api/types";
 import { Drawing } from "../drawing/drawing";
 import { drawingFacts } from "../drawing/facts";
 import { pieceOf } from "../drawing/piece";
 import { EMPTY_PAGE, type Page } from "../live/page";
 import { Store } from "../ui/store";
-import { previewText, resultFacts } from "./facts";
+import { earlierOf, previewText, resultFacts } from "./facts";
 import { keepRecord, Runs, whyNotRun } from "./runs";
 
-const underWay = { state: "running", name: "vu" } as RunState;
+const underWay = { id: 1, state: "running", name: "vu" } as RunState;
 
 const preview = { rmse: 1.234e-3, max_error: 4e-3, saturated_share: 0.05, broken_off: "" } as Preview;
 
@@ -73,6 +73,46 @@ test("the last run is followed again whatever is chosen now", async () => {
   await runs.again();
   expect(page.get().run).toMatchObject({ id: 2, name: "vu" });
 });
+
+test("what was foreseen of a run stands beside its result, and beside the same followed again", async () => {
+  const { page, runs } = harness();
+  await runs.run();
+  expect(runs.store.get().foreseen).toBeNull();
+  await runs.preview();
+  await runs.run();
+  const run = page.get().run?.id ?? 0;
+  expect(runs.store.get().foreseen).toEqual({ run, rmse: preview.rmse });
+  page.patch({ result: ended(run, "vu") });
+  await runs.again();
+  expect(runs.store.get().foreseen).toEqual({ run: 2, rmse: preview.rmse });
+  await runs.again();
+  expect(runs.store.get().foreseen).toBeNull();
+});
+
+test("a result is compared with the last recorded run of the same before it", () => {
+  const results = [
+    ended(9, "vu"),
+    ended(8, "vu", null),
+    ended(7, "ring"),
+    ended(6, "vu", "b"),
+    ended(5, "vu"),
+  ];
+  expect(earlierOf(results[0], results)?.id).toBe(6);
+  expect(earlierOf(results[2], results)).toBeNull();
+  expect(earlierOf(results[4], results)).toBeNull();
+});
+
+function ended(id: number, name: string, recording: string | null = "a"): RunResult {
+  const none = {
+    max_error: null,
+    lag_deg_x: null,
+    lag_deg_y: null,
+    saturated_share: null,
+    on_time_share: null,
+  };
+  const end = { time: "", laps: 1, state: "done" as const, reason: "", duration: 9, errors: [] };
+  return { id, name, recording, rmse: null, ...none, ...end };
+}
 
 test("the switch for recording goes with the run, and is as it was on the last visit", async () => {
   const kept = new Map<string, string>();
@@ -158,11 +198,12 @@ test("what cannot be run says why", () => {
 test("a prediction and a result read in millimetres, without a lag where nothing is periodic", () => {
   expect(previewText(preview)).toEqual(["RMSE 1.23 mm, max 4.00 mm", "predicted; saturated 5.0 %"]);
   expect(previewText({ ...preview, broken_off: "too fast" })[1]).toBe("too fast");
-  const result = { id: 1, name: "vu", time: "", laps: 1, state: "done", reason: "", duration: 9, recording: null } as const; // prettier-ignore
+  const result = ended(1, "vu", null);
   const numbers = { rmse: 1e-3, max_error: 2e-3, saturated_share: 0, on_time_share: 0.9999 };
-  const names = (lag: number | null) =>
-    resultFacts({ ...result, ...numbers, lag_deg_x: lag, lag_deg_y: lag }).map(([name]) => name);
+  const names = (lag: number | null, foreseen: number | null = null) =>
+    resultFacts({ ...result, ...numbers, lag_deg_x: lag, lag_deg_y: lag }, foreseen).map(([name]) => name);
   expect(names(null)).toEqual(["RMSE", "Max error", "Saturated", "On time"]);
   expect(names(-12)).toContain("Lag y");
+  expect(names(null, 1.1e-3).slice(0, 2)).toEqual(["RMSE", "Foreseen"]);
   expect(drawingFacts(null).every(([, value]) => value === "–")).toBe(true);
 });

@@ -12,6 +12,12 @@ import { Store, useStore } from "../ui/store";
 /** The predicted tip as far as it has been foreseen. */
 export type Ghost = Pick<Preview, "points" | "saturated" | "start">;
 
+/** The error that was foreseen of a run [m]. */
+export interface Foreseen {
+  readonly run: number;
+  readonly rmse: number;
+}
+
 /** What would be run, how often, and what the twin says about it. */
 export interface RunChoice {
   readonly laps: number;
@@ -24,6 +30,8 @@ export interface RunChoice {
   readonly ghost: Ghost | null;
   /** 0..1 of what is being foreseen. */
   readonly previewing: number | null;
+  /** What the preview said of the run that followed it. */
+  readonly foreseen: Foreseen | null;
   /** The result whose card was closed. */
   readonly dismissed: number | null;
 }
@@ -35,6 +43,7 @@ export const FIRST_CHOICE: RunChoice = {
   preview: null,
   ghost: null,
   previewing: null,
+  foreseen: null,
   dismissed: null,
 };
 
@@ -118,23 +127,30 @@ export class Runs {
   async run(): Promise<void> {
     const body = this.body();
     if (!body) return;
-    const { endless, laps, record } = this.store.get();
-    await this.take("Not run", () => this.port.run({ ...body, laps: endless ? null : laps, record }));
+    const { endless, laps, record, preview } = this.store.get();
+    const rmse = preview?.rmse ?? null;
+    await this.take("Not run", () => this.port.run({ ...body, laps: endless ? null : laps, record }), rmse);
   }
 
   /** What was followed last, once more. */
   async again(): Promise<void> {
-    await this.take("Not followed again", () => this.port.again());
+    const { foreseen } = this.store.get();
+    const rmse = foreseen && foreseen.run === this.page.get().result?.id ? foreseen.rmse : null;
+    await this.take("Not followed again", () => this.port.again(), rmse);
   }
 
   async steer(step: "pause" | "resume" | "stop"): Promise<void> {
-    await this.take(`Run not ${STEERED[step]}`, () => this.port.steer(step));
+    await this.operations.attempt(`Run not ${STEERED[step]}`, async () => {
+      this.page.patch({ run: await this.port.steer(step) });
+    });
   }
 
   /** The server's answer counts before its next status comes. */
-  private async take(title: string, ask: () => Promise<RunState>): Promise<void> {
+  private async take(title: string, ask: () => Promise<RunState>, rmse: number | null): Promise<void> {
     await this.operations.attempt(title, async () => {
-      this.page.patch({ run: await ask() });
+      const run = await ask();
+      this.page.patch({ run });
+      this.store.patch({ foreseen: rmse === null ? null : { run: run.id, rmse } });
     });
   }
 
