@@ -134,6 +134,6 @@ class RunResult(Figures):
     reason: str
     duration: float
     """In motion, approach included [s]."""
-    errors: list[float | None] = []
-    """Largest error [m] in each of at most 128 equal parts, the last perhaps shorter; null where the tip was not seen."""
+    errors: tuple[float | None, ...] = ()
+    """Largest error [m] in each of at most 128 equal parts, the last perhaps shorter; null where no tip was seen."""
     recording: str | None

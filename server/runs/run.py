@@ -112,7 +112,7 @@ class Run:
             reason=self.machine.reason,
             duration=self._moved * about.dt,
             recording=self.recording,
-            errors=self._tally.course.parts(),
+            errors=tuple(self._tally.course.parts()),
             **self._tally.figures().model_dump(),
         )
 

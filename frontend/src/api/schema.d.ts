@@ -3651,7 +3651,7 @@ export interface components {
       duration: number;
       /**
        * Errors
-       * @description Largest error [m] in each of at most 128 equal parts, the last perhaps shorter; null where the tip was not seen.
+       * @description Largest error [m] in each of at most 128 equal parts, the last perhaps shorter; null where no tip was seen.
        * @default []
        */
       errors: (number | null)[];
