@@ -15,6 +15,17 @@ addEventListener("keydown", (event) => {
 </script>"""
 """Put into such a page: Esc means HOLD wherever the focus is, and our page cannot listen inside another process."""
 
+TELL_TOUCHED = b"""<script>
+let told = -Infinity;
+for (const name of ["pointerdown", "pointermove", "wheel", "keydown"])
+  addEventListener(name, ({ timeStamp }) => {
+    if (timeStamp - told < 1000) return;
+    told = timeStamp;
+    parent.postMessage({ tendril: "touched" }, location.origin);
+  }, { capture: true, passive: true });
+</script>"""
+"""Put into such a page: whose hand is in it touches our page, which else locks itself (frontend/src/operate/lock)."""
+
 TELL_MOVED = b"""<script>
 let pressed = null, dead = false;
 const end = () => {

@@ -3,7 +3,7 @@
 import re
 from importlib.metadata import version
 
-from server.http.frames import SEND_COOKIE, TELL_ESCAPE
+from server.http.frames import SEND_COOKIE, TELL_ESCAPE, TELL_TOUCHED
 
 VERSION = version("rerun-sdk")
 
@@ -60,5 +60,5 @@ def rerun_page(shipped: bytes) -> bytes:
     for old, new in CHANGES:
         shipped = shipped.replace(old, new.replace(b"VERSION", VERSION.encode()), 1)
     shipped = OUTSIDE.sub(b"", shipped)
-    ours = SEND_COOKIE + STAY_HERE + TELL_ESCAPE + QUIET + OPEN_WHEN_TOLD
+    ours = SEND_COOKIE + STAY_HERE + TELL_ESCAPE + TELL_TOUCHED + QUIET + OPEN_WHEN_TOLD
     return shipped.replace(b"</head>", ours + b"</head>", 1)

@@ -150,6 +150,7 @@ BY_OPERATOR: dict[str, Opener] = {
     "notify/NotifyButton.tsx": opened("notify"),
     "recorder/MarkButton.tsx": bookmark,
     "recorder/RecordButton.tsx": profiles,
+    "operate/lock/LockButton.tsx": opened("lock-menu"),
     "operate/lease/LeaseMenu.tsx": opened("lease-menu"),
     "drawing/importing/ImportDialog.tsx": drawing_file,
     "drawing/tools/DrawShapes.tsx": opened("tool-shape"),

@@ -10,6 +10,7 @@ import { Unprotected } from "../access/Unprotected";
 import { Health } from "../health/Health";
 import { PageStore, usePage } from "../live/page";
 import { NotifyButton } from "../notify/NotifyButton";
+import { LockButton } from "../operate/lock/LockButton";
 import { LeaseControl } from "../operate/lease/LeaseControl";
 import { PrimaryAction } from "../operate/PrimaryAction";
 import { Cause } from "../operate/StatePill";
@@ -44,6 +45,7 @@ export function Header() {
       <Unprotected />
       <LeaseControl />
       <RecordButton />
+      <LockButton />
       <WallButton />
       <NotifyButton />
       <SchemeButton />

@@ -1,5 +1,6 @@
 import { Drawing } from "../drawing/drawing";
 import { PageStore } from "../live/page";
+import { isLocked, TouchLock } from "../operate/lock/lock";
 import { Operations } from "../operate/operations";
 import { EmergencyStop } from "../operate/stop/stop";
 import { Aim } from "../operate/target/target";
@@ -16,9 +17,9 @@ const ESCAPE = {
   repeat: false,
 };
 
-/** What the server puts into viser's and rerun's pages says so: they run in a process of their own, and tell of Esc, and
- * of a frame that moved under a press. */
-function says(data: unknown, word: "escape" | "moved"): boolean {
+/** What the server puts into viser's and rerun's pages says so: they run in a process of their own, and tell of Esc, of
+ * touches, and of a frame that moved under a press. */
+function says(data: unknown, word: "escape" | "moved" | "touched"): boolean {
   return typeof data === "object" && data !== null && "tendril" in data && data.tendril === word;
 }
 
@@ -53,7 +54,7 @@ function perform(action: Action, services: Services): void {
   }
 }
 
-/** The page's keys, heard before any focused control or dialog gets them. While signed out only Esc means something. */
+/** The page's keys, heard before any focused control or dialog gets them. While signed out, or locked, only Esc means something. */
 export function hearKeys(services: Services): void {
   const keyMap = new KeyMap();
   const act = (action: Action | null) => {
@@ -61,12 +62,14 @@ export function hearKeys(services: Services): void {
   };
   const hear = (event: KeyboardEvent) => {
     const action = keyMap.press(event, focusOf(document.activeElement), performance.now());
-    if (event.key !== "Escape" && services.get(PageStore).get().session !== "present") return;
+    const page = services.get(PageStore).get();
+    if (event.key !== "Escape" && (page.session !== "present" || isLocked(page))) return;
     if (action?.kind === "nudge" || action?.kind === "mark") event.preventDefault(); // the letter is no part of the label
     act(action);
   };
   const hearFrame = (event: MessageEvent<unknown>) => {
     if (event.origin !== window.location.origin) return;
+    if (says(event.data, "touched")) services.get(TouchLock).touched();
     if (says(event.data, "moved")) services.get(Aim).abortGizmo();
     if (says(event.data, "escape")) act(keyMap.press(ESCAPE, "widget", performance.now()));
   };

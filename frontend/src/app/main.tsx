@@ -8,6 +8,8 @@ import { Notifications, notifications } from "@mantine/notifications";
 import { createRoot } from "react-dom/client";
 import { Connection } from "../live/connection";
 import { PageStore } from "../live/page";
+import { TouchLock } from "../operate/lock/lock";
+import { LockCover } from "../operate/lock/LockCover";
 import type { Notify } from "../operate/operations";
 import { StopBar } from "../operate/stop/StopBar";
 import { Gamepads } from "../operate/target/gamepads";
@@ -55,6 +57,7 @@ const services = wire(notify, localStorage);
 followAddress(services.get(PageStore));
 void services.get(Connection).start();
 services.get(Gamepads).start();
+services.get(TouchLock).start();
 hearKeys(services);
 hearPastes(document, (text) => {
   notify("warning", "Not pasted", text);
@@ -69,6 +72,14 @@ if (edge)
   createRoot(edge).render(
     <ServicesContext value={services}>
       <StopBar />
+    </ServicesContext>,
+  );
+
+const lock = document.getElementById("lock");
+if (lock)
+  createRoot(lock).render(
+    <ServicesContext value={services}>
+      <LockCover />
     </ServicesContext>,
   );
 

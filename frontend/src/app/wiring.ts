@@ -9,6 +9,8 @@ import { Connection } from "../live/connection";
 import { Live } from "../live/live";
 import { PageStore } from "../live/page";
 import { Notices } from "../notify/notices";
+import { TouchLock } from "../operate/lock/lock";
+import { isTouchScreen } from "../operate/lock/LockButton";
 import { Operations, type Notify } from "../operate/operations";
 import { EmergencyStop, stopByHttp, watchLatch } from "../operate/stop/stop";
 import { Aim } from "../operate/target/target";
@@ -45,6 +47,11 @@ export function wire(notify: Notify, shelf: Shelf): Services {
   });
   watchLatch(stop, page);
   const aim = new Aim(live, page, operations, socket);
+  const lock = new TouchLock(page, shelf, {
+    now: () => Date.now(),
+    isTouched: isTouchScreen,
+    isHeld: () => aim.held,
+  });
   const alarms = new Alarms(page, operations);
   const references = new References(page, operations);
   const drawing = new Drawing();
@@ -82,6 +89,7 @@ export function wire(notify: Notify, shelf: Shelf): Services {
     ticker,
     stop,
     aim,
+    lock,
     alarms,
     references,
     drawing,

@@ -34,6 +34,8 @@ export interface LogLine extends Event {
 /** Everything that React controls show. It changes at human speed; the 60 Hz stream is in `Live`. */
 export interface Page {
   readonly view: "live" | "review" | "wall";
+  /** Only the stops act until somebody unlocks the page. */
+  readonly locked: boolean;
   /** The list of keys is open. */
   readonly help: boolean;
   /** Null once it is no news. */
@@ -91,6 +93,7 @@ export interface Page {
 
 export const EMPTY_PAGE: Page = {
   view: "live",
+  locked: false,
   help: false,
   stop: null,
   reviewed: null,

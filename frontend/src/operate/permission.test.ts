@@ -14,6 +14,7 @@ const operating: Situation = {
     clutch: false,
     recording: false,
     role: "operator",
+    locked: false,
   },
 };
 
@@ -33,6 +34,17 @@ test("only a recording that runs is marked, by who operates, in whatever state t
   expect(whyNot("mark", operating)).toBe("Nothing is recorded now");
   expect(whyNot("mark", recording)).toBeNull();
   expect(whyNot("mark", { ...recording, mine: false, holder: "ivy" })).toBe("ivy operates");
+});
+
+test("of a page that is locked only the stops act", () => {
+  const locked: Situation = { ...operating, mode: MODE.FOLLOW, locked: true };
+  expect(allowed(locked)).toEqual(["hold"]);
+  expect(whyNot("e_stop", locked)).toBeNull();
+  expect(whyNot("drag", locked)).toBe("The page is locked: unlock it first");
+  expect([allowed({ ...locked, mine: false, held: false }), allowed({ ...locked, mine: false })]).toEqual([
+    [],
+    [],
+  ]);
 });
 
 test("a viewer may only take a free lease, and everyone may E-STOP", () => {

@@ -19,13 +19,24 @@ export interface Situation {
   readonly clutch: boolean;
   readonly recording: boolean;
   readonly role: Role;
+  /** Nobody touched the page for as long as its user chose. */
+  readonly locked: boolean;
 }
 
 /** The part of the page that decides what is allowed. */
 export function situation(page: Page): Situation {
-  const { online, rigLive, mode, lease, me, recording } = page;
+  const { online, rigLive, mode, lease, me, recording, locked } = page;
   const starting = page.starting;
-  return { online, rigLive, starting, mode, ...lease, role: me.role, recording: recording.recording };
+  return {
+    online,
+    rigLive,
+    starting,
+    mode,
+    ...lease,
+    role: me.role,
+    recording: recording.recording,
+    locked,
+  };
 }
 
 /** Why `control` does not work now; null when it does. */
@@ -38,9 +49,10 @@ const CLUTCHED = "Held clutch is on: hold the target, an arrow key or the gamepa
 /** Why a viewer's session may not. */
 const LOOKING = "The viewer's token is for looking and for the E-STOP";
 
-/** Why `control` does not work now, as one sentence; null when it does. E-STOP is never refused. */
+/** Why `control` does not work now, as one sentence; null when it does. E-STOP is never refused, and no lock keeps from Hold. */
 export function whyNot(control: Control, now: Situation): string | null {
   if (control === "e_stop") return null;
+  if (now.locked && control !== "hold") return "The page is locked: unlock it first";
   if (!now.online) return "No connection to the server";
   if (control === "take") return whyNotTake(now);
   if (control === "take_over" || control === "ask") return whyNotGet(control, now);

@@ -3,6 +3,7 @@ import { useEffect, useRef, type RefObject } from "react";
 import { usePage } from "../../live/page";
 import { useNarrow } from "../../ui/narrow";
 import { useService } from "../../ui/services";
+import { isLocked } from "../lock/lock";
 import { Operations } from "../operations";
 import { useWhyNot } from "../permission";
 import { StatePill } from "../StatePill";
@@ -15,10 +16,11 @@ const CLICK_MS = 1000;
 export function StopBar() {
   const bar = usePinned();
   const narrow = useNarrow();
+  const locked = usePage(isLocked);
   return (
     <aside ref={bar} className="stop-bar" aria-label="State and E-STOP">
       <StatePill />
-      {narrow ? <Hold /> : null}
+      {narrow || locked ? <Hold /> : null}
       <EStop />
       <News />
     </aside>
@@ -85,7 +87,7 @@ function EStop() {
   );
 }
 
-/** Where the panels stand one behind the other, Hold is not among what may be hidden. */
+/** Where the panels stand one behind the other, or the page is locked, Hold is not among what may be hidden. */
 function Hold() {
   const operations = useService(Operations);
   const reason = useWhyNot("hold");

@@ -57,6 +57,11 @@ export class Aim {
     return this.wish;
   }
 
+  /** Something holds the target. */
+  get held(): boolean {
+    return this.gripped;
+  }
+
   /** Where the target handle stands at page time `now` [ms]. */
   handle(now: number): Handle | null {
     const telemetry = this.live.telemetry;
