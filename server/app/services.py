@@ -40,6 +40,7 @@ from server.plots.feed import Plots
 from server.plots.layouts import Layouts
 from server.presets.actuator import OutcomeWatch
 from server.recorder.automatic import Automatic
+from server.recorder.by_hand import RecordingByHand
 from server.recorder.exports import Exports
 from server.recorder.folder import Reader, RecordingsFolder
 from server.recorder.quota_watch import QuotaWatch
@@ -85,6 +86,7 @@ class Services:
     recorder: Recorder
     review: Review
     automatic: Automatic
+    by_hand: RecordingByHand
     drawings: Drawings
     previews: Previews
     results: Results
@@ -169,6 +171,8 @@ def open_services(
     results = Results(settings.state / f"runs-{settings.rig}.json")
     runs = Runs(Tracker(rig, operator), planner, automatic, events, results)
     history.listen(runs.inbox.put)
+    folder = RecordingsFolder(store, reader)
+    by_hand = RecordingByHand(recorder, folder, review, rig, operator, events)
     scene = Scene(lambda: history.newest, rig.actuator, settings.light_scene)
     alarms = Alarms(UserFiles(settings.state / "alarms", "the limits"))
     alarm_watch = AlarmWatch(
@@ -232,12 +236,13 @@ def open_services(
         hands=hands,
         pages=pages,
         people=people,
-        folder=RecordingsFolder(store, reader),
+        folder=folder,
         exports=Exports(),
         reader=reader,
         recorder=recorder,
         review=review,
         automatic=automatic,
+        by_hand=by_hand,
         drawings=Drawings(settings.state / "drawings"),
         previews=Previews(planner),
         results=results,

@@ -11,11 +11,12 @@ from controller.errors import CommandRefused
 from controller.schema.parameters import Settings
 from controller.system.state_file import StateFile
 from server.access.asking import Permitted
+from server.access.permit import Permit
 from server.http.given import given
 from server.http.problems import malformed
-from server.log.events import EventLog, GivenEvents
+from server.log.events import EventLog
 from server.operate.messages import SettingsBody
-from server.operate.operator import GivenOperator
+from server.operate.operator import GivenOperator, Operator
 
 
 class KeptSettings:
@@ -37,6 +38,17 @@ class KeptSettings:
         except OSError as error:
             self._events.add(f"the settings will not outlive this server: {error}", "warning")
 
+    async def change(self, body: SettingsBody, operator: Operator, permit: Permit) -> Settings:
+        """Those that the rig then has; CommandRefused where it does not take them."""
+        async with self.changing:
+            wanted = _merged(operator.settings, body)
+            reply = await asyncio.wrap_future(operator.change(wanted, permit))
+            if not reply.accepted:
+                raise CommandRefused(reply.detail)
+            await self.keep(operator.settings)
+        self._events.add(f"{permit.name}: {', '.join(f'{name} = {value}' for name, value in body.changes.items())}")
+        return operator.settings
+
 
 GivenKeptSettings = Annotated[KeptSettings, given(KeptSettings)]
 
@@ -51,17 +63,10 @@ async def read_settings(operator: GivenOperator) -> Settings:
 
 @router.patch("/api/settings")
 async def change_settings(
-    body: SettingsBody, operator: GivenOperator, kept: GivenKeptSettings, permit: Permitted, events: GivenEvents
+    body: SettingsBody, operator: GivenOperator, kept: GivenKeptSettings, permit: Permitted
 ) -> Settings:
     """Change some settings; in force (and returned) only when the rig has taken them."""
-    async with kept.changing:
-        wanted = _merged(operator.settings, body)
-        reply = await asyncio.wrap_future(operator.change(wanted, permit))
-        if not reply.accepted:
-            raise CommandRefused(reply.detail)
-        await kept.keep(operator.settings)
-    events.add(f"{permit.name}: {', '.join(f'{name} = {value}' for name, value in body.changes.items())}")
-    return operator.settings
+    return await kept.change(body, operator, permit)
 
 
 def _merged(before: Settings, body: SettingsBody) -> Settings:

@@ -1,17 +1,16 @@
 """Bookmarks: set while a recording runs by who operates, named and removed by anyone who operates, seen by all."""
 
-import asyncio
 from typing import Annotated
 
 from fastapi import APIRouter
 from fastapi import Path as InPath
 
-from controller.errors import CommandRefused, RecordingError
 from recordings.format.messages import BOOKMARKS_MAX, Bookmark, Recording
-from recordings.store.edits import BookmarkLabel, with_bookmark, with_label, without_bookmark
+from recordings.store.edits import BookmarkLabel, with_label, without_bookmark
 from server.access.asking import Holder
 from server.http.who import Me
 from server.log.events import GivenEvents
+from server.recorder.by_hand import GivenRecordingByHand
 from server.recorder.folder import GivenFolder, GivenRecorder
 
 router = APIRouter(tags=["recordings"])
@@ -20,17 +19,9 @@ Number = Annotated[int, InPath(ge=1, le=BOOKMARKS_MAX)]
 
 
 @router.post("/api/recordings/current/bookmarks")
-async def set_bookmark(
-    body: BookmarkLabel, recorder: GivenRecorder, folder: GivenFolder, who: Holder, events: GivenEvents
-) -> Bookmark:
+async def set_bookmark(body: BookmarkLabel, hand: GivenRecordingByHand, who: Holder) -> Bookmark:
     """Mark the newest row of the recording that runs; 409 when none does, or it has 100 bookmarks already."""
-    try:
-        id, mark = await asyncio.to_thread(recorder.mark, body.label)
-    except RecordingError as error:
-        raise CommandRefused(str(error)) from error
-    recorder.bookmarked(await folder.look(folder.store.revise, id, lambda found: with_bookmark(found, mark)))
-    events.add(f"{who.name}: {_words(mark)} at {mark.t:.2f} s of recording {id}")
-    return mark
+    return await hand.mark(body.label, who.name)
 
 
 @router.patch("/api/recordings/{id}/bookmarks/{n}")
@@ -52,7 +43,3 @@ async def remove_bookmark(
     recorder.bookmarked(found)
     events.add(f"{who.name}: bookmark {n} of recording {id} removed")
     return found
-
-
-def _words(mark: Bookmark) -> str:
-    return f"bookmark {mark.n}" + (f" \u201c{mark.label}\u201d" if mark.label else "")

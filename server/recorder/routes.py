@@ -1,6 +1,5 @@
 """Recordings: start, stop, list, quick look, edit, remove, download."""
 
-import asyncio
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, NamedTuple
@@ -10,7 +9,6 @@ from pydantic import Field as Bounds
 from pydantic import TypeAdapter
 from starlette.responses import FileResponse, StreamingResponse
 
-from controller.errors import CommandRefused, RecordingError
 from controller.schema.layout import Model
 from recordings.format import frames
 from recordings.format.messages import Profile, Recording, RecordingState
@@ -21,15 +19,13 @@ from recordings.read.quick import POINTS, Quick, quick_look
 from recordings.store.edits import Edit
 from recordings.store.finishing import measured
 from recordings.store.store import Store
-from recordings.write.session import Context
 from server.access.asking import Holder
 from server.http import answers
 from server.http.who import Me
 from server.log.events import GivenEvents
-from server.operate.operator import GivenOperator
+from server.recorder.by_hand import GivenRecordingByHand
 from server.recorder.folder import GivenFolder, GivenRecorder
 from server.recorder.review import GivenReview
-from server.rig.client import GivenRig
 
 
 class RecordingBody(Model):
@@ -70,35 +66,15 @@ async def recordings(
 
 
 @router.post("/api/recordings")
-async def start_recording(
-    body: RecordingBody,
-    recorder: GivenRecorder,
-    rig: GivenRig,
-    operator: GivenOperator,
-    who: Holder,
-    events: GivenEvents,
-) -> RecordingState:
+async def start_recording(body: RecordingBody, hand: GivenRecordingByHand, who: Holder) -> RecordingState:
     """Record every tick from now on; 409 when a recording runs or the disk has no room."""
-    info = rig.require_info()
-    context = Context(profile=body.profile, operator=who.name)
-    try:
-        state = await asyncio.to_thread(recorder.start, body.name, info, operator.settings, context)
-    except RecordingError as error:
-        raise CommandRefused(str(error)) from error
-    events.add(f"{who.name}: recording {state.id} started")
-    return state
+    return await hand.begin(body.name, body.profile, who.name)
 
 
 @router.delete("/api/recordings/current")
-async def stop_recording(recorder: GivenRecorder, review: GivenReview, who: Holder, events: GivenEvents) -> Recording:
+async def stop_recording(hand: GivenRecordingByHand, who: Holder) -> Recording:
     """End the recording; 409 when none runs."""
-    try:
-        found = await asyncio.to_thread(recorder.stop)
-    except RecordingError as error:
-        raise CommandRefused(str(error)) from error
-    review.stopped(found.id)
-    events.add(f"{who.name}: recording {found.id} stopped, {found.rows} rows, {found.gaps} gaps")
-    return found
+    return await hand.end(who.name)
 
 
 @router.get("/api/recordings/profiles")
