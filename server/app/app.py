@@ -45,6 +45,7 @@ from server.rig import reach, twin_routes
 from server.rig import routes as rig
 from server.runs import recorded_path
 from server.runs import routes as runs
+from server.runs.macros import routes as macros
 from server.scene import proxy
 from server.scene import routes as scene
 
@@ -59,6 +60,7 @@ ROUTES = (
     drawing,
     runs,
     recorded_path,
+    macros,
     recorder,
     bookmark_routes,
     export_routes,

@@ -39,6 +39,7 @@ from server.operate.watch import Watch
 from server.plots.feed import Plots
 from server.plots.layouts import Layouts
 from server.presets.actuator import OutcomeWatch
+from server.presets.gains import GainPresets
 from server.recorder.automatic import Automatic
 from server.recorder.by_hand import RecordingByHand
 from server.recorder.exports import Exports
@@ -49,6 +50,9 @@ from server.recorder.watch import RecorderWatch
 from server.rig.client import Rig
 from server.rig.history import History
 from server.rig.planner import Planner
+from server.runs.macros.acts import Acts
+from server.runs.macros.macros import Macros
+from server.runs.macros.store import MacroStore
 from server.runs.previews import Previews
 from server.runs.results import Results
 from server.runs.runs import Runs
@@ -91,6 +95,8 @@ class Services:
     previews: Previews
     results: Results
     runs: Runs
+    macros: Macros
+    macro_store: MacroStore
     plots: Plots
     layouts: Layouts
     alarms: Alarms
@@ -171,8 +177,10 @@ def open_services(
     results = Results(settings.state / f"runs-{settings.rig}.json")
     runs = Runs(Tracker(rig, operator), planner, automatic, events, results)
     history.listen(runs.inbox.put)
-    folder = RecordingsFolder(store, reader)
+    folder, drawings = RecordingsFolder(store, reader), Drawings(settings.state / "drawings")
     by_hand = RecordingByHand(recorder, folder, review, rig, operator, events)
+    gains = GainPresets(settings.state / "gains.json")
+    macros = Macros(Acts(rig, operator, kept, runs, by_hand, drawings, gains.changes), rig, operator, events)
     scene = Scene(lambda: history.newest, rig.actuator, settings.light_scene)
     alarms = Alarms(UserFiles(settings.state / "alarms", "the limits"))
     alarm_watch = AlarmWatch(
@@ -194,7 +202,7 @@ def open_services(
     workers += [webhook.worker] if webhook else []
     workers += [writer.worker for writer in (events.writer, audit.writer) if writer is not None]
     soundness = Soundness(workers, looks, turning, events)
-    view = StatusView(rig, lease, people, pages, operator, recorder, runs, outcomes, lambda: soundness.trouble)
+    view = StatusView(rig, lease, people, pages, operator, recorder, runs, macros, outcomes, lambda: soundness.trouble)
     hub = Hub(history, pages, lease, view, looks)
     beat = Beat(
         looks,
@@ -203,6 +211,7 @@ def open_services(
             Watch(rig, history, lease, operator, events),
             outcomes,
             runs,
+            macros,
             automatic,
             RecorderWatch(recorder, events),
             QuotaWatch(store, settings.recordings_quota, events),
@@ -243,10 +252,12 @@ def open_services(
         review=review,
         automatic=automatic,
         by_hand=by_hand,
-        drawings=Drawings(settings.state / "drawings"),
+        drawings=drawings,
         previews=Previews(planner),
         results=results,
         runs=runs,
+        macros=macros,
+        macro_store=MacroStore(UserFiles(settings.state / "macros", "the macro")),
         plots=Plots(history),
         layouts=Layouts(UserFiles(settings.state / "layouts", "the layout")),
         alarms=alarms,

@@ -22,6 +22,7 @@ from server.log.events import Event
 from server.operate.messages import EStop, People, Presence, Release, Target
 from server.plots.messages import PlotChoice
 from server.rig.messages import PlotChannel
+from server.runs.macros.messages import MacroState
 from server.runs.messages import RunResult, RunState
 
 
@@ -72,6 +73,8 @@ class Status(Model):
     """The run under way, or how the last one ended; null before this server's first."""
     result: RunResult | None
     """Of the last run that ended, this server's or an earlier one's."""
+    macro: MacroState | None
+    """The macro under way, or how the last one ended; null before this server's first."""
 
 
 class Reply(Model):

@@ -14,6 +14,7 @@ from server.operate.pages import Pages
 from server.operate.people import PeopleHere
 from server.presets.actuator import OutcomeWatch
 from server.rig.client import Rig
+from server.runs.macros.macros import Macros
 from server.runs.runs import Runs
 
 
@@ -28,6 +29,7 @@ class StatusView:
     operator: Operator
     recorder: Recorder
     runs: Runs
+    macros: Macros
     outcomes: OutcomeWatch
     trouble: Callable[[], str]
 
@@ -55,6 +57,7 @@ class StatusView:
             stopped_by=self.operator.stopper.by,
             run=self.runs.state(),
             result=self.runs.last(),
+            macro=self.macros.state(),
         )
 
     def sight(self, who: Identity) -> str:
@@ -73,6 +76,7 @@ class StatusView:
             (self.rig.boot(), info.boot if info else None, self.rig.trouble),
             len(self.pages.open),
             self.runs.key(),
+            self.macros.state(),
             self.outcomes.starting(self.rig.boot()),
             self.trouble(),
         )

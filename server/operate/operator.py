@@ -47,6 +47,8 @@ LAST = 5.0
 """Longest wait for the call that is under way at the end [s]."""
 
 Target = tuple[float, float]
+Hears = Callable[[Request, Permit | None], None]
+"""What is asked for, NONE where the target moves, and by whose leave: none for an E-STOP."""
 
 
 @dataclass
@@ -107,6 +109,7 @@ class Operator:
         """A record that may move the rig was not answered."""
         self._stops = 0
         self._jobs: deque[Job] = deque()
+        self._hears: list[Hears] = []
         self._wake = threading.Condition()
         self._present, self._signed = 0, own()
         self._mover: Permit | None = None
@@ -119,6 +122,10 @@ class Operator:
     def settings(self) -> Settings:
         """The settings that the rig has accepted."""
         return self._command.settings
+
+    def listen(self, hears: Hears) -> None:
+        """Tell `hears` of whatever moves or stops the rig, before it is sent; from any thread."""
+        self._hears.append(hears)
 
     def request(self, request: Request, permit: Permit, target: Target | None = None) -> "Future[CommandReply]":
         """Ask for another mode; NotAllowed if `permit` no longer covers that when it is about to be sent."""
@@ -147,6 +154,7 @@ class Operator:
         with self._wake:
             self._stops += 1
         answer = self.stopper.stop(who)
+        self._tell(Request.E_STOP, None)
         with self._wake:
             self._drop(CommandRefused("overtaken by an E-STOP"))
         return answer
@@ -177,6 +185,8 @@ class Operator:
         asker: Future[CommandReply] = Future()
         asker.set_running_or_notify_cancel()
         job.askers.append(asker)
+        if job.request != Request.NONE or job.target is not None:
+            self._tell(job.request, job.permit)
         job.boot = self._connected()
         with self._wake:
             job.stops = self._stops
@@ -195,6 +205,10 @@ class Operator:
                 self._jobs.append(job)
             self._wake.notify()
         return asker
+
+    def _tell(self, request: Request, permit: Permit | None) -> None:
+        for hears in self._hears:
+            hears(request, permit)
 
     def _drop(self, error: TendrilError, which: Callable[[Job], bool] = lambda job: True) -> None:
         jobs = list(self._jobs)

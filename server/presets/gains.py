@@ -8,12 +8,16 @@ from controller.errors import CommandRefused, TendrilError
 from controller.schema.fit import GAINS
 from controller.schema.parameters import Settings
 from controller.system.state_file import StateFile
+from server.http.errors import NotFound
+from server.operate.messages import SettingsBody
 from server.presets.messages import GainPreset
 
 MOST = 100
 """Presets that are kept; a new one beyond is refused."""
 REPEATING = GainPreset(name="Paths that repeat", settings=Settings(K_FF=(GAINS["K_FF"], GAINS["K_FF"])), built_in=True)
 """The gains as they are at the start, and the fit's velocity feedforward: the paper has it on in its Task 2."""
+LOADED = {"K_P", "K_I", "K_FF", "K_o", "B_o", "law", "feedforward_period", "speed_max", "acceleration_max"}
+"""What is loaded from a preset; the choice of sensors and the open-loop command stay, as in the page's `gainsOf`."""
 _FILE: TypeAdapter[list[GainPreset]] = TypeAdapter(list[GainPreset])
 
 
@@ -36,6 +40,13 @@ class GainPresets:
         if len(others) >= MOST:
             raise CommandRefused(f"there are {MOST} presets already: delete one first")
         return self._write([*others, GainPreset(name=name, settings=settings)])
+
+    def changes(self, name: str) -> SettingsBody:
+        """What it changes to load this preset; NotFound when there is none."""
+        found = next((preset for preset in self.listed() if preset.name == name), None)
+        if found is None:
+            raise NotFound(f"there is no preset of gains named {name}")
+        return SettingsBody(changes=found.settings.model_dump(mode="json", include=LOADED))
 
     def delete(self, name: str) -> list[GainPreset]:
         """Forget the preset; returns the others."""

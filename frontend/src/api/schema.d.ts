@@ -716,6 +716,90 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/macros": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Macros
+     * @description My macros, by name.
+     */
+    get: operations["read_macros"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/macros/{name}": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    /**
+     * Keep Macro
+     * @description Keep a macro for me, in place of mine of this name; all of mine. 409 when I have too many.
+     */
+    put: operations["keep_macro"];
+    post?: never;
+    /**
+     * Delete Macro
+     * @description Forget one of my macros; the others.
+     */
+    delete: operations["delete_macro"];
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/macros/{name}/run": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Run Macro
+     * @description Do the steps of one of my macros, one after the other, while I operate; 409 while one runs, 404 without it.
+     */
+    post: operations["run_macro"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/macros/stop": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Stop Macro
+     * @description End the macro, and hold what it has set in motion; 409 when none runs.
+     */
+    post: operations["stop_macro"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/recordings": {
     parameters: {
       query?: never;
@@ -1603,6 +1687,17 @@ export interface components {
       residual: components["schemas"]["DistanceLimit"];
     };
     /**
+     * ArmStep
+     * @description Pressurise; nothing where the rig holds or follows already.
+     */
+    ArmStep: {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      do: "arm";
+    };
+    /**
      * Bookmark
      * @description A place in a recording that somebody marked while it ran.
      */
@@ -1681,6 +1776,17 @@ export interface components {
        * @default
        */
       detail: string;
+    };
+    /**
+     * ClearStep
+     * @description Unlatch FAULT or E-STOP; nothing where neither is.
+     */
+    ClearStep: {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      do: "clear";
     };
     /**
      * CommandBody
@@ -2007,6 +2113,42 @@ export interface components {
       reason: string;
     };
     /**
+     * DrawingStep
+     * @description Begin to follow a saved drawing.
+     */
+    "DrawingStep-Input": {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      do: "drawing";
+      /** Name */
+      name: string;
+      /**
+       * Laps
+       * @default 1
+       */
+      laps: number;
+    };
+    /**
+     * DrawingStep
+     * @description Begin to follow a saved drawing.
+     */
+    "DrawingStep-Output": {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      do: "drawing";
+      /** Name */
+      name: string;
+      /**
+       * Laps
+       * @default 1
+       */
+      laps: number;
+    };
+    /**
      * Duration
      * @description Constant speed, so that it takes this long.
      */
@@ -2298,6 +2440,17 @@ export interface components {
       log: components["schemas"]["Event"][];
     };
     /**
+     * HoldStep
+     * @description Freeze the reference where it is.
+     */
+    HoldStep: {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      do: "hold";
+    };
+    /**
      * Hole
      * @description Ticks that are not in the file.
      */
@@ -2492,6 +2645,117 @@ export interface components {
       step: components["schemas"]["Spread"] | null;
       /** @description Null where the pressures moved too little, or not as a lag would have it. */
       pressure: components["schemas"]["Lag"] | null;
+    };
+    /**
+     * Macro
+     * @description One that is kept.
+     */
+    Macro: {
+      /** Steps */
+      steps: (
+        | components["schemas"]["ArmStep"]
+        | components["schemas"]["HoldStep"]
+        | components["schemas"]["ClearStep"]
+        | components["schemas"]["ReferenceStep-Output"]
+        | components["schemas"]["DrawingStep-Output"]
+        | components["schemas"]["TargetStep"]
+        | components["schemas"]["WaitStep"]
+        | components["schemas"]["RunEndStep"]
+        | components["schemas"]["PresetStep"]
+        | components["schemas"]["RecordStep-Output"]
+        | components["schemas"]["RecordEndStep"]
+        | components["schemas"]["MarkStep-Output"]
+      )[];
+      /** Name */
+      name: string;
+    };
+    /**
+     * MacroBody
+     * @description Body of PUT /api/macros/{name}: what is done, in order.
+     */
+    MacroBody: {
+      /** Steps */
+      steps: (
+        | components["schemas"]["ArmStep"]
+        | components["schemas"]["HoldStep"]
+        | components["schemas"]["ClearStep"]
+        | components["schemas"]["ReferenceStep-Input"]
+        | components["schemas"]["DrawingStep-Input"]
+        | components["schemas"]["TargetStep"]
+        | components["schemas"]["WaitStep"]
+        | components["schemas"]["RunEndStep"]
+        | components["schemas"]["PresetStep"]
+        | components["schemas"]["RecordStep-Input"]
+        | components["schemas"]["RecordEndStep"]
+        | components["schemas"]["MarkStep-Input"]
+      )[];
+    };
+    /**
+     * MacroState
+     * @description How the last macro goes, or how it ended.
+     */
+    MacroState: {
+      /** Name */
+      name: string;
+      /**
+       * By
+       * @description Who runs it.
+       */
+      by: string;
+      /**
+       * State
+       * @enum {string}
+       */
+      state: "running" | "done" | "ended";
+      /**
+       * Step
+       * @description From 1 on; the last one that was begun.
+       */
+      step: number;
+      /** Steps */
+      steps: number;
+      /**
+       * Doing
+       * @description That step in words.
+       */
+      doing: string;
+      /**
+       * Reason
+       * @description Why it ended, "" otherwise.
+       */
+      reason: string;
+    };
+    /**
+     * MarkStep
+     * @description Set a bookmark in the recording.
+     */
+    "MarkStep-Input": {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      do: "mark";
+      /**
+       * Label
+       * @default
+       */
+      label: string;
+    };
+    /**
+     * MarkStep
+     * @description Set a bookmark in the recording.
+     */
+    "MarkStep-Output": {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      do: "mark";
+      /**
+       * Label
+       * @default
+       */
+      label: string;
     };
     /**
      * Measured
@@ -2798,6 +3062,19 @@ export interface components {
       n: number;
     };
     /**
+     * PresetStep
+     * @description Load a preset of gains, as the Gains panel does.
+     */
+    PresetStep: {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      do: "preset";
+      /** Name */
+      name: string;
+    };
+    /**
      * Preview
      * @description What the twin of the connected rig makes of a reference from where that stands, with the settings in force.
      */
@@ -3050,6 +3327,61 @@ export interface components {
       values: (number | null)[];
     };
     /**
+     * RecordEndStep
+     * @description End the recording.
+     */
+    RecordEndStep: {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      do: "record_end";
+    };
+    /**
+     * RecordStep
+     * @description Begin a recording.
+     */
+    "RecordStep-Input": {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      do: "record";
+      /**
+       * Name
+       * @default
+       */
+      name: string;
+      /**
+       * Profile
+       * @default standard
+       * @enum {string}
+       */
+      profile: "full" | "standard";
+    };
+    /**
+     * RecordStep
+     * @description Begin a recording.
+     */
+    "RecordStep-Output": {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      do: "record";
+      /**
+       * Name
+       * @default
+       */
+      name: string;
+      /**
+       * Profile
+       * @default standard
+       * @enum {string}
+       */
+      profile: "full" | "standard";
+    };
+    /**
      * Recording
      * @description One row of the Review tab.
      */
@@ -3300,6 +3632,48 @@ export interface components {
        * @description Index of the first point after the approach.
        */
       start: number;
+    };
+    /**
+     * ReferenceStep
+     * @description Begin to follow a reference of the library.
+     */
+    "ReferenceStep-Input": {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      do: "reference";
+      /**
+       * Name
+       * @description In the library, or its title.
+       */
+      name: string;
+      /**
+       * Laps
+       * @default 1
+       */
+      laps: number;
+    };
+    /**
+     * ReferenceStep
+     * @description Begin to follow a reference of the library.
+     */
+    "ReferenceStep-Output": {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      do: "reference";
+      /**
+       * Name
+       * @description In the library, or its title.
+       */
+      name: string;
+      /**
+       * Laps
+       * @default 1
+       */
+      laps: number;
     };
     /**
      * Refused
@@ -3584,6 +3958,17 @@ export interface components {
        * @default true
        */
       record: boolean;
+    };
+    /**
+     * RunEndStep
+     * @description Wait until the run that is under way is done.
+     */
+    RunEndStep: {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      do: "run_end";
     };
     /**
      * RunResult
@@ -4098,6 +4483,8 @@ export interface components {
       run: components["schemas"]["RunState"] | null;
       /** @description Of the last run that ended, this server's or an earlier one's. */
       result: components["schemas"]["RunResult"] | null;
+      /** @description The macro under way, or how the last one ended; null before this server's first. */
+      macro: components["schemas"]["MacroState"] | null;
     };
     /**
      * Stretch
@@ -4137,6 +4524,27 @@ export interface components {
        * @default false
        */
       start: boolean;
+    };
+    /**
+     * TargetStep
+     * @description Follow a live target at this point, within the limits of the settings.
+     */
+    TargetStep: {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      do: "target";
+      /**
+       * X
+       * @description [m]
+       */
+      x: number;
+      /**
+       * Y
+       * @description [m]
+       */
+      y: number;
     };
     /**
      * TextBody
@@ -4562,6 +4970,19 @@ export interface components {
       input?: unknown;
       /** Context */
       ctx?: Record<string, never>;
+    };
+    /**
+     * WaitStep
+     * @description Do nothing for a while.
+     */
+    WaitStep: {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      do: "wait";
+      /** Seconds */
+      seconds: number;
     };
     /**
      * Workspace
@@ -6228,6 +6649,181 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["DrawingBody"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  read_macros: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Macro"][];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  keep_macro: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["MacroBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Macro"][];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  delete_macro: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Macro"][];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  run_macro: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        name: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["MacroState"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  stop_macro: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["MacroState"];
         };
       };
       400: components["responses"]["Refused400"];

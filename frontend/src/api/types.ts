@@ -54,6 +54,10 @@ export type RunBody = Schemas["RunBody"];
 export type RunState = Schemas["RunState"];
 export type RunResult = Schemas["RunResult"];
 
+export type Macro = Schemas["Macro"];
+export type MacroStep = Macro["steps"][number];
+export type MacroState = Schemas["MacroState"];
+
 export type FromServer =
   | Schemas["Hello"]
   | Schemas["Status"]

@@ -12,6 +12,8 @@ import { PlanView } from "../plan/PlanView";
 import { PlotStrip } from "../plots/PlotStrip";
 import { ActuatorPanel } from "../presets/ActuatorPanel";
 import { GainsPanel } from "../presets/GainsPanel";
+import { MacroBar } from "../runs/macros/MacroBar";
+import { MacroPanel } from "../runs/macros/MacroPanel";
 import { RunPanel } from "../runs/RunPanel";
 import { Scene3D } from "../scene/Scene3D";
 import { SensingPanel } from "../sensing/SensingPanel";
@@ -67,9 +69,14 @@ function Bench() {
           <Guide />
         </Part>
       ) : null}
-      <Part name="Requests for control">
-        <Asking />
-      </Part>
+      <div className="over-place">
+        <Part name="Requests for control">
+          <Asking />
+        </Part>
+        <Part name="Macro">
+          <MacroBar />
+        </Part>
+      </div>
       <Live hidden={view !== "live"} />
       {view === "review" ? (
         <Part name="Review">
@@ -116,10 +123,19 @@ function Live({ hidden }: { readonly hidden: boolean }) {
   );
 }
 
+function Control() {
+  return (
+    <>
+      <ControlPanel />
+      <MacroPanel />
+    </>
+  );
+}
+
 type Tab = readonly [string, string, ComponentType];
 
 const TABS: readonly Tab[] = [
-  ["control", "Control", ControlPanel],
+  ["control", "Control", Control],
   ["run", "Run", RunPanel],
   ["sensing", "Sensing", SensingPanel],
   ["gains", "Gains", GainsPanel],

@@ -18,6 +18,7 @@ import { Gamepads } from "../operate/target/gamepads";
 import { Layers } from "../plan/layers";
 import { keepProfile } from "../recorder/profile";
 import { Recorder } from "../recorder/recorder";
+import { Macros } from "../runs/macros/macros";
 import { keepRecord, Runs } from "../runs/runs";
 import { RunTrace } from "../runs/trace";
 import { Painters } from "../ui/painters";
@@ -57,6 +58,7 @@ export function wire(notify: Notify, shelf: Shelf): Services {
   const drawing = new Drawing();
   const saved = new SavedDrawings(drawing, operations);
   const runs = new Runs(drawing.store, page, operations);
+  const macros = new Macros(page, operations);
   const trace = new RunTrace(live, page);
   ticker.every(60, "trace of the run", (now) => {
     trace.look(now);
@@ -76,6 +78,7 @@ export function wire(notify: Notify, shelf: Shelf): Services {
       void alarms.learn();
       void references.learn();
       void saved.learn();
+      void macros.learn();
     },
     leaseChanged: operations.leaseChanged.bind(operations),
     leaseLost: operations.leaseLost.bind(operations),
@@ -95,6 +98,7 @@ export function wire(notify: Notify, shelf: Shelf): Services {
     drawing,
     saved,
     runs,
+    macros,
     trace,
   );
   services.add(

@@ -180,6 +180,7 @@ export class Connection {
           starting: startingWith(message.health, page),
           run: keep(page.run, message.run),
           result: keep(page.result, message.result),
+          macro: keep(page.macro, message.macro),
           stoppedBy: message.stopped_by,
         });
         if (page.lease.mine !== message.lease.mine)

@@ -5,6 +5,7 @@ import type {
   Event,
   Health,
   Lease,
+  MacroState,
   Mode,
   People,
   Profile,
@@ -72,6 +73,8 @@ export interface Page {
   readonly run: RunState | null;
   /** Of the last run that ended. */
   readonly result: RunResult | null;
+  /** The macro under way, or how the last one ended. */
+  readonly macro: MacroState | null;
   readonly mode: Mode | null;
   readonly cause: Cause;
   /** Who pressed the E-STOP in which the rig is, "" where that is not known. */
@@ -126,6 +129,7 @@ export const EMPTY_PAGE: Page = {
   reference: null,
   run: null,
   result: null,
+  macro: null,
   mode: null,
   cause: 0,
   stoppedBy: "",

@@ -15,6 +15,7 @@ const operating: Situation = {
     recording: false,
     role: "operator",
     locked: false,
+    macro: false,
   },
 };
 
@@ -34,6 +35,12 @@ test("only a recording that runs is marked, by who operates, in whatever state t
   expect(whyNot("mark", operating)).toBe("Nothing is recorded now");
   expect(whyNot("mark", recording)).toBeNull();
   expect(whyNot("mark", { ...recording, mine: false, holder: "ivy" })).toBe("ivy operates");
+});
+
+test("while a macro runs Hold ends it, in whatever state the rig is", () => {
+  for (const mode of [MODE.VENTED, MODE.HOLD, MODE.E_STOP])
+    expect(whyNot("hold", { ...operating, mode, macro: true })).toBeNull();
+  expect(whyNot("hold", { ...operating, macro: true, mine: false, holder: "ivy" })).toBe("ivy operates");
 });
 
 test("of a page that is locked only the stops act", () => {

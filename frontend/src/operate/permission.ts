@@ -19,6 +19,8 @@ export interface Situation {
   readonly clutch: boolean;
   readonly recording: boolean;
   readonly role: Role;
+  /** A macro runs. */
+  readonly macro: boolean;
   /** Nobody touched the page for as long as its user chose. */
   readonly locked: boolean;
 }
@@ -26,6 +28,7 @@ export interface Situation {
 /** The part of the page that decides what is allowed. */
 export function situation(page: Page): Situation {
   const { online, rigLive, mode, lease, me, recording, locked } = page;
+  const macro = page.macro?.state === "running";
   const starting = page.starting;
   return {
     online,
@@ -36,6 +39,7 @@ export function situation(page: Page): Situation {
     role: me.role,
     recording: recording.recording,
     locked,
+    macro,
   };
 }
 
@@ -59,6 +63,7 @@ export function whyNot(control: Control, now: Situation): string | null {
   if (control === "edit") return now.mine ? null : whyNotByRole(now);
   if (!now.mine) return now.held ? `${now.holder} operates` : (whyNotByRole(now) ?? "Take control first");
   if (control === "release" || control === "settings") return null;
+  if (control === "hold" && now.macro) return null; // it ends the macro, whatever the rig does
   if (control === "mark") return now.recording ? null : "Nothing is recorded now";
   if (control === "record" && now.recording) return null;
   if (now.starting !== "") return `The rig starts with actuator ${now.starting}`;

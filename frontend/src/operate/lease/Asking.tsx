@@ -14,26 +14,24 @@ export function Asking() {
   if (!first) return null;
   const { tag, name, role } = first;
   return (
-    <div className="asking-place">
-      <div key={tag} className="asking" role="alert" data-testid="asking">
-        <IconHandGrab size={18} aria-hidden />
-        <span>
-          {name}
-          {role === "viewer" ? " (viewer)" : ""} asks for control
-          {asking.length > 1 ? `, and ${asking.length - 1} more` : ""}. A motion is held first.
-        </span>
-        <Button size="compact-sm" data-testid="ask-accept" onClick={() => void operations.handOver(tag)}>
-          Accept
-        </Button>
-        <Button
-          size="compact-sm"
-          variant="default"
-          data-testid="ask-refuse"
-          onClick={() => void operations.refuseRequest(tag)}
-        >
-          Refuse
-        </Button>
-      </div>
+    <div key={tag} className="over-page asking" role="alert" data-testid="asking">
+      <IconHandGrab size={18} aria-hidden />
+      <span>
+        {name}
+        {role === "viewer" ? " (viewer)" : ""} asks for control
+        {asking.length > 1 ? `, and ${asking.length - 1} more` : ""}. A motion is held first.
+      </span>
+      <Button size="compact-sm" data-testid="ask-accept" onClick={() => void operations.handOver(tag)}>
+        Accept
+      </Button>
+      <Button
+        size="compact-sm"
+        variant="default"
+        data-testid="ask-refuse"
+        onClick={() => void operations.refuseRequest(tag)}
+      >
+        Refuse
+      </Button>
     </div>
   );
 }

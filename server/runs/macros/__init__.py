@@ -1,0 +1,1 @@
+"""Macros: named lists of what an operator can do, run by one button and ended by any stop."""
