@@ -13,6 +13,11 @@ from tests.e2e.test_accessibility import in_both_schemes, load_axe
 
 CLOCK = "const now = Date.now; window.lateBy = 0; Date.now = () => now() + window.lateBy"
 
+HEARD = """() => {
+  window.heard = new Promise((done) =>
+    addEventListener("message", ({ data }) => data.tendril === "touched" && done(null)));
+}"""
+
 
 @pytest.fixture
 def touched(browser: Browser, product: Product) -> Iterator[Page]:
@@ -127,6 +132,26 @@ def test_it_is_unlocked_by_a_number_a_long_press_and_by_keys_and_a_reload_does_n
         touched.keyboard.press("ArrowRight")
     expect(touched.get_by_test_id("lock")).to_have_count(0)
     assert not findings, "\n".join(findings)
+
+
+def test_a_hand_in_the_3d_view_counts_as_a_touch(browser: Browser, product: Product) -> None:
+    context = browser.new_context(viewport={"width": 1280, "height": 720}, has_touch=True)
+    context.add_init_script(CLOCK)
+    page = open_page(context, product, with_3d=True)
+    choose(page, "30", "slide")
+    view = page.locator("iframe[title*='3D']")
+    expect(view.content_frame.locator("canvas").first).to_be_visible()
+    box = view.bounding_box()
+    assert box is not None
+    for dx in (40, 60, 80):
+        page.evaluate(HEARD)
+        page.mouse.move(box["x"] + dx, box["y"] + 40)
+        page.evaluate("window.heard")
+        page.evaluate("window.lateBy += 20_000")
+        page.wait_for_timeout(1100)  # the page looks twice a second, its frame tells once a second
+        expect(page.get_by_test_id("lock")).to_have_count(0)
+    leave(page, 31)
+    context.close()
 
 
 def test_a_screen_that_is_not_touched_has_no_lock(page: Page) -> None:
