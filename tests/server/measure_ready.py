@@ -13,7 +13,7 @@ from pathlib import Path
 from controller.realtime.ring import remove_rings
 from tests.server.live_server import free_environment
 
-TENDRIL = "from server.cli import main; main()"
+TENDRIL = "from server.cli.main import main; main()"
 
 
 def main(times: int) -> None:
