@@ -2,6 +2,7 @@
 
 import hashlib
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, Literal, get_args
 
 from fastapi import Depends
@@ -29,7 +30,7 @@ class Identity:
         """The name, and the role where that is not to operate."""
         return self.name if self.role == "operator" else f"{self.name} ({self.role})"
 
-    @property
+    @cached_property
     def tag(self) -> str:
         """Names this session to others, who must not know its id."""
         return hashlib.sha256(self.id.encode()).hexdigest()[:12]

@@ -115,7 +115,7 @@ class History:
         with self._lock:
             start = max(start, self._oldest_bin())
             at = np.arange(start, max(start, min(stop, self._bin_stop, start + most))) % len(self._t)
-            cells = np.ix_(at, np.array(columns, np.int64))
+            cells = at[:, None], np.array(columns, np.int64)
             return Bins(start, columns, self._t[at], self._low[cells], self._high[cells])
 
     def bin_at(self, t: float) -> int:
