@@ -2,7 +2,6 @@
 
 import contextlib
 import ctypes
-import gc
 import os
 import threading
 from pathlib import Path
@@ -50,13 +49,9 @@ def thread_policy() -> str:
 
 
 def pin_memory() -> bool:
-    """Keep every touched page in memory, but for what only the start needed, and take start-up objects from the garbage
-    collector; False: no locked pages.
+    """Keep every touched page in memory, but for what only the start needed; False: no locked pages.
 
     Pages are locked when first touched (MCL_ONFAULT): locking all of them at once would cost the restart its speed.
     """
     forget_start()
-    locked = bool(ctypes.CDLL(None).mlockall(_LOCK_CURRENT_FUTURE_ONFAULT) == 0)
-    gc.collect()
-    gc.freeze()
-    return locked
+    return bool(ctypes.CDLL(None).mlockall(_LOCK_CURRENT_FUTURE_ONFAULT) == 0)

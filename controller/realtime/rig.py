@@ -9,12 +9,13 @@ import os
 import resource
 import secrets
 import signal
+import sys
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO, cast
 
 from controller.build.rig import build_rig
 from controller.drivers import TwinDriver
@@ -32,14 +33,17 @@ from controller.realtime.settings import RigReady, failure_file, free_port
 from controller.realtime.settings import RigSettings as RigSettings
 from controller.schema.messages import RigInfo
 from controller.schema.modes import Cause, Mode
+from controller.schema.parameters import RigParameters
 from controller.system.keys import key_path, made_key
-from controller.system.logs import log_in_background
+from controller.system.logs import flush_log, log_in_background
 from controller.system.origin import commit
 from controller.system.whole_file import open_lock, write_whole
 
 log = logging.getLogger(__name__)
 
 PUMP_PERIOD = 1 / 60
+AGAIN = "TENDRIL_RIG_AGAIN"
+"""In the environment of a rig that began anew after it had to compile."""
 BATCH = 1000
 """Most rows in one batch: a pump that was held up for long sends several."""
 
@@ -50,11 +54,12 @@ def run_rig(settings: RigSettings) -> None:
     log_in_background()
     _allow_connections()
     with _failure_told(settings.ready), _only_one(settings):
+        load_kernels(settings.parameters)
         RigProcess(settings).run()
 
 
 class RigProcess:
-    """Builds and compiles everything in the constructor, so that arming is possible only when no step is slow."""
+    """Builds everything in the constructor, so that arming is possible only when no step is slow."""
 
     def __init__(self, settings: RigSettings) -> None:
         self.settings = settings
@@ -65,7 +70,6 @@ class RigProcess:
         self.policy = "none"
         parameters = settings.parameters
         self._period_ns = round(parameters.controller.dt * 1e9)
-        compile_loop(build_rig(parameters, self.boot), TwinDriver(parameters).twin)
         self._rig = build_rig(parameters, self.boot)
         self._driver = TwinDriver(parameters)
         self.ring: Ring = create_ring(settings.rig, self.boot, settings.folder)
@@ -169,6 +173,18 @@ class RigProcess:
         if self.settings.ready:
             ready = RigReady(endpoint=endpoint, boot=self.boot, process=os.getpid())
             write_whole(self.settings.ready, ready.model_dump_json(), lasting=False)
+
+
+def load_kernels(parameters: RigParameters) -> None:
+    """Have all that the loop calls in this process, from the cache: who compiles keeps 370 MB of it, who loads none.
+
+    So a process that had to compile, after an update or on another kind of processor, begins anew in its own place.
+    Once: where the cache keeps nothing it would compile again.
+    """
+    compile_loop(build_rig(parameters, boot=1), TwinDriver(parameters).twin)
+    if cast(Any, run_loop).stats.cache_misses and AGAIN not in os.environ:
+        flush_log()
+        os.execve(sys.executable, sys.orig_argv, os.environ | {AGAIN: "1"})
 
 
 def _allow_connections() -> None:

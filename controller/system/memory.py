@@ -1,12 +1,14 @@
-"""What a process keeps in memory though it needs it no more: free pages of glibc's arenas, and code that only ran once.
+"""What a process keeps in memory though it needs it no more: free pages of glibc's arenas, and what ran once.
 
 Each thread allocates from an arena, and what an arena has had it keeps. rerun writes every recording by threads of its
 own, which come upon one arena after the other: a server that records all day would grow for hours without one byte
-lost. And a start runs through 60 MB of compilers and readers that are not called again. Other C libraries and systems
+lost. And a start runs through 80 MB of compilers and readers that are not called again. Other C libraries and systems
 have nothing of this, and nothing is done there.
 """
 
 import ctypes
+import gc
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,8 +17,10 @@ ARENAS = 2
 """glibc's own choice is eight for every core."""
 MADV_DONTNEED = 4
 LARGE = 1 << 22
-"""Libraries with less code than this stay as they are [bytes]."""
-MAPS = Path("/proc/self/maps")
+"""Parts of libraries that are smaller than this stay as they are [bytes]."""
+MAPS = Path("/proc/self/smaps")
+MAPPING = re.compile(r"(?P<begin>[0-9a-f]+)-(?P<end>[0-9a-f]+) (?P<access>\S+) \S+ \S+ \d+ *(?P<name>.*)")
+"""First line of what is said of one mapping; proc(5)."""
 
 _libc = ctypes.CDLL(None)
 
@@ -34,18 +38,27 @@ def give_back() -> None:
 
 
 def forget_start() -> None:
-    """Give back what only the start needed. Code is read again from its file where it is called once more."""
+    """Give back what only the start needed, and take what is left of it from the garbage collector.
+
+    What lies in a file is read again from there where it is used once more.
+    """
+    gc.collect()
+    gc.freeze()
     give_back()
-    for begin, size in _large_code():
+    for begin, size in _large_parts():
         _libc.madvise(ctypes.c_void_p(begin), ctypes.c_size_t(size), MADV_DONTNEED)
 
 
-def _large_code() -> Iterator[tuple[int, int]]:
-    """Address and size of the code of large libraries: mapped read-only from its file, so nothing in it can be lost."""
-    if not MAPS.exists():
-        return
-    for line in MAPS.read_text().splitlines():
-        span, access, *_, name = line.split(maxsplit=5)
-        begin, end = (int(address, 16) for address in span.split("-"))
-        if access == "r-xp" and ".so" in name and end - begin > LARGE:
-            yield begin, end - begin
+def _large_parts() -> Iterator[tuple[int, int]]:
+    """Address and size of code and constants of large libraries: mapped read-only, and no page differs from the file.
+
+    Those that do, where the linker has put addresses in, could not be read again.
+    """
+    begin = size = 0
+    for line in MAPS.read_text().splitlines() if MAPS.exists() else ():
+        if mapping := MAPPING.match(line):
+            begin, end = int(mapping["begin"], 16), int(mapping["end"], 16)
+            is_library = mapping["access"] in ("r-xp", "r--p") and ".so" in mapping["name"]
+            size = end - begin if is_library else 0
+        elif size > LARGE and line.split() == ["Anonymous:", "0", "kB"]:
+            yield begin, size

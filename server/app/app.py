@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-import gc
 import threading
 from collections.abc import AsyncIterator
 from concurrent.futures import ThreadPoolExecutor
@@ -184,14 +183,11 @@ async def _prepare_reader(services: Services) -> None:
 
 
 def _settle(app: FastAPI) -> None:
-    """Build what FastAPI would build when a route is first looked for, take all of it from the garbage
-    collector, and give back what only the start needed.
+    """Build what FastAPI would build when a route is first looked for, and forget what only the start needed.
 
     Both would hold up the event loop, for 0.3 s and more, in the middle of whatever is asked then.
     """
     nowhere = {"type": "http", "method": "GET", "path": "/-", "root_path": "", "headers": []}
     for route in list(app.routes):
         route.matches(nowhere)
-    gc.collect()
-    gc.freeze()
     forget_start()

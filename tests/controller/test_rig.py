@@ -8,12 +8,16 @@ import time
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
+import psutil
 import pytest
 
 from controller.errors import ParameterError, RigUnreachable
 from controller.link import PlannedRows
+from controller.realtime import rig as process
 from controller.realtime.ring import STOP, Ring
 from controller.schema.modes import Cause, Mode, Request
 from controller.schema.parameters import Law, RigParameters, SafetyLimits, Settings
@@ -193,3 +197,31 @@ def test_without_its_parent_it_rests_and_then_ends(tmp_path: Path) -> None:
         rows = rig.operator.rows()
         assert Mode.REST in rows["mode"]
         assert (rows["mode"][-1], rows["cause"][-1]) == (Mode.VENTED, Cause.SERVER_LOST)
+
+
+@pytest.mark.parametrize(("misses", "again", "times"), [(1, "", 1), (1, "1", 0), (0, "", 0)])
+def test_a_rig_that_had_to_compile_begins_anew_but_once(
+    monkeypatch: pytest.MonkeyPatch, misses: int, again: str, times: int
+) -> None:
+    begun: list[tuple[Any, ...]] = []
+    loop = SimpleNamespace(stats=SimpleNamespace(cache_misses=dict.fromkeys(range(misses), 1)))
+    monkeypatch.setattr(process, "compile_loop", lambda rig, twin: None)
+    monkeypatch.setattr(process, "run_loop", loop)
+    monkeypatch.setattr(os, "execve", lambda *given: begun.append(given))
+    monkeypatch.setenv(process.AGAIN, again) if again else monkeypatch.delenv(process.AGAIN, raising=False)
+    process.load_kernels(RigParameters())
+    assert [(given[1], given[2][process.AGAIN]) for given in begun] == [(sys.orig_argv, "1")] * times
+
+
+@pytest.mark.long
+def test_a_rig_that_found_nothing_compiled_is_not_larger_than_one_that_did(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    sizes = []
+    for name in ("first", "second"):
+        folder = tmp_path / name
+        folder.mkdir()
+        with live_rig(folder) as rig:
+            sizes.append(psutil.Process(rig.process.pid).memory_info().rss)
+    assert sizes[0] < 1.1 * sizes[1]
