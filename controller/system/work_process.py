@@ -2,7 +2,7 @@
 
 What is called there is imported there: compilers, kernels and tables stay out of our memory, and what takes seconds
 stays out of the way of our event loop. The work must be a function of a module, its arguments and result picklable. It
-may be done twice: a process that is killed is started again, and asked once more.
+may be done twice: a process that is killed is started again, and asked once more, unless it alone can answer.
 """
 
 import asyncio
@@ -36,9 +36,9 @@ NUMBER = struct.Struct("q")
 class WorkProcess:
     """Thread safe. The process starts when it is first asked; it and all that it runs end when this one does."""
 
-    def __init__(self, name: str, patience: float | None = PATIENCE, nice: int = 0) -> None:
+    def __init__(self, name: str, patience: float | None = PATIENCE, nice: int = 0, tries: int = TRIES) -> None:
         """`name` says what it is for, in errors and in the list of processes; `patience` None: work may take hours."""
-        self._name, self._patience, self._nice = name, patience, nice
+        self._name, self._patience, self._nice, self._tries = name, patience, nice, tries
         self._life: _Life | None = None
         self._closed = False
         self._starting = threading.Lock()
@@ -56,7 +56,7 @@ class WorkProcess:
     def call(self, work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
         """The same for a thread that may wait."""
         asked = pickle.dumps((work, arguments, named))
-        for _ in range(TRIES):
+        for _ in range(self._tries):
             life = self._living()
             try:
                 answer = life.ask(asked)
@@ -67,7 +67,8 @@ class WorkProcess:
             except _Gone:
                 continue
             return found
-        raise ProcessKilled(f"{self._name}: its process was killed twice, perhaps for want of memory")
+        twice = " twice" * (self._tries > 1)
+        raise ProcessKilled(f"{self._name}: its process was killed{twice}, perhaps for want of memory")
 
     def close(self) -> None:
         """End the process, if there is one, and start none again; who waits for it hears of that."""

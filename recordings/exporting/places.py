@@ -9,9 +9,8 @@ from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from recordings.exporting.signals import Signal
 from recordings.format.messages import Profile
-from recordings.format.plan import LINES
 from recordings.format.profiles import SLOW_FIELDS, TICKS
-from recordings.format.signals import GROUPS
+from recordings.format.signals import BACKBONES, GROUPS
 from recordings.read.reader import DENSE, SCALARS, SLOW
 
 CLOCKS = ("tick", "t_ns")
@@ -65,5 +64,5 @@ class Layout:
             return self._series[signal.field, signal.index[0] if signal.index else None]
         entity = self._entities[signal.field]
         column = int(np.ravel_multi_index(signal.index, record_dtype(Telemetry)[signal.field].shape))
-        mirrored = entity in LINES and signal.index[-1] == 1
+        mirrored = entity in BACKBONES and signal.index[-1] == 1
         return Place(entity, column, -1 if mirrored else 1, False)

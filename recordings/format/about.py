@@ -1,17 +1,14 @@
-"""What an .rrd says about itself beside its rows: the words of its "About" tab, and how its plots look."""
+"""What an .rrd says about itself beside its rows: the words of its "About" tab."""
 
 import json
 from dataclasses import dataclass
 from typing import Any
-
-import rerun as rr
 
 from controller.schema.messages import RigInfo, Telemetry
 from controller.schema.modes import Cause, Mode
 from controller.schema.parameters import Settings
 from recordings.format.messages import Profile
 from recordings.format.profiles import meaning
-from recordings.format.signals import MODE_COLORS, Group, rgba
 
 
 @dataclass(frozen=True)
@@ -23,21 +20,6 @@ class About:
     info: RigInfo
     settings: Settings
     profile: Profile = "full"
-
-
-def series_style(group: Group) -> rr.SeriesLines:
-    """Names, colours and widths of the group's lines."""
-    return rr.SeriesLines(
-        names=[series.name for series in group.series],
-        colors=rgba(series.color for series in group.series),
-        widths=[series.width for series in group.series],
-    )
-
-
-def mode_style() -> rr.StateConfiguration:
-    """The band of modes: a word and a colour each."""
-    words = [word(mode) for mode in Mode]
-    return rr.StateConfiguration(values=words, labels=words, colors=rgba(MODE_COLORS[mode] for mode in Mode))
 
 
 def word(value: Mode | Cause) -> str:

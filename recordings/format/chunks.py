@@ -6,14 +6,16 @@ from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rerun.chunk import Chunk, RrdReader
 
 from controller.arrays import Values
 from controller.errors import RecordingError
 from recordings.format import frames
+
+if TYPE_CHECKING:
+    from rerun.chunk import Chunk
 
 # A file that is not closed is readable all the same. Said once for all threads: a context manager is not safe in them.
 warnings.filterwarnings("ignore", "RRD file has no footer")
@@ -45,11 +47,13 @@ class Chunks:
 
     def __init__(self, path: Path) -> None:
         """RuntimeError of rerun when `path` cannot be read."""
+        from rerun.chunk import RrdReader  # a server only passes the order on
+
         reader = RrdReader(path)
         extent = frames.extent(path)
         self._source: Any = reader.store() if extent.closed and extent.frames <= INDEXED_MAX else reader
 
-    def of(self, entities: list[str]) -> Iterator[Chunk]:
+    def of(self, entities: list[str]) -> Iterator["Chunk"]:
         """The chunks of `entities`."""
         return iter(self._source.stream().filter(content=entities))
 

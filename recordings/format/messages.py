@@ -17,6 +17,9 @@ SPLIT_BYTES = 1_000_000_000
 Profile = Literal["full", "standard"]
 """How much of every tick is kept; `recordings.format.profiles` says what each one holds."""
 
+Level = Literal["info", "warning", "error"]
+"""Of a line in a recording's log."""
+
 
 BOOKMARKS_MAX = 100
 """Of one recording: every page is told all of them while it runs."""

@@ -1,4 +1,4 @@
-"""The plan view of a recording. rerun's 2-D views point y downwards, so y is negated here and nowhere else."""
+"""The plan view of a recording, as rerun draws it."""
 
 from collections.abc import Callable
 from typing import Any
@@ -6,15 +6,13 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
-from controller.arrays import Array32, Mask, Rows, Values, Words
+from controller.arrays import Array32, Mask, Rows, Words
 from controller.schema.actuator import Actuator
 from controller.schema.palette import MEASURED, OBSERVER, REFERENCE, TWIN
-from recordings.format.signals import PLAN_PERIOD, TARGET, rgba
+from recordings.format.signals import BACKBONES, OBSERVER_BACKBONE, PLAN_PERIOD, TARGET, TWIN_BACKBONE, flip, rgba
 
 TimesOf = Callable[[Rows], list[rr.TimeColumn]]
 
-OBSERVER_BACKBONE, TWIN_BACKBONE = "/plan/observer", "/plan/twin"
-LINES = {OBSERVER_BACKBONE: "backbone", TWIN_BACKBONE: "twin_backbone"}
 POINTS = {"/plan/target": "target", "/plan/reference": "p_ref", "/plan/tip": "p_meas"}
 GRID = 0.05
 """Distance of the grid lines [m]."""
@@ -23,11 +21,6 @@ GRID = 0.05
 def on_grid(tick: Words) -> Mask:
     """Which ticks belong to the plan view's 100 Hz."""
     return np.asarray(tick % PLAN_PERIOD == 0)
-
-
-def flip(points: Values) -> Array32:
-    """Plane frame (y up) to rerun's 2-D frame (y down), and back: (..., 2)."""
-    return np.asarray(points * (1.0, -1.0), np.float32)
 
 
 def write_static(stream: rr.RecordingStream, actuator: Actuator) -> None:
@@ -45,7 +38,7 @@ def write_static(stream: rr.RecordingStream, actuator: Actuator) -> None:
 
 def write(stream: rr.RecordingStream, times: TimesOf, rows: Rows) -> None:
     """Backbones and points of `rows`; what is not known (nan) is left out."""
-    for path, field in LINES.items():
+    for path, field in BACKBONES.items():
         known = rows[np.isfinite(rows[field]).all(axis=(1, 2))]
         if len(known):
             strips = [[line] for line in flip(known[field])]

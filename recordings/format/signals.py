@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from controller.arrays import Array32, Values
 from controller.schema.layout import quantity
 from controller.schema.messages import Telemetry
 from controller.schema.modes import Mode
@@ -162,3 +163,12 @@ BOOKMARKS = "/bookmarks"
 
 PLAN_PERIOD = 10
 """Backbones and points of the plan view are written at every tick that this number divides: 100 Hz."""
+
+OBSERVER_BACKBONE, TWIN_BACKBONE = "/plan/observer", "/plan/twin"
+BACKBONES = {OBSERVER_BACKBONE: "backbone", TWIN_BACKBONE: "twin_backbone"}
+"""Entities of the plan view that hold a whole telemetry field each."""
+
+
+def flip(points: Values) -> Array32:
+    """Plane frame (y up) to that of rerun's 2-D views (y down), and back: (..., 2). y is negated nowhere else."""
+    return np.asarray(points * (1.0, -1.0), np.float32)

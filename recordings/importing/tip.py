@@ -15,7 +15,6 @@ from controller.system.origin import commit, our_version
 from recordings.format import sidecar
 from recordings.format.about import About
 from recordings.format.messages import Recording
-from recordings.write.rrd import write_whole
 from recordings.write.session import check_room
 
 IMPORT_RIG = "import"
@@ -37,6 +36,8 @@ def import_tip(folder: Path, name: str, samples: Samples) -> Recording:
 
 
 def _imported(folder: Path, name: str, rows: Rows) -> Recording:
+    from recordings.write.rrd import write_whole  # a server only passes the order on
+
     started = datetime.now(UTC)
     id, lock = sidecar.claim(folder, name, started)
     path = sidecar.rrd_path(folder, id)

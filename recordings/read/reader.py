@@ -18,16 +18,15 @@ from controller.schema.parameters import Settings
 from recordings.format.about import word
 from recordings.format.chunks import Batch, Chunks, Part, common, numbers, opened
 from recordings.format.messages import Bookmark, Profile
-from recordings.format.plan import LINES, flip
 from recordings.format.profiles import SLOW_FIELDS, TICKS
-from recordings.format.signals import APPROACH, BOOKMARKS, GROUPS, MARKERS, Group
+from recordings.format.signals import APPROACH, BACKBONES, BOOKMARKS, GROUPS, MARKERS, Group, flip
 
 T = TypeVar("T")
 
 TENDRIL, CLOCK = "/__properties/tendril", "/__properties/clock"
 SCALARS, STRIPS, LOG, MODE = "Scalars:scalars", "LineStrips2D:strips", "/log", "/mode"
 DENSE = {group.path: SCALARS for group in GROUPS}
-SLOW = {MARKERS: ("markers", SCALARS)} | {path: (field, STRIPS) for path, field in LINES.items()}
+SLOW = {MARKERS: ("markers", SCALARS)} | {path: (field, STRIPS) for path, field in BACKBONES.items()}
 
 
 class Recorded(NamedTuple):

@@ -5,19 +5,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rerun.chunk import RrdReader
 
 from controller.arrays import Values
 from controller.errors import RecordingError
 from controller.schema.actuator import Actuator
-from recordings.format.plan import LINES, flip
-from recordings.format.signals import GROUPS, MARKERS
+from recordings.format.signals import BACKBONES, GROUPS, MARKERS, flip
 from recordings.read.reader import read_about
 
 PERIOD = 20
 """One tick of this many is kept."""
 PLAN = {group.path: group for group in GROUPS if group.path in ("/tip/x", "/tip/y", "/state")}
-WIDTHS = {**{path: len(group.series) for path, group in PLAN.items()}, **dict.fromkeys(LINES, 42), MARKERS: 20}
+WIDTHS = {**{path: len(group.series) for path, group in PLAN.items()}, **dict.fromkeys(BACKBONES, 42), MARKERS: 20}
 FIELDS = ("target", "p_ref", "p_meas", "mode", "sensed", "markers", "backbone", "twin_backbone")
 
 
@@ -57,13 +55,15 @@ def read_tape(path: Path) -> Tape:
         raise RecordingError(f"{path.name} holds no rows")
     fields = _scalars({path: _at(found[path], tick) for path in PLAN})
     fields["markers"] = _at(found[MARKERS], tick).reshape(-1, 10, 2)
-    for entity, name in LINES.items():
+    for entity, name in BACKBONES.items():
         fields[name] = flip(_at(found[entity], tick).reshape(-1, 21, 2))
     return Tape((t - t[0]) * 1e-9, fields, info.parameters.actuator)
 
 
 def _collect(path: Path) -> dict[str, tuple[Values, Values, Values]]:
     """For each entity times [ns], ticks and float32 values (k, width) in the order of time, thinned chunk by chunk."""
+    from rerun.chunk import RrdReader  # a server only passes the order on
+
     parts: dict[str, list[tuple[Values, Values, Values]]] = defaultdict(list)
     for chunk in RrdReader(path).stream().filter(content=[*WIDTHS]):
         batch, entity = chunk.to_record_batch(), str(chunk.entity_path)
@@ -73,7 +73,7 @@ def _collect(path: Path) -> dict[str, tuple[Values, Values, Values]]:
 
 
 def _thinned(batch: Any, entity: str) -> tuple[Values, Values, Values] | None:
-    component = "LineStrips2D:strips" if entity in LINES else "Scalars:scalars"
+    component = "LineStrips2D:strips" if entity in BACKBONES else "Scalars:scalars"
     if component not in batch.schema.names:
         return None
     flat = batch.column(component)

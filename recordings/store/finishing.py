@@ -1,4 +1,4 @@
-"""What is done with a recording once it has ended, in a process of its own: it keeps a core busy for a while."""
+"""What is done with a recording once it has ended, in a process that reads: it keeps a core busy for a while."""
 
 from pathlib import Path
 
@@ -6,6 +6,7 @@ from controller.errors import TendrilError
 from recordings.format import sidecar
 from recordings.read.metrics import Measured
 from recordings.read.quick import prepare
+from recordings.read.reader import read_about, read_times
 from recordings.read.thumbnail import thumbnail
 from recordings.store.store import Store
 
@@ -37,3 +38,19 @@ def _depict(store: Store, id: str) -> None:
 def measured(folder: Path, id: str) -> Measured:
     """`Store.measured`."""
     return Store(folder).measured(id)
+
+
+def repair(folder: Path, id: str) -> None:
+    """`Store.repair`."""
+    Store(folder).repair(id)
+
+
+def check(folder: Path, id: str) -> None:
+    """`Store.check`."""
+    Store(folder).check(id)
+
+
+def end_of(path: Path) -> tuple[int, int | None]:
+    """The rig's boot that was recorded, and the last tick in the file, None without rows."""
+    ticks, _ = read_times(path)
+    return read_about(path)[0].boot, int(ticks[-1]) if len(ticks) else None

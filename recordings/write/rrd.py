@@ -1,8 +1,8 @@
 """One .rrd file while it is written: telemetry rows in, rerun columns out. Not thread-safe: one thread owns it."""
 
+import tempfile
 import threading
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 import rerun as rr
@@ -10,19 +10,20 @@ from rerun_bindings import flush_and_cleanup_orphaned_recordings
 
 from controller.arrays import Array, Mask, Rows
 from controller.errors import RecordingError
+from controller.schema.layout import record_dtype
+from controller.schema.messages import RigInfo, Telemetry
 from controller.schema.modes import Cause, Mode
+from controller.schema.parameters import RigParameters, Settings
 from controller.system.memory import give_back
 from controller.system.whole_file import sync_file
 from recordings.format import plan
-from recordings.format.about import About, description, mode_style, series_style, word
+from recordings.format.about import About, description, word
 from recordings.format.blueprint import APPLICATION, layout
+from recordings.format.messages import Level
 from recordings.format.profiles import TICKS, rounded
-from recordings.format.signals import APPROACH, BOOKMARKS, GROUPS, MARKERS, Group
+from recordings.format.signals import APPROACH, BOOKMARKS, GROUPS, MARKERS, MODE_COLORS, Group, rgba
+from recordings.write.files import ABANDON_TIMEOUT
 
-Level = Literal["info", "warning", "error"]
-
-ABANDON_TIMEOUT = 2.0
-"""Longest wait for the end of a file that failed [s]."""
 FLUSH_TIMEOUT = 5.0
 BATCH = 1000
 """Rows in one batch of columns, where all are known already."""
@@ -120,8 +121,8 @@ class RrdFile:
         )
         stream.log("/about", rr.TextDocument(description(about), media_type="text/markdown"), static=True)
         for group in (*GROUPS, *((TICKS,) if about.profile == "standard" else ())):
-            stream.log(group.path, series_style(group), static=True)
-        stream.log("/mode", mode_style(), static=True)
+            stream.log(group.path, _series_style(group), static=True)
+        stream.log("/mode", _mode_style(), static=True)
         plan.write_static(stream, about.info.parameters.actuator)
 
     def _times(self, rows: Rows) -> list[rr.TimeColumn]:
@@ -183,6 +184,32 @@ def write_whole(path: Path, about: About, rows: Rows) -> None:
     file.flush()
     file.close()
     sync_file(path)
+
+
+def warm_up() -> None:
+    """Let rerun do its first call (145 ms of lazy imports) on a file that is thrown away."""
+    nobody = RigInfo(
+        rig="", boot=0, version="", layout="", wall_offset_ns=0, policy="", twin=True, parameters=RigParameters()
+    )
+    with tempfile.TemporaryDirectory(prefix="tendril-warm-up-") as folder:
+        file = RrdFile(Path(folder, "warm-up.rrd"), About("warm-up", "warm-up", nobody, Settings()))
+        file.write(np.zeros(2, record_dtype(Telemetry)))
+        file.close()
+
+
+def _series_style(group: Group) -> rr.SeriesLines:
+    """Names, colours and widths of the group's lines."""
+    return rr.SeriesLines(
+        names=[series.name for series in group.series],
+        colors=rgba(series.color for series in group.series),
+        widths=[series.width for series in group.series],
+    )
+
+
+def _mode_style() -> rr.StateConfiguration:
+    """The band of modes: a word and a colour each."""
+    words = [word(mode) for mode in Mode]
+    return rr.StateConfiguration(values=words, labels=words, colors=rgba(MODE_COLORS[mode] for mode in Mode))
 
 
 def _matrix(rows: Rows, group: Group) -> Array:

@@ -1,7 +1,6 @@
 """One recording from its first to its last row: the file, its sidecar, its counters and its lock."""
 
 import shutil
-import tempfile
 import time
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -12,13 +11,21 @@ import numpy as np
 
 from controller.arrays import Rows
 from controller.errors import RecordingError
-from controller.schema.layout import record_dtype
-from controller.schema.messages import RigInfo, Telemetry
-from controller.schema.parameters import RigParameters, Settings
+from controller.schema.messages import RigInfo
+from controller.schema.parameters import Settings
 from recordings.format import sidecar
 from recordings.format.about import About
-from recordings.format.messages import BOOKMARKS_MAX, Bookmark, Hole, Profile, Recording, RecordingState, Restart
-from recordings.write.rrd import ABANDON_TIMEOUT, Level, RrdFile
+from recordings.format.messages import (
+    BOOKMARKS_MAX,
+    Bookmark,
+    Hole,
+    Level,
+    Profile,
+    Recording,
+    RecordingState,
+    Restart,
+)
+from recordings.write.files import ABANDON_TIMEOUT, Files
 from recordings.write.syncing import Syncer
 
 REPORT_SECONDS = 1.0
@@ -46,10 +53,12 @@ class Context:
 class Session:
     """A recording that is being written. Not thread-safe."""
 
-    def __init__(self, folder: Path, name: str, info: RigInfo, settings: Settings, context: Context) -> None:
+    def __init__(
+        self, folder: Path, name: str, info: RigInfo, settings: Settings, context: Context, files: Files
+    ) -> None:
         """Create the files; raises `RecordingError` when that fails or the disk has no room."""
         check_room(folder)
-        self._folder = folder
+        self._folder, self._files = folder, files
         self._info, self._settings, self._context = info, settings, context
         self._started = datetime.now(UTC)
         self._name = name.strip() or f"{info.parameters.actuator.name} on {info.rig}"
@@ -64,7 +73,7 @@ class Session:
         """As the sidecar has them, where people may change them meanwhile."""
         self._marked = 0
         self._reported = time.monotonic()
-        self._file = RrdFile(self._path, About(self.id, self._name, info, settings, context.profile))
+        self._file = files.open(self._path, About(self.id, self._name, info, settings, context.profile))
         self._file.flush()
         self._syncer = Syncer(folder, self._path)
         sidecar.write(folder, self._described(complete=False))
@@ -107,11 +116,12 @@ class Session:
         """The recording's next part, after this one has ended."""
         part_of = self._context.part_of or self.id
         context = replace(self._context, part_of=part_of, earlier=None, after=self._last_tick)
-        return Session(self._folder, self._name, self._info, self._settings, context)
+        return Session(self._folder, self._name, self._info, self._settings, context, self._files)
 
     def abandon(self, reason: str) -> Recording:
         """Close what can be closed after `reason`: the file stays readable as far as it goes."""
-        self._file.log(reason, "error")
+        with suppress(RecordingError):  # then it says so in its description alone
+            self._file.log(reason, "error")
         return self._release(complete=False)
 
     def state(self) -> RecordingState:
@@ -210,14 +220,3 @@ def check_room(folder: Path) -> None:
     if free < DISK_FREE_MIN:
         least = f"a recording leaves at least {DISK_FREE_MIN >> 20} MiB"
         raise RecordingError(f"the disk is nearly full: {free >> 20} MiB are free, {least}, in {folder}")
-
-
-def warm_up() -> None:
-    """Let rerun do its first call (145 ms of lazy imports) on a file that is thrown away."""
-    nobody = RigInfo(
-        rig="", boot=0, version="", layout="", wall_offset_ns=0, policy="", twin=True, parameters=RigParameters()
-    )
-    with tempfile.TemporaryDirectory(prefix="tendril-warm-up-") as folder:
-        file = RrdFile(Path(folder, "warm-up.rrd"), About("warm-up", "warm-up", nobody, Settings()))
-        file.write(np.zeros(2, record_dtype(Telemetry)))
-        file.close()

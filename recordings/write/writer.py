@@ -1,6 +1,6 @@
 """The recorder: every tick that the link delivers goes into an .rrd file, from a thread of its own.
 
-It knows nothing of the server, so it can live in a process of its own too.
+The file itself may be another process's (files.py). Where that is killed, the recording ends, and can be gone on with.
 """
 
 import contextlib
@@ -8,19 +8,20 @@ import queue
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from controller.arrays import Rows
 from controller.errors import RecordingError
-from controller.schema.layout import copied
-from controller.schema.messages import RigInfo
+from controller.schema.layout import copied, record_dtype
+from controller.schema.messages import RigInfo, Telemetry
 from controller.schema.parameters import Settings
 from controller.system.worker import Worker
-from recordings.format.messages import PATIENCE, SPLIT_BYTES, Bookmark, Recording, RecordingState
+from recordings.format.messages import PATIENCE, SPLIT_BYTES, Bookmark, Level, Recording, RecordingState
+from recordings.write.files import Files, FilesHere, WriterKilled
 from recordings.write.intake import Intake, Job, NoAnswer
-from recordings.write.rrd import Level
-from recordings.write.session import Context, Session, warm_up
+from recordings.write.session import Context, Session
 
 BATCH_ROWS = 250
 BATCH_SECONDS = 0.13
@@ -41,6 +42,13 @@ NEVER = -1
 """Before every tick."""
 
 
+class Cut(NamedTuple):
+    """A recording whose writer was killed, and whether it was to end just then."""
+
+    recording: Recording
+    ending: bool
+
+
 class Recorder:
     """Writes one recording at a time into `folder`. Its methods may be called from any thread."""
 
@@ -50,16 +58,18 @@ class Recorder:
         split: int = SPLIT_BYTES,
         ended: Callable[[Recording], None] = lambda done: None,
         patience: float = PATIENCE,
+        files: Files | None = None,
     ) -> None:
         """A file that reaches `split` bytes is `ended`, and the recording goes on in another one.
 
-        `patience` [s] is had with a disk that takes nothing; see `look`.
+        `patience` [s] is had with a disk that takes nothing; see `look`. `files` says who writes; None: we.
         """
         self._looked = self._awake = time.monotonic()
         self._patience, self._given_up, self._ending = patience, "", False
         self._split_bytes, self._ended = split, ended
         self._intake = Intake()
-        self._folder = folder
+        self._folder, self._files = folder, files or FilesHere()
+        self._cut: Cut | None = None
         self._first = ""
         self._session: Session | None = None
         self._state = RecordingState(recording=False, id="", seconds=0.0, rows=0, gaps=0)
@@ -136,6 +146,11 @@ class Recorder:
         """What the recorder does now; `problem` says why the last recording ended by itself."""
         return self._state
 
+    def take_cut(self) -> Cut | None:
+        """The recording that ended because its writer was killed, once."""
+        cut, self._cut = self._cut, None
+        return cut
+
     def first(self) -> str:
         """Id of the running recording's first part, "" when none runs."""
         return self._first if self._state.recording else ""
@@ -168,8 +183,8 @@ class Recorder:
 
     def _run(self) -> None:
         self.worker.rest()  # rerun's first call takes long on a busy machine: that is no disk that hangs
-        with contextlib.suppress(Exception):  # a full disk, say: the first recording will tell
-            warm_up()
+        with contextlib.suppress(RecordingError):  # the first recording will tell
+            self._files.ready()
         while (item := self._next()) is not None:
             self.worker.turn()
             self._guarded(item)
@@ -197,27 +212,33 @@ class Recorder:
     def _start(self, name: str, info: RigInfo, settings: Settings, context: Context) -> RecordingState:
         if self._session:
             raise RecordingError(f"recording {self._session.id} is running already")
+        rows = self._rows_from_now(context)
         try:
+            self.worker.rest()  # a process that starts is no disk that hangs
+            self._files.ready()
+            self.worker.turn()
             self._folder.mkdir(parents=True, exist_ok=True)
-            self._session = Session(self._folder, name, info, settings, context)
-        except OSError as error:
+            self._session = Session(self._folder, name, info, settings, context, self._files)
+        except (OSError, RecordingError) as error:
+            self._intake.drop()
+            if isinstance(error, RecordingError):
+                raise
             raise RecordingError(f"nothing can be written into {self._folder}: {error}") from error
         try:
-            self._accept(self._session, context)
+            for begin in range(0, len(rows), FIRST_ROWS):
+                self._session.write(rows[begin : begin + FIRST_ROWS])
         except Exception as error:
             self._fail(error)
+            self._cut = None  # who asked for it is told, so nobody else goes on with it
             raise RecordingError(self._state.problem) from error
-        self._state, self._first = self._session.state(), self._session.id
+        self._state, self._first = self._session.state(), context.part_of or self._session.id
         return self._state
 
-    def _accept(self, session: Session, context: Context) -> None:
-        """Write what was before, and take all that comes from now on."""
+    def _rows_from_now(self, context: Context) -> Rows:
+        """What was before; all that comes waits from now on, as the file may take long to be opened."""
         earlier = [] if context.earlier is None or not len(context.earlier) else [context.earlier]
         before = self._intake.open(int(earlier[0]["tick"][-1]) if earlier else NEVER)
-        if batches := [*earlier, *before]:
-            rows = np.concatenate(batches)
-            for begin in range(0, len(rows), FIRST_ROWS):
-                session.write(rows[begin : begin + FIRST_ROWS])
+        return np.concatenate([*earlier, *before]) if earlier or before else np.empty(0, record_dtype(Telemetry))
 
     def _stop(self) -> Recording:
         if not self._session:
@@ -275,8 +296,9 @@ class Recorder:
 
     def _split(self, full: Session) -> None:
         """Close the file and go on in another."""
+        done = full.end()
         self._session = None
-        self._ended(full.end())
+        self._ended(done)
         self._session = full.next()
 
     def _fail(self, error: Exception) -> None:
@@ -286,7 +308,9 @@ class Recorder:
         over = self._session_over(f"{ENDED}: {error}")
         if session:
             with contextlib.suppress(Exception):  # the first error is the one that counts
-                session.abandon(over.problem)
+                left = session.abandon(over.problem)
+                if isinstance(error, WriterKilled):
+                    self._cut = Cut(left, self._ending)
         self._state = over  # last: who reads it finds file and sidecar closed
 
     def _session_over(self, problem: str = "") -> RecordingState:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 from controller.system.looks import Looks
 from controller.system.worker import Worker
 from recordings.store.store import Store, default_folder
+from recordings.write.files import FilesApart
 from recordings.write.writer import Recorder
 from server.access.lease import OperatorLease
 from server.access.permit import Permits
@@ -43,7 +44,7 @@ from server.presets.gains import GainPresets
 from server.recorder.automatic import Automatic
 from server.recorder.by_hand import RecordingByHand
 from server.recorder.exports import Exports
-from server.recorder.folder import Reader, RecordingsFolder
+from server.recorder.folder import Reader, RecordingsFolder, Writer
 from server.recorder.quota_watch import QuotaWatch
 from server.recorder.review import Review
 from server.recorder.watch import RecorderWatch
@@ -87,6 +88,7 @@ class Services:
     folder: RecordingsFolder
     exports: Exports
     reader: Reader
+    writer: Writer
     recorder: Recorder
     review: Review
     automatic: Automatic
@@ -124,6 +126,7 @@ class Services:
         self.runs.close()
         self.results.close()
         self.recorder.close()
+        self.writer.close()
         self.scene.close()
         if self.webhook is not None:
             self.webhook.close()
@@ -139,11 +142,12 @@ def open_services(
     deadly: Callable[[], None] | None = None,
     planner: Planner | None = None,
     reader: Reader | None = None,
+    writer: Writer | None = None,
 ) -> Services:
     """Connect to the rig and start everything that has a thread of its own. `deadly` is called where the event loop
-    does not turn any more; `planner` and `reader` are to be used instead of such of their own.
+    does not turn any more; `planner`, `reader` and `writer` are to be used instead of such of their own.
     """
-    planner, reader = planner or Planner(), reader or Reader()
+    planner, reader, writer = planner or Planner(), reader or Reader(), writer or Writer()
     file = TokenFile(settings)
     secrets = file.made()
     sessions, lease = Sessions(secrets, settings.rig), OperatorLease()
@@ -157,7 +161,11 @@ def open_services(
     store = Store(settings.recordings or default_folder())
     review, loop, history = Review(store, reader), LoopWatch(), History()
     recorder = Recorder(
-        store.folder, settings.recording_split, lambda done: review.stopped(done.id), settings.disk_patience
+        store.folder,
+        settings.recording_split,
+        lambda done: review.stopped(done.id),
+        settings.disk_patience,
+        FilesApart(writer),
     )
     events.listen(lambda event: recorder.events(event.text, event.level))
 
@@ -248,6 +256,7 @@ def open_services(
         folder=folder,
         exports=Exports(),
         reader=reader,
+        writer=writer,
         recorder=recorder,
         review=review,
         automatic=automatic,

@@ -43,6 +43,7 @@ ACTS: dict[str, Callable[[Scene], Seen]] = {
     "rig-stopped": processes.rig_stopped,
     "planner-killed": processes.planner_killed,
     "recorder-killed": files.recorder_killed,
+    "writer-killed": files.writer_killed,
     "recorder-stopped": files.recorder_stopped,
     "disk-full": files.disk_full,
     "disk-hung": inner.disk_hung,

@@ -10,6 +10,7 @@ from server.campaign import trace
 from server.campaign.scene import CIRCLE, Scene
 from server.campaign.table import RESTART_MS
 from server.campaign.waiting import Seen, require, wait
+from server.rig import planner
 
 PAUSE = 2.0
 """For which a process is stopped [s]."""
@@ -45,7 +46,7 @@ def planner_killed(scene: Scene) -> Seen:
     """The server has another one at once, and asks it again."""
     scene.track()
     start = time.monotonic_ns()
-    killed = scene.planner_process
+    killed = scene.work_process(planner.NAME)
     with ThreadPoolExecutor(1) as pool:
         answer = pool.submit(scene.operator.request, "POST", "/api/preview", reference=CIRCLE, laps=LAPS)
         time.sleep(SHORT)
@@ -55,7 +56,7 @@ def planner_killed(scene: Scene) -> Seen:
     require(found.status_code == 200, f"the preview was answered with {found.status_code}: {found.text[:200]}")
     rows = scene.since(start)
     require((rows["mode"] == Mode.TRACK).all(), f"left TRACK for {Mode(rows['mode'][-1]).name}")
-    require(scene.planner_process != killed, "the planner lives")
+    require(scene.work_process(planner.NAME) != killed, "the planner lives")
     scene.acts_again()
     return Seen(
         f"TRACK; the preview came after {1e-9 * (time.monotonic_ns() - start):.1f} s", trace.longest_gap_ms(rows)

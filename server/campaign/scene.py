@@ -28,7 +28,6 @@ from server.campaign.table import GAP
 from server.campaign.waiting import Failed, require, wait
 from server.presets.actuator import kept_file
 from server.presets.orders import Orders
-from server.rig import planner
 from server.settings import ServerSettings
 from server.supervise.up import ServerChild
 
@@ -112,13 +111,12 @@ class Scene:
         """Process id of the server."""
         return self._server.process
 
-    @property
-    def planner_process(self) -> int:
-        """Process id of the server's planner."""
+    def work_process(self, name: str) -> int:
+        """Process id of the one that works for the server under this name."""
         tasks = Path(f"/proc/{self.server_process}/task")
         children = [pid for task in tasks.iterdir() for pid in (task / "children").read_text().split()]
         lines = {int(pid): Path(f"/proc/{pid}/cmdline").read_text().split("\0") for pid in children}
-        return next(pid for pid, line in lines.items() if planner.NAME in line)
+        return next(pid for pid, line in lines.items() if name in line)
 
     @property
     def boot(self) -> int:

@@ -79,6 +79,12 @@ FAULTS = (
         HOLD_MS,
     ),
     Fault(
+        "writer-killed",
+        "kill -9 of the process that writes the recording",
+        "TRACK goes on; the recording goes on in a second part without a hole, and the first is mended",
+        1e3 * GAP,
+    ),
+    Fault(
         "recorder-stopped",
         "SIGSTOP of the server while it records, SIGCONT after 2 s",
         "HOLD; no tick is missing in the recording",
@@ -86,7 +92,7 @@ FAULTS = (
     ),
     Fault(
         "disk-full",
-        "RLIMIT_FSIZE of the server lowered to 300 kB above its recording",
+        "RLIMIT_FSIZE of the process that writes lowered to 300 kB above its recording",
         "the recording ends, log and page say why; the rig goes on tracking",
         10_000.0,
         True,

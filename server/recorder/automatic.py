@@ -1,17 +1,15 @@
-"""Recordings that nobody presses a button for: of a run, of a fault, and what a killed server left unfinished."""
+"""Recordings that nobody presses a button for: of a run, of a fault, and what a killed process left unfinished."""
 
 import asyncio
 from collections.abc import Callable
-from pathlib import Path
 
 from controller.errors import RecordingError, TendrilError
 from controller.schema.modes import Cause, Mode
 from controller.schema.parameters import Settings
 from controller.system.tasks import Tasks
 from recordings.format.messages import Recording
-from recordings.read.reader import read_about, read_times
 from recordings.write.session import Context
-from recordings.write.writer import Recorder
+from recordings.write.writer import Cut, Recorder
 from server.log.events import EventLog, words
 from server.recorder.review import Review
 from server.rig.client import Rig
@@ -45,7 +43,7 @@ class Automatic:
         self._recorder, self._rig, self._review, self._events = recorder, rig, review, events
         self._settings, self._faults = settings, faults
         self._mode: Mode | None = None
-        self._run = self._fault = ""
+        self._run = self._fault = self._stopped = ""
         self._ending = asyncio.Lock()
         """Held while a recording is ended: a run that follows at once would else go into the one of the run before."""
         self._tasks = Tasks(lambda text: events.add(text, "error"))
@@ -56,10 +54,15 @@ class Automatic:
         return state.id if state.recording else None
 
     def look(self) -> None:
-        """A fault under pressure begins a recording, and what a killed server was writing goes on."""
+        """A fault under pressure begins a recording, and what a killed process was writing goes on."""
         self._look_for_fault()
-        if self._rig.newest is not None and self._rig.boot() is not None and (cut := self._review.take_cut()):
-            self.go_on(self._review.path(cut), cut)
+        if self._rig.newest is None or self._rig.boot() is None:
+            return
+        if left := self._review.take_cut():
+            over = bool(left.reference) or left.name.startswith(FAULT)
+            self._tasks.begin("the rest of a recording", self._go_on(left, over))
+        if cut := self._recorder.take_cut():
+            self._tasks.begin("the rest of a recording", self._resume(cut))
 
     def _look_for_fault(self) -> None:
         newest = self._rig.newest
@@ -91,34 +94,35 @@ class Automatic:
         if id:
             self._tasks.begin("the end of a recording", self._stop(id))
 
-    def go_on(self, path: Path, cut: Recording) -> None:
-        """Go on with `cut`, which a killed server has left in `path`, where it ends."""
-        self._tasks.begin("the rest of a recording", self._go_on(path, cut))
-
     async def _record_fault(self, cause: Cause) -> None:
         self._fault = id = await self._start(f"{FAULT}{words(cause)}", Context(profile="standard"))
         if id:
             await asyncio.sleep(AFTER)
             await self._stop(id)
 
-    async def _go_on(self, path: Path, cut: Recording) -> None:
-        try:
-            context = await asyncio.to_thread(self._rest, path, cut)
-        except TendrilError as error:
-            return self._events.add(f"recording {cut.id} ends where the server was killed: {error}", "warning")
-        id = await self._start(cut.name, context)
-        if id and (cut.reference or cut.name.startswith(FAULT)):  # what was recorded is over
-            await asyncio.sleep(AFTER)
-            await self._stop(id)
+    async def _resume(self, cut: Cut) -> None:
+        """The process that wrote it was killed, and nothing else: what is recorded may last."""
+        await self._go_on(cut.recording, cut.ending)
+        self._review.cut_off(cut.recording.id)
 
-    def _rest(self, path: Path, cut: Recording) -> Context:
+    async def _go_on(self, cut: Recording, over: bool) -> None:
+        """Go on with `cut`, which a killed process has left, where it ends; not for long where that is `over`."""
+        first = cut.part_of or cut.id
+        try:
+            context = await asyncio.to_thread(self._rest, cut, first)
+        except TendrilError as error:
+            return self._events.add(f"recording {cut.id} ends where it was cut off: {error}", "warning")
+        if await self._start(cut.name, context) and (over or self._stopped == first):
+            await asyncio.sleep(AFTER)
+            await self._stop(first)
+
+    def _rest(self, cut: Recording, first: str) -> Context:
         """How `cut` goes on: with all that the rig's ring still holds of it; TendrilError when it cannot."""
-        (info, _), (ticks, _), newest = read_about(path), read_times(path), self._rig.newest
-        if newest is None or self._rig.info is None or self._rig.info.boot != info.boot:
+        (boot, after), newest = self._review.end_of(cut), self._rig.newest
+        if newest is None or self._rig.info is None or self._rig.info.boot != boot:
             raise RecordingError("the rig restarted since")
-        after = int(ticks[-1]) if len(ticks) else None
         earlier = None if after is None else self._rig.replay(after + 1, int(newest[0]["tick"]) + 1)
-        return Context(cut.profile, cut.operator, cut.reference, cut.part_of or cut.id, earlier, after)
+        return Context(cut.profile, cut.operator, cut.reference, first, earlier, after)
 
     async def _start(self, name: str, context: Context) -> str:
         """Id of the recording, "" when it could not begin: the log says why, and nothing else waits for it."""
@@ -135,7 +139,8 @@ class Automatic:
         return state.id
 
     async def _stop(self, id: str) -> None:
-        """End the recording `id`, unless somebody has ended it already."""
+        """End the recording whose first part is `id`, unless somebody has ended it already."""
+        self._stopped = id
         async with self._ending:
             if self._recorder.first() != id:
                 return

@@ -1,6 +1,5 @@
 """Recordings going out as files, and coming in from elsewhere."""
 
-import asyncio
 import shutil
 import tempfile
 from pathlib import Path
@@ -114,7 +113,7 @@ async def import_recording(
     """A CSV file with columns time, x, y as a recording; the units hold where its header has none; 409 without room."""
     units = {"t": time_unit, "x": length_unit, "y": length_unit}
     try:
-        found = await asyncio.to_thread(import_text, folder.store.folder, name, text, units)
+        found = await folder.quick(import_text, folder.store.folder, name, text, units)
     except RecordingError as error:
         raise CommandRefused(str(error)) from error
     events.add(f"{who.name}: {name} imported as recording {found.id}, {found.rows} rows")

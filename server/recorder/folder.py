@@ -23,6 +23,7 @@ LOOKERS = 4
 LOOK_TIMEOUT = 30.0
 """Longest wait for an answer of it [s]: a long recording's quick look takes seconds."""
 NAME, NICE = "reading recordings", 19
+WRITING = "writing recordings"
 
 
 class Reader(WorkProcess):
@@ -30,6 +31,16 @@ class Reader(WorkProcess):
 
     def __init__(self, nice: int = NICE) -> None:
         super().__init__(NAME, patience=None, nice=nice)
+
+
+class Writer(WorkProcess):
+    """Writes recordings, so that rerun with its libraries and threads is not in the server. May wait for a disk.
+
+    What it has open is gone with it, so nothing is asked twice.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(WRITING, patience=None, tries=1)
 
 
 class RecordingsFolder:
@@ -65,4 +76,5 @@ class RecordingsFolder:
 
 
 GivenFolder = Annotated[RecordingsFolder, given(RecordingsFolder)]
+GivenReader = Annotated[Reader, given(Reader)]
 GivenRecorder = Annotated[Recorder, given(Recorder)]

@@ -2,7 +2,7 @@
 
 import logging
 import queue
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
@@ -11,7 +11,7 @@ from controller.errors import ProcessKilled, TendrilError
 from controller.system.worker import Worker
 from recordings.format.messages import Recording
 from recordings.read.viewer import viewer_files
-from recordings.store.finishing import depict, finish
+from recordings.store.finishing import check, depict, end_of, finish, repair
 from recordings.store.store import Store
 from server.http.given import given
 from server.recorder.folder import Reader
@@ -21,7 +21,7 @@ log = logging.getLogger(__name__)
 LONGEST = 600.0
 """For one recording [s]: mending, compacting and measuring 1 GB takes a minute or two."""
 
-FINISH, DEPICT = 0, 1
+MEND, FINISH, DEPICT = range(3)
 """What is to be done with a recording, the first first."""
 
 
@@ -43,13 +43,17 @@ class Review:
         cut, self._cut = self._cut, None
         return cut
 
-    def path(self, cut: Recording) -> Path:
-        """Where it lies; RecordingError where it was deleted meanwhile."""
-        return self._store.path(cut.id)
+    def end_of(self, cut: Recording) -> tuple[int, int | None]:
+        """The rig's boot that it is of, and its last tick; RecordingError where it was deleted meanwhile."""
+        return self._reader.call(end_of, self._store.path(cut.id))
 
     def stopped(self, id: str) -> None:
         """A recording is complete: make it quick to open, and measure it."""
         self._asked.put((FINISH, id))
+
+    def cut_off(self, id: str) -> None:
+        """The process that wrote a recording was killed: mend it first."""
+        self._asked.put((MEND, id))
 
     def depict(self, ids: Iterable[str]) -> None:
         """Those are shown without a picture: make them, once what has just ended is done."""
@@ -66,17 +70,15 @@ class Review:
             self.problem = str(error)
             log.warning("rerun's viewer cannot be served: %s", error)
         for broken in left:
-            if self._improve(self._store.repair, broken):
-                self._finish(broken)
-            else:
-                with suppress(Exception):  # what is wrong with it was said already; the list says so, too
-                    self._store.check(broken)
+            self._mend(broken)
             self.worker.turn()
         while True:
             self.worker.rest()
             work, id = self._asked.get()
             self.worker.turn()
-            if work == FINISH:
+            if work == MEND:
+                self._mend(id)
+            elif work == FINISH:
                 self._finish(id)
             else:
                 with suppress(TendrilError, OSError):  # gone meanwhile, or its folder takes nothing
@@ -103,16 +105,16 @@ class Review:
         except Exception as error:  # whatever is wrong with one, the next ones wait for us
             _say(id, error, unexpected=True)
 
-    def _improve(self, work: Callable[[str], Recording], id: str) -> bool:
+    def _mend(self, id: str) -> None:
+        """Give it the end that a killed writer could not write, and finish it."""
         try:
-            work(id)
-        except (TendrilError, OSError) as error:
-            _say(id, error)
-            return False
+            self._reader.call(repair, self._store.folder, id)
         except Exception as error:  # as above
-            _say(id, error, unexpected=True)
-            return False
-        return True
+            _say(id, error, unexpected=not isinstance(error, TendrilError | OSError))
+            with suppress(Exception):  # what is wrong with it was said already; the list says so, too
+                self._reader.call(check, self._store.folder, id)
+        else:
+            self._finish(id)
 
 
 def _say(id: str, why: object, unexpected: bool = False) -> None:

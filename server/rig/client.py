@@ -109,10 +109,8 @@ class Rig:
         parts = [np.empty(0, record_dtype(Telemetry))]
         while first < stop:
             rows = self._link.replay(first, min(REPLAY_MAX, stop - first))
-            if not len(rows):
-                break
             parts.append(rows)
-            first = int(rows["tick"][-1]) + 1
+            first = int(rows["tick"][-1]) + 1 if len(rows) else first + REPLAY_MAX  # all of these are gone
         found = np.concatenate(parts)
         return found[found["tick"] < stop]
 

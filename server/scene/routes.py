@@ -10,7 +10,7 @@ from fastapi import APIRouter
 from controller.errors import CommandRefused
 from recordings.read.tape import Tape, read_tape
 from server.http.who import Me
-from server.recorder.folder import GivenFolder, GivenRecorder
+from server.recorder.folder import GivenFolder, GivenReader, GivenRecorder, Reader
 from server.scene.messages import Playback, PlaybackBody, Role, SeatId, SeatLook, SeatPath
 from server.scene.playback import Player
 from server.scene.scene import GivenScene
@@ -33,7 +33,13 @@ async def change_path(seat: SeatId, role: Role, body: SeatPath, scene: GivenScen
 
 @router.put("/api/scene/{seat}/playback")
 async def play(
-    seat: SeatId, body: PlaybackBody, scene: GivenScene, folder: GivenFolder, recorder: GivenRecorder, who: Me
+    seat: SeatId,
+    body: PlaybackBody,
+    scene: GivenScene,
+    folder: GivenFolder,
+    reader: GivenReader,
+    recorder: GivenRecorder,
+    who: Me,
 ) -> Playback:
     """Play a recording in this view alone, from a time on, or stand there; 404 without such a recording."""
     place, state = scene.seat(seat, who), recorder.state()
@@ -42,7 +48,7 @@ async def play(
     path = await folder.look(folder.store.path, body.recording)
     player = place.player
     if player is None or player.id != body.recording:
-        player = Player(body.recording, await asyncio.to_thread(_tape, path))
+        player = Player(body.recording, await asyncio.to_thread(_tape, path, reader))
         place.play(player)
     player.control(body)
     return player.state()
@@ -55,6 +61,6 @@ async def end_playback(seat: SeatId, scene: GivenScene, who: Me) -> None:
 
 
 @lru_cache(maxsize=2)
-def _tape(path: Path) -> Tape:
+def _tape(path: Path, reader: Reader) -> Tape:
     """Tapes that were asked for last: several pages may play the same one."""
-    return read_tape(path)
+    return reader.call(read_tape, path)

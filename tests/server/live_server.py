@@ -26,7 +26,7 @@ from controller.system.keys import KEY_BYTES
 from server.app.app import create_app
 from server.app.run import address, listen, uvicorn_server
 from server.app.services import Services, open_services
-from server.recorder.folder import Reader
+from server.recorder.folder import Reader, Writer
 from server.rig.planner import Planner
 from server.settings import ServerSettings
 
@@ -186,11 +186,11 @@ class Page(httpx.Client):
             found.close()
 
 
-PLANNER, READER = Planner(), Reader(nice=0)
+PLANNER, READER, WRITER = Planner(), Reader(nice=0), Writer()
 """One for all servers of a test process, with which it ends: each would take a second to start. The reader is as urgent
 as all else here: with niceness it would wait for the tests beside it.
 """
-PLANNER.close = READER.close = lambda: None  # type: ignore[method-assign]
+PLANNER.close = READER.close = WRITER.close = lambda: None  # type: ignore[method-assign]
 
 
 class TestServer:
@@ -212,7 +212,7 @@ class TestServer:
             record_faults=False,  # every operator begins with an E-STOP
             **more,
         )
-        self.services: Services = open_services(self.settings, planner=PLANNER, reader=READER)
+        self.services: Services = open_services(self.settings, planner=PLANNER, reader=READER, writer=WRITER)
         self.app = create_app(self.services)
         listening = listen("127.0.0.1", 0)
         self.url = address(self.settings, listening)

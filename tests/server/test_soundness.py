@@ -214,7 +214,7 @@ def test_a_disk_that_hangs_ends_the_recording_and_holds_up_nobody(
 def test_rerun_s_slow_first_call_is_not_taken_for_a_disk_that_hangs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("recordings.write.writer.warm_up", lambda: time.sleep(1.0))
+    monkeypatch.setattr("recordings.write.rrd.warm_up", lambda: time.sleep(1.0))
     recorder = Recorder(tmp_path, patience=0.2)
     time.sleep(0.5)
     assert recorder.worker.trouble == ""

@@ -118,6 +118,22 @@ def test_kernels_and_their_compiler_are_in_the_planner_and_not_in_the_server(tmp
         assert not any(map(has_compiler, [server(), *children_of(server(), folder.NAME)]))
 
 
+def test_what_writes_and_reads_recordings_is_in_processes_of_their_own_and_not_in_the_server(tmp_path: Path) -> None:
+    with running(tmp_path) as product:
+        url, token = product.url.split("/?token=")
+        with Page(url) as page, page.sign_in(token).operate().live() as live:
+            live.operate()
+            wait_for(lambda: page.get("/api/health").json()["rig_connected"], "the rig")
+            sent = page.post("/api/recordings/import?name=hers", content="t,x,y\n0,0.2,0\n1,0.2,0.01\n")
+            assert sent.json()["rows"] == 2
+            id = page.post("/api/recordings", json={}).raise_for_status().json()["id"]
+            wait_for(lambda: page.get("/api/recordings").json()[0]["rows"], "rows")
+            assert page.get(f"/api/recordings/{id}/quick").json()["rows"]
+        (writing,) = children_of(server(), folder.WRITING)
+        assert "rerun_bindings" in libraries(writing)
+        assert not {"rerun_bindings", "libarrow"} & libraries(server())
+
+
 def server() -> psutil.Process:
     """That of the product that runs."""
     (found,) = children_of(psutil.Process(), "server.app")
@@ -130,4 +146,9 @@ def children_of(process: psutil.Process, program: str) -> list[psutil.Process]:
 
 
 def has_compiler(process: psutil.Process) -> bool:
-    return any("llvmlite" in region.path for region in process.memory_maps())
+    return "libllvmlite" in libraries(process)
+
+
+def libraries(process: psutil.Process) -> set[str]:
+    """Names of the files of code that it has in its memory."""
+    return {Path(region.path).name.split(".")[0] for region in process.memory_maps()}

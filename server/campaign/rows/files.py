@@ -12,6 +12,7 @@ from server.campaign import trace
 from server.campaign.processes import PAUSE, held
 from server.campaign.scene import Scene
 from server.campaign.waiting import Seen, require, wait
+from server.recorder import folder
 
 ROOM = 300_000
 """What a recording may still write when the disk is called full [bytes]."""
@@ -34,7 +35,7 @@ def _listed(scene: Scene) -> list[dict[str, Any]]:
 
 
 def recorder_killed(scene: Scene) -> Seen:
-    """Its thread ends with the server, in the middle of the file."""
+    """Its thread ends with the server, and so does the process that writes, in the middle of the file."""
     scene.track()
     id = recording(scene)
     time.sleep(1.0)
@@ -58,6 +59,26 @@ def recorder_killed(scene: Scene) -> Seen:
     return Seen(f"{observed}; {first['rows']} rows mended, {done['rows']} in the second part, none missing", took)
 
 
+def writer_killed(scene: Scene) -> Seen:
+    """The server goes on in another part with what the rig's ring holds."""
+    scene.track()
+    id = recording(scene)
+    time.sleep(1.0)
+    start = time.monotonic_ns()
+    os.kill(scene.work_process(folder.WRITING), signal.SIGKILL)
+    wait(lambda: next((one for one in _listed(scene) if one["part_of"] == id), None), 30.0, "the second part")
+    rows = scene.since(start)
+    require((rows["mode"] == Mode.TRACK).all(), f"left TRACK for {trace.told(rows[-1])}")
+    done = scene.operator.ask("DELETE", "/api/recordings/current")
+    require(done["gaps"] == 0 and not done["holes"], f"{done['gaps']} ticks are missing in the second part")
+    first = wait(
+        lambda: next((one for one in _listed(scene) if one["id"] == id and one["recovered"]), None), 60.0, "the first"
+    )
+    scene.acts_again()
+    said = f"TRACK; {first['rows']} rows mended, {done['rows']} in the second part, none missing"
+    return Seen(said, trace.longest_gap_ms(rows))
+
+
 def recorder_stopped(scene: Scene) -> Seen:
     """What the server missed is fetched from the rig's ring."""
     scene.track()
@@ -75,16 +96,16 @@ def recorder_stopped(scene: Scene) -> Seen:
 
 
 def disk_full(scene: Scene) -> Seen:
-    """Only the server's files are limited; the rig writes none."""
+    """Only the files of the process that writes are limited; the rig writes none."""
     scene.track()
-    id, process = recording(scene), scene.server_process
+    id, process = recording(scene), scene.work_process(folder.WRITING)
     mark, size = len(scene.operator.log), Path(scene.folder, "recordings", f"{id}.rrd").stat().st_size
     start = time.monotonic_ns()
     resource.prlimit(process, resource.RLIMIT_FSIZE, (size + ROOM, resource.RLIM_INFINITY))
     try:
         line = scene.operator.sees("ended by itself", mark, 20.0)
         took = (time.monotonic_ns() - start) * 1e-6
-        require(scene.server_process == process, "the server was restarted")
+        require(scene.work_process(folder.WRITING) == process, "the process that writes was started again")
         rows = scene.since(start)
         require((rows["mode"] == Mode.TRACK).all(), f"the rig did not go on: {trace.told(rows[-1])}")
     finally:
