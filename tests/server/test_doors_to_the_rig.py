@@ -39,6 +39,9 @@ DOORS = {
     "presets/routes.py": ["order"],
     "rig/client.py": ["command", "faults", "faults", "plan", "stop"],
     "rig/twin_routes.py": ["inject"],
+    "runs/macros/acts.py": ["request"],
+    "runs/macros/macros.py": ["request"],
+    "runs/macros/routes.py": ["present"],
     "runs/routes.py": ["present", "present", "present"],
     "runs/tracker.py": ["plan", "request", "request"],
 }
