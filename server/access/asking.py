@@ -9,13 +9,14 @@ from server.access.permit import GivenPermits, Permit
 from server.http.who import Identity, Me
 
 
-async def _holder(who: Me, lease: GivenLease) -> Identity:
+async def holder(who: Me, lease: GivenLease) -> Identity:
+    """Dependency of routes that only who operates may use; raises `NotAllowed` for others."""
     lease.require(who)
     lease.touch(who)
     return who
 
 
-Holder = Annotated[Identity, Depends(_holder)]
+Holder = Annotated[Identity, Depends(holder)]
 """The session that asks, which must hold the operator's lease."""
 
 

@@ -77,7 +77,8 @@ class Gate:
             return refusal(421, "this server has another name; --allow-host lets it answer to more")
         if not ours:
             return refusal(403, "the request comes from another origin")
-        if who is None and not _is_open(scope, method) and (unknown := self._unless_bearer(scope, headers)):
+        closed = who is None and not is_open(scope["path"], method, _address(scope))
+        if closed and (unknown := self._unless_bearer(scope, headers)):
             return unknown
         return _too_long(headers, COMMAND_MAX if scope["path"] == COMMAND else BODY_MAX)
 
@@ -151,12 +152,12 @@ def _acts(scope: Scope) -> bool:
     return _method(scope) not in READING or _signs_in(scope)
 
 
-def _is_open(scope: Scope, method: str) -> bool:
-    path = scope["path"]
+def is_open(path: str, method: str, address: str) -> bool:
+    """Whether a request from `address` is answered without a session."""
     if method == "POST":
-        return bool(path == "/api/session")
+        return path == "/api/session"
     if path == "/healthz":
-        return is_loopback(_address(scope))
+        return is_loopback(address)
     return method in ("GET", "HEAD") and _OPEN.fullmatch(path) is not None
 
 

@@ -20,6 +20,8 @@ from server.http.who import ROLES, Identity, Role
 FAILURES = 5
 """Wrong tokens that one address may send within `PERIOD`."""
 PERIOD = 60.0
+COOKIE = "tendril_"
+"""The rig's name follows: servers of several rigs on one host keep their sessions apart."""
 MAX_AGE = 7 * 24 * 3600
 """Seconds for which a cookie is good."""
 _COLOURS = ("amber", "azure", "coral", "ivory", "jade", "lilac", "ochre", "olive", "pearl", "ruby", "sepia", "teal")
@@ -46,7 +48,7 @@ class Sessions:
         self._now = now
         self.closed = False
         """The access tokens may have been revoked, and nobody can say: no session operates, every one may look on."""
-        self.cookie = f"tendril_{rig}"
+        self.cookie = COOKIE + rig
         self.use(kept)
 
     def use(self, kept: Secrets) -> None:

@@ -10,7 +10,8 @@ from enum import IntEnum
 from functools import cache
 from typing import Any
 
-from fastapi import Depends, FastAPI
+from fastapi import Depends, FastAPI, Request
+from fastapi.responses import JSONResponse
 from starlette.datastructures import State
 
 from controller.errors import ProcessKilled
@@ -23,6 +24,8 @@ from server.access import page, sign_in
 from server.access.gate import Gate, admitted
 from server.access.hosts import Hosts
 from server.access.roles import authorise
+from server.access.security import schemes, secure
+from server.access.sessions import Sessions
 from server.app.services import Services
 from server.drawing import planning
 from server.drawing import routes as drawing
@@ -84,7 +87,7 @@ rig, uploads of runs and the beat need none."""
 
 
 class Api(FastAPI):
-    """FastAPI whose OpenAPI names the members of our integer enumerations, and says each refusal once."""
+    """FastAPI whose OpenAPI names the members of our enumerations, says each refusal once, and who is let in."""
 
     def openapi(self) -> dict[str, Any]:
         """The description from which the page's types are made."""
@@ -94,6 +97,7 @@ class Api(FastAPI):
             if described is not None:
                 described["x-enum-varnames"] = [member.name for member in kind]
         say_once(schema)
+        secure(schema, self.routes)
         return schema
 
 
@@ -124,7 +128,7 @@ def _api() -> FastAPI:
     app = Api(
         title="Tendril",
         version=our_version(),
-        openapi_url="/api/openapi.json",
+        openapi_url=None,  # its own route would be without this server's cookie
         docs_url=None,
         redoc_url=None,
         lifespan=_lifespan,
@@ -134,10 +138,18 @@ def _api() -> FastAPI:
     problems.install(app, refusals.note)
     for part in ROUTES:
         app.include_router(part.router, dependencies=[Depends(authorise)])
+    app.add_route("/api/openapi.json", _described, include_in_schema=False)
     page.mount_assets(app)
     app.webhooks.post("live")(live_messages)
     app.webhooks.post("presence")(presence_messages)
     return app
+
+
+def _described(request: Request) -> JSONResponse:
+    """The OpenAPI with the name that this server's cookie has."""
+    schema = openapi_schema()
+    ways = {"securitySchemes": schemes(given.part_of(request, Sessions).cookie)}
+    return JSONResponse(schema | {"components": schema["components"] | ways})
 
 
 async def live_messages(body: FromBrowser) -> FromServer:  # type: ignore[empty-body]
