@@ -72,7 +72,7 @@ CAMPAIGN := tests/server/test_campaign.py
 ALONE := $(patsubst %,tests/controller/test_%.py,clock link link_guarded link_strangers loop pool rig ring supervisor) \
 	$(patsubst %,tests/server/test_%.py,chain killed_rig live load logs runs shutdown) \
 	$(patsubst %,tests/server/test_%.py,trouble two_machines up viser) \
-	$(patsubst %,tests/recordings/test_%.py,killed power_cut recorder)
+	$(patsubst %,tests/recordings/test_%.py,killed power_cut recorder) tests/docs/test_served.py
 test-python: setup
 	$(BIN)/python -m pytest tests --ignore tests/e2e $(ALONE:%=--ignore %) --ignore $(CAMPAIGN) -n auto --dist loadfile -m "not long"
 	$(BIN)/python -m pytest $(ALONE) -n 3 --dist loadfile
@@ -91,6 +91,7 @@ schema: .venv/installed frontend/node_modules/installed
 	$(BIN)/python -m server.campaign.table
 	$(BIN)/python -m controller.schema.safety_tables
 	$(BIN)/python -m server.runs.phases
+	$(BIN)/python -m server.app.tables
 
 # Exact versions with hashes for every supported Python, without any registry address.
 lock: .venv/installed

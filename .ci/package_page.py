@@ -8,7 +8,7 @@ from hatchling.metadata.plugin.interface import MetadataHookInterface
 
 README = Path(__file__).parents[1] / "README.md"
 PICTURE = re.compile(r"^!\[([^]]*)]\((?!https?:)[^)]*\)\n(<!--.*?-->\n)?", re.MULTILINE)
-DOCUMENT = re.compile(r"\[([^]]*)]\(docs/([\w-]+)\.md[^)]*\)")
+DOCUMENT = re.compile(r"\[([^]]*)]\(docs/([\w-]+)(?:/README)?\.md[^)]*\)")
 FILE = re.compile(r"\[([^]]*)]\((?!https?:|#)[^)]*\)")
 
 

@@ -19,8 +19,9 @@ def folder() -> Path:
 
 
 def documents() -> dict[str, Path]:
-    """Each by its name, as `tendril docs` takes it."""
-    return {path.stem: path for path in sorted(folder().glob("*.md"))}
+    """Each by its name, as `tendril docs` takes it; beside that of the examples they lie."""
+    pages = {path.stem: path for path in folder().glob("*.md")}
+    return dict(sorted((pages | {"examples": folder() / "examples" / "README.md"}).items()))
 
 
 def heading(path: Path) -> str:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import pytest
 
-from tests.test_readme import ROOT, TABLE
+from tests.docs.test_readme import ROOT, TABLE
 
 SECTIONS = {
     "Constrained Dynamic Model",

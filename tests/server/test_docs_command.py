@@ -1,6 +1,7 @@
 """`tendril docs`: what messages and help cite can be opened wherever Tendril runs."""
 
 import re
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -51,9 +52,18 @@ def test_a_document_is_read(name: str) -> None:
 
 def test_documents_are_listed_by_name_and_found_by_path() -> None:
     listed = CliRunner().invoke(app, ["docs"]).output.splitlines()
-    assert [line.split()[0] for line in listed] == sorted(path.stem for path in (ROOT / "docs").glob("*.md"))
+    assert [line.split()[0] for line in listed] == sorted(
+        [*(path.stem for path in (ROOT / "docs").glob("*.md")), "examples"]
+    )
     at = CliRunner().invoke(app, ["docs", "tables", "--path"]).output.strip()
     assert Path(at).samefile(ROOT / "docs" / "tables.md")
+
+
+def test_the_examples_lie_beside_their_document() -> None:
+    at = Path(CliRunner().invoke(app, ["docs", "examples", "--path"]).output.strip())
+    assert {"poses.csv", "decays.csv", "spiral.csv", "client.py"} <= {file.name for file in at.parent.iterdir()}
+    wheel = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"]
+    assert wheel["force-include"] == {"docs": "server/docs"}, "a package has the whole folder"
 
 
 def test_an_unknown_document_is_refused_with_the_names_that_there_are() -> None:

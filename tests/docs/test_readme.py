@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text()
 TABLE = set(re.findall(r"^\| (Eq\. \w+) \|.*\| `([\w/]+\.py):(\w+)` \|$", README, re.MULTILINE))
 
@@ -33,7 +33,7 @@ def test_each_equation_is_computed_at_the_one_place_that_the_table_names() -> No
     assert homes() == TABLE
 
 
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
