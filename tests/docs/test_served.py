@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import ClientConnection
 
+from controller.system.origin import ROOT
 from tests.docs.blocks import EXAMPLES, NOT_HERE, PAGES, Shell, commands, name
 from tests.docs.test_commands import HERE
 from tests.server.live_server import TOKEN, RigProcess, TestServer, free_environment
@@ -81,10 +83,24 @@ def test_the_commands_of_a_page_run(page: Path, served: Served) -> None:
             served.run(command)
 
 
-def test_a_message_that_is_too_long_closes_the_socket_as_the_page_says(served: Served) -> None:
-    socket = served.server.page().sign_in().connect("/ws/live")
+def closed_with(socket: ClientConnection) -> str:
+    """The line of docs/live.md on the code with which the server closes this socket."""
     with pytest.raises(ConnectionClosed) as closed:
-        socket.send("x" * (1 << 20) + "x")
         while True:
             socket.recv()
-    assert closed.value.rcvd and closed.value.rcvd.code == 1009
+    assert closed.value.rcvd
+    lines = (ROOT / "docs" / "live.md").read_text().splitlines()
+    return next(line for line in lines if line.startswith(f"| {closed.value.rcvd.code} |"))
+
+
+def test_a_message_that_is_too_long_closes_the_socket_as_the_page_says(served: Served) -> None:
+    socket = served.server.page().sign_in().connect("/ws/live")
+    socket.send("x" * ((1 << 20) + 1))
+    assert "over 1 MiB" in closed_with(socket)
+
+
+def test_a_server_that_ends_closes_the_socket_as_the_page_says(tmp_path: Path) -> None:
+    server = TestServer(tmp_path, "tcp/127.0.0.1:1")
+    socket = server.page().sign_in().connect("/ws/live")
+    server.close()
+    assert "shuts down" in closed_with(socket)
