@@ -15,7 +15,7 @@ import yaml
 from click import Command
 
 from controller.research.identification.tables import read_measured
-from controller.schema.actuator import PRESETS, read_actuator
+from controller.schema.actuator import PRESETS, Actuator, read_actuator
 from server.cli.main import app
 from tests.docs.blocks import EXAMPLES, LONG, NOT_HERE, PAGES, SMALLER, Block, Shell, blocks, commands, name
 
@@ -70,7 +70,7 @@ def actuator_or_part(text: str, file: Path) -> None:
         file.write_text(text)
         read_actuator(str(file))
     else:
-        PRESETS["P1"].__class__.model_validate(PRESETS["P1"].model_dump() | tomllib.loads(text))
+        Actuator.model_validate(PRESETS["P1"].model_dump() | tomllib.loads(text))
 
 
 def table(text: str, file: Path) -> None:
@@ -111,7 +111,7 @@ def test_every_command_that_a_text_names_is_there_with_its_options() -> None:
     assert wrong == {}
 
 
-def test_the_shipped_data_are_what_the_program_beside_them_makes(tmp_path: Path, shell: Shell) -> None:
+def test_the_shipped_data_are_what_the_program_beside_them_makes(shell: Shell) -> None:
     (shell.folder / "again").mkdir()
     shell.run("python make_data.py again")
     made = sorted((shell.folder / "again").iterdir())
