@@ -7,9 +7,9 @@ from fastapi import APIRouter, Query
 from controller.schema.parameters import SENSORS
 from recordings.exporting.tip_path import Wanted, What
 from server.drawing.messages import DrawingBody
+from server.drawing.recorded import recorded_drawing
 from server.recorder.export_routes import From, To
 from server.recorder.folder import GivenFolder
-from server.runs.recorded_drawing import recorded_drawing
 
 router = APIRouter(tags=["recordings"])
 

@@ -27,10 +27,10 @@ from recordings.exporting.table import Choice, RowReader
 from recordings.format.messages import Recording
 from recordings.write.writer import Recorder
 from server.drawing.messages import DrawingBody
+from server.drawing.recorded import drawing_name
 from server.recorder import export_routes
 from server.recorder.exports import Exports
 from server.recorder.folder import Reader, RecordingsFolder
-from server.runs.recorded_drawing import drawing_name
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows
 from tests.server.live_server import Page, TestServer, free_environment, wait_for
 
