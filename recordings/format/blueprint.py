@@ -30,10 +30,10 @@ def blueprint(length: float) -> rrb.Blueprint:
             _plot("/error", "Error and observer residual [m]"),
             name="Tracking",
         ),
-        rrb.Vertical(_plot("/pressures", "Chambers [Pa]"), _plot("/u", "Command u [N m]"), name="Command"),
+        rrb.Vertical(_plot("/pressures", "Pressures [Pa]"), _plot("/u", "Torques [N m]"), name="Command"),
         rrb.Vertical(
-            _plot("/observer", "Observer: energy and ledger [J], powers [W]"),
-            _plot("/timing", "Loop: lateness and duration of a tick [ns]"),
+            _plot("/observer", "Observer: energy and its balance [J], powers [W]"),
+            _plot("/timing", "Loop: wake-up lateness and step time [ns]"),
             name="Observer, timing",
         ),
     )

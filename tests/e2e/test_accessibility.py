@@ -4,9 +4,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from tests.e2e.product import Product, open_page, wait_until
+from controller.schema.palette import MEASURED, rgb
+from tests.e2e.product import Product, open_page, shot, wait_until
 
 AXE = Path(__file__).parents[2] / "frontend/node_modules/axe-core/axe.min.js"
 RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa"]
@@ -96,6 +98,47 @@ def test_axe_finds_nothing_serious_in_records_runs_faults_and_in_what_opens(brow
     findings += in_both_schemes(page, "fault")
     page.get_by_test_id("lease-release").click()
     assert not findings, "\n".join(findings)
+    context.close()
+
+
+EDGE = "e => [getComputedStyle(e).outlineStyle, parseFloat(getComputedStyle(e).outlineWidth) >= 2]"
+REACHED = """e => {
+  e.scrollIntoView({ block: "nearest", inline: "center", behavior: "instant" });
+  const { x, y, width, height } = e.getBoundingClientRect();
+  const hit = document.elementFromPoint(x + width / 2, y + height / 2);
+  return width > 0 && hit !== null && (e.contains(hit) || hit.contains(e));
+}"""
+
+
+def test_with_the_systems_own_colours_samples_keep_theirs_and_what_is_chosen_has_an_edge(
+    browser: Browser, product: Product
+) -> None:
+    context = browser.new_context(viewport={"width": 1280, "height": 720}, forced_colors="active")
+    page = open_page(context, product)
+    sample = page.locator(".legend .key-measured").first
+    assert sample.evaluate("e => getComputedStyle(e).backgroundColor") == f"rgb{rgb(MEASURED)}"
+    page.get_by_role("tab", name="Sensing").click()
+    for chosen in (".chip[aria-pressed=true]", "[role=tab][aria-selected=true]", "[role=switch][aria-checked=true]"):
+        assert page.locator(chosen).first.evaluate(EDGE) == ["solid", True], chosen
+    stop = page.get_by_test_id("e-stop")
+    expect(stop).to_be_visible()
+    assert stop.evaluate("e => parseFloat(getComputedStyle(e).borderTopWidth)") >= 3
+    shot(page, "forced-colours")
+    context.close()
+
+
+@pytest.mark.parametrize("zoom", [2, 4])
+def test_every_control_can_be_reached_at_zoom(zoom: int, browser: Browser, product: Product) -> None:
+    """A page of 1280 x 1024 that is zoomed lays itself out in fewer pixels (WCAG 1.4.10)."""
+    context = browser.new_context(viewport={"width": 1280 // zoom, "height": 1024 // zoom})
+    page = open_page(context, product)
+    for tab in page.locator(".tabs [role=tab]").all():
+        assert tab.evaluate(REACHED), tab.inner_text()
+        tab.click()
+        for control in page.locator(":is(.header, .stop-bar, .tabs [role=tabpanel]) :is(button, select, input)").all():
+            if control.is_visible():
+                assert control.evaluate(REACHED), f"{tab.inner_text()}: {control.evaluate('e => e.outerHTML')[:200]}"
+    shot(page, f"zoom-{zoom}")
     context.close()
 
 

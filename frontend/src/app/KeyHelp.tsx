@@ -20,21 +20,25 @@ export function KeyHelp() {
       lockScroll={false}
       closeButtonProps={{ "aria-label": "Close the list of keys" }}
     >
-      <dl className="keys" data-testid="keys">
-        {KEY_LIST.map(([key, meaning]) => (
-          <div key={key}>
-            <dt>
-              {key.split(" ").map((part, i) => (
-                <Kbd key={i}>{part}</Kbd>
+      <div className="keys" data-testid="keys">
+        {KEY_LIST.map(({ where, keys }) => (
+          <section key={where} aria-label={where}>
+            <h3>{where}</h3>
+            <dl>
+              {keys.map(([key, meaning]) => (
+                <div key={key}>
+                  <dt>
+                    {key.split(" ").map((part, i) => (
+                      <Kbd key={i}>{part}</Kbd>
+                    ))}
+                  </dt>
+                  <dd>{meaning}</dd>
+                </div>
               ))}
-            </dt>
-            <dd>{meaning}</dd>
-          </div>
+            </dl>
+          </section>
         ))}
-      </dl>
-      <p className="note">
-        In the plan: drag the target; drag empty space to pan; wheel or pinch to zoom; double-click to fit.
-      </p>
+      </div>
     </Modal>
   );
 }

@@ -87,6 +87,12 @@ function letter(key: string): Action | null {
   }
 }
 
+/** Keys that hold in one place, each with what it does. */
+interface KeyGroup {
+  readonly where: string;
+  readonly keys: readonly (readonly [string, string])[];
+}
+
 /** What the focused element does with keys of its own. */
 export function focusOf(element: Element | null): Focus {
   if (!element || element === document.body || element.hasAttribute("data-plan")) return "page";
@@ -94,19 +100,59 @@ export function focusOf(element: Element | null): Focus {
   return "widget";
 }
 
-export const KEY_LIST: readonly (readonly [string, string])[] = [
-  ["Esc", "HOLD"],
-  ["Esc Esc", "E-STOP (twice within 1 s, anywhere)"],
-  ["F", "Follow the target"],
-  ["R", "Start or stop a recording"],
-  ["B", "Bookmark the newest row of the recording; then type its label, Enter"],
-  ["Arrows", "Move the target 1 mm (Shift 10 mm, Ctrl 0.1 mm); with Select, what is selected of the drawing"],
-  ["Gamepad", "Hold A (or the right shoulder) and steer with the left stick; B = HOLD"],
-  ["Ctrl Z", "Undo a change of the drawing (Ctrl Shift Z or Ctrl Y: redo)"],
-  ["Ctrl A", "Select all of the drawing, after a click on the plan"],
-  ["Shift", "Select several: with a click on a piece, or a box drawn with Select"],
-  ["Ctrl G", "Group what is selected (Ctrl Shift G: ungroup)"],
-  ["Del", "Take away what is selected of the drawing"],
-  ["Enter", "End the line that is being drawn"],
-  ["?", "Show or hide this list"],
+/** All keys and gestures, by where they hold. */
+export const KEY_LIST: readonly KeyGroup[] = [
+  {
+    where: "Everywhere, in every field and dialog",
+    keys: [
+      ["Esc", "HOLD"],
+      ["Esc Esc", "E-STOP (twice within 1 s)"],
+    ],
+  },
+  {
+    where: "Wherever no text is being typed",
+    keys: [
+      ["F", "Follow the target"],
+      ["R", "Start or stop a recording"],
+      ["B", "Bookmark the newest row of the recording; then type its label, Enter"],
+      ["?", "Show or hide this list"],
+      ["Gamepad", "Hold A (or the right shoulder) and steer with the left stick; B = HOLD"],
+    ],
+  },
+  {
+    where: "Plan",
+    keys: [
+      [
+        "Arrows",
+        "Move the target 1 mm (Shift 10 mm, Ctrl 0.1 mm); with Select, what is selected of the drawing",
+      ],
+      ["Drag", "The target, a piece of the drawing, or empty space to pan"],
+      ["Wheel", "Or two fingers: zoom; double-click fits all"],
+    ],
+  },
+  {
+    where: "Drawing",
+    keys: [
+      ["Ctrl Z", "Undo a change (Ctrl Shift Z or Ctrl Y: redo)"],
+      ["Ctrl A", "Select all, after a click on the plan"],
+      ["Shift", "Select several: with a click on a piece, or a box drawn with Select"],
+      ["Ctrl G", "Group what is selected (Ctrl Shift G: ungroup)"],
+      ["Del", "Take away what is selected"],
+      ["Enter", "End the line that is being drawn"],
+    ],
+  },
+  {
+    where: "Plots",
+    keys: [
+      ["Wheel", "Up and down: zoom about the pointer; with Shift: move in time; or one and two fingers"],
+      ["Drag", "Zoom into a span; double-click shows all again"],
+    ],
+  },
+  {
+    where: "Recordings",
+    keys: [
+      ["↑ ↓", "From name to name of the list"],
+      ["Enter", "Open the recording"],
+    ],
+  },
 ];
