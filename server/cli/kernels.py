@@ -49,10 +49,20 @@ def declared() -> int:
 
 
 def kept() -> int:
-    """Those of them that are in the cache: numba has an index for each, in a folder for each folder of sources."""
-    folders = {path.parent.name for path in _declaring()}
-    indices = Path(os.environ["NUMBA_CACHE_DIR"]).rglob("*.nbi")
-    return sum(1 for index in indices if index.parent.name.rsplit("_", 1)[0] in folders)
+    """Those of them that are in the cache: numba has an index for each, in a folder for each folder of sources.
+
+    Another clone of the same sources has folders of its own beside ours.
+    """
+    folders = {_folder_of(path) for path in _declaring()}
+    cache = Path(os.environ["NUMBA_CACHE_DIR"])
+    return sum(1 for folder in folders for _ in cache.glob(f"**/{folder}/*.nbi"))
+
+
+def _folder_of(source: Path) -> str:
+    from numba.core import caching
+
+    named: Any = caching._CacheLocator
+    return str(named.get_suitable_cache_subpath(str(source)))
 
 
 def _declaring() -> dict[Path, str]:

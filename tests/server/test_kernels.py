@@ -2,6 +2,7 @@
 
 import time
 from io import StringIO
+from pathlib import Path
 
 import pytest
 from numba.core.registry import CPUDispatcher
@@ -18,6 +19,16 @@ def test_afterwards_every_kernel_is_in_the_cache_and_the_bar_is_full() -> None:
     compile_kernels(Console(file=shown))
     assert kept() == declared()
     assert f"{declared()}/{declared()}" in shown.getvalue()
+
+
+def test_what_another_clone_of_the_same_sources_has_compiled_does_not_count(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    theirs = tmp_path / "sources" / "kernels_of_another_path"
+    theirs.mkdir(parents=True)
+    (theirs / "any.nbi").touch()
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    assert kept() == 0
 
 
 def test_the_stages_of_the_tick_are_compiled_for_its_types_only() -> None:
