@@ -160,7 +160,7 @@ def test_saved_strokes_come_back_as_pieces_and_are_followed_again(context: Brows
     wait_until(lambda: fact(page, "Travel").endswith(" s"), 10.0)
     assert float(fact(page, "Travel").split()[0]) > 0.3
     assert fact(page, "Length") == "60 mm", "without the ways between the strokes"
-    expect(page.get_by_label("Legend")).to_contain_text("travel, not counted")
+    expect(page.locator(".legend .key-travel")).to_be_visible()
     shot(page, "strokes-planned")
 
     page.get_by_test_id("run").click()
@@ -172,3 +172,11 @@ def test_saved_strokes_come_back_as_pieces_and_are_followed_again(context: Brows
     wait_until(lambda: len(page.request.get(f"{product.origin}/api/runs").json()) == len(runs) + 1, 30.0)
     again = page.request.get(f"{product.origin}/api/runs").json()[0]
     assert (again["name"], again["state"]) == ("Bars", "done")
+
+    expect(page.get_by_test_id("run-sparkline")).to_be_visible()
+    assert 64 <= len(again["errors"]) <= 128 and max(again["errors"]) == pytest.approx(again["max_error"], abs=1e-7)
+    page.get_by_test_id("clear-trace").click()
+    expect(page.get_by_test_id("clear-trace")).to_have_count(0)
+    shot(page, "strokes-again")
+    page.get_by_test_id("run-compare").click()
+    expect(page.get_by_test_id("compare-table").locator("tbody tr")).to_have_count(2)
