@@ -52,11 +52,11 @@ def test_signals_are_read_stopped_zoomed_saved_and_chosen(page: Page) -> None:
     page.get_by_test_id("add-plot").click()
     page.get_by_role("combobox", name="Signals").fill("torque 2")
     with page.expect_response(lambda answer: answer.request.method == "PUT"):
-        page.get_by_role("option", name="feedback torque 2").click()
+        page.get_by_role("option", name="feedback torque u2").click()
     shot(page, "plots-chooser")
     page.reload()
     expect(page.get_by_test_id("chart")).to_have_count(5, timeout=20_000)
-    expect(page.get_by_role("figure", name="feedback torque 2 over time")).to_be_visible()
+    expect(page.get_by_role("figure", name="feedback torque u2 over time")).to_be_visible()
 
 
 def test_one_finger_drags_the_time_two_stretch_it_and_a_tap_only_reads(browser: Browser, product: Product) -> None:

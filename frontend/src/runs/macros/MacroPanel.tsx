@@ -18,7 +18,7 @@ export function MacroPanel() {
   return (
     <section className="panel macros" aria-label="Macros">
       <div className="row">
-        <h2 className="bar-title">Macros</h2>
+        <h3 className="bar-title">Macros</h3>
         <Last />
         <span className="spacer" />
         <Button
