@@ -62,17 +62,23 @@ def test_it_is_in_reach_in_review_and_of_a_phone_that_is_turned(touched: Page, p
     assert not found, "\n".join(found)
 
 
+def panned_to(page: Page, name: str) -> list[str]:
+    """What is wrong with the edge of the page that is zoomed by two fingers, where this control is in sight."""
+    page.evaluate(f"document.querySelector('[data-testid={name}]').scrollIntoView()")
+    wait_until(lambda: page.evaluate("visualViewport.scale > 2 && visualViewport.offsetTop > 100"), 5.0)
+    page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    return troubles(page, "zoomed by two fingers")
+
+
 def test_two_fingers_that_zoom_do_not_take_it_out_of_sight(browser: Browser, product: Product) -> None:
     context = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
     page = open_page(context, product)
     assert ask(page, "POST", "/api/lease")
     context.new_cdp_session(page).send("Emulation.setPageScaleFactor", {"pageScaleFactor": 2.5})
-    page.evaluate("document.querySelector('[data-testid=recording-name]').scrollIntoView()")
-    wait_until(lambda: page.evaluate("visualViewport.scale > 2 && visualViewport.offsetTop > 100"), 5.0)
-    page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
-    found = troubles(page, "zoomed by two fingers")
+    found = [panned_to(page, "arm"), panned_to(page, "recording-name")]
     shot(page, "edge-pinched")
-    assert not found, "\n".join(found)
+    assert not [said for places in found for said in places if "the bar covers" not in said], found
+    assert not set(found[0]) & set(found[1]), "the bar goes along: what it covers here is free there"
     press(page, product, touch=True, where="zoomed by two fingers")
     clear(page, product)
     ask(page, "DELETE", "/api/lease")
