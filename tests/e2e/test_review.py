@@ -6,23 +6,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import BrowserContext, FilePayload, Page, Request, expect
+from playwright.sync_api import BrowserContext, Page, Request, expect
 
 from controller.schema.palette import LINES, rgb
 from recordings.format.messages import Recording
 from tests.e2e.product import Product, open_page, pixels_of, shot, wait_until
 from tests.e2e.recorded import list_many, record_circle
+from tests.e2e.reviewing import choose_csv, coloured, open_link, review
 from tests.e2e.test_accessibility import load_axe, look
 
-COLOURED = """() => [...document.querySelectorAll("[data-testid=quick-plot] canvas")].map((canvas) => {
-  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
-  let found = 0;
-  for (let i = 0; i < data.length; i += 4) {
-    const [low, high] = [Math.min(data[i], data[i + 1], data[i + 2]), Math.max(data[i], data[i + 1], data[i + 2])];
-    if (data[i + 3] > 128 && high - low > 40) found += 1;
-  }
-  return found;
-})"""
 OBSERVER_BLUE = (0x56, 0xB4, 0xE9)
 FIRST_RUN, SECOND_RUN = rgb(LINES[0]), rgb(LINES[1])
 
@@ -86,6 +78,7 @@ def test_the_cursor_is_common_and_a_drag_zooms_every_plot(page: Page, made: list
     open_link(page, f"#review/{made[0].id}")
     plots = page.get_by_test_id("quick-plot")
     expect(plots).to_have_count(6)
+    wait_until(lambda: len(coloured(page)) == 6 and min(coloured(page)) > 100, 20.0)  # until then they are made anew
     expect(plots.first.locator(".u-over")).to_be_visible()
     over = plots.first.locator(".u-over").bounding_box()
     assert over
@@ -396,25 +389,3 @@ def test_axe_finds_nothing_serious_in_review(context: BrowserContext, product: P
             expect(page.get_by_test_id("recordings" if place == "#review" else "quick")).to_be_visible()
             findings += look(page, f"{place}, {scheme}", "main.review")
     assert not findings, "\n".join(findings)
-
-
-def review(page: Page) -> None:
-    page.get_by_text("Review", exact=True).click()
-
-
-def open_link(page: Page, hash: str) -> None:
-    """As a link within the page does."""
-    page.evaluate("(hash) => { location.hash = hash; }", hash)
-
-
-def choose_csv(page: Page, text: str) -> None:
-    """Take a file by the button over the list."""
-    with page.expect_file_chooser() as chooser:
-        page.get_by_test_id("import-recording").click()
-    chooser.value.set_files(FilePayload(name="theirs.csv", mimeType="text/csv", buffer=text.encode()))
-    expect(page.get_by_test_id("import")).to_be_visible()
-
-
-def coloured(page: Page) -> list[int]:
-    """How many pixels of each quick plot have a colour: its curves, not its grid."""
-    return page.evaluate(COLOURED)  # type: ignore[no-any-return]

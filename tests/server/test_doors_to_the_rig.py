@@ -40,7 +40,7 @@ DOORS = {
     "rig/client.py": ["command", "faults", "faults", "plan", "stop"],
     "rig/twin_routes.py": ["inject"],
     "runs/macros/acts.py": ["request"],
-    "runs/macros/macros.py": ["request"],
+    "runs/macros/macros.py": ["hold_left", "request"],
     "runs/macros/routes.py": ["present"],
     "runs/routes.py": ["present", "present", "present"],
     "runs/tracker.py": ["plan", "request", "request"],

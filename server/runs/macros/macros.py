@@ -174,8 +174,12 @@ class Macros:
         if run.task is not None and run.task is not asyncio.current_task():
             run.task.cancel()
         newest = self._rig.newest
-        if not run.overtaken and newest is not None and newest[0]["mode"] in MOVING:
+        if run.overtaken or newest is None or newest[0]["mode"] not in MOVING:
+            return
+        if run.permit.stands():
             self._operator.request(Request.HOLD, own())  # nobody watches over that motion any more
+        else:
+            self._operator.hold_left()  # who operates now may have begun another one
 
 
 def _where(run: _Run) -> str:

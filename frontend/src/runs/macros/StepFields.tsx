@@ -69,29 +69,24 @@ export function StepFields({ step, change }: Props) {
 
 function References({ step, change }: Props<Extract<MacroStep, { do: "reference" }>>) {
   const names = usePage((page) => page.references).map(({ name, title }) => ({ value: name, label: title }));
-  return (
-    <>
-      <Choice
-        label="Reference"
-        value={step.name}
-        names={names}
-        send={(name) => {
-          change({ ...step, name });
-        }}
-      />{" "}
-      {/* prettier-ignore */}
-      <Laps value={step.laps} send={(laps) => { change({ ...step, laps }); }} /> {/* prettier-ignore */}
-    </>
-  );
+  return <Followed label="Reference" names={names} step={step} change={change} />;
 }
 
 function Drawings({ step, change }: Props<Extract<MacroStep, { do: "drawing" }>>) {
   const list = useStore(useService(SavedDrawings).store, (state) => state.list);
   const names = list.map(({ name }) => ({ value: name, label: name }));
+  return <Followed label="Drawing" names={names} step={step} change={change} />;
+}
+
+type FollowStep = Extract<MacroStep, { do: "reference" | "drawing" }>;
+type FollowedProps = Props<FollowStep> & Pick<ChoiceProps, "label" | "names">;
+
+/** What is followed, and how often. */
+function Followed({ label, names, step, change }: FollowedProps) {
   return (
     <>
       <Choice
-        label="Drawing"
+        label={label}
         value={step.name}
         names={names}
         send={(name) => {
