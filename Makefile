@@ -69,7 +69,7 @@ types-page: frontend/node_modules/installed
 # What keeps time or kills processes runs apart from what takes all cores: three at a time, as it mostly waits. The
 # campaign runs alone.
 CAMPAIGN := tests/server/test_campaign.py
-ALONE := $(patsubst %,tests/controller/test_%.py,clock link link_guarded link_strangers loop pool rig ring supervisor) \
+ALONE := $(patsubst %,tests/controller/test_%.py,clock link link_guarded link_strangers loop pool rig ring standstill supervisor) \
 	$(patsubst %,tests/server/test_%.py,chain killed_rig live load logs runs shutdown) \
 	$(patsubst %,tests/server/test_%.py,trouble two_machines up viser) \
 	$(patsubst %,tests/recordings/test_%.py,killed power_cut recorder) tests/docs/test_served.py

@@ -31,7 +31,7 @@ from controller.link.refusals import Refusals
 from controller.link.stream import RowStream
 from controller.link.version import mismatch, require_same
 from controller.schema.layout import record_dtype, to_record
-from controller.schema.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults
+from controller.schema.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults, TwinTime
 from controller.schema.modes import Request
 from controller.system.worker import Worker
 
@@ -90,7 +90,7 @@ class RigClient:
         self._heard = self._floor = 0
         self._hearing = threading.Lock()
         self._pace: Pace | None = None
-        self._flows = False
+        self._flows = self._paused = False
         self._kept_out: KeyRefused | None = None
         self._refusals = Refusals(rig_id, what="batch")
         self._info: RigInfo | None = None
@@ -121,6 +121,11 @@ class RigClient:
         """The rig is alive, speaks our layout and sent something within the last second, of which rows were taken."""
         met = self._info is not None and self._refused is None and self._flows
         return met and self._keys.alive(str(self._boot)) in self._alive and self.age() < QUIET
+
+    @property
+    def paused(self) -> bool:
+        """The last batch said that the twin's time stands still."""
+        return self._paused
 
     @property
     def gaps(self) -> int:
@@ -193,6 +198,13 @@ class RigClient:
             return TwinFaults.model_validate_json(self._asker.ask(self._keys.faults).payload)
         payload = wanted.model_dump_json().encode()
         return TwinFaults.model_validate_json(self._asker.ask_sealed(self._keys.faults, payload))
+
+    def time(self, wanted: TwinTime | None = None) -> TwinTime:
+        """Let the twin's time stand still or go on; None only asks. As it is then; ParameterError on hardware."""
+        if wanted is None:
+            return TwinTime.model_validate_json(self._asker.ask(self._keys.time).payload)
+        payload = wanted.model_dump_json().encode()
+        return TwinTime.model_validate_json(self._asker.ask_sealed(self._keys.time, payload))
 
     def close(self) -> None:
         """End the connection; no callback comes after this. Another server may command the rig at once."""
@@ -276,6 +288,10 @@ class RigClient:
         if self._boot != batch.boot or self._pace is None or batch.number <= self._floor:
             return
         rows = _rows(batch.payload)
+        self._paused = not len(rows)
+        if self._paused:
+            self._flows = True
+            return
         try:
             self._pace.judge(rows, batch.arrived)
         except Unproven:

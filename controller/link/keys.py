@@ -72,6 +72,11 @@ class Keys:
         return f"tendril/{self.rig}/faults"
 
     @property
+    def time(self) -> str:
+        """Queryable: TwinTime as JSON to put in force (sealed), or nothing -> TwinTime as JSON, as it is now."""
+        return f"tendril/{self.rig}/time"
+
+    @property
     def session(self) -> str:
         """Queryable: nothing -> int64 (boot id, next session); sealed with that session, an Introduction -> nothing."""
         return f"tendril/{self.rig}/session"

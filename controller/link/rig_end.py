@@ -6,7 +6,7 @@ What changes the rig is judged in this order: size, seal, meaning, and who holds
 import logging
 from collections.abc import Callable
 from functools import partial
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 import zenoh
@@ -20,7 +20,7 @@ from controller.link.proof import Prover, question
 from controller.link.refusals import Refusals
 from controller.link.seal import SEAL_BYTES, SealedSession, Seals
 from controller.schema.layout import from_record, record_dtype
-from controller.schema.messages import Command, CommandReply, RigInfo, TwinFaults
+from controller.schema.messages import Command, CommandReply, RigInfo, TwinFaults, TwinTime
 from controller.schema.modes import Request
 
 log = logging.getLogger(__name__)
@@ -30,6 +30,7 @@ JSON_MAX = 1024
 
 Answer = Callable[[bytes, bytes], bytes]
 """From payload and seal to the reply."""
+M = TypeVar("M", TwinFaults, TwinTime)
 
 
 class RigService(Protocol):
@@ -53,6 +54,9 @@ class RigService(Protocol):
     def faults(self, wanted: TwinFaults | None) -> TwinFaults:
         """Inject faults into the twin's sensing, None changes nothing; those in force."""
 
+    def time(self, wanted: TwinTime | None) -> TwinTime:
+        """Let the twin's time stand still or go on, None changes nothing; as it is now."""
+
 
 class RigEnd:
     """Declares the keys of one rig on `session`; `close` withdraws them, the session stays its owner's."""
@@ -72,7 +76,8 @@ class RigEnd:
             self._keys.stop: (16, self._stop),
             self._keys.replay: (16, self._replay),
             self._keys.reference: (PLANNED_MAX, self._reference),
-            self._keys.faults: (JSON_MAX, self._faults),
+            self._keys.faults: (JSON_MAX, partial(self._twin, self._keys.faults, TwinFaults, service.faults)),
+            self._keys.time: (JSON_MAX, partial(self._twin, self._keys.time, TwinTime, service.time)),
             self._keys.info: (0, lambda payload, seal: service.info().model_dump_json().encode()),
             self._keys.session: (JSON_MAX, self._session),
             self._keys.leave: (0, self._leave),
@@ -84,7 +89,10 @@ class RigEnd:
         self._declared.append(session.liveliness().declare_token(self._keys.alive(str(seals.boot))))
 
     def publish(self, rows: np.ndarray) -> None:
-        """Send Telemetry rows as one batch; a reader that cannot keep up misses it and asks for a replay."""
+        """Send Telemetry rows as one batch; a reader that cannot keep up misses it and asks for a replay.
+
+        A batch without rows says that the rig is there and its time stands still.
+        """
         payload = rows.tobytes()
         self._publisher.put(payload, attachment=self._prover.batch(self._keys.telemetry, payload))
 
@@ -137,16 +145,17 @@ class RigEnd:
         self._holder.take(self._seals.admit(self._keys.reference, payload, seal))
         return self._service.plan(rows).to_bytes(8, "little")
 
-    def _faults(self, payload: bytes, seal: bytes) -> bytes:
+    def _twin(self, key: str, kind: type[M], act: Callable[[M | None], M], payload: bytes, seal: bytes) -> bytes:
+        """What is done to the twin: read with nothing, put in force with a sealed message of `kind`."""
         wanted = None
         if payload:
-            session = self._seals.admit(self._keys.faults, payload, seal)
+            session = self._seals.admit(key, payload, seal)
             try:
-                wanted = TwinFaults.model_validate_json(payload)
+                wanted = kind.model_validate_json(payload)
             except ValidationError as error:
                 raise ParameterError(sentence(error)) from error
             self._holder.take(session)
-        return self._service.faults(wanted).model_dump_json().encode()
+        return act(wanted).model_dump_json().encode()
 
 
 def read_command(payload: bytes) -> Command:

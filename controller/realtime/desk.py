@@ -13,8 +13,9 @@ from controller.link import PlannedRows
 from controller.realtime.followable import require_followable, require_sound
 from controller.realtime.mailbox import post, words
 from controller.realtime.ring import Ring
+from controller.realtime.standstill import Standstill
 from controller.schema.layout import to_record
-from controller.schema.messages import Command, CommandReply, RigInfo, TwinFaults
+from controller.schema.messages import Command, CommandReply, RigInfo, TwinFaults, TwinTime
 from controller.schema.modes import Cause, Mode, Request, RowKind, refused_text
 
 ECHO_MIN, ECHO_MAX = 0.05, 0.4
@@ -26,6 +27,8 @@ STOPS_KEPT = 256
 START_NEAR = 3e-3
 """A planned reference begins this near to where the rig's own reference stands, unless it declares steps [m]."""
 STANDING = (Mode.HOLD, Mode.FOLLOW)
+STILLING = (Request.HOLD, Request.REST, Request.E_STOP)
+"""What ends a standstill of the twin, so that it is obeyed at once."""
 POLL = 1e-4
 """Pause between two looks at the ring [s]."""
 
@@ -43,6 +46,7 @@ class Desk:
         self._commands = commands
         self._control = control
         self._faults, self._injected = faults, TwinFaults()
+        self.standstill = Standstill(ring.header)
         self._last = Command()
         """The record in the mailbox, without its request."""
         self._used = self._stop_n = 0
@@ -70,9 +74,10 @@ class Desk:
         if command.boot != self._info.boot:
             text = refused_text(command.request, self._mode(), Cause.WRONG_BOOT)
             return _reply(command, self._mode(), Cause.WRONG_BOOT, text)
-        if too_far := self._too_far(command):
-            return _reply(command, self._mode(), Cause.NONE, too_far)
+        self.standstill.hear()
         with self._one_at_a_time:
+            if refused := self._refused(command):
+                return _reply(command, self._mode(), Cause.NONE, refused)
             return self._put(command)
 
     def stop(self, who: Stopper, boot: int | None = None) -> CommandReply:
@@ -87,6 +92,7 @@ class Desk:
             text = refused_text(Request.E_STOP, self._mode(), Cause.WRONG_BOOT)
             return CommandReply(n=0, accepted=False, mode=self._mode(), cause=Cause.WRONG_BOOT, detail=text)
         with self._posting:
+            self.standstill.end()
             number = self._stops.get(who)
             if number is None:
                 number = self._used = max(self._used, self._echoed()) + STRIDE
@@ -164,6 +170,14 @@ class Desk:
             self._begin = None if rows.steps else rows.points[0].copy()
         return count
 
+    def _refused(self, command: Command) -> str:
+        """Why the loop is not asked, "" where it is. What stills the rig ends a standstill of its twin."""
+        if self.standstill.on and command.request in STILLING:
+            self.standstill.end()
+        if self.standstill.on and command.request:
+            return f"refused: {command.request.name} is not possible while the twin is paused; continue it first"
+        return self._too_far(command)
+
     def _too_far(self, command: Command) -> str:
         """Why a TRACK cannot begin from where the reference stands now, "" if it can."""
         row = self._ring.newest()
@@ -187,15 +201,33 @@ class Desk:
                 self._injected = wanted
             return self._injected
 
+    def time(self, wanted: TwinTime | None) -> TwinTime:
+        """Let the twin's time stand still, go on, or go on by steps; None changes nothing. Refused on hardware."""
+        if self._faults is None:
+            raise CommandRefused("refused: only the twin can be paused, and this rig is hardware")
+        with self._one_at_a_time, self._posting:
+            if wanted is not None:
+                self._set_time(wanted)
+            return self.standstill.state()
+
+    def _set_time(self, wanted: TwinTime) -> None:
+        if wanted.steps and not wanted.paused:
+            raise CommandRefused(f"refused: steps = {wanted.steps} are taken only while the twin is paused")
+        if wanted.paused and self._stop_n > self._echoed():
+            raise CommandRefused("refused: an E-STOP is under way")
+        self.standstill.hear()
+        self.standstill.put(wanted)
+
     def _row_of(self, command: Command, since: int, posted_ns: int) -> np.void | None:
         """The row that says what became of `command`, None in time: for a request the first row that has its number.
 
         A later one may show what another request, an E-STOP, made of it; `since` is the ring's head before the post.
+        While the twin is paused the next tick will look at what asks for nothing: its last row is the answer.
         """
         end = self._end()
         while time.monotonic_ns() < end:
             row = self._ring.newest()
-            if row is not None and row["t_ns"] > posted_ns:
+            if row is not None and (row["t_ns"] > posted_ns or (self.standstill.rests and not command.request)):
                 if not command.request:
                     return row
                 if row["request_n"] >= command.request_n:

@@ -19,8 +19,11 @@ from controller.realtime.ring import (
     GRID_NS,
     HEADER_WORDS,
     LOOP_NS,
+    PAUSED,
     PUMP_NS,
     ROW_WORDS,
+    STEPPED,
+    STEPS,
     STOP,
     ring_push,
     ring_read,
@@ -79,11 +82,13 @@ def loop_memory(header: Words, rows: Words) -> LoopMemory:
 
 @compiled
 def run_loop(rig: Rig, twin: Twin, memory: LoopMemory, period_ns: int) -> None:
-    """Tick on the grid until STOP is set, then write one last row with everything vented."""
+    """Tick on the grid until STOP is set, then write one last row with everything vented.
+
+    While it is paused the time of tick and twin stands still: `paused_ns` is how far it is behind the clock.
+    """
     clock = np.zeros(4, np.int64)
     status = memory.status[0]
-    telemetry = memory.telemetry[0]
-    command_seen = measurement_seen = slot = 0
+    command_seen = measurement_seen = slot = paused_ns = 0
     deadline = now_ns(clock) + period_ns
     store_release(memory.header, GRID_NS, deadline)
     while load_acquire(memory.header, STOP) == 0:
@@ -91,24 +96,49 @@ def run_loop(rig: Rig, twin: Twin, memory: LoopMemory, period_ns: int) -> None:
         t_ns = now_ns(clock)
         command_n = receive(memory.commands, command_seen, memory.scratch, memory.command_words)
         if command_n != command_seen:
-            status.server_ns = t_ns
+            status.server_ns = t_ns - paused_ns
         command_seen = command_n
         measurement_seen = receive(memory.measurements, measurement_seen, memory.scratch, memory.measurement_words)
-        status.pump_ns = memory.header[PUMP_NS]
-        status.lateness_ns = t_ns - deadline
-        telemetry.slot = slot
-        tick(t_ns, memory.command[0], memory.measurement[0], status, rig, telemetry)
-        status.step_ns = now_ns(clock) - t_ns
-        twin_step(t_ns, twin, telemetry, memory.sensed[0])
-        post(memory.measurements, memory.sensed_words)
-        ring_push(memory.header, memory.rows, memory.telemetry_words)
+        runs = step_due(memory.header)
+        if runs:
+            status.pump_ns = memory.header[PUMP_NS] - paused_ns
+            status.lateness_ns = t_ns - deadline
+            memory.telemetry[0].slot = slot
+            advance(t_ns, paused_ns, clock, rig, twin, memory)
         end_ns = now_ns(clock)
         store_release(memory.header, LOOP_NS, end_ns)
         missed = slots_missed(end_ns, deadline + period_ns, period_ns)
-        status.lost += missed
-        slot += 1 + missed
+        if runs:
+            status.lost += missed
+            slot += 1 + missed
+        else:
+            paused_ns += (1 + missed) * period_ns
         deadline += (1 + missed) * period_ns
     write_vented_row(memory, slot, now_ns(clock))
+
+
+@compiled
+def step_due(header: Words) -> bool:
+    """Whether to tick in this slot: unless paused, and then while steps are left, each of which is counted."""
+    if load_acquire(header, PAUSED) == 0:
+        store_release(header, STEPPED, header[STEPS])
+        return True
+    if header[STEPPED] >= load_acquire(header, STEPS):
+        return False
+    store_release(header, STEPPED, header[STEPPED] + 1)
+    return True
+
+
+@compiled
+def advance(t_ns: int, paused_ns: int, clock: Words, rig: Rig, twin: Twin, memory: LoopMemory) -> None:
+    """One tick at `t_ns` by the clock, one step of the twin, and the row into the ring. `clock` is scratch (4,)."""
+    status, telemetry = memory.status[0], memory.telemetry[0]
+    tick(t_ns - paused_ns, memory.command[0], memory.measurement[0], status, rig, telemetry)
+    status.step_ns = now_ns(clock) - t_ns
+    twin_step(t_ns - paused_ns, twin, telemetry, memory.sensed[0])
+    post(memory.measurements, memory.sensed_words)
+    telemetry.t_ns = t_ns
+    ring_push(memory.header, memory.rows, memory.telemetry_words)
 
 
 @compiled

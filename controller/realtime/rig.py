@@ -17,6 +17,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
+import numpy as np
+
 from controller.build.rig import build_rig
 from controller.drivers import TwinDriver
 from controller.errors import TendrilError
@@ -31,7 +33,9 @@ from controller.realtime.priority import pin_memory, prefer_process, raise_threa
 from controller.realtime.ring import PUMP_NS, STOP, Ring, create_ring, ring_folders
 from controller.realtime.settings import RigReady, failure_file, free_port
 from controller.realtime.settings import RigSettings as RigSettings
-from controller.schema.messages import RigInfo
+from controller.realtime.standstill import Standstill
+from controller.schema.layout import record_dtype
+from controller.schema.messages import RigInfo, Telemetry
 from controller.schema.modes import Cause, Mode
 from controller.schema.parameters import RigParameters
 from controller.system.keys import key_path, made_key
@@ -44,6 +48,8 @@ log = logging.getLogger(__name__)
 PUMP_PERIOD = 1 / 60
 AGAIN = "TENDRIL_RIG_AGAIN"
 """In the environment of a rig that began anew after it had to compile."""
+NO_ROWS = np.empty(0, record_dtype(Telemetry))
+"""Sent while the twin is paused: the rig is there, and nothing new."""
 BATCH = 1000
 """Most rows in one batch: a pump that was held up for long sends several."""
 
@@ -92,9 +98,10 @@ class RigProcess:
             for thread in threads:
                 thread.start()
             self._wait_first_tick(threads[0])
-            end = RigEnd(session, self.settings.rig, self._seals, self._desk())
+            desk = self._desk()
+            end = RigEnd(session, self.settings.rig, self._seals, desk)
             self._say_ready(endpoint)
-            self._pump(threads[0], end)
+            self._pump(threads[0], end, desk.standstill)
         finally:
             self.stop(Cause.PUMP_LOST)
             for thread in threads:
@@ -120,11 +127,14 @@ class RigProcess:
         raise_thread_priority()
         run_baseline(self.ring.header, self._period_ns)
 
-    def _pump(self, loop: threading.Thread, end: RigEnd) -> None:
+    def _pump(self, loop: threading.Thread, end: RigEnd, standstill: Standstill) -> None:
         due = time.monotonic()
         while loop.is_alive():
             self._beat()
             self._send(end)
+            standstill.look()
+            if standstill.rests and self.ring.head == self._sent:
+                end.publish(NO_ROWS)
             self._leave_orphaned()
             due = max(due + PUMP_PERIOD, time.monotonic())
             time.sleep(max(0.0, due - time.monotonic()))

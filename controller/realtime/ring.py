@@ -1,7 +1,8 @@
 """Telemetry ring in shared memory: one writer that never waits, any number of readers, readable after a crash.
 
 The file holds HEADER_WORDS words of 8 bytes, then `capacity` rows. Each word of the header has one writer: HEAD,
-LOOP_NS and GRID_NS the loop, PUMP_NS and STOP the main thread, the BASELINE words the baseline thread.
+LOOP_NS, GRID_NS and STEPPED the loop, PUMP_NS and STOP the main thread, PAUSED and STEPS the link, the BASELINE words
+the baseline thread.
 """
 
 import errno
@@ -32,6 +33,8 @@ MAGIC_WORD, LAYOUT_WORD, BOOT_WORD, CAPACITY_WORD, PROCESS_WORD = range(5)
 # Written at different rates by different threads, so each on a cache line (8 words) of its own.
 HEAD, LOOP_NS, PUMP_NS, STOP, GRID_NS, BASELINE_TICKS = 8, 16, 24, 32, 40, 48
 BASELINE_LOST = BASELINE_TICKS + 1
+PAUSED, STEPS, STEPPED = 25, 26, 17
+"""1: the loop stands between two ticks, until it has taken STEPS steps in all; STEPPED counts those it took."""
 
 
 @compiled

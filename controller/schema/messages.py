@@ -19,6 +19,8 @@ Sensors = Annotated[list[tuple[float, float]], Q("m", shape=(SENSORS, 2))]
 Backbone = Annotated[list[tuple[float, float]], Q("m", shape=(BACKBONE_POINTS, 2), storage="<f4")]
 Coordinate = Annotated[float, Bounds(ge=-2.0, le=2.0)]
 Jump = Annotated[float, Bounds(ge=-0.2, le=0.2)]
+STEPS_MAX = 10_000
+"""Most ticks that a paused twin takes at once: 10 s at 1 kHz."""
 ChamberBits = Annotated[int, Bounds(ge=0, lt=2**4), Q("1")]
 
 
@@ -140,6 +142,14 @@ class TwinFaults(Model):
     """Bit i set: the spool of chamber i stays where it is."""
     supply_lost: bool = False
     """The supply line is open to the atmosphere: all chambers empty, whatever is commanded."""
+
+
+class TwinTime(Model):
+    """The twin's time, which stands still while it is paused; the whole loop waits, observer and controller too."""
+
+    paused: bool = False
+    steps: Annotated[int, Bounds(ge=0, le=STEPS_MAX), Q("1")] = 0
+    """Ticks to be taken at the loop's own rate before time stands still again; 0 unless paused."""
 
 
 class CommandReply(Model):

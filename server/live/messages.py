@@ -34,6 +34,8 @@ class Health(Model):
     """Seconds since the last telemetry batch [s]; large when the rig is gone."""
     link_rtt: float
     """Median round trip server -> rig loop -> server of the last commands [s]."""
+    paused: bool = False
+    """The twin's time stands still: no telemetry comes, and nothing is wrong."""
     viewers: int
     trouble: str
     """Why the rig takes no command from this server (another version, key, or server), "" when it does."""

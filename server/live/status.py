@@ -38,6 +38,7 @@ class StatusView:
         return Health(
             rig_connected=self.rig.boot() is not None,
             rig_age=self.rig.age,
+            paused=self.rig.paused,
             link_rtt=self.rig.round_trip,
             viewers=len(self.pages.open),
             trouble=self.rig.trouble,
@@ -73,7 +74,7 @@ class StatusView:
             self.operator.settings,
             (recording.recording, recording.id, recording.bookmarks),
             self.operator.stopper.by,
-            (self.rig.boot(), info.boot if info else None, self.rig.trouble),
+            (self.rig.boot(), info.boot if info else None, self.rig.trouble, self.rig.paused),
             len(self.pages.open),
             self.runs.key(),
             self.macros.state(),

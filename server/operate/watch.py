@@ -64,7 +64,7 @@ class Watch:
         if before is not None:
             self._events.add(f"{before.name} no longer operates")
             # The next operator's page must not keep a motion going that someone else began.
-            if self._mode is not None and self._mode[0] in _LIVE:
+            if self._rig.paused or (self._mode is not None and self._mode[0] in _LIVE):
                 self._operator.hold_left()
         if holder is not None:
             self._events.add(f"{holder.name} operates")

@@ -10,7 +10,7 @@ from controller.link import PlannedRows, RigClient
 from controller.link.keys import REPLAY_MAX
 from controller.schema.actuator import Actuator
 from controller.schema.layout import record_dtype
-from controller.schema.messages import CommandReply, RigInfo, Telemetry, TwinFaults
+from controller.schema.messages import CommandReply, RigInfo, Telemetry, TwinFaults, TwinTime
 from controller.schema.parameters import RigParameters
 from controller.system.keys import read_key
 from controller.system.worker import Worker
@@ -81,6 +81,11 @@ class Rig:
         return self._boot if self._link.connected and self._link.age() < QUIET else None
 
     @property
+    def paused(self) -> bool:
+        """The twin's time stands still: the rig answers, and no rows come."""
+        return self._link.paused and self.boot() is not None
+
+    @property
     def worker(self) -> Worker:
         """The link's thread, which brings the rows."""
         return self._link.worker
@@ -127,6 +132,15 @@ class Rig:
         """Inject faults into the twin, if `permit` stands; those in force."""
         permit.require()
         return self._link.faults(wanted)
+
+    def time(self) -> TwinTime:
+        """How the twin's time goes; see `RigClient.time`."""
+        return self._link.time()
+
+    def set_time(self, wanted: TwinTime, permit: Permit) -> TwinTime:
+        """Let the twin's time stand still or go on, if `permit` stands."""
+        permit.require()
+        return self._link.time(wanted)
 
     def close(self) -> None:
         """End the link; no row comes after this."""

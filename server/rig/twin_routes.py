@@ -1,4 +1,4 @@
-"""Faults injected into the twin, live."""
+"""What only a twin can do: faults injected live, and time that stands still."""
 
 import asyncio
 from collections.abc import Iterator
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from fastapi import APIRouter
 
 from controller.errors import CommandRefused
-from controller.schema.messages import TwinFaults
+from controller.schema.messages import TwinFaults, TwinTime
 from server.access.asking import Permitted
 from server.log.events import GivenEvents
 from server.rig.client import GivenRig, Rig
@@ -30,9 +30,30 @@ async def inject_faults(body: TwinFaults, rig: GivenRig, permit: Permitted, even
     return found
 
 
+@router.get("/api/twin/time")
+async def read_time(rig: GivenRig) -> TwinTime:
+    """Whether the twin is paused, and how many ticks it still takes; 409 on hardware."""
+    _require_twin(rig)
+    return await asyncio.to_thread(rig.time)
+
+
+@router.put("/api/twin/time")
+async def set_time(body: TwinTime, rig: GivenRig, permit: Permitted, events: GivenEvents) -> TwinTime:
+    """Pause the whole loop between two ticks, let it take `steps` ticks and stand again, or let it go on.
+
+    HOLD, REST and E-STOP end the pause, as does the end of an operator's control. 409 on hardware.
+    """
+    _require_twin(rig)
+    before = rig.paused
+    found = await asyncio.to_thread(rig.set_time, body, permit)
+    if body.paused != before:
+        events.add(f"{permit.name} {'paused the twin' if body.paused else 'let the twin go on'}")
+    return found
+
+
 def _require_twin(rig: Rig) -> None:
     if not rig.require_info().twin:
-        raise CommandRefused("faults can be injected into the twin only, and this rig is hardware")
+        raise CommandRefused("only a twin has faults to inject and time to pause, and this rig is hardware")
 
 
 def _sentence(faults: TwinFaults) -> str:

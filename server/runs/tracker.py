@@ -51,6 +51,8 @@ class Tracker:
         info, newest = self._rig.info, self._newest()
         if info is None or newest is None or self._rig.boot() is None:
             raise RigUnreachable("the rig does not answer")
+        if self._rig.paused:
+            raise CommandRefused("the twin is paused; continue it first")
         if (mode := Mode(int(newest["mode"]))) not in LIVE:
             raise CommandRefused(refused_text(Request.TRACK, mode, Cause.WRONG_MODE))
         if self._operator.settings.law == Law.OPEN_LOOP:

@@ -9,7 +9,7 @@ from controller.link import PlannedRows, RigEnd
 from controller.link.keys import open_session
 from controller.link.seal import Seals
 from controller.schema.layout import layout_hash, record_dtype
-from controller.schema.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults
+from controller.schema.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults, TwinTime
 from controller.schema.modes import Cause, Mode
 from controller.schema.parameters import RigParameters
 from controller.system.keys import KEY_BYTES
@@ -65,6 +65,9 @@ class FakeRig:
     def faults(self, wanted: TwinFaults | None) -> TwinFaults:
         self.injected = wanted or self.injected
         return self.injected
+
+    def time(self, wanted: TwinTime | None) -> TwinTime:
+        return wanted or TwinTime()
 
     def publish(self, first: int, end: int) -> None:
         self.end.publish(self.rows[first:end])

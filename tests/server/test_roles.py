@@ -59,6 +59,7 @@ NEEDS = {
     ("PUT", "/api/layouts/{name}"): ANYONE,
     ("DELETE", "/api/layouts/{name}"): ANYONE,
     ("PUT", "/api/twin/faults"): LEASE,
+    ("PUT", "/api/twin/time"): LEASE,
     ("PUT", "/api/scene/{seat}/look"): ANYONE,
     ("PUT", "/api/scene/{seat}/path/{role}"): ANYONE,
     ("PUT", "/api/scene/{seat}/playback"): ANYONE,

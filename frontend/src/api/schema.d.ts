@@ -1304,6 +1304,32 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/twin/time": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Time
+     * @description Whether the twin is paused, and how many ticks it still takes; 409 on hardware.
+     */
+    get: operations["read_time"];
+    /**
+     * Set Time
+     * @description Pause the whole loop between two ticks, let it take `steps` ticks and stand again, or let it go on.
+     *
+     *     HOLD, REST and E-STOP end the pause, as does the end of an operator's control. 409 on hardware.
+     */
+    put: operations["set_time"];
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/scene/{seat}/look": {
     parameters: {
       query?: never;
@@ -2360,6 +2386,12 @@ export interface components {
        * @description Median round trip server -> rig loop -> server of the last commands [s].
        */
       link_rtt: number;
+      /**
+       * Paused
+       * @description The twin's time stands still: no telemetry comes, and nothing is wrong.
+       * @default false
+       */
+      paused: boolean;
       /** Viewers */
       viewers: number;
       /**
@@ -4957,6 +4989,40 @@ export interface components {
        * @default 0
        */
       seed: number;
+    };
+    /**
+     * TwinTime
+     * @description The twin's time, which stands still while it is paused; the whole loop waits, observer and controller too.
+     */
+    "TwinTime-Input": {
+      /**
+       * Paused
+       * @default false
+       */
+      paused: boolean;
+      /**
+       * Steps
+       * @description Ticks to be taken at the loop's own rate before time stands still again; 0 unless paused.
+       * @default 0
+       */
+      steps: number;
+    };
+    /**
+     * TwinTime
+     * @description The twin's time, which stands still while it is paused; the whole loop waits, observer and controller too.
+     */
+    "TwinTime-Output": {
+      /**
+       * Paused
+       * @default false
+       */
+      paused: boolean;
+      /**
+       * Steps
+       * @description Ticks to be taken at the loop's own rate before time stands still again; 0 unless paused.
+       * @default 0
+       */
+      steps: number;
     };
     /** ValidationError */
     ValidationError: {
@@ -8059,6 +8125,76 @@ export interface operations {
         };
         content: {
           "application/json": components["schemas"]["TwinFaults-Output"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  read_time: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["TwinTime-Output"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  set_time: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["TwinTime-Input"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["TwinTime-Output"];
         };
       };
       400: components["responses"]["Refused400"];

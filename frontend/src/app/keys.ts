@@ -4,6 +4,7 @@ import { isLocked, TouchLock } from "../operate/lock/lock";
 import { Operations } from "../operate/operations";
 import { EmergencyStop } from "../operate/stop/stop";
 import { Aim } from "../operate/target/target";
+import { TwinTime } from "../operate/time/twinTime";
 import { focusOf, KeyMap, type Action } from "../operate/target/keys";
 import { Recorder } from "../recorder/recorder";
 import type { Services } from "../ui/services";
@@ -40,6 +41,12 @@ function perform(action: Action, services: Services): void {
       return;
     case "mark":
       void services.get(Recorder).mark();
+      return;
+    case "pause":
+      void services.get(TwinTime).toggle();
+      return;
+    case "step":
+      void services.get(TwinTime).step();
       return;
     case "help":
       page.patch({ help: !page.get().help });

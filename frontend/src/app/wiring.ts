@@ -14,6 +14,7 @@ import { isTouchScreen } from "../operate/lock/LockButton";
 import { Operations, type Notify } from "../operate/operations";
 import { EmergencyStop, stopByHttp, watchLatch } from "../operate/stop/stop";
 import { Aim } from "../operate/target/target";
+import { TwinTime } from "../operate/time/twinTime";
 import { Gamepads } from "../operate/target/gamepads";
 import { Layers } from "../plan/layers";
 import { keepProfile } from "../recorder/profile";
@@ -105,6 +106,7 @@ export function wire(notify: Notify, shelf: Shelf): Services {
     connection,
     new Recorder(page, operations),
     new Layers(shelf),
+    new TwinTime(page, operations),
     new Notices(page, shelf),
     new Gamepads({ aim, live, page, operations, ticker }),
   );

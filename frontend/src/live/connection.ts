@@ -262,7 +262,7 @@ export class Connection {
     this.checkedAt = now;
     if (late) return;
     const { online, health } = this.page.get();
-    const silent = now - this.live.freshAt > RIG_SILENT_MS;
+    const silent = now - this.live.freshAt > RIG_SILENT_MS && health?.paused !== true;
     const rigLive = online && !silent && health?.rig_connected !== false;
     this.page.patch({ rigLive });
     if (rigLive && health) this.page.patch({ starting: health.starting });

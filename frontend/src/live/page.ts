@@ -88,6 +88,8 @@ export interface Page {
   readonly gamepad: string;
   /** The bookmark that was set just now, whose label may be typed; null once that is done. */
   readonly marked: Bookmark | null;
+  /** How far one step lets the paused twin go on [ticks]. */
+  readonly step: number;
   /** Name that the next recording gets. */
   readonly recordingName: string;
   /** How much of every tick the next recording keeps. */
@@ -139,6 +141,7 @@ export const EMPTY_PAGE: Page = {
   hint: "",
   gamepad: "",
   marked: null,
+  step: 10,
   recordingName: "",
   recordingProfile: "standard",
 };

@@ -1,15 +1,16 @@
 import { Switch, TextInput, Tooltip } from "@mantine/core";
 import type { CommandBody, Settings } from "../api/types";
 import { PageStore, usePage, type Page } from "../live/page";
-import { CAUSE_TEXT, isLatched, isSwing, MODE, remedy } from "../rig/modes";
+import { CAUSE_TEXT, isLatched, isSwing, MODE, MODE_WORD, remedy } from "../rig/modes";
 import { rounded } from "../ui/format";
 import { useService } from "../ui/services";
 import { ControlButton } from "./ControlButton";
 import { Operations } from "./operations";
-import { useWhyNot, type Control } from "./permission";
+import { isPaused, useWhyNot, type Control } from "./permission";
 import { SettingField } from "./SettingField";
 import { limits, SCALARS } from "./settings";
 import { Aim } from "./target/target";
+import { TwinTimeRow } from "./time/TwinTimeRow";
 
 interface Step {
   readonly control: Control;
@@ -32,7 +33,8 @@ const STEPS: readonly Step[] = [
 ];
 
 /** What to do next, in one sentence. */
-function advice({ online, rigLive, lease, me, mode, cause }: Page): string {
+function advice(page: Page): string {
+  const { online, rigLive, lease, me, mode, cause } = page;
   if (!online || !rigLive || mode === null) return "Waiting for the rig.";
   if (!lease.mine)
     return lease.held
@@ -40,6 +42,7 @@ function advice({ online, rigLive, lease, me, mode, cause }: Page): string {
       : me.role === "viewer"
         ? "You can watch, and stop. The operator can hand control over to you."
         : "Take control to operate (beside the state, at the top).";
+  if (isPaused(page)) return `The twin is paused in ${MODE_WORD[mode]}. Continue, or take single steps.`;
   if (isLatched(mode)) return `Latched. ${remedy(cause)}, then clear.`;
   if (isSwing(cause) && mode === MODE.VENTED) return `${remedy(cause)}, then arm again.`;
   if (isSwing(cause) && mode === MODE.REST)
@@ -85,6 +88,7 @@ export function ControlPanel() {
       </div>
       <FollowLimits />
       <FollowHand />
+      <TwinTimeRow />
       <TextInput
         size="xs"
         maw={320}

@@ -4,14 +4,17 @@ import { clearing, isLatched, MODE } from "../rig/modes";
 import { useService } from "../ui/services";
 import { ControlButton } from "./ControlButton";
 import { Operations } from "./operations";
-import type { Control } from "./permission";
+import { isPaused, type Control } from "./permission";
 import { Aim } from "./target/target";
+import { TwinTime } from "./time/twinTime";
 
 /** The actions that lead on, one for each state. */
-export type Primary = Extract<Control, "take" | "clear" | "arm" | "follow" | "hold">;
+export type Primary = Extract<Control, "take" | "clear" | "arm" | "follow" | "hold" | "time">;
 
 /** What leads on from here. */
-export function primaryOf({ lease, mode }: Pick<Page, "lease" | "mode">): Primary {
+export function primaryOf(page: Pick<Page, "lease" | "mode" | "online" | "rigLive" | "health">): Primary {
+  const { lease, mode } = page;
+  if (lease.mine && isPaused(page)) return "time";
   const latched = mode !== null && isLatched(mode);
   if (latched && lease.held) return "clear";
   if (!lease.mine) return "take";
@@ -26,6 +29,7 @@ const MEANING: Record<Primary, string> = {
   arm: "Pressurise: from VENTED to HOLD",
   follow: "Follow the target where it stands (F)",
   hold: "Freeze the reference where it is (Esc)",
+  time: "Let the twin's time go on (P)",
 };
 const TEST_ID: Record<Primary, string> = {
   take: "lease-take",
@@ -33,11 +37,12 @@ const TEST_ID: Record<Primary, string> = {
   arm: "primary-arm",
   follow: "primary-follow",
   hold: "primary-hold",
+  time: "primary-continue",
 };
 
 /** The one filled button of the page, always in the same place: take control, clear, arm, follow, hold. */
 export function PrimaryAction() {
-  const [operations, aim] = [useService(Operations), useService(Aim)];
+  const [operations, aim, time] = [useService(Operations), useService(Aim), useService(TwinTime)];
   const primary = usePage(primaryOf);
   const words = usePage(({ mode }) => (mode !== null && isLatched(mode) ? clearing(mode) : "Clear"));
   const label: Record<Primary, ReactNode> = {
@@ -46,6 +51,7 @@ export function PrimaryAction() {
     arm: "Arm",
     follow: "Follow",
     hold: "Hold",
+    time: "Continue",
   };
   const act: Record<Primary, () => Promise<unknown>> = {
     take: () => operations.takeLease(),
@@ -53,6 +59,7 @@ export function PrimaryAction() {
     arm: () => operations.command({ request: "arm" }),
     follow: () => aim.follow(),
     hold: () => operations.command({ request: "hold" }),
+    time: () => time.toggle(),
   };
   return (
     <ControlButton

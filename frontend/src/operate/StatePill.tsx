@@ -3,6 +3,7 @@ import {
   IconArrowsMove,
   IconHandStop,
   IconLock,
+  IconPlayerPause,
   IconPlugConnectedX,
   IconRoute,
   IconTrendingDown,
@@ -12,6 +13,7 @@ import type { Icon } from "@tabler/icons-react";
 import type { Mode } from "../api/types";
 import { usePage } from "../live/page";
 import { isLatched, isUnasked, MODE_MEANING, MODE_WORD, whyText } from "../rig/modes";
+import { isPaused } from "./permission";
 
 const LOOK: Record<Mode, { icon: Icon; colour: string }> = {
   0: { icon: IconWind, colour: "grey" },
@@ -30,8 +32,10 @@ export function StatePill() {
   const online = usePage((page) => page.online);
   const rigLive = usePage((page) => page.rigLive);
   const starting = usePage((page) => page.starting !== "");
+  const paused = usePage(isPaused);
   if (mode === null || !online || !rigLive)
     return <Unknown mode={mode} word={!online ? "NO LINK" : starting ? "STARTING" : "NO RIG"} />;
+  if (paused) return <Paused mode={mode} />;
   const { icon: Glyph, colour } = LOOK[mode];
   const meaning = why === "" ? MODE_MEANING[mode] : `${MODE_MEANING[mode]} (${why})`;
   return (
@@ -43,6 +47,21 @@ export function StatePill() {
     >
       <Glyph size={17} aria-hidden />
       <span>{MODE_WORD[mode]}</span>
+    </output>
+  );
+}
+
+/** The twin's time stands still, in a state that the rig keeps. */
+function Paused({ mode }: { readonly mode: Mode }) {
+  return (
+    <output
+      className="pill pill-grey"
+      title={`The twin's time stands still, in ${MODE_WORD[mode]}`}
+      data-testid="state"
+      aria-label={`State: paused in ${MODE_WORD[mode]}`}
+    >
+      <IconPlayerPause size={17} aria-hidden />
+      <span>PAUSED</span>
     </output>
   );
 }

@@ -16,6 +16,8 @@ const operating: Situation = {
     role: "operator",
     locked: false,
     macro: false,
+    twin: true,
+    paused: false,
   },
 };
 
@@ -41,6 +43,15 @@ test("while a macro runs Hold ends it, in whatever state the rig is", () => {
   for (const mode of [MODE.VENTED, MODE.HOLD, MODE.E_STOP])
     expect(whyNot("hold", { ...operating, mode, macro: true })).toBeNull();
   expect(whyNot("hold", { ...operating, macro: true, mine: false, holder: "ivy" })).toBe("ivy operates");
+});
+
+test("while the twin is paused nothing begins, and what stills it and its time stay in reach", () => {
+  const paused = { ...operating, mode: MODE.FOLLOW, paused: true };
+  expect(allowed(paused)).toEqual(["release", "disarm", "hold", "settings", "record"]);
+  expect(whyNot("drag", paused)).toBe("The twin is paused: let it go on first (P)");
+  expect(whyNot("time", paused)).toBeNull();
+  expect(whyNot("time", { ...paused, mine: false, holder: "ivy" })).toBe("ivy operates");
+  expect(whyNot("time", { ...operating, twin: false })).toMatch(/^Only a twin's time/);
 });
 
 test("of a page that is locked only the stops act", () => {

@@ -3,7 +3,7 @@ import { usePage, type Page } from "../live/page";
 import { isLatched, isMovable, MODE, MODE_WORD } from "../rig/modes";
 
 /** What depends on the rig's state. */
-type OfRig = "arm" | "disarm" | "hold" | "follow" | "clear" | "drag" | "run" | "record" | "mark";
+type OfRig = "arm" | "disarm" | "hold" | "follow" | "clear" | "drag" | "run" | "record" | "mark" | "time";
 export type Control = OfRig | "take" | "take_over" | "ask" | "release" | "settings" | "edit" | "e_stop";
 
 /** What decides whether a control works now. */
@@ -19,6 +19,9 @@ export interface Situation {
   readonly clutch: boolean;
   readonly recording: boolean;
   readonly role: Role;
+  /** The rig is a twin, and whether its time stands still. */
+  readonly twin: boolean;
+  readonly paused: boolean;
   /** A macro runs. */
   readonly macro: boolean;
   /** Nobody touched the page for as long as its user chose. */
@@ -29,7 +32,7 @@ export interface Situation {
 export function situation(page: Page): Situation {
   const { online, rigLive, mode, lease, me, recording, locked } = page;
   const macro = page.macro?.state === "running";
-  const starting = page.starting;
+  const [starting, twin] = [page.starting, page.rig?.twin === true];
   return {
     online,
     rigLive,
@@ -40,7 +43,14 @@ export function situation(page: Page): Situation {
     recording: recording.recording,
     locked,
     macro,
+    twin,
+    paused: isPaused(page),
   };
+}
+
+/** The twin's time stands still: nothing new comes, and nothing is wrong. */
+export function isPaused({ online, rigLive, health }: Pick<Page, "online" | "rigLive" | "health">): boolean {
+  return online && rigLive && health?.paused === true;
 }
 
 /** Why `control` does not work now; null when it does. */
@@ -48,6 +58,8 @@ export function useWhyNot(control: Control): string | null {
   return usePage((page) => whyNot(control, situation(page)));
 }
 
+/** What a paused twin cannot begin. */
+const BEGINNINGS = new Set<Control>(["arm", "follow", "clear", "drag", "run"]);
 /** Why Follow alone does nothing while the held clutch is on. */
 const CLUTCHED = "Held clutch is on: hold the target, an arrow key or the gamepad's button";
 /** Why a viewer's session may not. */
@@ -68,6 +80,8 @@ export function whyNot(control: Control, now: Situation): string | null {
   if (control === "record" && now.recording) return null;
   if (now.starting !== "") return `The rig starts with actuator ${now.starting}`;
   if (!now.rigLive || now.mode === null) return "The rig does not answer";
+  if (control === "time") return now.twin ? null : "Only a twin's time can stand still: this rig is hardware";
+  if (now.paused && BEGINNINGS.has(control)) return "The twin is paused: let it go on first (P)";
   return whyNotInMode(control, now.mode) ?? (control === "follow" && now.clutch ? CLUTCHED : null);
 }
 
@@ -107,6 +121,7 @@ function whyNotInMode(control: OfRig, mode: Mode): string | null {
       return isLatched(mode) ? null : "Nothing is latched";
     case "record":
     case "mark":
+    case "time":
       return null;
   }
 }

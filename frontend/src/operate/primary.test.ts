@@ -17,9 +17,28 @@ test("one action leads on from every state, and nobody moves anything without co
     ["E_STOP", "clear"],
   ];
   for (const [name, wanted] of expected) {
-    expect(primaryOf({ lease: mine, mode: MODE[name] })).toBe(wanted);
-    expect(primaryOf({ lease: EMPTY_PAGE.lease, mode: MODE[name] })).toBe("take");
-    expect(primaryOf({ lease: theirs, mode: MODE[name] })).toBe(wanted === "clear" ? "clear" : "take");
+    expect(primaryOf({ ...EMPTY_PAGE, lease: mine, mode: MODE[name] })).toBe(wanted);
+    expect(primaryOf({ ...EMPTY_PAGE, lease: EMPTY_PAGE.lease, mode: MODE[name] })).toBe("take");
+    expect(primaryOf({ ...EMPTY_PAGE, lease: theirs, mode: MODE[name] })).toBe(
+      wanted === "clear" ? "clear" : "take",
+    );
   }
-  expect(primaryOf({ lease: mine, mode: null })).toBe("arm");
+  expect(primaryOf({ ...EMPTY_PAGE, lease: mine, mode: null })).toBe("arm");
+});
+
+test("while the twin is paused its operator continues, and nobody else is offered that", () => {
+  const health = {
+    rig_connected: true,
+    rig_age: 0,
+    link_rtt: 0,
+    viewers: 1,
+    trouble: "",
+    starting: "",
+    server: "",
+    paused: true,
+  };
+  const paused = { ...EMPTY_PAGE, online: true, rigLive: true, mode: MODE.FOLLOW, health };
+  expect(primaryOf({ ...paused, lease: mine })).toBe("time");
+  expect(primaryOf({ ...paused, lease: theirs })).toBe("take");
+  expect(primaryOf({ ...paused, lease: mine, rigLive: false })).toBe("hold");
 });

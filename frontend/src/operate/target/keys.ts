@@ -5,6 +5,8 @@ export type Action =
   | { kind: "record" }
   | { kind: "mark" }
   | { kind: "help" }
+  | { kind: "pause" }
+  | { kind: "step" }
   | { kind: "nudge"; dx: number; dy: number; fresh: boolean }
   | { kind: "release" };
 
@@ -80,6 +82,11 @@ function letter(key: string): Action | null {
     case "b":
     case "B":
       return { kind: "mark" };
+    case "p":
+    case "P":
+      return { kind: "pause" };
+    case ".":
+      return { kind: "step" };
     case "?":
       return { kind: "help" };
     default:
@@ -115,6 +122,7 @@ export const KEY_LIST: readonly KeyGroup[] = [
       ["F", "Follow the target"],
       ["R", "Start or stop a recording"],
       ["B", "Bookmark the newest row of the recording; then type its label, Enter"],
+      ["P", "Pause the twin, or let it go on; while it is paused . lets it take a step"],
       ["?", "Show or hide this list"],
       ["Gamepad", "Hold A (or the right shoulder) and steer with the left stick; B = HOLD"],
     ],
