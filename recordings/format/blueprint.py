@@ -1,39 +1,67 @@
 """The layout that is embedded in every recording: opened with it in any rerun viewer of the same version."""
 
 import tempfile
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
 import rerun.blueprint as rrb
+
+from controller.schema.display import shown
 
 APPLICATION = "tendril"
 """Of every recording; rerun applies a layout to those of its own application."""
 TRAIL_SECONDS = 2.0
 
 
+@dataclass(frozen=True)
+class Look:
+    """How a recording is shown; as it is without any."""
+
+    dark: bool = True
+    units_shown: bool = False
+    """Plots are in the units that people read, not in SI."""
+
+    def title(self, name: str, *units: str) -> str:
+        """Of a plot: `name` with its `units`, SI ones, each in its place as {}."""
+        return name.format(*(f"[{shown(unit)[0] if self.units_shown else unit}]" for unit in units))
+
+    @property
+    def ground(self) -> list[int]:
+        """Of the plan view."""
+        return [16, 18, 22] if self.dark else [255, 255, 255]
+
+
+AS_IT_IS = Look()
+
+
 @lru_cache(maxsize=8)
-def layout(length: float) -> bytes:
+def layout(length: float, look: Look = AS_IT_IS) -> bytes:
     """`blueprint` as rerun's own file (.rbl): rerun never gives back what it makes one of, 1.7 MB each time."""
     with tempfile.TemporaryDirectory(prefix="tendril-layout-") as folder:
         file = Path(folder, "layout.rbl")
-        blueprint(length).save(APPLICATION, file)
+        blueprint(length, look).save(APPLICATION, file)
         return file.read_bytes()
 
 
-def blueprint(length: float) -> rrb.Blueprint:
+def blueprint(length: float, look: Look = AS_IT_IS) -> rrb.Blueprint:
     """Plan view, modes and log at the left, plots at the right; `length` [m] of the actuator bounds the plan view."""
-    left = rrb.Vertical(_plan(length), _modes(), rrb.Tabs(_log(), _about()), row_shares=[5, 1.3, 2.2])
+    left = rrb.Vertical(_plan(length, look), _modes(), rrb.Tabs(_log(), _about()), row_shares=[5, 1.3, 2.2])
     plots = rrb.Tabs(
         rrb.Vertical(
-            _plot("/tip/x", "Tip x [m]"),
-            _plot("/tip/y", "Tip y [m]"),
-            _plot("/error", "Error and observer residual [m]"),
+            _plot("/tip/x", look.title("Tip x {}", "m")),
+            _plot("/tip/y", look.title("Tip y {}", "m")),
+            _plot("/error", look.title("Error and observer residual {}", "m")),
             name="Tracking",
         ),
-        rrb.Vertical(_plot("/pressures", "Pressures [Pa]"), _plot("/u", "Torques [N m]"), name="Command"),
         rrb.Vertical(
-            _plot("/observer", "Observer: energy and its balance [J], powers [W]"),
-            _plot("/timing", "Loop: wake-up lateness and step time [ns]"),
+            _plot("/pressures", look.title("Pressures {}", "Pa")),
+            _plot("/u", look.title("Torques {}", "N m")),
+            name="Command",
+        ),
+        rrb.Vertical(
+            _plot("/observer", look.title("Observer: energy and its balance {}, powers {}", "J", "W")),
+            _plot("/timing", look.title("Loop: wake-up lateness and step time {}", "ns")),
             name="Observer, timing",
         ),
     )
@@ -47,7 +75,7 @@ def blueprint(length: float) -> rrb.Blueprint:
     )
 
 
-def _plan(length: float) -> rrb.Spatial2DView:
+def _plan(length: float, look: Look) -> rrb.Spatial2DView:
     reach = 1.15 * length
     trail = rrb.VisibleTimeRanges(
         timeline="t",
@@ -58,7 +86,7 @@ def _plan(length: float) -> rrb.Spatial2DView:
         origin="/plan",
         name="Plan view (grid 50 mm)",
         visual_bounds=rrb.VisualBounds2D(x_range=(-0.6 * length, reach), y_range=(-reach, reach)),
-        background=[16, 18, 22],
+        background=look.ground,
         overrides={"/plan/reference": [trail], "/plan/tip": [trail]},
     )
 

@@ -57,6 +57,10 @@ class Chunks:
         """The chunks of `entities`."""
         return iter(self._source.stream().filter(content=entities))
 
+    def all(self) -> Iterator["Chunk"]:
+        """All of them."""
+        return iter(self._source.stream())
+
     def properties(self, entity: str, names: Collection[str]) -> dict[str, Any]:
         """The values of `names` that `entity` has; they stand at the beginning, so the rest is read only for want."""
         said: dict[str, Any] = {}

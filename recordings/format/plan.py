@@ -16,6 +16,8 @@ TimesOf = Callable[[Rows], list[rr.TimeColumn]]
 POINTS = {"/plan/target": "target", "/plan/reference": "p_ref", "/plan/tip": "p_meas"}
 GRID = 0.05
 """Distance of the grid lines [m]."""
+ON_DARK, ON_LIGHT = (0x2C3138, 0x59616B, 0xDDDDDD), (0xE3E6EA, 0x9AA2AB, 0x3C434A)
+"""Colours of grid, axes with their numbers, and clamp."""
 
 
 def on_grid(tick: Words) -> Mask:
@@ -24,16 +26,22 @@ def on_grid(tick: Words) -> Mask:
 
 
 def write_static(stream: rr.RecordingStream, actuator: Actuator) -> None:
-    """Colours, sizes, order of drawing, and what does not move: grid and clamp."""
+    """Colours, sizes, order of drawing, and what does not move."""
     _style(stream, rr.LineStrips2D, TWIN_BACKBONE, (TWIN, 3.0, 10.0))
     _style(stream, rr.LineStrips2D, OBSERVER_BACKBONE, (OBSERVER, 2.0, 20.0))
     _style(stream, rr.Points2D, "/plan/markers", (MEASURED, 3.5, 50.0))
     _style(stream, rr.Points2D, "/plan/target", (TARGET, 6.0, 30.0))
     _style(stream, rr.Points2D, "/plan/reference", (REFERENCE, 2.5, 40.0))
     _style(stream, rr.Points2D, "/plan/tip", (MEASURED, 2.0, 41.0))
-    _write_grid(stream, actuator.length)
-    clamp = [[(0.0, -actuator.width), (0.0, actuator.width)]]
-    stream.log("/plan/clamp", _thin(clamp, 0xDDDDDD, 2.5), static=True)
+    write_scenery(stream, actuator, ON_DARK)
+
+
+def write_scenery(stream: rr.RecordingStream, actuator: Actuator, colors: tuple[int, int, int]) -> None:
+    """What does not move, grid and clamp, in `colors`."""
+    grid, axes, clamp = colors
+    _write_grid(stream, actuator.length, grid, axes)
+    line = [[(0.0, -actuator.width), (0.0, actuator.width)]]
+    stream.log("/plan/clamp", _thin(line, clamp, 2.5), static=True)
 
 
 def write(stream: rr.RecordingStream, times: TimesOf, rows: Rows) -> None:
@@ -66,19 +74,19 @@ def _style(stream: rr.RecordingStream, kind: Any, path: str, look: tuple[int, fl
     stream.log(path, style, static=True)
 
 
-def _write_grid(stream: rr.RecordingStream, length: float) -> None:
+def _write_grid(stream: rr.RecordingStream, length: float, grid: int, axes: int) -> None:
     """Faint lines every 50 mm over the reach, with their numbers in mm along the axes."""
     steps = np.arange(-np.ceil(length / GRID), np.ceil(length / GRID) + 1) * GRID
     end = steps[-1]
     lines = [[(x, -end), (x, end)] for x in steps] + [[(-end, y), (end, y)] for y in steps]
-    stream.log("/plan/grid", _thin(lines, 0x2C3138, 0.5), static=True)
-    stream.log("/plan/axes", _thin([[(0, -end), (0, end)], [(-end, 0), (end, 0)]], 0x59616B, 0.75), static=True)
+    stream.log("/plan/grid", _thin(lines, grid, 0.5), static=True)
+    stream.log("/plan/axes", _thin([[(0, -end), (0, end)], [(-end, 0), (end, 0)]], axes, 0.75), static=True)
     marks = [step for step in steps if abs(step) <= length and round(step / GRID) % 2 == 0]
     across = [x for x in marks if x >= -0.5 * length]
     at = flip(np.array([(x, -0.95 * length) for x in across] + [(-0.5 * length, y) for y in marks]))
     labels = [f"{value * 1e3:.0f}" for value in across + marks]
     points = rr.Points2D(
-        at, labels=labels, show_labels=True, colors=rgba([0x59616B] * len(at)), radii=rr.Radius.ui_points(1.5)
+        at, labels=labels, show_labels=True, colors=rgba([axes] * len(at)), radii=rr.Radius.ui_points(1.5)
     )
     stream.log("/plan/axes/mm", points, static=True)
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from controller.arrays import Array32, Values
+from controller.schema.display import shown
 from controller.schema.layout import quantity
 from controller.schema.messages import Telemetry
 from controller.schema.modes import Mode
@@ -54,7 +55,15 @@ class Series:
     @property
     def name(self) -> str:
         """Label with the unit, as the legend shows it."""
-        unit = quantity(Telemetry, self.field).unit
+        return self._with(quantity(Telemetry, self.field).unit)
+
+    @property
+    def shown(self) -> tuple[str, float]:
+        """Name with the unit in which people read it, and the factor to that from SI."""
+        unit, scale = shown(quantity(Telemetry, self.field).unit)
+        return self._with(unit), scale
+
+    def _with(self, unit: str) -> str:
         return self.label if unit == "1" else f"{self.label} [{unit}]"
 
 

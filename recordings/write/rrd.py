@@ -19,6 +19,7 @@ from controller.system.whole_file import sync_file
 from recordings.format import plan
 from recordings.format.about import About, description, word
 from recordings.format.blueprint import APPLICATION, layout
+from recordings.format.lines import style
 from recordings.format.messages import Level
 from recordings.format.profiles import TICKS, rounded
 from recordings.format.signals import APPROACH, BOOKMARKS, GROUPS, MARKERS, MODE_COLORS, Group, rgba
@@ -121,7 +122,7 @@ class RrdFile:
         )
         stream.log("/about", rr.TextDocument(description(about), media_type="text/markdown"), static=True)
         for group in (*GROUPS, *((TICKS,) if about.profile == "standard" else ())):
-            stream.log(group.path, _series_style(group), static=True)
+            stream.log(group.path, style(group), static=True)
         stream.log("/mode", _mode_style(), static=True)
         plan.write_static(stream, about.info.parameters.actuator)
 
@@ -195,15 +196,6 @@ def warm_up() -> None:
         file = RrdFile(Path(folder, "warm-up.rrd"), About("warm-up", "warm-up", nobody, Settings()))
         file.write(np.zeros(2, record_dtype(Telemetry)))
         file.close()
-
-
-def _series_style(group: Group) -> rr.SeriesLines:
-    """Names, colours and widths of the group's lines."""
-    return rr.SeriesLines(
-        names=[series.name for series in group.series],
-        colors=rgba(series.color for series in group.series),
-        widths=[series.width for series in group.series],
-    )
 
 
 def _mode_style() -> rr.StateConfiguration:

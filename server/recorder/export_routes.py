@@ -2,8 +2,9 @@
 
 import shutil
 import tempfile
+from collections.abc import Awaitable, Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Body, Query, Request
 from pydantic import Field as Bounds
@@ -14,6 +15,7 @@ from controller.errors import CommandRefused, ProcessKilled, RecordingError
 from controller.schema.layout import Model
 from controller.tables.header import LengthUnit, TimeUnit
 from recordings.exporting.export import By, Format, export
+from recordings.exporting.for_rerun import for_rerun
 from recordings.exporting.signals import SignalInfo, offered
 from recordings.exporting.table import Choice
 from recordings.format.messages import Recording
@@ -40,6 +42,16 @@ async def recording_signals(id: str, folder: GivenFolder) -> list[SignalInfo]:
     return offered(await folder.look(folder.store.find, id))
 
 
+@router.get("/api/recordings/{id}/shown.rrd", response_class=FileResponse, responses=answers.file(BINARY))
+async def shown_recording(id: str, folder: GivenFolder, theme: Literal["dark", "light"] = "dark") -> FileResponse:
+    """The recording for rerun's viewer beside the page: in mm, kPa and mN m, on a ground of `theme`; 404 without it.
+
+    For any other use /api/recordings/{id}.rrd is the recording itself, in SI units.
+    """
+    source = await folder.look(folder.store.path, id)
+    return await _made(f"{id}.rrd", lambda target: folder.read(for_rerun, source, target, theme == "dark"))
+
+
 @router.get("/api/recordings/{id}/export", response_class=FileResponse, responses=answers.file(*TYPES))
 async def export_recording(
     id: str,
@@ -55,17 +67,23 @@ async def export_recording(
     With `comments` a CSV file begins with its origin, as lines with #.
     """
     source, names = await folder.look(folder.store.path, id), tuple(filter(None, map(str.strip, signals.split(","))))
+    choice, by = Choice(names, start, stop), By(comments=comments)
+    return await _made(f"{id}.{kind}", lambda target: folder.read(export, source, target, kind, choice, by))
+
+
+async def _made(name: str, make: Callable[[Path], Awaitable[None]]) -> FileResponse:
+    """What `make` writes, in a folder that is removed once it is sent."""
     scratch = tempfile.mkdtemp(prefix="tendril-export-")
-    target = Path(scratch, f"{id}.{kind}")
+    target = Path(scratch, name)
     try:
-        await folder.read(export, source, target, kind, Choice(names, start, stop), By(comments=comments))
+        await make(target)
     except ProcessKilled:
         shutil.rmtree(scratch)
         raise ProcessKilled("the export was killed, perhaps for want of memory: choose fewer signals") from None
     except BaseException:
         shutil.rmtree(scratch)
         raise
-    media = MEDIA.get(kind, BINARY)
+    media = MEDIA.get(target.suffix.removeprefix("."), BINARY)
     after = BackgroundTask(shutil.rmtree, scratch)
     return FileResponse(target, media_type=media, filename=target.name, background=after)
 

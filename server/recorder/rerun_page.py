@@ -27,15 +27,31 @@ HTMLElement.prototype.focus = function (options) {
   if (!behind) plainFocus.call(this, options);
 };
 addEventListener("message", ({ origin, data }) => {
-  if (origin !== location.origin || data.tendril !== "open") return;
+  if (origin !== location.origin) return;
+  if (data.tendril === "seek") seek(data.seconds);
+  if (data.tendril !== "open") return;
   behind = false;
   _handle.add_receiver(data.url);
   _handle.override_panel_state("top");
 });
+const varint = (value) => (value < 128n ? [Number(value)] : [Number(value & 127n) | 128, ...varint(value >> 7n)]);
+const part = (field, bytes) => [field << 3 | 2, bytes.length, ...bytes];
+async function seek(seconds) {
+  const time = [8, ...varint(BigInt(Math.round(seconds * 1e9)))];  // TimelineTime { time }
+  const cursor = part(6, [...part(2, part(1, [116])), ...part(3, time)]);  // SetTimeCursorRequest on timeline "t"
+  const draw = setInterval(() => _handle.override_panel_state("top"), 100), end = performance.now() + 60_000;
+  for (let done = false; !done && performance.now() < end; ) {
+    await new Promise((then) => setTimeout(then, 200));
+    done = await _handle.viewer_control(new Uint8Array(cursor)).then(() => true, () => false);
+  }
+  clearInterval(draw);
+}
 </script>"""
 """So a viewer can start behind something else. It takes the focus as it starts: one who writes there, or has a finger
 on the key for HOLD, must keep it. `_handle` is there before rerun's page says READY. A viewer at rest finds what was
-added with its next frame only; to override nothing makes it draw one."""
+added with its next frame only; to override nothing makes it draw one. The cursor is put where the run begins by
+rerun's own control of its viewer (viewer_control.proto), which takes nothing while no recording is there; frames are
+drawn until it did."""
 
 CHANGES = (
     (b"delete WebAssembly.instantiateStreaming;", b""),

@@ -1059,6 +1059,28 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/recordings/{id}/shown.rrd": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Shown Recording
+     * @description The recording for rerun's viewer beside the page: in mm, kPa and mN m, on a ground of `theme`; 404 without it.
+     *
+     *     For any other use /api/recordings/{id}.rrd is the recording itself, in SI units.
+     */
+    get: operations["shown_recording"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/recordings/{id}/export": {
     parameters: {
       query?: never;
@@ -7496,6 +7518,70 @@ export interface operations {
       409: components["responses"]["Refused409"];
       411: components["responses"]["Refused411"];
       413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  shown_recording: {
+    parameters: {
+      query?: {
+        theme?: "dark" | "light";
+      };
+      header?: never;
+      path: {
+        id: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description The file */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/octet-stream": string;
+        };
+      };
+      /** @description The range that was asked for */
+      206: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/octet-stream": string;
+          "multipart/byteranges": string;
+        };
+      };
+      /** @description A range that is none */
+      400: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/plain": string;
+        };
+      };
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      /** @description A range beyond the end */
+      416: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/plain": string;
+        };
+      };
       421: components["responses"]["Refused421"];
       422: components["responses"]["Refused422"];
       429: components["responses"]["Refused429"];

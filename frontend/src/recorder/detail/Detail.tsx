@@ -32,9 +32,9 @@ interface Props {
 export function Detail({ id, recordings, onBack }: Props) {
   const [sight, setSight] = useState<Sight>("quick");
   const [zoomed, setZoomed] = useState<TimeWindow | null>(null);
-  const [drawn, setDrawn] = useState(false);
+  const [start, setStart] = useState<number | null>(null);
   const running = useActive() === id;
-  const warm = useWarm(drawn, sight === "plots");
+  const warm = useWarm(start !== null, sight === "plots");
   const recording = recordings.find(id);
   if (!recording) return <Unknown id={id} onBack={onBack} />;
   return (
@@ -78,12 +78,10 @@ export function Detail({ id, recordings, onBack }: Props) {
         recordings={recordings}
         running={running}
         onZoom={setZoomed}
-        onDrawn={() => {
-          setDrawn(true);
-        }}
+        onDrawn={setStart}
       />
       {sight === "plots" || (warm && !running) ? (
-        <Signals key={String(running)} id={id} shown={sight === "plots"} />
+        <Signals key={String(running)} id={id} shown={sight === "plots"} start={start} />
       ) : null}
     </main>
   );
@@ -95,7 +93,7 @@ interface SightedProps {
   readonly recordings: Recordings;
   readonly running: boolean;
   readonly onZoom: (to: TimeWindow | null) => void;
-  readonly onDrawn: () => void;
+  readonly onDrawn: (start: number) => void;
 }
 
 function Sighted({ sight, recording, recordings, running, onZoom, onDrawn }: SightedProps) {

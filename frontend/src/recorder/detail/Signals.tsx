@@ -6,6 +6,8 @@ interface Props {
   readonly id: string;
   /** It is started hidden before: a viewer takes seconds to start. */
   readonly shown: boolean;
+  /** Where its cursor is put first: the run's begin [s]; null while that is not known. */
+  readonly start: number | null;
 }
 
 /** The recording in rerun's own viewer. */
@@ -18,9 +20,9 @@ interface ViewerProps extends Props {
   readonly scheme: "dark" | "light";
 }
 
-function Viewer({ id, shown, scheme }: ViewerProps) {
+function Viewer({ id, shown, start, scheme }: ViewerProps) {
   const { origin } = window.location;
-  const url = origin + recordingUrl(id, ".rrd");
+  const url = origin + recordingUrl(id, `/shown.rrd?theme=${scheme}`);
   const frame = useRef<HTMLIFrameElement>(null);
   const opened = useRef(shown);
   const [ready, setReady] = useState(false);
@@ -39,6 +41,10 @@ function Viewer({ id, shown, scheme }: ViewerProps) {
     opened.current = true;
     frame.current?.contentWindow?.postMessage({ tendril: "open", url }, origin);
   }, [origin, url, ready, shown]);
+  useEffect(() => {
+    if (ready && shown && start !== null)
+      frame.current?.contentWindow?.postMessage({ tendril: "seek", seconds: start }, origin);
+  }, [origin, ready, shown, start]);
   return (
     <>
       {ready || !shown ? null : (

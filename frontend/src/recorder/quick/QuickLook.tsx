@@ -4,7 +4,7 @@ import type { Quick, Recording } from "../../api/types";
 import { liveMarks, NO_MARKS, type PlotMark } from "../../plots/chart/marks";
 import type { Recordings } from "../useRecordings";
 import { Bookmarks } from "./Bookmarks";
-import { runWindow, STRETCH_WORD } from "./course";
+import { beginOf, runWindow, STRETCH_WORD } from "./course";
 import { PathCanvas, type DrawnPath, type PathMark } from "./PathCanvas";
 import { pathsOf } from "./paths";
 import { quickCharts, type QuickChart } from "./quickCharts";
@@ -16,8 +16,8 @@ interface Props {
   readonly recordings: Recordings;
   readonly running: boolean;
   readonly onZoom: Zoomed;
-  /** Its plots stand. */
-  readonly onDrawn: () => void;
+  /** Its plots stand, of what begins at `start` [s]. */
+  readonly onDrawn: (start: number) => void;
 }
 
 /** The main signals and the tip's path of a recording, without rerun, and what was marked in it. */
@@ -60,7 +60,10 @@ interface ShownProps extends Marking, Pick<Props, "onZoom" | "onDrawn"> {
 }
 
 function Shown({ quick, onDrawn, ...rest }: ShownProps) {
-  useEffect(onDrawn, [onDrawn]);
+  const start = beginOf(quick.stretches);
+  useEffect(() => {
+    onDrawn(start);
+  }, [onDrawn, start]);
   const [extent, setExtent] = useState<Extent>("run");
   const charts = useMemo(() => quickCharts(quick), [quick]);
   const paths = useMemo(() => pathsOf(quick), [quick]);

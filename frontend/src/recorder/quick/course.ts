@@ -45,6 +45,12 @@ export function runRows(
   return { places, t };
 }
 
+/** When what was recorded begins [s]: with its run, or after the part from before its start. */
+export function beginOf(stretches: readonly Stretch[]): number {
+  const run = stretches.find(({ kind }) => kind === "run");
+  return (run ?? stretches.find(({ kind }) => kind !== "before"))?.start ?? 0;
+}
+
 /** So much of what comes before a run is seen beside it. */
 const MARGIN = 0.04;
 
