@@ -20,6 +20,17 @@ def arm(page: Page) -> None:
     expect(page.get_by_test_id("state")).to_contain_text("HOLD")
 
 
+def begin_circle(page: Page) -> None:
+    """Follow a circle of 4 s once; it is recorded."""
+    page.get_by_role("tab", name="Run").click()
+    page.get_by_role("combobox", name="Reference shown on the plan").focus()
+    page.keyboard.type("Circle, 0.25")
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("Enter")
+    page.get_by_test_id("run").click()
+    expect(page.get_by_test_id("state")).to_contain_text("TRACK", timeout=20_000)
+
+
 class Hand:
     """Presses and moves; knows where its pointer is."""
 

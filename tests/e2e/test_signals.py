@@ -6,10 +6,14 @@ import pytest
 from playwright.sync_api import BrowserContext, Page, Request, expect
 
 from recordings.format.messages import Recording
+from tests.e2e.hand import arm, begin_circle
 from tests.e2e.product import Product, open_page, pixels_of, shot, wait_until
 from tests.e2e.recorded import record_circle
 
 OBSERVER_BLUE = (0x56, 0xB4, 0xE9)
+STRETCHES = "async (id) => (await (await fetch(`/api/recordings/${id}/quick`)).json()).stretches"
+STATE = "async () => [...(await _handle.viewer_control(new Uint8Array([26, 0])))]"
+"""rerun's own answer to GetViewerState, as bytes."""
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +27,7 @@ def asked(page: Page) -> list[str]:
     found: list[str] = []
 
     def note(request: Request) -> None:
-        if kind := re.search(r"/rerun/\?|\.wasm|\.rrd$", request.url.split("&")[0]):
+        if kind := re.search(r"/rerun/\?|\.wasm|\.rrd", request.url.split("&")[0]):
             found.append(kind[0])
 
     page.on("request", note)
@@ -115,3 +119,23 @@ def curves_stand(page: Page) -> None:
     assert box
     curves = {**box, "x": box["x"] + 0.45 * box["width"], "width": 0.5 * box["width"]}
     wait_until(lambda: len(pixels_of(page, OBSERVER_BLUE, curves)) > 100, 60.0)
+
+
+def test_the_cursor_stands_where_the_run_begins(page: Page) -> None:
+    arm(page)
+    begin_circle(page)
+    expect(page.get_by_test_id("run-result")).to_have_attribute("data-state", "done", timeout=30_000)
+    page.get_by_test_id("run-recording").click()
+    expect(page.get_by_test_id("quick-plot").first).to_be_visible(timeout=20_000)
+    course = page.evaluate(STRETCHES, page.url.split("/")[-1])
+    [begin, *_] = [stretch["start"] for stretch in course if stretch["kind"] == "run"]
+    assert begin > 1.0, "before it are what was kept from before, and the approach"
+    sight(page, "Signals")
+    curves_stand(page)
+    viewer = next(frame for frame in page.frames if "/rerun/" in frame.url)
+    wait_until(lambda: varint(round(begin * 1e9)) in bytes(viewer.evaluate(STATE)), 20.0)
+
+
+def varint(value: int) -> bytes:
+    """As protobuf writes it."""
+    return bytes([value]) if value < 128 else bytes([value & 127 | 128]) + varint(value >> 7)

@@ -6,24 +6,13 @@ from playwright.sync_api import Page, expect
 from controller.realtime.ring import find_ring
 from controller.schema.modes import Mode
 from recordings.read.reader import read_rows
-from tests.e2e.hand import Hand, arm
+from tests.e2e.hand import Hand, arm, begin_circle
 from tests.e2e.product import Product, shot, wait_until
 
 
 def head(product: Product) -> int:
     """Ticks that the rig has taken."""
     return find_ring(product.rig).head
-
-
-def begin_circle(page: Page) -> None:
-    """Follow a circle of 4 s once; it is recorded."""
-    page.get_by_role("tab", name="Run").click()
-    page.get_by_role("combobox", name="Reference shown on the plan").focus()
-    page.keyboard.type("Circle, 0.25")
-    page.keyboard.press("ArrowDown")
-    page.keyboard.press("Enter")
-    page.get_by_test_id("run").click()
-    expect(page.get_by_test_id("state")).to_contain_text("TRACK", timeout=20_000)
 
 
 def pause(page: Page, product: Product) -> int:
