@@ -11,7 +11,7 @@ import { RecordingRow } from "./RecordingRow";
 import { Titles } from "./Titles";
 
 /** Rows shown at once: thousands of recordings stay fluid. */
-export const SHELF = 100;
+export const SHELF = 50;
 const NONE: Listed = { rows: [], found: 0, inAll: 0, deleted: 0, sort: "" };
 
 interface Props {
