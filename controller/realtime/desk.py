@@ -46,7 +46,7 @@ class Desk:
         self._commands = commands
         self._control = control
         self._faults, self._injected = faults, TwinFaults()
-        self.standstill = Standstill(ring.header)
+        self.standstill = Standstill(ring)
         self._last = Command()
         """The record in the mailbox, without its request."""
         self._used = self._stop_n = 0

@@ -2,8 +2,7 @@
 
 import time
 
-from controller.arrays import Words
-from controller.realtime.ring import PAUSED, STEPPED, STEPS
+from controller.realtime.ring import PAUSED, STEPPED, STEPS, Ring
 from controller.schema.messages import TwinTime
 
 UNHEARD = 2.0
@@ -13,14 +12,14 @@ UNHEARD = 2.0
 class Standstill:
     """Writes the loop's words for it. Whoever calls holds a lock; `end` needs none."""
 
-    def __init__(self, header: Words) -> None:
-        self._header = header
+    def __init__(self, ring: Ring) -> None:
+        self._ring = ring
         self._heard = time.monotonic()
 
     @property
     def on(self) -> bool:
         """Whether time stands still, or goes on by steps."""
-        return bool(self._header[PAUSED])
+        return bool(self._ring.header[PAUSED])
 
     @property
     def rests(self) -> bool:
@@ -29,12 +28,12 @@ class Standstill:
 
     def put(self, wanted: TwinTime) -> None:
         """Let time stand still or go on; ticks that were still to be taken are replaced by those of `wanted`."""
-        self._header[STEPS] = self._header[STEPPED] + (wanted.steps if wanted.paused else 0)
-        self._header[PAUSED] = int(wanted.paused)
+        self._ring.header[STEPS] = self._ring.header[STEPPED] + (wanted.steps if wanted.paused else 0)
+        self._ring.header[PAUSED] = int(wanted.paused)
 
     def end(self) -> None:
         """Let time go on, as it must before the loop can act."""
-        self._header[PAUSED] = 0
+        self._ring.header[PAUSED] = 0
 
     def state(self) -> TwinTime:
         """As it is now."""
@@ -50,4 +49,4 @@ class Standstill:
             self.end()
 
     def _left(self) -> int:
-        return max(0, int(self._header[STEPS] - self._header[STEPPED]))
+        return max(0, int(self._ring.header[STEPS] - self._ring.header[STEPPED]))

@@ -11,7 +11,7 @@ from controller.errors import CommandRefused
 from controller.kernels.plant.faults import MARKER_LOSS, NOISE, SAMPLE_LOSS
 from controller.kernels.plant.twin import Twin
 from controller.realtime.desk import Desk, inject
-from controller.schema.messages import TwinFaults
+from controller.schema.messages import TwinFaults, TwinTime
 from controller.schema.modes import Cause, Freeze, Mode, Request
 from controller.schema.parameters import RigParameters, TwinParameters
 from tests.controller.test_twin import run
@@ -57,10 +57,12 @@ def test_a_lost_sample_is_never_delivered_and_the_next_comes_in_its_time() -> No
     assert len(sensed(twin(sample_loss=1.0), 100)[0]) == 0
 
 
-def test_a_rig_of_hardware_refuses_faults() -> None:
+def test_a_rig_of_hardware_refuses_faults_and_its_time_never_stands_still() -> None:
     desk = Desk(*[None] * 5)  # type: ignore[arg-type]
     with pytest.raises(CommandRefused, match="this rig is hardware"):
         desk.faults(TwinFaults(noise=1e-3))
+    with pytest.raises(CommandRefused, match="this rig is hardware"):
+        desk.time(TwinTime(paused=True))
 
 
 BENT = (0.0, 60e3, 120e3, 0.0)

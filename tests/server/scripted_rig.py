@@ -40,7 +40,7 @@ class ScriptedRig:
     def __init__(self, deliver: Callable[[Rows], None], clock: Callable[[], float]) -> None:
         self._deliver, self._clock = deliver, clock
         self.settings, self.parameters = Settings(), RigParameters()
-        self.trouble = ""
+        self.trouble, self.paused = "", False
         self.boot_id = 0
         self.newest: Rows | None = None
         self.cut = self.deaf = False
