@@ -37,6 +37,7 @@ def test_a_run_paused_in_the_middle_is_stepped_goes_on_and_is_recorded_without_a
     page.get_by_test_id("twin-step-length").get_by_text("100 ms").click()
     page.get_by_test_id("twin-step").click()
     wait_until(lambda: head(product) == ticks + 100, 5.0)
+    expect(page.get_by_test_id("state")).to_contain_text("PAUSED")
     page.locator("body").press(".")
     wait_until(lambda: head(product) == ticks + 200, 5.0)
     expect(page.get_by_test_id("state")).to_contain_text("PAUSED")

@@ -7,8 +7,14 @@ import { isPaused } from "../permission";
 /** Lengths of a step [ticks]. */
 export const STEP_LENGTHS = [1, 10, 100, 1000] as const;
 
+/** A step that follows another so soon is taken, though the page has not heard yet that the twin stands again [ms]. */
+const STEPPING_MS = 500;
+
 /** The twin's time: paused, going on, or going on by steps. Keys do here what the buttons do. */
 export class TwinTime {
+  /** Page clock [ms] of the last step: while it is taken the twin does not stand still. */
+  private steppedAt = -Infinity;
+
   constructor(
     private readonly page: Store<Page>,
     private readonly operations: Operations,
@@ -23,7 +29,9 @@ export class TwinTime {
 
   /** Take the chosen number of ticks and stand again; nothing while it is not paused. */
   async step(): Promise<void> {
-    if (this.operations.whyNot("time") !== null || !isPaused(this.page.get())) return;
+    const steps = performance.now() - this.steppedAt < STEPPING_MS;
+    if (this.operations.whyNot("time") !== null || !(steps || isPaused(this.page.get()))) return;
+    this.steppedAt = performance.now();
     await this.put("No step taken", { paused: true, steps: this.page.get().step });
   }
 
