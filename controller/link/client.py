@@ -14,7 +14,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import zenoh
@@ -49,6 +49,9 @@ PLAN_TIMEOUT = 5.0
 """Longest wait for the answer to a reference, which may be of 7 MB [s]."""
 LEAVE_TIMEOUT = 0.2
 """The same for a good-bye [s]."""
+
+
+M = TypeVar("M", TwinFaults, TwinTime)
 
 
 class _Batch(NamedTuple):
@@ -194,17 +197,11 @@ class RigClient:
 
     def faults(self, wanted: TwinFaults | None = None) -> TwinFaults:
         """Inject faults into the twin's sensing; None only asks. Those in force; ParameterError on hardware."""
-        if wanted is None:
-            return TwinFaults.model_validate_json(self._asker.ask(self._keys.faults).payload)
-        payload = wanted.model_dump_json().encode()
-        return TwinFaults.model_validate_json(self._asker.ask_sealed(self._keys.faults, payload))
+        return self._of_twin(TwinFaults, self._keys.faults, wanted)
 
     def time(self, wanted: TwinTime | None = None) -> TwinTime:
         """Let the twin's time stand still or go on; None only asks. As it is then; ParameterError on hardware."""
-        if wanted is None:
-            return TwinTime.model_validate_json(self._asker.ask(self._keys.time).payload)
-        payload = wanted.model_dump_json().encode()
-        return TwinTime.model_validate_json(self._asker.ask_sealed(self._keys.time, payload))
+        return self._of_twin(TwinTime, self._keys.time, wanted)
 
     def close(self) -> None:
         """End the connection; no callback comes after this. Another server may command the rig at once."""
@@ -214,6 +211,12 @@ class RigClient:
             self._queue.put(None)
             if self.worker.join(0.1):
                 return
+
+    def _of_twin(self, kind: type[M], key: str, wanted: M | None) -> M:
+        """Read what is in force at `key` with None, or put `wanted` in force, and what is then."""
+        if wanted is None:
+            return kind.model_validate_json(self._asker.ask(key).payload)
+        return kind.model_validate_json(self._asker.ask_sealed(key, wanted.model_dump_json().encode()))
 
     def _on_batch(self, sample: Any) -> None:
         """In a thread of zenoh: only judge and queue; a full queue drops the batch, a replay brings it back."""

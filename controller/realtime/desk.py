@@ -16,7 +16,7 @@ from controller.realtime.ring import Ring
 from controller.realtime.standstill import Standstill
 from controller.schema.layout import to_record
 from controller.schema.messages import Command, CommandReply, RigInfo, TwinFaults, TwinTime
-from controller.schema.modes import Cause, Mode, Request, RowKind, refused_text
+from controller.schema.modes import STILLING, Cause, Mode, Request, RowKind, refused_text
 
 ECHO_MIN, ECHO_MAX = 0.05, 0.4
 """Wait for a tick that saw a command [s]: as long as the rig's limits let the loop pause, between these two."""
@@ -27,7 +27,7 @@ STOPS_KEPT = 256
 START_NEAR = 3e-3
 """A planned reference begins this near to where the rig's own reference stands, unless it declares steps [m]."""
 STANDING = (Mode.HOLD, Mode.FOLLOW)
-STILLING = (Request.HOLD, Request.REST, Request.E_STOP)
+GOES_ON = STILLING | {Request.E_STOP}
 """What ends a standstill of the twin, so that it is obeyed at once."""
 POLL = 1e-4
 """Pause between two looks at the ring [s]."""
@@ -172,7 +172,7 @@ class Desk:
 
     def _refused(self, command: Command) -> str:
         """Why the loop is not asked, "" where it is. What stills the rig ends a standstill of its twin."""
-        if self.standstill.on and command.request in STILLING:
+        if self.standstill.on and command.request in GOES_ON:
             self.standstill.end()
         if self.standstill.on and command.request:
             return f"refused: {command.request.name} is not possible while the twin is paused; continue it first"

@@ -10,7 +10,7 @@ UNHEARD = 2.0
 
 
 class Standstill:
-    """Writes the loop's words for it. Whoever calls holds a lock; `end` needs none."""
+    """Writes the loop's words for it. `put` is called with a lock held; `end` needs none."""
 
     def __init__(self, ring: Ring) -> None:
         self._ring = ring

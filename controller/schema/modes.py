@@ -49,6 +49,10 @@ class Request(IntEnum):
     E_STOP = 7
 
 
+STILLING = frozenset({Request.HOLD, Request.REST})
+"""What only ends motion: the server may ask for it by itself, and who takes control does."""
+
+
 class RowKind(IntEnum):
     """What a row of a planned reference is for."""
 

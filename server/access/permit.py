@@ -12,14 +12,12 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from controller.errors import NotAllowed, TendrilError
-from controller.schema.modes import Request
+from controller.schema.modes import STILLING, Request
 from server.access.lease import OperatorLease
 from server.access.sessions import Sessions
 from server.http.given import given
 from server.http.who import Identity
 
-STILLING = frozenset({Request.HOLD, Request.REST})
-"""What only ends motion: the server may ask for it by itself, and who takes control does."""
 _MOVING = (Request.FOLLOW, Request.TRACK)
 
 

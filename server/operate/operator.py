@@ -28,10 +28,10 @@ from controller.errors import (
     TendrilError,
 )
 from controller.schema.messages import Command, CommandReply
-from controller.schema.modes import Cause, Mode, Request
+from controller.schema.modes import STILLING, Cause, Mode, Request
 from controller.schema.parameters import Settings
 from controller.system.worker import Worker
-from server.access.permit import STILLING, Permit, own
+from server.access.permit import Permit, own
 from server.http.given import given
 from server.operate.stopper import Stopper
 
