@@ -43,6 +43,13 @@ def export(source: Path, target: Path, kind: Format, choice: Choice, by: By = By
         _writer(kind)(pieces, target, origin_of(source, by.command) if wanted else None)
 
 
+def export_for_viewer(source: Path, target: Path, dark: bool) -> None:
+    """Write the recording as rerun's viewer shows it beside our page (for_rerun.py); RecordingError as `export`."""
+    from recordings.exporting.for_rerun import for_rerun  # as in _writer: a server only passes the order on
+
+    for_rerun(source, target, dark)
+
+
 def origin_of(source: Path, command: str = "") -> Origin:
     """That of a file which is made of the recording `source`; RecordingError when that cannot be read."""
     info, settings = read_about(source)

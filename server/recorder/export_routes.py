@@ -14,8 +14,7 @@ from starlette.responses import FileResponse
 from controller.errors import CommandRefused, ProcessKilled, RecordingError
 from controller.schema.layout import Model
 from controller.tables.header import LengthUnit, TimeUnit
-from recordings.exporting.export import By, Format, export
-from recordings.exporting.for_rerun import for_rerun
+from recordings.exporting.export import By, Format, export, export_for_viewer
 from recordings.exporting.signals import SignalInfo, offered
 from recordings.exporting.table import Choice
 from recordings.format.messages import Recording
@@ -49,7 +48,7 @@ async def shown_recording(id: str, folder: GivenFolder, theme: Literal["dark", "
     For any other use /api/recordings/{id}.rrd is the recording itself, in SI units.
     """
     source = await folder.look(folder.store.path, id)
-    return await _made(f"{id}.rrd", lambda target: folder.read(for_rerun, source, target, theme == "dark"))
+    return await _made(f"{id}.rrd", lambda target: folder.read(export_for_viewer, source, target, theme == "dark"))
 
 
 @router.get("/api/recordings/{id}/export", response_class=FileResponse, responses=answers.file(*TYPES))
