@@ -22,6 +22,7 @@ PASTE = """([id, text]) => {
   field.select();
   field.dispatchEvent(new ClipboardEvent("paste", { clipboardData: data, bubbles: true, cancelable: true }));
 }"""
+ZIGZAG = " ".join(f"L {n / 200} {n % 2 * 20}" for n in range(1, 8001))
 SHOWN: dict[str, tuple[str, str, str, str]] = {
     "hidden in every way": (
         """<style>.no { display: none } #gone { visibility: hidden } .thin { opacity: 0 }</style>
@@ -40,7 +41,7 @@ SHOWN: dict[str, tuple[str, str, str, str]] = {
     "shapes of every kind": (
         """<rect x="0" y="0" width="10" height="20"/><circle cx="30" cy="10" r="5"/>
         <ellipse cx="30" cy="30" rx="4" ry="8"/>
-        <line x1="0" y1="30" x2="0" y2="40"/><polyline points="0,45 5,45 5,50" fill="none" stroke="red"/>
+        <line x1="0" y1="30" x2="0" y2="40" stroke="red"/><polyline points="0,45 5,45 5,50" fill="none" stroke="red"/>
         <polygon points="10,45 20,45 20,50"/><path d="M 40 0 A 10 10 0 0 1 40 20 q 5 5 0 10 t 0 10 s 3 3 0 10"/>""",
         "7",
         "50.0 mm by 50.0 mm",
@@ -69,11 +70,72 @@ SHOWN: dict[str, tuple[str, str, str, str]] = {
         "",
     ),
     "texts, pictures and clips": (
-        """<text x="5" y="5">word</text><image width="5" height="5" href="data:,"/>
+        """<linearGradient id="g"><stop/></linearGradient><text x="5" y="5">word</text><image width="5" height="5" href="data:,"/>
         <g clip-path="url(#c)"><path fill="url(#g)" d="M 0 0 H 20 V 20"/></g>""",
         "1",
         "20.0 mm by 20.0 mm",
         "texts left out, which are no paths yet: 1",
+    ),
+    "hidden by selectors of every kind": (
+        """<style>@media screen { .screen { display: none } } [data-off="1"], path:nth-child(5) { display: none }
+        :root { --gone: none } .gone { display: var(--gone) } use { fill: none }
+        desc + path { visibility: hidden }</style>
+        <style media="print">.kept { display: none }</style><style type="text/other">.kept { display: none }</style>
+        <desc/><path d="M 0 0 H 51"/><defs><path id="u" d="M 0 0 H 52"/></defs><use href="#u"/>
+        <g class="screen"><path d="M 0 0 H 53"/></g><g data-off="1"><path d="M 0 0 H 54"/></g>
+        <g class="gone"><path d="M 0 0 H 55"/></g><path fill="color(srgb 0 0 0 / 0)" d="M 0 0 H 56"/>
+        <path fill="url(#nothing) none" d="M 0 0 H 57"/><line x2="58"/><rect width="59" height="0"/>
+        <path class="kept" d="M 10 20 H 30"/>""",
+        "1",
+        "20.0 mm by 0.0 mm",
+        "hidden or unpainted shapes left out: 9",
+    ),
+    "conditions and switches": (
+        """<switch><g systemLanguage="xx"><path d="M 0 0 H 51"/></g><g><path d="M 10 20 H 30"/></g></switch>
+        <switch><foreignObject requiredExtensions="http://ns.adobe.com/x"/><g><path d="M 10 20 V 30"/></g></switch>
+        <g requiredExtensions="http://example.com/x"><path d="M 0 0 H 52"/></g>
+        <switch><text>a</text><path d="M 0 0 H 53"/></switch><path xmlns="http://example.com/" d="M 0 0 H 54"/>""",
+        "2",
+        "20.0 mm by 10.0 mm",
+        "hidden or unpainted shapes left out: 3",
+    ),
+    "a picture as large as its use": (
+        """<defs><svg id="s" viewBox="0 0 4 4"><path d="M 0 0 H 4"/></svg></defs>
+        <use href="#s" x="10" y="10" width="40" height="40"/>""",
+        "1",
+        "40.0 mm by 0.0 mm",
+        "",
+    ),
+    "a clip by a style": (
+        """<style>.cut { clip-path: url(#c) }</style><clipPath id="c"><rect width="1" height="1"/></clipPath>
+        <g class="cut"><path d="M 0 0 H 20"/></g>""",
+        "1",
+        "20.0 mm by 0.0 mm",
+        "clipped or masked parts followed whole: 1",
+    ),
+    "off the page": (
+        """<path d="M 50 0 H 90"/>""",
+        "1",
+        "40.0 mm by 0.0 mm",
+        "strokes that leave the page followed whole: 1",
+    ),
+    "moving": (
+        """<path d="M 0 0 H 20"><animate attributeName="d" to="M 0 0 H 30" dur="1s"/></path>""",
+        "1",
+        "20.0 mm by 0.0 mm",
+        "animations left out: 1",
+    ),
+    "an arrow": (
+        """<marker id="m"><path d="M 0 0 H 9"/></marker><path marker-end="url(#m)" d="M 0 0 H 20"/>""",
+        "1",
+        "20.0 mm by 0.0 mm",
+        "shapes whose arrow heads or other markers are left out: 1",
+    ),
+    "more turns than points": (
+        f'<path stroke="red" fill="none" d="M 0 0 {ZIGZAG}"/>',
+        "1",
+        "40.0 mm by 13.3 mm",
+        "drawn by 3001 points, which lose",
     ),
 }
 """What is drawn on a page of 60 mm, and strokes, extent and a note of what is seen of it."""
@@ -86,7 +148,18 @@ BROKEN = {
     "a use of another file": ('<use href="other.svg#a"/>', "<use> refers to other.svg#a, which is not in the file"),
     "a use of nothing": ('<use href="#a"/>', "<use> refers to #a, which is not in the file"),
     "a circle of uses": ('<g id="a"><use href="#a"/></g>', "<use> of #a contains itself"),
-    "a bad path": ('<path d="M 0 0 X 5"/>', 'Path 1 of the SVG file has "X" in its data'),
+    "a bad path": (
+        '<path id="a" d="M 0 0 X 5"/>',
+        '<path> 1 (id "a") of the SVG file: its data cannot be read from character 7 ("X 5") on',
+    ),
+    "a point that is not whole": ('<path d="M 0 0 H 5"/><path d="M 0 0 L 6"/>', "<path> 2 of the SVG file: its data"),
+    "a number too few": ('<polygon points="0,0 5,5 9"/>', "<polygon> 1 of the SVG file: its points cannot be read"),
+    "a size that is none": ('<rect width="5 mm" height="5"/>', '<rect> 1 of the SVG file: width = "5 mm" is no length'),
+    "a transform of CSS": (
+        '<g transform="rotate(90deg)"><path d="M 0 0 H 5"/></g>',
+        '<g> 1 of the SVG file: transform = "rotate(90deg)" cannot be read',
+    ),
+    "data in a style": ("<path style=\"d: path('M 0 0 H 5')\"/>", "its data is in a style: write it into d"),
 }
 
 

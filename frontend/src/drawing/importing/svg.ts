@@ -1,5 +1,9 @@
 import type { Point } from "../../api/types";
-import { ImportError, SvgCopy, type Left } from "./svgCopy";
+import { percent } from "../../ui/format";
+import { sizeOf } from "./proposal";
+import { ImportError, SvgCopy } from "./svgCopy";
+import { dataFault, transformFault } from "./svgData";
+import { isPainted, isSeen, notesOn } from "./svgSeen";
 
 const SVG = "http://www.w3.org/2000/svg";
 /** Millimetres of what a width may be in; px are left out: programs take 72, 90 or 96 of them for an inch. */
@@ -21,8 +25,8 @@ const STROKES_MAX = 2000;
 const NUMBER = String.raw`([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)`;
 /** The move that begins a subpath; its numbers may stand without a blank, as in "M1-2" and "m.5.5". */
 const MOVE = new RegExp(String.raw`^([Mm])\s*${NUMBER}[\s,]*${NUMBER}`);
-/** What path data may hold. */
-const PATH_DATA = /^[MmZzLlHhVvCcSsQqTtAaEe\d+\-.,\s]*$/;
+/** Share of the length that may be lost between points before it is said. */
+const LOST = 0.005;
 
 /** A flat transform of SVG: x' = a x + c y + e, y' = b x + d y + f. */
 export interface Matrix {
@@ -79,12 +83,14 @@ export function parseSvg(text: string): SvgPath {
     throw new ImportError(
       `This is not an SVG file: it begins with <${root.localName}>, not with <svg xmlns="${SVG}">`,
     );
-  requirePathData(root);
   const copy = new SvgCopy(root);
   try {
-    const seen = copy.shapes.filter(isSeen);
-    const strokes = sampled(seen.flatMap((shape) => laidOut(shape, copy.root)));
-    const notes = notesOf(copy.shapes.length - seen.length, copy.left);
+    const visible = copy.shapes.filter(isSeen);
+    requireData(copy, visible);
+    const seen = visible.filter((shape) => isPainted(shape, root));
+    const laid = seen.flatMap((shape) => laidOut(shape, copy.root));
+    const strokes = sampled(laid);
+    const notes = [...notesOn(copy, root, seen), ...lost(laid, strokes), ...beyond(copy.root, strokes)];
     if (strokes.length === 0)
       throw new ImportError(["The SVG file has no path that is seen", ...notes].join("; "));
     return { strokes, unit: unitOf((name) => root.getAttribute(name)), notes };
@@ -98,43 +104,28 @@ function faultText(fault: Element): string {
   return (fault.querySelector("div") ?? fault).textContent.trim().split("\n")[0];
 }
 
-/** Browsers draw path data up to its first fault, and say nothing. */
-function requirePathData(root: Element): void {
-  const paths = [...root.querySelectorAll("path")];
-  const place = paths.findIndex((path) => !PATH_DATA.test(path.getAttribute("d") ?? ""));
-  if (place < 0) return;
-  const wrong = (paths[place].getAttribute("d") ?? "").replace(/[MmZzLlHhVvCcSsQqTtAaEe\d+\-.,\s]/g, "")[0];
-  throw new ImportError(
-    `Path ${place + 1} of the SVG file has "${wrong}" in its data, which is no command of a path`,
-  );
+/** Browsers draw a shape up to the first fault of its data, leave out what they cannot read, and say nothing. */
+function requireData(copy: SvgCopy, seen: readonly SVGGeometryElement[]): void {
+  for (const shape of seen) {
+    const fault = dataFault(shape);
+    if (fault !== "") throw new ImportError(`${copy.nameOf(shape)} of the SVG file: ${fault}`);
+    if (isRedrawn(shape))
+      throw new ImportError(`${copy.nameOf(shape)} of the SVG file: its data is in a style: write it into d`);
+  }
+  for (const element of copy.drawn.filter((one) => one.hasAttribute("transform"))) {
+    const fault = transformFault(element);
+    if (fault !== "") throw new ImportError(`${copy.nameOf(element)} of the SVG file: ${fault}`);
+  }
+  if (getComputedStyle(copy.root).transform !== "none")
+    throw new ImportError("The <svg> element itself has a transform: put it on a group in it");
 }
 
-/** Nothing hides it, and it is painted. */
-function isSeen(shape: SVGGeometryElement): boolean {
-  const { visibility, fill, fillOpacity, stroke, strokeOpacity, strokeWidth } = getComputedStyle(shape);
-  if (visibility !== "visible" || !isRendered(shape)) return false;
-  return paints(fill, fillOpacity) || (paints(stroke, strokeOpacity) && parseFloat(strokeWidth) > 0);
-}
-
-/** Neither it nor a group around it is put away or clear; browsers do not ask the groups (`checkVisibility`). */
-function isRendered(element: Element): boolean {
-  const { display, opacity } = getComputedStyle(element);
-  if (display === "none" || parseFloat(opacity) === 0) return false;
-  return element.parentElement === null || isRendered(element.parentElement);
-}
-
-function paints(colour: string, opacity: string): boolean {
-  return colour !== "none" && !/^rgba\(.*, 0\)$/.test(colour) && parseFloat(opacity) > 0;
-}
-
-function notesOf(hidden: number, { texts, pictures, clipped }: Left): string[] {
-  const notes: readonly (readonly [number, string])[] = [
-    [hidden, "hidden or unpainted shapes left out"],
-    [texts, "texts left out, which are no paths yet"],
-    [pictures, "pictures left out"],
-    [clipped, "clipped or masked parts followed whole"],
-  ];
-  return notes.filter(([count]) => count > 0).map(([count, what]) => `${what}: ${count}`);
+/** A style gives a path other data than it has: it is as if it had none, then. */
+function isRedrawn(shape: SVGGeometryElement): boolean {
+  if (shape.localName !== "path") return false;
+  const bare = document.createElementNS(SVG, "path");
+  bare.setAttribute("d", shape.getAttribute("d") ?? "");
+  return Math.abs(bare.getTotalLength() - shape.getTotalLength()) > 1e-3 * bare.getTotalLength();
 }
 
 /** The shape's strokes in the frame of `root`; a path has one for each of its moves. */
@@ -188,6 +179,26 @@ function sampled(strokes: readonly Laid[]): Point[][] {
       return upward(matrix, x, y);
     });
   });
+}
+
+/** How much of small turns is lost between the points. */
+function lost(laid: readonly Laid[], strokes: readonly (readonly Point[])[]): string[] {
+  const whole = laid.reduce((sum, { length }) => sum + length, 0);
+  const kept = sizeOf(strokes).length;
+  const points = strokes.reduce((sum, stroke) => sum + stroke.length, 0);
+  const share = 1 - kept / whole;
+  return share > LOST ? [`drawn by ${points} points, which lose ${percent(share, 1)} of the length in small turns`] : []; // prettier-ignore
+}
+
+/** How many strokes are not on the page, where its edge is known. */
+function beyond(root: SVGSVGElement, strokes: readonly (readonly Point[])[]): string[] {
+  const { x, y, width, height } = root.viewBox.baseVal;
+  if (width <= 0 || height <= 0) return [];
+  const slack = 1e-3 * Math.max(width, height);
+  const isOut = ([px, py]: Point) =>
+    px < x - slack || px > x + width + slack || -py < y - slack || -py > y + height + slack;
+  const count = strokes.filter((stroke) => stroke.some(isOut)).length;
+  return count > 0 ? [`strokes that leave the page followed whole: ${count}`] : [];
 }
 
 /** Millimetres of "60mm"; null for what is in no unit of length. */
