@@ -3,7 +3,7 @@
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from controller.errors import DataError
@@ -120,6 +120,29 @@ class Header:
             raise DataError(f"{self.where}: {said}: each must be a column of its own")
         columns = tuple(self._renamed(column, taken.get(column.at), numbers) for column in self.columns)
         return Header(self.where, columns, self.named, self.line)
+
+    def united(self, cells: Sequence[str]) -> "Header | None":
+        """With the units that a row below the titles says; None where `cells` are no such row."""
+        if len(cells) != len(self.columns):
+            return None
+        read = [
+            (column, _unit("[", cells[column.at].lower().strip("[]() "))) for column in self.columns if column.units
+        ]
+        if not read or any(column.unit is not None or unit not in column.units for column, unit in read):
+            return None
+        said = {column.at: replace(column, unit=unit) for column, unit in read}
+        return replace(self, columns=tuple(said.get(column.at, column) for column in self.columns))
+
+    def require_alike(self, columns: Sequence[Column]) -> None:
+        """DataError where one of `columns` would be in SI, as it names no unit, and one of its kind names another."""
+        for column in columns:
+            kind = [one for one in columns if one.units is column.units]
+            other = next((one for one in kind if one.factor(None) != 1.0), None)
+            if column.unit is None and column.units and other is not None:
+                raise DataError(
+                    f"{self._place}: column {_short(column.title)} names no unit, but {_short(other.title)} is in "
+                    f"{other.unit}: write it behind the name, as in {column.name} [{other.unit}]"
+                )
 
     def _renamed(self, column: Column, name: str | None, numbers: Numbers) -> Column:
         if name is not None:

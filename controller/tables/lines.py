@@ -2,7 +2,6 @@
 
 import csv
 import io
-import math
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -12,13 +11,14 @@ from controller.errors import DataError
 
 DELIMITERS = ";\t,"
 """In the order in which they are looked for; without any of them a row is split at blanks."""
-MARKS = {",": "comma", ".": "point"}
-"""What may part the decimals."""
-THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
-"""What a comma makes of a number that may be of thousands as well as of thousandths."""
-MINUS = "\N{MINUS SIGN}"
-QUOTED = 60
-"""Characters of a wrong cell that an error quotes."""
+QUOTES = re.compile(r'"[^"]*"')
+REMARKS = ("#", "%")
+"""How lines begin that are no rows."""
+WORD = re.compile(r"[^ \t\r\n\v\f]+")
+"""Of a row that is split at blanks; a blank that does not break may part thousands, and splits nothing."""
+UPPER = r"[^\W\d_a-z]"
+LOST = re.compile(rf"\s*#(?:(?:{UPPER}/{UPPER}|NV|[¡A-Z][^\s;,]*[!?])(?=[;,\t]|\s+[-+.\d#])|#*(?=[;,\t]))")
+"""What spreadsheets write for a number that they do not have, in the first cell of a row: no remark."""
 KINDS = (
     (b"\x89PNG", "a PNG picture"),
     (b"\xff\xd8\xff", "a JPEG picture"),
@@ -27,6 +27,10 @@ KINDS = (
     (b"PK\x03\x04", "an archive, as .xlsx and .ods files are"),
     (b"\xd0\xcf\x11\xe0", "an Office document"),
     (b"\x1f\x8b", "a compressed file"),
+    (b"BZh", "a compressed file"),
+    (b"7z\xbc\xaf", "a compressed file"),
+    (b"{\\rtf", "an RTF document"),
+    (b"%!PS", "a PostScript document"),
     (b"PAR1", "a Parquet file"),
     (b"\x89HDF", "an HDF5 file"),
     (b"MATLAB 5.0", "a MATLAB file"),
@@ -43,6 +47,7 @@ BEGINNING = 64
 ESCAPED = re.compile("[\udc80-\udcff]")
 """What stands for bytes that are not UTF-8."""
 REMEDY = "save it as CSV in UTF-8"
+UNCLOSED = "a quote is not closed in this line: cells may not go over several"
 
 
 class Row(NamedTuple):
@@ -52,8 +57,10 @@ class Row(NamedTuple):
     """Of the file, from 1 on."""
     cells: list[str]
     """Without the blanks around them."""
-    semicolons: bool
-    """Whether they part the cells: a comma can then only part decimals."""
+    delimiter: str
+    """What parts the cells, a blank for any number of blanks and tabs."""
+    remarks: tuple[tuple[int, str], ...] = ()
+    """Of the first row: the lines above it that are none, with their numbers."""
 
 
 def file_lines(path: Path) -> Iterator[str]:
@@ -80,18 +87,37 @@ def _lines(file: io.BufferedReader, where: str) -> Iterator[str]:
 
 
 def rows_in(lines: Iterable[str], where: str) -> Iterator[Row]:
-    """The rows; blank lines and those that begin with # are left out. DataError where it is not CSV."""
-    delimiter = ""
+    """The rows; blank lines and those that begin with # or % are left out. DataError where it is not CSV."""
+    delimiter, remarks = "", []
     for number, line in enumerate(lines, 1):
-        if not line.strip() or line.lstrip().startswith("#"):
+        if not line.strip():
+            continue
+        if line.lstrip().startswith(REMARKS) and not LOST.match(line):
+            if not delimiter:
+                remarks.append((number, line))
             continue
         place = f"{where}, line {number}"
         _require_text(line, place)
-        delimiter = delimiter or next((one for one in DELIMITERS if one in line), " ")
+        above = () if delimiter else tuple(remarks)
+        delimiter = delimiter or _delimiter(line)
         try:
-            yield Row(number, _cells(line, delimiter), delimiter == ";")
+            yield Row(number, _cells(line, delimiter), delimiter, above)
         except csv.Error as error:
             raise DataError(f"{place}: {error}") from error
+
+
+def titles_in(remark: str, delimiter: str) -> list[str]:
+    """The cells of a remark whose rows are parted by `delimiter`, which it may do without; none where it is not CSV."""
+    text = remark.strip().lstrip("".join(REMARKS)).strip(" ")
+    try:
+        return _cells(text, delimiter if delimiter in text else _delimiter(text))
+    except csv.Error:
+        return []
+
+
+def _delimiter(line: str) -> str:
+    unquoted = QUOTES.sub("", line)
+    return next((one for one in DELIMITERS if one in unquoted), " ")
 
 
 def _require_text(line: str, place: str) -> None:
@@ -105,66 +131,13 @@ def _require_text(line: str, place: str) -> None:
 
 def _cells(line: str, delimiter: str) -> list[str]:
     if delimiter == " ":
-        return re.sub(r"\s+(?=[\[(])", "", line).split()  # a unit in brackets belongs to the name before it
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
-
-
-def is_number(cell: str) -> bool:
-    """Whether `cell` is meant to be a number, finite or not."""
-    try:
-        _value(cell)
-    except ValueError:
-        return False
-    return True
-
-
-class Cells:
-    """Reads the cells of one table. DataError names line, column and value of the first that is not a finite number."""
-
-    def __init__(self, where: str) -> None:
-        self._where = where
-        self._mark, self._marked = "", ""
-        """The first decimal mark, and where it stands."""
-        self._unsure: str | None = None
-        """What may be thousands, as long as no other cell shows what a comma parts."""
-
-    def read(self, row: Row, at: int, title: str) -> float:
-        """The number in cell `at`, whose column is called `title`."""
-        cell = row.cells[at]
-        try:
-            value = _value(cell)
-        except ValueError:
-            what = f"= {cell[:QUOTED]!r} is not a number" if cell else "is empty"
-            raise DataError(f"{self._where}, line {row.line}: {title} {what}") from None
-        if not math.isfinite(value):
-            raise DataError(f"{self._where}, line {row.line}: {title} = {cell[:QUOTED]} is not finite")
-        mark = next((one for one in MARKS if one in cell), None)
-        if mark is not None:
-            self._look_at_mark(mark, row, f"{title} = {cell[:QUOTED]!r}", THOUSANDS.fullmatch(cell) is not None)
-        return value
-
-    def _look_at_mark(self, mark: str, row: Row, told: str, unsure: bool) -> None:
-        """DataError where both points and commas occur: either may part thousands."""
-        if not self._mark:
-            self._mark, self._marked = mark, f"line {row.line}: {told}"
-            self._unsure = f"line {row.line}: {told}" if mark == "," and not row.semicolons else None
-        if mark != self._mark:
-            has = f"has a decimal {MARKS[mark]}, but a {MARKS[self._mark]} is in {self._marked}"
-            raise DataError(f"{self._where}, line {row.line}: {told} {has}")
-        if not unsure:
-            self._unsure = None
-
-    def require_sure(self) -> None:
-        """DataError where every comma of the table may part thousands as well as decimals."""
-        if self._unsure is not None:
-            raise DataError(
-                f"{self._where}, {self._unsure} may be thousands or have a decimal comma: "
-                "write decimal points, or part the cells by semicolons"
-            )
-
-
-def _value(cell: str) -> float:
-    """ValueError unless it is a number; Python's own 1_000 is not."""
-    if "_" in cell:
-        raise ValueError(cell)
-    return float(cell.replace(",", ".").replace(MINUS, "-"))
+        if line.lstrip().startswith('"') and line.count('"') % 2:
+            raise csv.Error(UNCLOSED)
+        return WORD.findall(re.sub(r"\s+(?=[\[(])", "", line))  # a unit in brackets belongs to the name before it
+    if '"' not in line:
+        return [cell.strip() for cell in line.split(delimiter)]
+    reader = csv.reader([line, ""], delimiter=delimiter, skipinitialspace=True)
+    cells = [cell.strip() for cell in next(reader)]
+    if reader.line_num > 1:
+        raise csv.Error(UNCLOSED)
+    return cells

@@ -1,5 +1,6 @@
 """A table of numbers, read from its text: the columns that are wanted, in SI units, every number checked."""
 
+from array import array
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -10,12 +11,15 @@ import numpy as np
 from controller.arrays import Array, Words
 from controller.errors import DataError
 from controller.tables.header import Column, Header, Numbers, Places, placed, titled, untitled
-from controller.tables.lines import Cells, Row, is_number, rows_in
+from controller.tables.lines import Row, rows_in, titles_in
+from controller.tables.numbers import Cells, is_number
 
 Choice = Callable[[Header], Sequence[Column]]
 """Which columns are read; cells of the others may be anything."""
 AS_THE_HEADER: Mapping[str, int] = MappingProxyType({})
 """Nobody said which column is which."""
+NAMED_LEAST = 2
+"""Fewer titles may be words of a sentence, fewer numbers need not count."""
 
 
 @dataclass(frozen=True)
@@ -53,11 +57,11 @@ def read_table(
     """
     header, rows = begun(lines, where, places, numbers)
     columns, cells = tuple(choose(header)), Cells(where)
-    at, values = [], []
+    at, values = array("q"), array("d")  # lists of what a long file holds take ten times as much
     for row in rows:
         _require_width(row, header)
         at.append(row.line)
-        values.append([cells.read(row, column.at, column.title) for column in columns])
+        values.extend([cells.read(row, column.at, column.title) for column in columns])
     cells.require_sure()
     return Table(header, columns, np.array(at, np.int64), np.array(values, np.float64).reshape(len(at), len(columns)))
 
@@ -70,20 +74,78 @@ def begun(lines: Iterable[str], where: str, places: Places, numbers: Numbers) ->
         needed = f"columns {', '.join(places[max(places)])}" if places else "a header and rows of numbers"
         raise DataError(f"{where} is empty: {needed} are needed")
     if not any(is_number(cell) for cell in first.cells):
-        header = titled(first.cells, where, first.line)
+        header, rows = _with_units(titled(first.cells, where, first.line), rows)
     else:
-        width, rows = len(first.cells), chain([first], rows)
-        known = width in places or not numbers
-        header = placed(width, places, where, first.line) if known else untitled(width, where, first.line)
+        header, rows = _without_titles(first, rows, where, places, numbers)
     return (header.assigned(numbers) if numbers else header), rows
+
+
+def _with_units(header: Header, rows: Iterator[Row]) -> tuple[Header, Iterator[Row]]:
+    """With the units of the row below, where that is one of units."""
+    second = next(rows, None)
+    if second is None:
+        return header, rows
+    united = None if any(is_number(cell) for cell in second.cells) else header.united(second.cells)
+    return (header, chain([second], rows)) if united is None else (united, rows)
+
+
+def _without_titles(
+    first: Row, rows: Iterator[Row], where: str, places: Places, numbers: Numbers
+) -> tuple[Header, Iterator[Row]]:
+    """The columns of a table whose first row has a number: as a remark above it names them, else by their places."""
+    width, second = len(first.cells), next(rows, None)
+    _require_no_counting(first, second, where)
+    rows = chain([first], rows if second is None else chain([second], rows))
+    remarked = _remarked(first, where)
+    if remarked is not None:
+        return remarked, rows
+    known = width in places or not numbers
+    return placed(width, places, where, first.line) if known else untitled(width, where, first.line), rows
+
+
+def _remarked(first: Row, where: str) -> Header | None:
+    """The titles that numpy and MATLAB write into a remark: one for each cell below, two known ones at least.
+
+    DataError where a remark under them has as many words, which may be their units.
+    """
+    under = None
+    for line, remark in reversed(first.remarks):
+        cells = titles_in(remark, first.delimiter)
+        if len(cells) != len(first.cells) or any(is_number(cell) for cell in cells):
+            continue
+        header = titled(cells, where, line)
+        if sum(bool(column.units) for column in header.columns) >= NAMED_LEAST:
+            if under is not None:
+                raise DataError(
+                    f"{where}, line {under}: is this a remark or units? They stand behind the names, as in x [mm]"
+                )
+            return header
+        under = line
+    return None
+
+
+def _require_no_counting(first: Row, second: Row | None, where: str) -> None:
+    """DataError where the first row counts the columns, as pandas does for those without names."""
+    titles = [cell for cell in first.cells if cell]
+    counts = len(titles) >= NAMED_LEAST and titles == [str(place) for place in range(len(titles))]
+    if counts and second is not None and all("." in cell for cell in second.cells[-len(titles) :]):
+        raise DataError(
+            f"{where}, line {first.line}: {', '.join(titles)} may be the numbers of the columns or the first row: "
+            "name the columns, or write decimals"
+        )
 
 
 def _require_width(row: Row, header: Header) -> None:
     """DataError for a row with fewer or more cells than there are columns."""
     count, width = len(row.cells), len(header.columns)
-    place = f"{header.where}, line {row.line}: {count} values"
+    place = f"{header.where}, line {row.line}: {count} values" if count != 1 else _single(row, header.where)
     if count < width:
         raise DataError(f"{place}, but {header.columns[count].title} is column {count + 1}")
     if count > width:
         owner = "the header has" if header.named else "the first row has"
         raise DataError(f"{place}, {owner} {width} columns: {row.cells[width][:60]!r} is in none")
+
+
+def _single(row: Row, where: str) -> str:
+    parted = {" ": "blanks", "\t": "tabs", ",": "commas", ";": "semicolons"}[row.delimiter]
+    return f"{where}, line {row.line}: one value, {row.cells[0][:60]!r}, between {parted} as in the first line"

@@ -14,7 +14,9 @@ def written(folder: Path, text: str) -> Path:
 
 
 def test_columns_come_by_name_in_si_units_whatever_their_order(tmp_path: Path) -> None:
-    table = read_measured(written(tmp_path, "# poses of May\nY1_mm,p1_kPa,p2,X1\n20,50,1e3,0.1\n\n30,60,0,0.2\n"))
+    table = read_measured(
+        written(tmp_path, "# poses of May\nY1_mm,p1_kPa,p2 [Pa],X1_m\n20,50,1e3,0.1\n\n30,60,0,0.2\n")
+    )
     assert table.need("p1") == pytest.approx([50e3, 60e3])
     assert table.need("p2") == pytest.approx([1e3, 0.0])
     np.testing.assert_allclose(points_in(table, "xy"), [[[0.1, 0.02]], [[0.2, 0.03]]])

@@ -32,6 +32,13 @@ SAME = {
     "decimal commas between tabs": "t\tx\ty\n0\t0,03\t0,14\n0,5\t0,03\t0,15\n1\t0,04\t0,15\n1,5\t0,04\t0,14\n",
     "a byte order mark": "\ufefft,x,y,\n0,0.03,0.14,\n0.5,0.03,0.15,\n1,0.04,0.15,\n1.5,0.04,0.14,\n",
     "micrometres": "t [\u00b5s],x_um,y [\u03bcm]\n0,3e4,14e4\n5e5,3e4,15e4\n1e6,4e4,15e4\n15e5,4e4,14e4\n",
+    "a remark of numpy's": "# Trial 7\n# t[ms] x[cm] y[mm]\n0 3 140\n500 3 150\n1000 4 150\n1500 4 140\n",
+    "a remark of MATLAB's, another order": "% y,x,t\n.14,.03,0\n.15,.03,.5\n.15,.04,1\n.14,.04,1.5\n",
+    "a column of numbers of rows": "#,t,x,y\n1,0,0.03,0.14\n2,0.5,0.03,0.15\n3,1,0.04,0.15\n4,1.5,0.04,0.14\n",
+    "units below the names": "t,n,x,y\n(s),,[mm],[mm]\n0,a,30,140\n0.5,b,30,150\n1,c,40,150\n1.5,d,40,140\n",
+    "another delimiter in quotes": 't,x,y,"a; b"\n0,.03,.14,a\n.5,.03,.15,b\n1,.04,.15,c\n1.5,.04,.14,d\n',
+    "three decimals each": "t_ms;x_mm;y_mm\n0;30.000;140.000\n500;30.000;150.000\n"
+    "1000;40.000;150.000\n1500;40.000;140.000\n",
     "tabs, no header": "0\t0.03\t0.14\n0.5\t0.03\t0.15\n1\t0.04\t0.15\n1.5\t0.04\t0.14\n",
 }
 """Ways to write the path SI."""
@@ -67,7 +74,39 @@ WRONG = {
     ),
     "thousands and a point": ("t;x;y\n0;1.234,5;0\n1;0;0\n", "line 2: x = '1.234,5' is not a number"),
     "inches, or an input": ("t,x_in,y_in\n0,1,2\n1,1,2\n", "column 'x_in' has an unknown unit"),
-    "another unit below the names": ("t,x,y\ns,mm,mm\n0,1,2\n1,1,3\n", "line 2: t = 's' is not a number"),
+    "a unit twice": ("t_s,x_mm,y_mm\ns,mm,mm\n0,1,2\n1,1,3\n", "line 2: t_s = 's' is not a number"),
+    "an unknown unit below the names": ("t,x,y\n[s],[px],[px]\n0,1,2\n", "line 2: t = '[s]' is not a number"),
+    "a lost number in the first column": ("t,x,y\n0,1,2\n#N/A,1,3\n1,1,4\n", "line 3: t = '#N/A' is not a number"),
+    "a lost row": ("t;x;y\n0;1;2\n#NV;#NV;#NV\n1;1;4\n", "line 3: t = '#NV' is not a number"),
+    "a row in German": ("t;x;y\n0;1;2\n#WERT!;1;3\n1;1;4\n", "line 3: t = '#WERT!' is not a number"),
+    "a column too narrow": ("t\tx\ty\n0\t1\t2\n####\t1\t3\n1\t1\t4\n", "line 3: t = '####' is not a number"),
+    "points that may part thousands": (
+        "t;x_um;y_um\n0;998;140.000\n1;1.002;150.000\n",
+        "line 2: y_um = '140.000' may be thousands or have a decimal point: write thousands without it",
+    ),
+    "commas between semicolons that may part thousands": (
+        "t;x_um;y_um\n0;998;140,000\n1;1,002;150,000\n",
+        "line 2: y_um = '140,000' may be thousands or have a decimal comma: write thousands without it",
+    ),
+    "blanks that part thousands": (
+        "t x y\n0 1\u00a0234 5\n1 1\u00a0235 5\n",
+        "line 2: x = '1\\xa0234' is not a number",
+    ),
+    "columns that are counted": (
+        "0,1,2\n0.0,0.03,0.14\n0.5,0.03,0.15\n",
+        "line 1: 0, 1, 2 may be the numbers of the columns or the first row: name the columns, or write decimals",
+    ),
+    "an open quote": ('t,x,y\n0,1,"2\n1,1,3\n', "line 2: a quote is not closed in this line"),
+    "a cell over two lines": (
+        't,x,y,note\n0,1,2,"a\n0.5,7,7,b"\n1,1,3,c\n',
+        "line 2: a quote is not closed in this line: cells may not go over several",
+    ),
+    "a title over two lines": ('"t\n[s]","x\n[m]","y\n[m]"\n0,1,2\n1,1,3\n', "line 1: a quote is not closed"),
+    "another delimiter below": (
+        "t,x,y\n0;1;2\n1;1;3\n",
+        "line 2: one value, '0;1;2', between commas as in the first line, but x is column 2",
+    ),
+    "units in a second remark": ("# t x y\n# s mm mm\n0 1 2\n1 1 3\n", "line 2: is this a remark or units? They stand"),
     "lines before the header": ("Trial seven\nt,x,y\n0,1,2\n1,1,3\n", "is missing (the header has Trial, seven)"),
     "a header with a number": ("t,x,y,3\n0,1,2,3\n1,1,3,3\n", "line 1 has no header and 4 columns"),
     "a delimiter too many": ("t,x,y\n0,1,2,\n1,1,3,\n", "line 2: 4 values, the header has 3 columns: '' is in none"),
@@ -92,6 +131,8 @@ MEASURED_WRONG = {
     "an unknown unit beside a known one": ("x1_feet,x1,p1\n1,2,3\n", "column 'x1_feet' has an unknown unit"),
     "a column twice": ("p1,x1,x1_mm\n1,2,3\n", "names x1 twice ('x1' and 'x1_mm')"),
     "no header": ("1,2,3\n", "has no header and 3 columns: a header is needed"),
+    "a lost number": ("p1,x1\n1,2\n#REF!,2\n", "line 3: p1 = '#REF!' is not a number"),
+    "a unit of one pressure": ("p1 [kPa],p2,x1\n1,2,3\n", "column p2 names no unit, but p1 [kPa] is in kpa"),
 }
 Door = Callable[[str], object]
 

@@ -37,6 +37,7 @@ class MeasuredTable:
 def read_measured(path: Path) -> MeasuredTable:
     """The whole file; DataError names file, line, column and value of the first thing that is not a finite number."""
     table = read_table(file_lines(path), str(path), Header.every, places={})
+    table.header.require_alike(table.columns)
     columns = {column.name: table.values(column.name) for column in table.columns}
     return MeasuredTable(path, columns, table.lines.astype(np.float64))
 
