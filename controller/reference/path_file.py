@@ -20,6 +20,10 @@ SECONDS_MAX = 1e6
 """Length of a path [s]: eleven days."""
 FAR = 1e3
 """Largest coordinate of a path [m]."""
+LEFT_SHOWN = 5
+"""Columns that are left alone and named."""
+GAP, GAP_ROWS = 10.0, 4
+"""A gap is that much longer than the median step, in a path of so many rows or more."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +37,8 @@ class Samples:
     """(n, 2) [m]."""
     lines: Words
     """(n,) the line of the file from which each came."""
+    notes: tuple[str, ...] = ()
+    """What the file does not say and was taken for granted, what was left alone, and gaps."""
 
 
 def read_samples(path: Path, units: Mapping[str, str] = SI) -> Samples:
@@ -46,7 +52,36 @@ def read_samples(path: Path, units: Mapping[str, str] = SI) -> Samples:
 def samples_in(lines: Iterable[str], path: Path, units: Mapping[str, str] = SI) -> Samples:
     """As `read_samples`, of a file whose lines are here already and which errors call `path`."""
     table = path_table(lines, str(path))
-    return Samples(path, times_of(table, units["t"]), points_of(table, units), table.lines)
+    table.header.require_alike([column for column in table.columns if units[column.name] == SI[column.name]])
+    t = times_of(table, units["t"])
+    unsaid = [column.name for column in table.columns if column.unit is None]
+    assumed = [f"{name} has no unit: taken as {units[name]}" for name in unsaid]
+    notes = (*placed_note(table), *assumed, *unused_note(table), *gap_note(table, t))
+    return Samples(path, t, points_of(table, units), table.lines, notes)
+
+
+def placed_note(table: Table) -> list[str]:
+    """Where there is no header: what the columns are."""
+    names = ", ".join(column.name for column in table.columns)
+    return [] if table.header.named else [f"no header: the columns are {names}"]
+
+
+def unused_note(table: Table) -> list[str]:
+    """Which columns are left alone."""
+    left = [one.title or f"column {one.at + 1}" for one in table.header.columns if one not in table.columns]
+    more = f" and {len(left) - LEFT_SHOWN} more" if len(left) > LEFT_SHOWN else ""
+    return [f"not used: {', '.join(left[:LEFT_SHOWN])}{more}"] if left else []
+
+
+def gap_note(table: Table, t: Array) -> list[str]:
+    """Where the longest step of the times `t` (n,) [s] is, if it is much longer than the others."""
+    if len(t) < GAP_ROWS:
+        return []
+    steps = np.diff(t)
+    place, usual = int(np.argmax(steps)), float(np.median(steps))
+    if steps[place] <= GAP * usual:
+        return []
+    return [f"gap of {steps[place]:.6g} s before line {table.lines[place + 1]}, others are of {usual:.6g} s"]
 
 
 def path_table(lines: Iterable[str], where: str, timed: bool = True, numbers: Numbers = AS_THE_HEADER) -> Table:

@@ -100,6 +100,8 @@ class Tracked:
     """Telemetry (n,), one row a tick of `path`; None for a broken run."""
     failed: str = ""
     """Why the rig broke the run off."""
+    notes: tuple[str, ...] = ()
+    """What the file does not say, as `Samples` has it."""
 
 
 def require_controller(name: str) -> None:
@@ -117,7 +119,8 @@ def track(task: TrackTask, told: Told = untold) -> Tracked:
     begin = time.perf_counter()
     setup = task.setup
     parameters = RigParameters(actuator=task.actuator, controller=setup.controller, twin=setup.twin)
-    reference, path = drawn(read_samples(task.file), task.actuator, task.wish)
+    samples = read_samples(task.file)
+    reference, path = drawn(samples, task.actuator, task.wish)
     case = Case(reference.name, task.actuator.name, task.law, task.seed)
     settings = for_reference(settings_of(case, setup.gains), reference)
     rows, windows, failed = None, {}, ""
@@ -139,6 +142,7 @@ def track(task: TrackTask, told: Told = untold) -> Tracked:
         settings=settings,
         rows=rows,
         failed=failed,
+        notes=samples.notes,
     )
 
 

@@ -12,6 +12,7 @@ SENT = "the file"
 """What errors call it."""
 
 
-def import_text(folder: Path, name: str, text: bytes, units: Mapping[str, str]) -> Recording:
-    """As `read_samples` and `import_tip`; DataError names line, column and value."""
-    return import_tip(folder, name, samples_in(sent_lines(text, SENT), Path(SENT), units))
+def import_text(folder: Path, name: str, text: bytes, units: Mapping[str, str]) -> tuple[Recording, tuple[str, ...]]:
+    """As `read_samples` and `import_tip`, and what the file left open; DataError names line, column and value."""
+    samples = samples_in(sent_lines(text, SENT), Path(SENT), units)
+    return import_tip(folder, name, samples), samples.notes

@@ -113,6 +113,8 @@ def import_file(
     with progress(out, "Importing"):
         samples = read_samples(file, {"t": time_unit, "x": length_unit, "y": length_unit})
         found = import_tip(_folder(folder), name or file.stem, samples)
+    for note in samples.notes:
+        _say(note)
     _say(f"Imported: {found.id}, {found.rows} rows, {found.seconds:.3f} s")
 
 

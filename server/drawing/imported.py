@@ -8,7 +8,16 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.errors import DataError
-from controller.reference.path_file import SI, UNTIMED, path_table, points_of, times_of
+from controller.reference.path_file import (
+    SI,
+    UNTIMED,
+    gap_note,
+    path_table,
+    placed_note,
+    points_of,
+    times_of,
+    unused_note,
+)
 from controller.tables.header import Column, Header, untitled
 from controller.tables.lines import Row, rows_in, sent_lines
 from controller.tables.table import Table, begun
@@ -27,8 +36,6 @@ from server.drawing.picture import evenly
 
 METRES_MAX = 2.0
 """Coordinates beyond this are in mm where no unit is said: the plane ends there [m]."""
-LEFT_SHOWN = 5
-"""Columns that are left alone and named."""
 ROWS_SHOWN, COLUMNS_SHOWN, CELL_SHOWN = 5, 50, 60
 """Of a proposal: first rows, columns, and characters of a cell."""
 
@@ -118,16 +125,14 @@ def _chosen_unit(name: str, choices: ImportChoices) -> str | None:
 
 def _notes(found: Understood, choices: ImportChoices) -> Iterator[str]:
     """What the file does not say, and what is left of it."""
-    header, columns = found.table.header, found.table.columns
-    if not header.named and not _numbers(choices):
-        yield f"no header: the columns are {', '.join(column.name for column in columns)}"
-    for column in columns:
+    if not _numbers(choices):
+        yield from placed_note(found.table)
+    for column in found.table.columns:
         if column.unit is None and _chosen_unit(column.name, choices) is None:
             yield f"{column.name} has no unit: taken as {found.units[column.name]}{_why(found, column)}"
-    left = [one.title or f"column {one.at + 1}" for one in header.columns if one not in columns]
-    if left:
-        more = f" and {len(left) - LEFT_SHOWN} more" if len(left) > LEFT_SHOWN else ""
-        yield f"not used: {', '.join(left[:LEFT_SHOWN])}{more}"
+    yield from unused_note(found.table)
+    if found.t is not None:
+        yield from gap_note(found.table, found.t)
 
 
 def _why(found: Understood, column: Column) -> str:

@@ -130,8 +130,8 @@ async def import_recording(
     """A CSV file with columns time, x, y as a recording; the units hold where its header has none; 409 without room."""
     units = {"t": time_unit, "x": length_unit, "y": length_unit}
     try:
-        found = await folder.quick(import_text, folder.store.folder, name, text, units)
+        found, notes = await folder.quick(import_text, folder.store.folder, name, text, units)
     except RecordingError as error:
         raise CommandRefused(str(error)) from error
-    events.add(f"{who.name}: {name} imported as recording {found.id}, {found.rows} rows")
+    events.add(f"{who.name}: {name} imported as recording {found.id}, {'; '.join([f'{found.rows} rows', *notes])}")
     return found

@@ -70,7 +70,8 @@ SHOWN: dict[str, tuple[str, str, str, str]] = {
         "",
     ),
     "texts, pictures and clips": (
-        """<linearGradient id="g"><stop/></linearGradient><text x="5" y="5">word</text><image width="5" height="5" href="data:,"/>
+        """<linearGradient id="g"><stop/></linearGradient><text x="5" y="5">word</text>
+        <image width="5" height="5" href="data:,"/>
         <g clip-path="url(#c)"><path fill="url(#g)" d="M 0 0 H 20 V 20"/></g>""",
         "1",
         "20.0 mm by 20.0 mm",

@@ -43,7 +43,7 @@ def main(folder: Path, edited: str, removed: str) -> None:
     say("removing")
     store.remove(removed)
     say("removed")
-    imported = import_text(
+    imported, _ = import_text(
         folder, "imported", b"time,x,y\n0,0.1,0\n0.1,0.1,0.01\n0.2,0.1,0.02\n", {"t": "s", "x": "m", "y": "m"}
     )
     say(f"imported {imported.id}")

@@ -252,6 +252,25 @@ def test_the_page_is_told_what_the_file_does_not_say(text: str, points: list[Any
     assert found.notes == notes
 
 
+@pytest.mark.parametrize("text", ["t,x_mm,y\n0,1,2\n1,1,3\n", "t,y,x [cm]\n0,1,2\n1,1,3\n"])
+def test_a_unit_of_one_axis_is_not_taken_for_si_on_the_other(text: str, tmp_path: Path) -> None:
+    with pytest.raises(DataError, match=r"line 1: column y names no unit, but x.*write it behind the name, as in y"):
+        read_samples(written(tmp_path, text))
+    assert "y has no unit: taken as" in noted(text).notes[1] and "as the other axis" in noted(text).notes[1]
+
+
+def test_what_a_file_leaves_open_is_said_at_every_door(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = "n,t,x,y\n" + "".join(f"1,{t},0.03,{0.14 + 0.001 * t}\n" for t in (0, 1, 2, 3, 30))
+    said = ["t has no unit: taken as s", "y has no unit: taken as m", "not used: n", "gap of 27 s before line 6"]
+    run("recordings", "import", written(tmp_path, text), "--folder", tmp_path)
+    for door in (
+        capsys.readouterr().out,
+        "; ".join(noted(text).notes),
+        "; ".join(read_samples(tmp_path / "path.csv").notes),
+    ):
+        assert [words for words in said if words not in door] == []
+
+
 def test_times_begin_with_the_first_row_and_columns_are_told_as_they_were_understood() -> None:
     found = noted("y [mm],t,x [mm]\n1,5,2\n2,6.5,2\n")
     assert found.times == [0.0, 1.5]

@@ -65,7 +65,7 @@ def deliver(tracked: Tracked, wanted: Wanted, made: Origin) -> Iterator[Path]:
 def show(tracked: Tracked, console: Console) -> None:
     """What the reference is, and the metrics in both windows."""
     task = tracked.task
-    for line in described(tracked.reference):
+    for line in (*tracked.notes, *described(tracked.reference)):
         console.print(line, markup=False, soft_wrap=True, highlight=False)
     if tracked.failed:
         return
