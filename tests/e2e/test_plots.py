@@ -1,5 +1,6 @@
 """What an operator does with the plots: read at the cursor, stop, zoom, take a file, choose signals, come back."""
 
+import re
 from pathlib import Path
 
 from playwright.sync_api import Browser, CDPSession, Page, expect
@@ -29,7 +30,7 @@ def test_signals_are_read_stopped_zoomed_saved_and_chosen(page: Page) -> None:
     assert box
     left, middle, y = box["x"] + 0.8 * box["width"], box["x"] + 0.97 * box["width"], box["y"] + 0.8 * box["height"]
     page.mouse.move(left, y)
-    expect(readout).to_contain_text("mm")
+    expect(readout).to_contain_text("measured tip")
     streaming = readout.inner_text()
     wait_until(lambda: readout.inner_text() != streaming, 5.0)
     page.get_by_test_id("pause").click()
@@ -59,6 +60,32 @@ def test_signals_are_read_stopped_zoomed_saved_and_chosen(page: Page) -> None:
     expect(page.get_by_role("figure", name="feedback torque u2 over time")).to_be_visible()
 
 
+def test_plots_have_one_cursor_and_the_time_once_under_each_column(page: Page) -> None:
+    wait_until(lambda: page.evaluate("window.__tendril.frames") > 60, 10.0)
+    for size, columns in (((1280, 720), 4), ((820, 1180), 2)):
+        page.set_viewport_size({"width": size[0], "height": size[1]})
+        axes = page.get_by_test_id("time-axis")
+        expect(axes).to_have_count(columns)
+        expect(axes.first).to_contain_text("0 s")
+        charts, under = (
+            {each["x"] for one in found.all() if (each := one.bounding_box())}
+            for found in (page.get_by_test_id("chart"), axes)
+        )
+        assert charts == under
+        over = page.locator(".chart-host .u-over").nth(1).bounding_box()
+        assert over
+        page.mouse.move(over["x"] + 0.5 * over["width"], over["y"] + 0.5 * over["height"])
+        for readout in page.get_by_test_id("readout").all():
+            expect(readout).to_have_text(re.compile(r"\d"))
+        page.get_by_test_id("pause").dispatch_event("click")  # else the times change while they are read
+        times = page.get_by_test_id("cursor-time").all_inner_texts()
+        assert len(times) == columns
+        assert len(set(times)) == 1
+        assert -5.5 < float(times[0].removesuffix(" s")) < -4.5, "in the middle of 10 s"
+        shot(page, f"plots-cursor-{columns}")
+        page.get_by_test_id("pause").dispatch_event("click")
+
+
 def test_one_finger_drags_the_time_two_stretch_it_and_a_tap_only_reads(browser: Browser, product: Product) -> None:
     context = browser.new_context(viewport={"width": 1280, "height": 720}, has_touch=True)
     page = open_page(context, product)
@@ -69,7 +96,7 @@ def test_one_finger_drags_the_time_two_stretch_it_and_a_tap_only_reads(browser: 
     at = [box["x"] + share / 10 * box["width"] for share in range(11)]
     wait_until(lambda: page.evaluate("window.__tendril.frames") > 60, 10.0)
     page.touchscreen.tap(at[9], y)
-    expect(page.get_by_test_id("readout").first).to_contain_text("mm")
+    expect(page.get_by_test_id("readout").first).to_contain_text("measured tip")
     expect(plots).to_have_attribute("data-stopped", "false")
 
     touch(cdp, [(at[5], y)], [(at[6], y)], [(at[7], y)])

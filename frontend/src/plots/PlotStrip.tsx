@@ -1,3 +1,4 @@
+import { useElementSize } from "@mantine/hooks";
 import { useCallback, useEffect, useMemo, useState } from "react";
 import "./plots.css";
 import { Connection } from "../live/connection";
@@ -8,12 +9,16 @@ import { Painters } from "../ui/painters";
 import { useService } from "../ui/services";
 import { useStore } from "../ui/store";
 import { Ticker } from "../ui/ticker";
+import { secondsTicks } from "./chart/axes";
 import { ChartBox } from "./chart/ChartBox";
 import { chartOf } from "./chart/charts";
+import { TimeCursor } from "./chart/readout";
+import { gridOf } from "./grid";
 import { liveMarks } from "./chart/marks";
 import type { ChartPainter } from "./chart/painter";
 import { Painting } from "./chart/painting";
-import { FOLLOWING, paused, visible, type Gesture } from "./chart/view";
+import { TimeAxis } from "./chart/TimeAxis";
+import { counted, FOLLOWING, paused, visible, type Gesture } from "./chart/view";
 import { askForCsv, csvOfBins, csvUrl, download } from "./csv";
 import { channelsOf, withoutPlot, withSignals } from "./layout";
 import { PlotsBar } from "./PlotsBar";
@@ -24,6 +29,8 @@ const FRAMES_PER_SECOND = 60;
 /** As often as a number can be read. */
 const VALUES_PER_SECOND = 5;
 const NO_PLOTS = [] as const;
+/** Height of the time under each column of plots. */
+const AXIS_PX = 14;
 
 /** The live plots over the last seconds: any signal, stopped, zoomed and saved as the operator likes. */
 export function PlotStrip() {
@@ -43,6 +50,10 @@ export function PlotStrip() {
   const [view, setView] = useState(FOLLOWING);
   const [editing, setEditing] = useState<number | null>(null);
   const [painting] = useState(() => new Painting(live.ring, painters));
+  const [cursor] = useState(() => new TimeCursor());
+  const { ref: room, width, height } = useElementSize();
+  const { rows, columns, cells } = gridOf(plots.length, { width, height: height - AXIS_PX });
+  const range = counted(view, seconds);
   const charts = useMemo(() => plots.map((plot) => chartOf(plot, channels)), [plots, channels]);
   useEffect(() => {
     if (layout) connection.plot(channelsOf(layout));
@@ -89,30 +100,47 @@ export function PlotStrip() {
         }}
         onCsv={() => void operations.attempt("No CSV", saveCsv)}
       />
-      <div className="charts">
-        {charts.map((chart, i) => (
-          <ChartBox key={i} chart={chart} onPainter={onPainter} onGesture={onGesture}>
-            <SignalChooser
-              title={chart.title}
-              opened={editing === i}
-              onOpened={(opened) => {
-                setEditing(opened ? i : null);
+      <div className="charts-room" ref={room}>
+        <div className="charts" style={{ gridTemplateRows: `repeat(${rows}, minmax(0, 1fr)) ${AXIS_PX}px` }}>
+          {charts.map((chart, i) => (
+            <ChartBox
+              key={i}
+              {...{ chart, onPainter, onGesture, cursor }}
+              style={{
+                gridColumn: cells[i].column + 1,
+                gridRow: `${cells[i].row + 1} / span ${cells[i].rows}`,
               }}
-              channels={channels}
-              chosen={plots[i].channels}
-              onChosen={(keys) => {
-                layouts.change((old) => withSignals(old, i, keys));
-              }}
-              onRemove={() => {
-                setEditing(null);
-                layouts.change((old) => withoutPlot(old, i));
-              }}
+            >
+              <SignalChooser
+                title={chart.title}
+                opened={editing === i}
+                onOpened={(opened) => {
+                  setEditing(opened ? i : null);
+                }}
+                channels={channels}
+                chosen={plots[i].channels}
+                onChosen={(keys) => {
+                  layouts.change((old) => withSignals(old, i, keys));
+                }}
+                onRemove={() => {
+                  setEditing(null);
+                  layouts.change((old) => withoutPlot(old, i));
+                }}
+              />
+            </ChartBox>
+          ))}
+          {Array.from({ length: columns }, (_, column) => (
+            <TimeAxis
+              key={column}
+              {...{ range, cursor }}
+              marked={secondsTicks}
+              style={{ gridColumn: column + 1, gridRow: rows + 1 }}
             />
-          </ChartBox>
-        ))}
-        {layout && plots.length === 0 ? (
-          <p className="note plots-empty">No plots: add one with the plus sign, or open a layout.</p>
-        ) : null}
+          ))}
+          {layout && plots.length === 0 ? (
+            <p className="note plots-empty">No plots: add one with the plus sign, or open a layout.</p>
+          ) : null}
+        </div>
       </div>
     </section>
   );

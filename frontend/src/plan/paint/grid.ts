@@ -1,4 +1,4 @@
-import { niceStep } from "../../plots/chart/window";
+import { niceStep } from "../../plots/chart/axes";
 
 /** Distances of grid lines and length of the scale bar [m] that read well at `scale` pixels per metre. */
 export interface Grid {

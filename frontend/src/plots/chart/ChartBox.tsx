@@ -1,7 +1,8 @@
 import { useComputedColorScheme } from "@mantine/core";
-import { useEffect, useRef, type ReactNode } from "react";
+import { useEffect, useRef, type CSSProperties, type ReactNode } from "react";
 import { INK } from "../../ui/colours";
 import type { Chart } from "./charts";
+import type { TimeCursor } from "./readout";
 import { ChartPainter } from "./painter";
 import type { Gesture } from "./view";
 
@@ -10,6 +11,9 @@ interface Props {
   /** Told the painter when it is there; returns what to do when it goes. */
   readonly onPainter: (painter: ChartPainter) => () => void;
   readonly onGesture: (gesture: Gesture) => void;
+  readonly cursor: TimeCursor;
+  /** Its place among the plots. */
+  readonly style?: CSSProperties;
   /** Buttons beside the title. */
   readonly children: ReactNode;
 }
@@ -18,7 +22,7 @@ interface Props {
 const MANY = 3;
 
 /** A chart with its title, and per line a sample of its look beside its newest value. */
-export function ChartBox({ chart, onPainter, onGesture, children }: Props) {
+export function ChartBox({ chart, onPainter, onGesture, cursor, style, children }: Props) {
   const host = useRef<HTMLDivElement>(null);
   const values = useRef<(HTMLElement | null)[]>([]);
   const painter = useRef<ChartPainter>(null);
@@ -28,7 +32,7 @@ export function ChartBox({ chart, onPainter, onGesture, children }: Props) {
   useEffect(() => {
     const element = host.current;
     if (!element) return;
-    const made = new ChartPainter(chart, element, values.current, INK[first.current], onGesture);
+    const made = new ChartPainter(chart, element, values.current, INK[first.current], cursor, onGesture);
     painter.current = made;
     const forget = onPainter(made);
     const sizes = new ResizeObserver(([entry]) => {
@@ -45,13 +49,13 @@ export function ChartBox({ chart, onPainter, onGesture, children }: Props) {
       forget();
       made.destroy();
     };
-  }, [chart, onPainter, onGesture]);
+  }, [chart, onPainter, onGesture, cursor]);
   useEffect(() => {
     first.current = scheme;
     painter.current?.useInk(INK[scheme]);
   }, [scheme]);
   return (
-    <figure className="chart" aria-label={`${chart.title} over time`} data-testid="chart">
+    <figure className="chart" aria-label={`${chart.title} over time`} data-testid="chart" style={style}>
       <figcaption>
         <span className="chart-title">
           {chart.title} <span className="unit">{chart.unit}</span>

@@ -3,11 +3,11 @@ import type { Ring } from "../../live/ring";
 import { FONT, type Ink } from "../../ui/colours";
 import { DASH, plain } from "../../ui/format";
 import type { Painter } from "../../ui/painters";
-import { digitsFor, numberLabels, secondsLabels, TIME_STEPS, timeLabel } from "./axes";
+import { digitsFor, numberLabels, secondsTicks, SIDES, SPACE, timeLabel, type Marked } from "./axes";
 import type { Chart, Line } from "./charts";
 import { Gestures } from "./gestures";
 import { drawMarks, markAt, NO_MARKS, type PlotMark } from "./marks";
-import { Readout, write } from "./readout";
+import { Readout, write, type TimeCursor } from "./readout";
 import type { Gesture, Range } from "./view";
 import { emptyData, extractWindow, niceRange, type PlotData } from "./window";
 
@@ -41,6 +41,7 @@ export class ChartPainter implements Painter {
     host: HTMLElement,
     private readonly legend: Legend,
     private ink: Ink,
+    private readonly cursor: TimeCursor,
     private readonly onGesture: (gesture: Gesture) => void,
   ) {
     this.name = `plot of ${chart.title}`;
@@ -112,13 +113,19 @@ export class ChartPainter implements Painter {
   private read(): void {
     const at = this.plot.cursor.idx;
     const left = this.plot.cursor.left ?? -1;
-    if (at === null || at === undefined || left < 0) this.readout.hide();
-    else
-      this.readout.show({
-        time: timeLabel(this.data.x[at], digitsFor([this.shown.from, this.shown.to])),
-        values: this.data.series.map((series) => valueAt(series, at, digitsFor(this.range))),
-        left: left > this.plot.width / 2,
-      });
+    if (at === null || at === undefined || left < 0) {
+      this.readout.hide();
+      this.cursor.hide();
+      return;
+    }
+    this.readout.show({
+      values: this.data.series.map((series) => valueAt(series, at, digitsFor(this.range))),
+      left: left > plotWidth(this.plot) / 2,
+    });
+    this.cursor.show(
+      left / plotWidth(this.plot),
+      timeLabel(this.data.x[at], digitsFor([this.shown.from, this.shown.to])),
+    );
   }
 
   private options(host: HTMLElement): uPlot.Options {
@@ -126,7 +133,7 @@ export class ChartPainter implements Painter {
       width: Math.max(50, host.clientWidth),
       height: Math.max(50, host.clientHeight),
       legend: { show: false },
-      padding: [6, 10, 0, 0],
+      padding: PADDING,
       cursor: {
         sync: { key: "live", filters: { pub: (type) => type === "mousemove" || type === "mouseleave" } },
         drag: { x: true, y: false, setScale: false },
@@ -138,7 +145,7 @@ export class ChartPainter implements Painter {
         x: { time: false, range: () => [this.shown.from, this.shown.to] },
         y: { range: () => this.range },
       },
-      axes: [{ ...this.axis(18, secondsLabels), incrs: TIME_STEPS }, this.axis(40, numberLabels)],
+      axes: axesOf(() => this.ink, secondsTicks),
       series: [{}, ...this.chart.lines.map(seriesOf)],
       hooks: {
         setCursor: [
@@ -176,19 +183,6 @@ export class ChartPainter implements Painter {
       this.onGesture({ kind: "zoom", from: this.timeAt(left), to: this.timeAt(left + width) });
   }
 
-  private axis(size: number, labels: (splits: number[]) => string[]): uPlot.Axis {
-    return {
-      size,
-      gap: 2,
-      font: `10px ${FONT}`,
-      stroke: () => this.ink.soft,
-      grid: { stroke: () => this.ink.gridMajor, width: 1 },
-      ticks: { show: false },
-      values: (_plot, splits) => labels(splits),
-      space: 34,
-    };
-  }
-
   private drawNames(): void {
     const { ctx, bbox } = this.plot;
     ctx.save();
@@ -214,6 +208,32 @@ export class ChartPainter implements Painter {
       })
       .sort((a, b) => b.y - a.y);
   }
+}
+
+/** Above the curves half a label of y, as below: what time it is stands on an axis of its own. */
+export const PADDING: uPlot.Padding = [6, SIDES.right, 6, 0];
+
+/** How wide the curves' own area is [px]. */
+export function plotWidth({ width }: uPlot): number {
+  return width - SIDES.left - SIDES.right;
+}
+
+/** Grid lines on the marks of the time axis below, which are not written here; and y with its labels. */
+export function axesOf(ink: () => Ink, marked: Marked): uPlot.Axis[] {
+  const base: uPlot.Axis = {
+    gap: 2,
+    font: `10px ${FONT}`,
+    stroke: () => ink().soft,
+    grid: { stroke: () => ink().gridMajor, width: 1 },
+    ticks: { show: false },
+    space: SPACE,
+  };
+  const places = (plot: uPlot, _axis: number, from: number, to: number) =>
+    marked({ from, to }, plotWidth(plot)).map(({ at }) => at);
+  return [
+    { ...base, size: 0, splits: places, values: (_plot, splits) => splits.map(() => "") },
+    { ...base, size: SIDES.left, values: (_plot, splits) => numberLabels(splits) },
+  ];
 }
 
 /** The value at a point; where its column holds several that differ, the lowest and the highest. */

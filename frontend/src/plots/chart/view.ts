@@ -35,6 +35,13 @@ export function visible(view: View, now: Now): Range {
   return view.zoom ?? { from: to - now.seconds, to };
 }
 
+/** What is shown, counted from where it stopped, else from the newest: it then stands still while the picture runs. */
+export function counted(view: View, seconds: number): Range {
+  const origin = view.stoppedAt ?? 0;
+  const { from, to } = visible(view, { newest: origin, seconds });
+  return { from: from - origin, to: to - origin };
+}
+
 export function paused(now: Now): View {
   return { ...FOLLOWING, stoppedAt: now.newest };
 }

@@ -1,8 +1,10 @@
 import { expect, test } from "vitest";
 import type { PlotBins } from "../../api/socket";
 import { Ring } from "../../live/ring";
-import { digitsFor, numberLabels, secondsLabels, timeLabel } from "./axes";
-import { emptyData, extractWindow, niceRange, niceStep } from "./window";
+import { digitsFor, niceStep, numberLabels, plainTicks, secondsTicks, timeLabel, type Tick } from "./axes";
+import { withoutCommonStart } from "./readout";
+import { counted, FOLLOWING, zoomed } from "./view";
+import { emptyData, extractWindow, niceRange } from "./window";
 
 type Wave = (t: number) => number;
 
@@ -188,11 +190,36 @@ test("the y axis has round limits around the data and a least height", () => {
   expect([0.3, 1, 1.4, 6].map(niceStep)).toEqual([0.5, 1, 2, 10]);
 });
 
-test("axis labels carry the unit once, and long times are minutes", () => {
-  expect(secondsLabels([-10, -5, 0])).toEqual(["", "-5", "0 s"]);
-  expect(secondsLabels([-600, -300, -60, 0])).toEqual(["", "-5:00", "-60 s", "0 s"]);
+const textsOf = (ticks: readonly Tick[]) => ticks.map(({ text }) => text);
+
+test("the last mark of an axis carries the unit, and long times are minutes", () => {
+  expect(textsOf(secondsTicks({ from: -10, to: 0 }, 100))).toEqual(["-10", "-5", "0 s"]);
+  expect(textsOf(secondsTicks({ from: -600, to: 0 }, 80))).toEqual(["-10:00", "-5:00", "0 s"]);
+  expect(textsOf(plainTicks("cycle")({ from: 0, to: 1 }, 100))).toEqual(["0", "0.5", "1 cycle"]);
   expect(timeLabel(-200, 1)).toBe("-3:20");
   expect(numberLabels([0, 2e-7, 1.5])).toEqual(["0", "2e-7", "1.5"]);
+});
+
+test("marks of an axis are on round times, as near as their labels allow", () => {
+  const ticks = secondsTicks({ from: -7.3, to: -2.1 }, 360);
+  expect(ticks.map(({ at }) => at)).toEqual([-7, -6.5, -6, -5.5, -5, -4.5, -4, -3.5, -3, -2.5]);
+  expect(secondsTicks({ from: -7.3, to: -2.1 }, 0)).toEqual([]);
+  const off = 1e-9; // a picture that runs is a rounding error away from the axis below it, and has the same marks
+  expect(textsOf(secondsTicks({ from: -10 + off, to: off }, 340))).toEqual(
+    textsOf(secondsTicks({ from: -10, to: 0 }, 340)),
+  );
+});
+
+test("the time axis stands still while the picture runs, and goes with a zoom", () => {
+  expect(counted(FOLLOWING, 10)).toEqual({ from: -10, to: 0 });
+  const now = { newest: 100, seconds: 10 };
+  expect(counted(zoomed(FOLLOWING, { from: 94, to: 96 }, now), 10)).toEqual({ from: -6, to: -4 });
+});
+
+test("a readout leaves out the words that all its names begin with", () => {
+  expect(withoutCommonStart(["pressure u1+", "pressure command u1+"])).toEqual(["u1+", "command u1+"]);
+  expect(withoutCommonStart(["measured tip", "reference"])).toEqual(["measured tip", "reference"]);
+  expect([withoutCommonStart(["lateness time"]), withoutCommonStart([])]).toEqual([["lateness time"], []]);
 });
 
 test("a readout has the digits that its axis can show", () => {

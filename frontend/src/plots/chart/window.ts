@@ -1,4 +1,5 @@
 import type { Ring } from "../../live/ring";
+import { niceStep } from "./axes";
 
 /** Samples of one plot as uPlot takes them: a shared x [s after the span's origin] and one y per series, null = gap. */
 export interface PlotData {
@@ -74,8 +75,6 @@ function pushExtremes(
   else y.push(high * scale, low * scale);
 }
 
-const NICE = [1, 2, 5, 10];
-
 /** Limits around the data, at least `least` wide, on a round grid: the axis stands still while the data moves. */
 export function niceRange(data: PlotData, least: number, fromZero: boolean): [number, number] {
   let [low, high] = fromZero ? [0, 0] : [Infinity, -Infinity];
@@ -90,10 +89,4 @@ export function niceRange(data: PlotData, least: number, fromZero: boolean): [nu
   if (high - low < least) [low, high] = fromZero ? [0, least] : [middle - least / 2, middle + least / 2];
   const step = niceStep((high - low) / 4);
   return [Math.floor(low / step) * step, Math.ceil(high / step) * step];
-}
-
-/** The smallest 1, 2 or 5 times a power of ten that is at least `value`. */
-export function niceStep(value: number): number {
-  const decade = 10 ** Math.floor(Math.log10(value));
-  return decade * (NICE.find((n) => n * decade >= value * (1 - 1e-9)) ?? 10);
 }
