@@ -86,12 +86,18 @@ def test_the_cursor_is_common_and_a_drag_zooms_every_plot(page: Page, made: list
     page.mouse.move(over["x"] + over["width"] / 2, middle)
     for plot in plots.all():
         expect(plot.locator(".quick-line .number").first).to_have_text(re.compile(r"\d"))
+    axes = page.get_by_test_id("time-axis").filter(visible=True)
+    expect(axes).to_have_count(2)
+    expect(axes.get_by_test_id("cursor-time")).to_have_text([re.compile(r"^\d+\.\d+ s$")] * 2)
+    before = axes.all_inner_texts()
     whole = plots.nth(3).screenshot()
     page.mouse.down()
     page.mouse.move(over["x"] + 0.7 * over["width"], middle, steps=4)
     page.mouse.up()
     page.mouse.move(over["x"] + over["width"] / 2, middle)
     assert plots.nth(3).screenshot() != whole
+    after = axes.all_inner_texts()
+    assert after[0] == after[1] != before[0]
 
 
 def test_two_recordings_are_compared_on_time_and_phase(page: Page, made: list[Recording]) -> None:

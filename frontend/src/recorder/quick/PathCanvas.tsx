@@ -37,10 +37,12 @@ const SPAN_MIN = 0.01;
 /** The paths in the plane, to scale, as large as they go. */
 export function PathCanvas({ paths, mark }: Props) {
   const { ref: sized, width, height } = useElementSize<HTMLCanvasElement>();
+  const marked = useRef<number | null>(null);
   const canvas = useRef<HTMLCanvasElement>(null);
   const both = useMergedRef(sized, canvas);
   const ink = INK[useComputedColorScheme("dark")];
   const paint = (at: number | null) => {
+    marked.current = at;
     const element = canvas.current;
     if (!element || width === 0 || height === 0) return;
     const size = { width, height };
@@ -74,7 +76,7 @@ export function PathCanvas({ paths, mark }: Props) {
   };
   useImperativeHandle(mark, () => ({ show: paint }));
   useEffect(() => {
-    paint(null);
+    paint(marked.current);
   });
   const named = paths.map(({ label }) => label).join(", ");
   return <canvas ref={both} className="quick-path" role="img" aria-label={`Paths in the plane: ${named}`} data-testid="quick-path" />; // prettier-ignore

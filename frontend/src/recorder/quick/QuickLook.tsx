@@ -1,14 +1,18 @@
 import { Loader, SegmentedControl } from "@mantine/core";
-import { useCallback, useEffect, useMemo, useRef, useState, type ReactNode } from "react";
+import { useCallback, useEffect, useImperativeHandle, useMemo, useRef, useState, type ReactNode, type Ref } from "react"; // prettier-ignore
 import type { Quick, Recording } from "../../api/types";
+import { plainTicks } from "../../plots/chart/axes";
+import { TimeCursor } from "../../plots/chart/readout";
 import { liveMarks, NO_MARKS, type PlotMark } from "../../plots/chart/marks";
+import { TimeAxis } from "../../plots/chart/TimeAxis";
+import { plain } from "../../ui/format";
 import type { Recordings } from "../useRecordings";
 import { Bookmarks } from "./Bookmarks";
 import { beginOf, runWindow, STRETCH_WORD } from "./course";
 import { PathCanvas, type DrawnPath, type PathMark } from "./PathCanvas";
 import { pathsOf } from "./paths";
 import { quickCharts, type QuickChart } from "./quickCharts";
-import { QuickPlot, Sample, type Seek, type TimeWindow, type Zoomed } from "./QuickPlot";
+import { QuickPlot, Sample, type CursorPlace, type Seek, type TimeWindow, type Zoomed } from "./QuickPlot";
 import { useQuick } from "./useQuick";
 
 interface Props {
@@ -125,26 +129,40 @@ export function PlotsAndPath({
 }: PlotsProps) {
   const { marks = NO_MARKS, seek = null, onSeek } = marking;
   const mark = useRef<PathMark>(null);
-  const follow = useCallback((x: number | null) => {
-    mark.current?.show(x);
+  const axes = useRef<SharedAxes>(null);
+  const [cursor] = useState(() => new TimeCursor());
+  const onRange = useCallback((range: TimeWindow) => {
+    axes.current?.show(range);
   }, []);
+  const follow = useCallback(
+    (place: CursorPlace | null) => {
+      if (unitX === "s") mark.current?.show(place?.x ?? null);
+      if (place) cursor.show(place.share, `${plain(place.x, 2)} ${unitX}`);
+      else cursor.hide();
+    },
+    [cursor, unitX],
+  );
   return (
     <div className="quick" data-testid="quick">
       <div className="quick-plots">
-        {charts.map((chart, i) => (
-          <QuickPlot
-            key={chart.title}
-            chart={chart}
-            group={group}
-            unitX={unitX}
-            onCursor={i === 0 && unitX === "s" ? follow : undefined}
-            onZoom={i === 0 ? onZoom : undefined}
-            marks={marks}
-            seek={seek}
-            onSeek={onSeek}
-            window={window}
-          />
-        ))}
+        <div className="quick-grid">
+          {charts.map((chart, i) => (
+            <QuickPlot
+              key={chart.title}
+              chart={chart}
+              group={group}
+              unitX={unitX}
+              onCursor={i === 0 ? follow : undefined}
+              onRange={i === 0 ? onRange : undefined}
+              onZoom={i === 0 ? onZoom : undefined}
+              marks={marks}
+              seek={seek}
+              onSeek={onSeek}
+              window={window}
+            />
+          ))}
+        </div>
+        <QuickAxes {...{ unitX, cursor }} ref={axes} columns={Math.min(COLUMNS, charts.length)} />
       </div>
       <figure className="quick-side">
         {children}
@@ -157,6 +175,35 @@ export function PlotsAndPath({
         </figcaption>
         <PathCanvas paths={paths} mark={mark} />
       </figure>
+    </div>
+  );
+}
+
+/** Columns of plots where the page is wide; in one column only the first axis is seen. */
+const COLUMNS = 2;
+
+/** Lets the plots say what they show, without drawing them and the path anew. */
+interface SharedAxes {
+  readonly show: (range: TimeWindow) => void;
+}
+
+interface AxesProps {
+  readonly unitX: string;
+  readonly cursor: TimeCursor;
+  readonly columns: number;
+  readonly ref: Ref<SharedAxes>;
+}
+
+/** What all plots count on x, once under each column. */
+function QuickAxes({ unitX, cursor, columns, ref }: AxesProps) {
+  const [range, setRange] = useState<TimeWindow | null>(null);
+  const marked = useMemo(() => plainTicks(unitX), [unitX]);
+  useImperativeHandle(ref, () => ({ show: setRange }), []);
+  return (
+    <div className="quick-axes">
+      {range === null
+        ? null
+        : Array.from({ length: columns }, (_, i) => <TimeAxis key={i} {...{ range, marked, cursor }} />)}
     </div>
   );
 }

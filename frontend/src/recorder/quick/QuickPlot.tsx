@@ -1,10 +1,10 @@
 import { useComputedColorScheme } from "@mantine/core";
 import { useEffect, useRef } from "react";
 import uPlot from "uplot";
-import { numberLabels } from "../../plots/chart/axes";
+import { plainTicks } from "../../plots/chart/axes";
 import { drawMarks, markAt, type PlotMark } from "../../plots/chart/marks";
-import { seriesOf } from "../../plots/chart/painter";
-import { FONT, INK, type Ink } from "../../ui/colours";
+import { axesOf, PADDING, plotWidth, seriesOf } from "../../plots/chart/painter";
+import { INK, type Ink } from "../../ui/colours";
 import { plain } from "../../ui/format";
 import { STRETCH_WORD, type Stretch } from "./course";
 import type { PlotLine, QuickChart } from "./quickCharts";
@@ -16,6 +16,12 @@ export interface TimeWindow {
 }
 /** Told what is shown, null for all. */
 export type Zoomed = (to: TimeWindow | null) => void;
+
+/** Where the cursor is on x, and on the width of the plot. */
+export interface CursorPlace {
+  readonly x: number;
+  readonly share: number;
+}
 
 /** A place on x to go to; another object each time, as one may go there again. */
 export interface Seek {
@@ -31,8 +37,10 @@ interface Props {
   readonly group: string;
   /** What x counts: seconds, or cycles. */
   readonly unitX: string;
-  /** Told where the cursor is on x, null off the plot. */
-  readonly onCursor?: ((x: number | null) => void) | undefined;
+  /** Told where the cursor is, null off the plot. */
+  readonly onCursor?: ((place: CursorPlace | null) => void) | undefined;
+  /** Told all of x that is shown. */
+  readonly onRange?: ((range: TimeWindow) => void) | undefined;
   readonly onZoom?: Zoomed | undefined;
   readonly marks: readonly PlotMark[];
   readonly seek: Seek | null;
@@ -43,8 +51,8 @@ interface Props {
 }
 
 /** One plot of a recording: drag zooms along x, a double click shows all again, the cursor is common to all. */
-export function QuickPlot({ chart, group, unitX, onCursor, onZoom, window = null, ...marking }: Props) {
-  const { marks, seek, onSeek } = marking;
+export function QuickPlot({ chart, group, unitX, window = null, ...rest }: Props) {
+  const { onCursor, onRange, onZoom, marks, seek, onSeek } = rest;
   const drawn = useRef<uPlot>(null);
   const shown = useRef(marks);
   const host = useRef<HTMLDivElement>(null);
@@ -61,9 +69,12 @@ export function QuickPlot({ chart, group, unitX, onCursor, onZoom, window = null
         const box = values.current[i];
         if (box) box.textContent = value === null || value === undefined ? "" : plain(value, 2);
       });
-      onCursor?.(at === null ? null : plot.data[0][at]);
+      const share = (plot.cursor.left ?? 0) / plotWidth(plot);
+      onCursor?.(at === null ? null : { x: plot.data[0][at], share });
     };
     const zoomed = (plot: uPlot) => {
+      const { min, max } = plot.scales.x;
+      if (min !== undefined && max !== undefined) onRange?.({ from: min, to: max });
       onZoom?.(windowOf(plot, window));
     };
     const marked = (plot: uPlot) => {
@@ -88,7 +99,7 @@ export function QuickPlot({ chart, group, unitX, onCursor, onZoom, window = null
       sizes.disconnect();
       plot.destroy();
     };
-  }, [chart, group, unitX, ink, onCursor, onZoom, onSeek, window]);
+  }, [chart, group, unitX, ink, onCursor, onRange, onZoom, onSeek, window]);
   useEffect(() => {
     shown.current = marks;
     drawn.current?.redraw(false);
@@ -97,7 +108,7 @@ export function QuickPlot({ chart, group, unitX, onCursor, onZoom, window = null
     if (!seek) return undefined;
     const frame = requestAnimationFrame(() => {
       if (drawn.current) goTo(drawn.current, seek.at);
-    }); // after the path is painted anew, which takes its mark away
+    }); // after the plot was drawn with all that it was given
     return () => {
       cancelAnimationFrame(frame);
     };
@@ -176,28 +187,14 @@ function optionsOf(
   host: HTMLElement,
   { group, unitX, ink, read, zoomed, marked }: Look,
 ): uPlot.Options {
-  const axis = {
-    font: `10px ${FONT}`,
-    stroke: ink.soft,
-    grid: { stroke: ink.gridMajor, width: 1 },
-    ticks: { show: false },
-    gap: 2,
-  };
-  const labelsX = (_: uPlot, splits: number[]) => {
-    const texts = numberLabels(splits);
-    return texts.map((text, i) => (i === texts.length - 1 ? `${text} ${unitX}` : text));
-  };
   return {
     width: Math.max(50, host.clientWidth),
     height: Math.max(50, host.clientHeight),
     legend: { show: false },
-    padding: [6, 14, 0, 0],
+    padding: PADDING,
     cursor: { sync: { key: group }, drag: { x: true, y: false }, y: false, points: { size: 5 } },
     scales: { x: { time: false } },
-    axes: [
-      { ...axis, size: 18, values: labelsX },
-      { ...axis, size: 46, values: (_, splits) => numberLabels(splits) },
-    ],
+    axes: axesOf(() => ink, plainTicks(unitX)),
     series: [{}, ...chart.lines.map(lineOf)],
     hooks: {
       drawClear: [
