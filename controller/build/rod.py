@@ -10,6 +10,7 @@ from controller.build.equilibrium import ChainStatics, equilibrium
 from controller.errors import ParameterError
 from controller.kernels.model.rod import RodModel
 from controller.schema.actuator import Actuator
+from controller.schema.rigidity import joint_stiffness
 
 FEWEST, MOST = 2, 1000
 """Rods of a model."""
@@ -39,10 +40,9 @@ def build_rod(actuator: Actuator, rods: int, *, omega_B: float = 100.0, zeta_B: 
     """
     if not FEWEST <= rods <= MOST:
         raise ParameterError(f"rods = {rods} is outside [{FEWEST}, {MOST}]")
-    table = actuator.table_rods
     L = np.full(rods, actuator.length / rods)
     m, arm, I = masses(actuator, L)  # noqa: E741
-    k = joint_profile(profile(actuator.k, table), rods)
+    k, b = joints(actuator, rods)
     T_theta = torque_map(actuator, rods)
     bend = rest_bend(actuator, rods)
     rest, compliance = equilibrium(ChainStatics(L, arm, m, k, bend, np.array(actuator.gravity)), T_theta)
@@ -52,7 +52,7 @@ def build_rod(actuator: Actuator, rods: int, *, omega_B: float = 100.0, zeta_B: 
         L=L,
         arm=arm,
         k=k,
-        b=joint_profile(profile(actuator.b, table), rods),
+        b=b,
         bend=bend,
         alpha=actuator.alpha,
         g=np.array(actuator.gravity),
@@ -64,6 +64,15 @@ def build_rod(actuator: Actuator, rods: int, *, omega_B: float = 100.0, zeta_B: 
         m_inv=1 / m,
         I_inv=1 / I,
     )
+
+
+def joints(actuator: Actuator, rods: int) -> tuple[Array, Array]:
+    """Stiffness [N m/rad] and damping [N m s/rad] (rods,) of the joints: from EI where it is given, else the table."""
+    if actuator.EI is None:
+        table = actuator.table_rods
+        return joint_profile(profile(actuator.k, table), rods), joint_profile(profile(actuator.b, table), rods)
+    k = joint_stiffness(actuator.EI, actuator.EI_arc, actuator.length, rods)
+    return k, np.asarray((actuator.beta or 0.0) * k)
 
 
 def profile(values: tuple[float, ...], count: int) -> Array:

@@ -8,12 +8,15 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
 
-from pydantic import BeforeValidator, ValidationError, model_validator
+import numpy as np
+from pydantic import BeforeValidator, ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic import Field as Bounds
 
+from controller.arrays import Array
 from controller.errors import ParameterError, sentence
 from controller.schema.layout import Model, quantity
 from controller.schema.layout import Quantity as Q
+from controller.schema.rigidity import joint_stiffness
 from controller.spelled import spelled
 
 SHORTEST = 1e-6
@@ -39,12 +42,19 @@ def _as_profile(value: Any) -> Any:
 Profile = Annotated[tuple[T, ...], Bounds(min_length=1, max_length=1000), BeforeValidator(_as_profile)]
 """Values from base to tip: one (uniform), two (linear in between), or one for each of `table_rods`."""
 
+UNKNOWN = 1.0
+"""Stands for k and b until they are computed from EI."""
+ROUNDING = 1e-9
+"""Share by which a number that was written and read may differ."""
 LIGHTEST = 1e-3
 """Least mass of a body [kg]: a gram."""
 RATIO_MAX = 1e4
 """Largest over smallest value of a profile, and tip load over mass: beyond it the chain's equations lose digits."""
 
-Stiffness = Annotated[float, Bounds(ge=1e-4, le=1000.0)]
+Rigidity = Annotated[float, Bounds(ge=1e-8, le=100.0)]
+Arc = Annotated[float, Bounds(ge=0.0, le=2.0)]
+STIFFNESS_MIN, STIFFNESS_MAX = 1e-4, 1000.0
+Stiffness = Annotated[float, Bounds(ge=STIFFNESS_MIN, le=STIFFNESS_MAX)]
 Damping = Annotated[float, Bounds(ge=0.0, le=1e3)]
 Density = Annotated[float, Bounds(ge=1e-3, le=1e3)]
 Curvature = Annotated[float, Bounds(ge=-100.0, le=100.0)]
@@ -116,6 +126,12 @@ class Actuator(Model):
     """Joint stiffness."""
     b: Annotated[Profile[Damping], Q("N m s/rad", "b")]
     """Joint damping."""
+    EI: Annotated[Profile[Rigidity] | None, Q("N m^2", "EI")] = None
+    """Bending stiffness of the backbone, from which k and b (b = beta k) then follow for any number of rods."""
+    EI_arc: Annotated[tuple[Arc, ...], Bounds(max_length=1000), Q("m", "s")] = ()
+    """Arc lengths at which EI is given, rising from the base; none: even from base to tip."""
+    beta: Annotated[float, Bounds(ge=0.0, le=10.0), Q("s", "beta")] | None = None
+    """Stiffness-proportional Rayleigh damping b / k; goes with EI."""
     alpha: Annotated[float, Bounds(ge=0.0, le=50.0), Q("1/s", "alpha")] = 5.0
     """Mass-proportional Rayleigh damping (ours): sets the first mode's damping ratio, 0.7 for P1. With 0.5 the
     observer's mode with a pinned tip rings, S with it, and at strong bends of P2 the loop through S is unstable."""
@@ -139,6 +155,15 @@ class Actuator(Model):
     """Highest chamber pressure that is ever commanded (35 psi; the paper gives no range)."""
     tracking: Tracking | None = None
     """Only to identify and observe recorded marker data."""
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _given_stiffness(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        """With EI, k and b may be left out: they are those of table_rods joints."""
+        given = isinstance(data, dict) and data.get("EI") is not None
+        found = handler({"k": UNKNOWN, "b": UNKNOWN, **data} if given else data)
+        _check_stiffness(found)
+        return found.model_copy(update=_joints(found, data)) if given else found
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -167,6 +192,48 @@ class Actuator(Model):
                 f"u_max = {self.u_max} N m needs {needed:.0f} Pa, above pressure_max = {self.pressure_max}"
             )
         return self
+
+
+def by_joints(actuator: Actuator) -> Actuator:
+    """The same actuator with k and b as they are at its table_rods joints, free to be changed: without EI."""
+    return actuator.model_copy(update={"EI": None, "EI_arc": (), "beta": None})
+
+
+def _check_stiffness(actuator: Actuator) -> None:
+    """ValueError where EI, EI_arc and beta do not fit together."""
+    EI, arc = actuator.EI, actuator.EI_arc
+    if EI is None:
+        if arc or actuator.beta is not None:
+            raise ValueError(f"{'EI_arc' if arc else 'beta'} goes with EI, which is not given")
+        return
+    if actuator.beta is None:
+        raise ValueError("EI needs beta [s], the damping b over k")
+    if arc and len(arc) != len(EI):
+        raise ValueError(f"EI_arc has {len(arc)} values, EI has {len(EI)}")
+    if any(inner >= outer for inner, outer in pairwise(arc)) or (arc and arc[-1] > actuator.length * (1 + ROUNDING)):
+        raise ValueError(f"EI_arc = {arc} does not rise from the base up to length = {actuator.length} m")
+    if max(EI) > RATIO_MAX * min(EI):
+        raise ValueError(f"EI goes from {min(EI):g} to {max(EI):g}: {RATIO_MAX:g} to 1 is the most")
+
+
+def _joints(actuator: Actuator, data: dict[str, Any]) -> dict[str, Any]:
+    """k and b of table_rods joints, from EI and beta; ValueError where `data` say anything else."""
+    assert actuator.EI is not None and actuator.beta is not None
+    k = joint_stiffness(actuator.EI, actuator.EI_arc, actuator.length, actuator.table_rods)
+    for name, values in (("k", k), ("b", actuator.beta * k)):
+        if name in data and not same(getattr(actuator, name), values):
+            raise ValueError(f"{name} and EI are both given: with EI, k and b follow from EI, EI_arc and beta")
+    if not (STIFFNESS_MIN <= k.min() and k.max() <= STIFFNESS_MAX):
+        raise ValueError(
+            f"EI = {actuator.EI}: joints of {k.min():.3g} to {k.max():.3g} N m/rad are outside "
+            f"[{STIFFNESS_MIN:g}, {STIFFNESS_MAX:g}]"
+        )
+    return {"k": tuple(k.tolist()), "b": tuple((actuator.beta * k).tolist())}
+
+
+def same(given: tuple[float, ...], found: Array) -> bool:
+    """Whether a file that was written from EI still says the same of its joints (N,)."""
+    return len(given) == len(found) and bool(np.allclose(given, found, rtol=ROUNDING, atol=0.0))
 
 
 def read_actuator(source: str | Path) -> Actuator:
@@ -205,7 +272,8 @@ def write_actuator(actuator: Actuator, path: Path, remark: str = "") -> None:
     """Write `actuator` as TOML with the units beside the numbers, so that `read_actuator` gives it back."""
     lines = [f"# {line}".rstrip() for line in remark.splitlines()]
     tables = []
-    for name, value in actuator.model_dump(mode="json", exclude_none=True).items():
+    derived = set() if actuator.EI is None else {"k", "b"}
+    for name, value in actuator.model_dump(mode="json", exclude_none=True, exclude=derived).items():
         if isinstance(value, dict):
             tables += ["", f"[{name}]", *(f"{key} = {json.dumps(item)}" for key, item in value.items())]
         else:

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -19,7 +19,7 @@ from controller.research.identification.poses import is_static, read_poses
 from controller.research.identification.report.report import number_text, report_page
 from controller.research.identification.statics import fit_statics
 from controller.research.identification.tables import MeasuredTable, read_measured
-from controller.schema.actuator import Actuator, write_actuator
+from controller.schema.actuator import Actuator, by_joints, write_actuator
 from controller.schema.origin import hashes, origin
 from controller.schema.parameters import ControllerParameters
 
@@ -40,6 +40,7 @@ class IdentificationTask:
 
 def identify(task: IdentificationTask) -> list[Fit]:
     """The fits that the data of `task` allow, each upon the one before: the last one's actuator has them all."""
+    task = replace(task, base=by_joints(task.base))
     tables = [read_measured(path) for path in task.data]
     statics, decays = [t for t in tables if is_static(t)], [t for t in tables if is_decay(t)]
     _refuse(tables, statics, decays, task)
