@@ -53,10 +53,15 @@ def settle(body: ChainStatics, theta: Array) -> Array:
     raise np.linalg.LinAlgError("no convergence")
 
 
-def gravity_torque(body: ChainStatics | RodModel, theta: Array) -> tuple[Array, Array]:
-    """Generalised force on the angles (N,) [N m] and its slope (N,): each rod carries all that hangs on it."""
+def gravity_arms(body: ChainStatics | RodModel) -> Array:
+    """Torque on each angle (N,) per gravity across its rod [kg m]: each rod carries all that hangs on it."""
     beyond = np.cumsum(body.m[::-1])[::-1] - body.m
-    arm = body.L * beyond + body.m * body.arm
+    return np.asarray(body.L * beyond + body.m * body.arm)
+
+
+def gravity_torque(body: ChainStatics | RodModel, theta: Array) -> tuple[Array, Array]:
+    """Generalised force on the angles (N,) [N m] and its slope (N,)."""
+    arm = gravity_arms(body)
     s, c = np.sin(theta), np.cos(theta)
     return np.asarray(arm * (body.g[1] * c - body.g[0] * s)), np.asarray(-arm * (body.g[0] * c + body.g[1] * s))
 

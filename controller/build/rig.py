@@ -1,21 +1,20 @@
 """From parameters to the arrays that one tick works on: the bridge between pydantic and the kernels."""
 
-import itertools
 import math
 
 import numpy as np
 
-from controller.arrays import Array
 from controller.build.rod import build_rod, computable
 from controller.build.stability import require_stable
+from controller.build.statics import build_static_map
 from controller.errors import ParameterError
 from controller.kernels.control.tick import Rig
 from controller.kernels.memory import PLAN, STATE, Control, Sensing
 from controller.kernels.model.energy import make_ledger, open_ledger
+from controller.kernels.model.equilibrium import make_scratch
 from controller.kernels.model.implicit import make_implicit_work
-from controller.kernels.model.polygon import Polygon, admissible
 from controller.kernels.model.rod import RodModel, make_load, make_work
-from controller.kernels.model.statics import StaticMap, at_rest, places, points_on, static_tip
+from controller.kernels.model.statics import at_rest, places, points_on
 from controller.kernels.observer.observer import Observer, ObserverGains, reset_observer, step_observer
 from controller.schema.actuator import Actuator
 from controller.schema.layout import to_record
@@ -28,9 +27,6 @@ from controller.schema.parameters import (
     RigParameters,
     SafetyLimits,
 )
-
-SEED_GRID = 41
-"""Points a side of the grid of starts for the inverse: 3 mN m, some 10 mm at the tip."""
 
 
 def build_rig(parameters: RigParameters, boot: int) -> Rig:
@@ -57,6 +53,7 @@ def _built(parameters: RigParameters, boot: int) -> Rig:
         limits=to_record(parameters.limits),
         pascal_per_torque=np.array(actuator.pressure_map),
         smap=build_static_map(model, actuator, controller),
+        scratch=make_scratch(controller.rods),
         q=observer.state.q,
         v=observer.state.v,
         reference=np.zeros((REFERENCE_ROWS, 2)),
@@ -144,37 +141,3 @@ def largest_damping(observer: Observer) -> float:
     observer.load.F[:] = 0.0
     reset_observer(observer)
     return 1.0 / float(np.hypot(*tip))
-
-
-def build_polygon(actuator: Actuator, bend: Array) -> Polygon:
-    """Admissible torques of `actuator`; `bend` (2,) [rad/(N m)] is the tip angle per torque."""
-    normals = np.array([[1.0, 0.0], [0.0, 1.0], bend])
-    bounds = np.array([actuator.u_max, actuator.u_max, actuator.bend_max])
-    open_polygon = Polygon(normals, bounds, np.zeros((0, 2)))
-    corners = []
-    for first, second in itertools.combinations(range(3), 2):
-        for sign, other in itertools.product((-1.0, 1.0), repeat=2):
-            sides = np.array([sign * bounds[first], other * bounds[second]])
-            corner = np.linalg.solve(normals[[first, second]], sides)
-            if admissible(open_polygon, corner[0], corner[1]):
-                corners.append(corner)
-    corners.sort(key=lambda corner: math.atan2(corner[1], corner[0]))
-    return Polygon(normals, bounds, np.array(corners))
-
-
-def build_static_map(model: RodModel, actuator: Actuator, controller: ControllerParameters) -> StaticMap:
-    """Static map of `model` over the torques of `actuator`, with a grid of starts."""
-    polygon = build_polygon(actuator, model.compliance[-1])
-    side = np.linspace(-actuator.u_max, actuator.u_max, SEED_GRID)
-    grid = [(u1, u2) for u1 in side for u2 in side if admissible(polygon, u1, u2)]
-    tips = [static_tip(model, u1, u2) for u1, u2 in grid]
-    return StaticMap(
-        L=model.L,
-        rest=model.rest,
-        compliance=model.compliance,
-        polygon=polygon,
-        epsilon=controller.epsilon,
-        rcond_min=controller.rcond_min,
-        seeds=np.array(grid),
-        seed_tips=np.array(tips),
-    )

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Array, Rows, Words
+from controller.kernels.model.equilibrium import Scratch
 from controller.kernels.model.statics import StaticMap
 
 STATE = np.dtype(
@@ -96,6 +97,8 @@ class Control(NamedTuple):
     pascal_per_torque: Array
     """Chamber pressure per u_j (2,) [Pa/(N m)]."""
     smap: StaticMap
+    scratch: Scratch
+    """Of the loop's thread, for the static map."""
     q: Array
     """The observer's pose (3,N)."""
     v: Array

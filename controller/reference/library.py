@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.rig import build_static_map
 from controller.build.rod import build_rod
+from controller.build.statics import build_static_map
 from controller.errors import ParameterError
 from controller.kernels.model.statics import StaticMap
 from controller.reference import shapes

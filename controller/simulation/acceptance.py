@@ -9,6 +9,7 @@ import numpy as np
 
 from controller.arrays import Rows
 from controller.build.rig import build_rig
+from controller.build.statics import scratch_for
 from controller.build.twin import build_twin
 from controller.errors import ParameterError
 from controller.kernels.model.statics import static_tip
@@ -62,7 +63,7 @@ def _run(parameters: RigParameters, settings: Settings, end: float) -> None:
     for request, seconds in STAGES.items():
         simulation.command["request_n"] += 1
         simulation.command["request"] = request
-        simulation.command["target"] = static_tip(smap, u[0], u[1])
+        simulation.command["target"] = static_tip(smap.statics, u[0], u[1], scratch_for(smap))
         _advance(simulation, round(seconds / dt), request != Request.FOLLOW, end)
 
 

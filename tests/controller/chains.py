@@ -7,9 +7,11 @@ from numba import njit
 
 from controller.arrays import Array
 from controller.build.rod import build_rod
+from controller.build.statics import build_statics
 from controller.kernels.model.energy import Ledger, ledger_step
 from controller.kernels.model.integrate import rk4_step
 from controller.kernels.model.rod import Load, RodModel, RodState, Work, make_work
+from controller.kernels.model.statics import Statics
 from controller.schema.actuator import PRESETS
 
 compiled: Any = njit(nogil=True, error_model="numpy")
@@ -18,6 +20,11 @@ NO_TORQUE = np.zeros(2)
 
 def preset(name: str = "P1", rods: int = 10, **changes: Any) -> RodModel:
     return build_rod(PRESETS[name], rods)._replace(**changes)
+
+
+def static(model: RodModel) -> Statics:
+    """Its static map for torques up to those of the presets."""
+    return build_statics(model, PRESETS["P1"].u_max)
 
 
 def posed(model: RodModel, theta: Array, omega: Array) -> RodState:

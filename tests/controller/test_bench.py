@@ -12,7 +12,7 @@ from controller.errors import TendrilError
 from controller.kernels.model.block import factorise
 from controller.kernels.model.implicit import assemble, make_implicit_work, stage
 from controller.kernels.model.rod import make_load, make_work, rotations
-from controller.kernels.model.statics import static_tip, tip_of
+from controller.kernels.model.statics import tip_of
 from controller.research.bench.bench import mujoco_tip_difference, time_beside_mujoco
 from controller.research.bench.dense import dense_step, stage_matrix
 from controller.research.bench.elastica_rod import beside_elastica
@@ -20,7 +20,8 @@ from controller.research.bench.scaling import RELEASED_AT, bent, run_steps, stab
 from controller.research.bench.tick_bench import closed_loop
 from controller.schema.actuator import PRESETS
 from controller.schema.parameters import RigParameters
-from tests.controller.chains import advance, assert_close, preset, thrown
+from tests.controller.chains import advance, assert_close, preset, static, thrown
+from tests.controller.statically import static_tip
 
 
 def test_the_tips_of_both_engines_agree_to_a_micrometre() -> None:
@@ -70,7 +71,7 @@ def test_the_dense_solver_is_given_the_system_of_the_implicit_stage() -> None:
 def test_the_chain_is_let_go_from_its_static_pose() -> None:
     model = build_rod(PRESETS["P1"], 50)
     assert tip_of(model, bent(model, RELEASED_AT).q) == pytest.approx(
-        static_tip(model, RELEASED_AT, RELEASED_AT), abs=1e-12
+        static_tip(static(model), RELEASED_AT, RELEASED_AT), abs=1e-12
     )
 
 

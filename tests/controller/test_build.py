@@ -11,10 +11,11 @@ from controller.build.stability import largest_step, natural_modes, stable_subst
 from controller.build.twin import twin_model
 from controller.errors import ParameterError
 from controller.kernels.model.rod import RodModel, make_load
-from controller.kernels.model.statics import at_rest, static_tip
+from controller.kernels.model.statics import at_rest
 from controller.schema.actuator import PRESETS, Actuator
 from controller.schema.parameters import TwinParameters
-from tests.controller.chains import advance, preset, thrown
+from tests.controller.chains import advance, preset, static, thrown
+from tests.controller.statically import static_tip
 from tests.oracles import Chain
 
 BASE_MID_TIP = PRESETS["P2"].model_copy(update={"chambers": ((1, 5), (5, 10))})
@@ -26,7 +27,8 @@ def admissible(actuator: Actuator, u_max: float) -> list[tuple[float, float]]:
 
 
 def tips(model: RodModel, torques: list[tuple[float, float]]) -> Array:
-    return np.array([static_tip(model, *u) for u in torques])
+    found = static(model)
+    return np.array([static_tip(found, *u) for u in torques])
 
 
 def test_ten_rods_have_the_papers_table() -> None:

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from controller.kernels.control.feedback import FORGET_WAY, update_sensitivity
-from controller.kernels.model.statics import sensitivity, side_of
 from controller.reference.feasible.reach import static_tips
 from controller.reference.reference import Reference
 from controller.schema.actuator import PRESETS
 from controller.schema.modes import Law, Mode, Request, RowKind
 from controller.schema.parameters import Settings
 from controller.simulation.run import plan
+from tests.controller.statically import sensitivity, side_of
 from tests.controller.trial import SOFT, Trial, controller_with, distance, true_tip, twin_with
 
 POSES = {
@@ -28,7 +28,7 @@ def paper_torque(trial: Trial, law: Law, error: np.ndarray, integral: np.ndarray
     P, I = law in (Law.FF_P, Law.FF_PI), law in (Law.FF_I, Law.FF_PI)  # noqa: E741
     f = P * K_P @ error + I * K_I @ integral + K_FF @ p_ref_dot
     control = trial.rig.control
-    S = np.array(sensitivity(control.smap, control.q[2])).reshape(2, 2)
+    S = np.array(sensitivity(control.smap.statics, control.q[2])).reshape(2, 2)
     assert np.linalg.cond(S) < 4
     return np.asarray(np.linalg.solve(S.T @ S + 1e-8 * np.eye(2), S.T @ f))
 
@@ -167,9 +167,9 @@ def test_across_a_fold_feedback_does_not_lead_on_into_the_other_pose() -> None:
     control, state, smap = rig.control, rig.control.state[0], rig.control.smap
     here, across = (0.045, -0.005), (0.045, -0.016)
     state["mode"] = Mode.TRACK
-    assert side_of(smap, *here) * side_of(smap, *across) < 0.0
+    assert side_of(smap.statics, *here) * side_of(smap.statics, *across) < 0.0
     for u in (here, across):
-        control.q[2] = smap.rest + smap.compliance @ np.array(u)
+        control.q[2] = smap.statics.rest + smap.statics.compliance @ np.array(u)
         shares = []
         for kind, u_ff in [(RowKind.DRAWN, here), (RowKind.DRAWN, across), (RowKind.KNOWN, here)]:
             state["kind"], state["u_ff"] = kind, u_ff

@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 from scipy.optimize import LinearConstraint, minimize
 
-from controller.build.rig import build_static_map
+from controller.build.statics import build_static_map
 from controller.kernels.control.follow import limit_motion
-from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE, gauss_newton, invert, refine
+from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE, gauss_newton
 from controller.kernels.model.polygon import admissible, nearest_admissible
-from controller.kernels.model.statics import StaticMap, expand_tip, static_tip
+from controller.kernels.model.statics import StaticMap
 from controller.schema.actuator import PRESETS
 from controller.schema.modes import Law, Request
 from controller.schema.parameters import ControllerParameters
 from tests.controller.chains import preset
+from tests.controller.statically import expand_tip, invert, refine, static_tip
 from tests.controller.trial import Trial, distance, line, true_tip
 
 
@@ -40,10 +41,10 @@ def settle(smap: StaticMap, target: tuple[float, float], u: tuple[float, float])
 
 def test_the_step_is_the_paper_s_gauss_newton_step() -> None:
     smap, r = static_map(), np.array([0.01, -0.02])
-    at = expand_tip(smap, 0.02, -0.01)
+    at = expand_tip(smap.statics, 0.02, -0.01)
     S = np.array([[at.x_1, at.x_2], [at.y_1, at.y_2]])
     assert gauss_newton(smap, at, *r) == pytest.approx(-np.linalg.solve(S, r))
-    straight = expand_tip(smap, 0.0, 0.0)
+    straight = expand_tip(smap.statics, 0.0, 0.0)
     S = np.array([[straight.x_1, straight.x_2], [straight.y_1, straight.y_2]])
     regular = -np.linalg.solve(S.T @ S + 1e-8 * np.eye(2), S.T @ r)
     assert np.linalg.cond(S) > 1e10
@@ -63,23 +64,23 @@ def test_projection_finds_the_nearest_admissible_torque(name: str) -> None:
 
 @pytest.mark.parametrize("name", PRESETS)
 def test_the_inverse_settles_at_a_local_minimum_of_the_distance(name: str) -> None:
-    smap, model = static_map(name), preset(name)
+    smap = static_map(name)
     limits = LinearConstraint(1e-2 * smap.polygon.normals / smap.polygon.bounds[:, None], -1, 1)
     targets = np.random.default_rng(5).uniform(-0.3, 0.3, (60, 2))
     for target, start in zip(targets, random_torques(smap, 60, 6), strict=True):
         u1, u2, left = settle(smap, (target[0], target[1]), start)
         assert admissible(smap.polygon, u1, u2)
-        objective = lambda v, target=target: 1e3 * np.sum((static_tip(model, *(1e-2 * v)) - target) ** 2)  # noqa: E731
+        objective = lambda v, target=target: 1e3 * np.sum((static_tip(smap.statics, *(1e-2 * v)) - target) ** 2)  # noqa: E731
         best = minimize(objective, 1e2 * np.array([u1, u2]), constraints=limits, method="SLSQP", tol=1e-14)
         assert left <= np.sqrt(best.fun / 1e3) + TOLERANCE
 
 
 @pytest.mark.parametrize("name", PRESETS)
 def test_the_inverse_returns_the_torques_of_a_tip_near_them(name: str) -> None:
-    smap, model = static_map(name), preset(name)
+    smap = static_map(name)
     for u in random_torques(smap, 100, 8):
         near = nearest_admissible(smap.polygon, u[0] + 1e-3, u[1] - 1e-3)
-        assert settle(smap, static_tip(model, *u), near)[2] < TOLERANCE
+        assert settle(smap, static_tip(smap.statics, *u), near)[2] < TOLERANCE
 
 
 def test_a_target_straight_ahead_of_the_straight_pose_is_reached() -> None:
@@ -92,9 +93,9 @@ def test_a_target_straight_ahead_of_the_straight_pose_is_reached() -> None:
 
 @pytest.mark.parametrize("name", PRESETS)
 def test_every_tip_of_the_map_is_found_from_every_start(name: str) -> None:
-    smap, model = static_map(name), preset(name)
+    smap = static_map(name)
     for u, start in zip(random_torques(smap, 60, 9), random_torques(smap, 60, 10), strict=True):
-        target, now = static_tip(model, 0.98 * u[0], 0.98 * u[1]), start
+        target, now = static_tip(smap.statics, 0.98 * u[0], 0.98 * u[1]), start
         for _ in range(60):
             u1, u2, left = invert(smap, target, now, True)
             now = (u1, u2)
@@ -179,7 +180,7 @@ def test_between_two_solutions_the_reference_follows_the_torque_and_a_hold_stays
     reference, plan = trial.rig.control.reference, trial.rig.control.plan
     reference[:2000], plan[0] = (0.16, 0.0), (2000, 0, 2000)
     begun = trial.ask(Request.TRACK)[-1]
-    assert static_tip(trial.rig.control.smap, *begun["u_ff"]) == pytest.approx(begun["p_ref"], abs=1e-4)
+    assert static_tip(trial.rig.control.smap.statics, *begun["u_ff"]) == pytest.approx(begun["p_ref"], abs=1e-4)
     trial.switch(law=Law.OPEN_LOOP)
     opened = trial.run(1)[-1]
     trial.switch(law=Law.FF_PI)

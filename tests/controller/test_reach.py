@@ -5,8 +5,9 @@ import pytest
 
 from controller.build.rod import build_rod
 from controller.reference.feasible.reach import reach_map, static_tips
+from controller.reference.library import static_map
 from controller.schema.actuator import PRESETS
-from controller.schema.parameters import RigParameters
+from controller.schema.parameters import ControllerParameters, RigParameters
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -26,11 +27,11 @@ def test_the_map_covers_exactly_the_admissible_torques(name: str) -> None:
 
 def test_every_reachable_tip_lies_beside_a_point_of_the_map() -> None:
     reach = reach_map(RigParameters())
-    model = build_rod(PRESETS["P1"], 10)
+    smap = static_map(PRESETS["P1"], ControllerParameters())
     rng = np.random.default_rng(2)
     u = rng.uniform(-0.06, 0.06, (200, 2))
-    u = u[np.abs(u @ model.compliance[-1]) <= PRESETS["P1"].bend_max]
-    tips = static_tips(model, u)
+    u = u[np.abs(u @ smap.statics.compliance[-1]) <= PRESETS["P1"].bend_max]
+    tips = static_tips(smap, u)
     apart = np.linalg.norm(tips[:, None] - reach.p.reshape(1, -1, 2), axis=-1).min(axis=1)
     assert apart.max() < 8e-3
 

@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 
-from controller.build.rig import build_static_map, observer_model
+from controller.build.rig import observer_model
+from controller.build.statics import build_static_map
 from controller.errors import DataError, TendrilError
-from controller.kernels.model.statics import static_tip
 from controller.reference.reference import Reference
 from controller.schema.modes import Law, Mode
 from controller.schema.parameters import ControllerParameters, RigParameters, SafetyLimits, Settings, TwinParameters
 from controller.simulation.metrics import Window, measure, true_tip
 from controller.simulation.run import run
+from tests.controller.statically import static_tip
 
 PARAMETERS = RigParameters()
 GOAL = (0.02, 0.02)
@@ -22,7 +23,7 @@ def hop(approach: int = 2000, hold: int = 1000) -> Reference:
     smap = build_static_map(observer_model(PARAMETERS), PARAMETERS.actuator, PARAMETERS.controller)
     s = np.clip(np.arange(approach + hold) / approach, 0.0, 1.0)
     share = s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
-    return Reference("hop", np.array([static_tip(smap, GOAL[0] * a, GOAL[1] * a) for a in share]), approach)
+    return Reference("hop", np.array([static_tip(smap.statics, GOAL[0] * a, GOAL[1] * a) for a in share]), approach)
 
 
 @pytest.fixture(scope="module")

@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from controller.build.rig import build_static_map
 from controller.build.rod import build_rod
-from controller.kernels.model.statics import Expansion, expand_tip, places, points_on, sensitivity, static_tip
+from controller.build.statics import build_static_map
+from controller.kernels.model.statics import places, points_on
 from controller.schema.actuator import PRESETS
 from controller.schema.parameters import ControllerParameters
-from tests.controller.chains import posed, preset
+from tests.controller.chains import posed, preset, static
+from tests.controller.statically import expand_tip, sensitivity, static_tip
 
 TORQUES = [(0.0, 0.0), (0.02, -0.01), (-0.03, 0.04), (0.05, 0.01)]
 
@@ -17,23 +18,29 @@ TORQUES = [(0.0, 0.0), (0.02, -0.01), (-0.03, 0.04), (0.05, 0.01)]
 @pytest.mark.parametrize("u", TORQUES)
 def test_the_sensitivity_is_the_slope_of_the_static_tip(name: str, u: tuple[float, float]) -> None:
     model, h = preset(name), 1e-6
-    S = np.array(sensitivity(model, model.compliance @ u)).reshape(2, 2)
+    S = np.array(sensitivity(static(model), model.compliance @ u)).reshape(2, 2)
     for j in range(2):
         step = h * np.eye(2)[j]
-        slope = np.subtract(static_tip(model, *(u + step)), static_tip(model, *(u - step))) / (2 * h)
+        slope = np.subtract(static_tip(static(model), *(u + step)), static_tip(static(model), *(u - step))) / (2 * h)
         assert S[:, j] == pytest.approx(slope, abs=1e-7)
 
 
 @pytest.mark.parametrize("u", TORQUES)
 def test_the_expansion_holds_the_slope_and_the_curvature_of_the_tip(u: tuple[float, float]) -> None:
-    model, h = preset("P2"), 1e-5
-    at = Expansion(*expand_tip(model, *u))
-    assert static_tip(model, *u) == pytest.approx((at.x, at.y), abs=1e-15)
+    statics, h = static(preset("P2")), 1e-5
+    at = expand_tip(statics, *u)
+    assert static_tip(statics, *u) == pytest.approx((at.x, at.y), abs=1e-15)
     first, second = np.array([h, 0.0]), np.array([0.0, h])
-    ahead, behind = Expansion(*expand_tip(model, *(u + first))), Expansion(*expand_tip(model, *(u - first)))
+    ahead, behind = (
+        expand_tip(statics, *(u + first)),
+        expand_tip(statics, *(u - first)),
+    )
     assert (ahead.x_1 - behind.x_1) / (2 * h) == pytest.approx(at.x_11, rel=1e-5, abs=1e-4)
     assert (ahead.y_2 - behind.y_2) / (2 * h) == pytest.approx(at.y_12, rel=1e-5, abs=1e-4)
-    ahead, behind = Expansion(*expand_tip(model, *(u + second))), Expansion(*expand_tip(model, *(u - second)))
+    ahead, behind = (
+        expand_tip(statics, *(u + second)),
+        expand_tip(statics, *(u - second)),
+    )
     assert (ahead.y_2 - behind.y_2) / (2 * h) == pytest.approx(at.y_22, rel=1e-5, abs=1e-4)
     assert (ahead.x_1 - behind.x_1) / (2 * h) == pytest.approx(at.x_12, rel=1e-5, abs=1e-4)
 
@@ -45,7 +52,7 @@ def test_a_torque_at_the_tip_bends_a_fine_chain_to_a_circle() -> None:
     end = base + bend
     x = EI / u * (np.sin(end) - np.sin(base)) + L / 20 * np.cos(end)
     y = EI / u * (np.cos(base) - np.cos(end)) + L / 20 * np.sin(end)
-    assert static_tip(build_rod(PRESETS["P1"], 1000), u, u) == pytest.approx((x, y), abs=2e-4)
+    assert static_tip(static(build_rod(PRESETS["P1"], 1000)), u, u) == pytest.approx((x, y), abs=2e-4)
 
 
 @pytest.mark.parametrize("rods", [7, 10, 20, 33])

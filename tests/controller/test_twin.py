@@ -10,13 +10,14 @@ from controller.arrays import Rows
 from controller.build.rod import build_rod
 from controller.build.twin import build_twin
 from controller.kernels.model.rod import make_load
-from controller.kernels.model.statics import static_tip, tip_of
+from controller.kernels.model.statics import tip_of
 from controller.kernels.plant.twin import Twin, twin_step
 from controller.schema.actuator import PRESETS
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Measurement, Telemetry
 from controller.schema.parameters import RigParameters, TwinParameters
-from tests.controller.chains import advance, compiled, posed
+from tests.controller.chains import advance, compiled, posed, static
+from tests.controller.statically import static_tip
 
 IDEAL = {
     "torque_gain": (1.0, 1.0),
@@ -62,7 +63,7 @@ def test_without_flaws_the_tip_rests_where_the_model_says(name: str, u: tuple[fl
     per_torque = actuator.pressure_map[0]
     p = (max(u[0], 0), max(-u[0], 0), max(u[1], 0), max(-u[1], 0))
     telemetry, measurement = run(twin_of(name, rods=10, **IDEAL), np.array(p) * per_torque * np.ones((8000, 1)))
-    expected = static_tip(build_rod(actuator, 10), *u)
+    expected = static_tip(static(build_rod(actuator, 10)), *u)
     assert telemetry["twin_backbone"][-1, -1] == pytest.approx(expected, abs=1e-6)
     assert measurement["markers"][-1, -1] == pytest.approx(expected, abs=1e-6)
 
@@ -80,7 +81,7 @@ def test_the_twin_hangs_under_gravity_as_the_model_does() -> None:
 def test_torque_gain_is_the_mismatch_of_the_bend() -> None:
     telemetry, _ = run(twin_of(rods=10, **IDEAL | {"torque_gain": (1.2, 1.2)}), held((60e3, 0.0, 0.0, 0.0), 8.0))
     u = 1.2 * 60e3 / PRESETS["P1"].pressure_map[0]
-    expected = static_tip(build_rod(PRESETS["P1"], 10), u, 0.0)
+    expected = static_tip(static(build_rod(PRESETS["P1"], 10)), u, 0.0)
     assert telemetry["twin_backbone"][-1, -1] == pytest.approx(expected, abs=1e-6)
 
 

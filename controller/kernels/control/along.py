@@ -5,22 +5,31 @@ import math
 from controller.arrays import Array, Pair, Words
 from controller.kernels.compiled import kernel
 from controller.kernels.control.inverse import TOLERANCE, refine
+from controller.kernels.model.equilibrium import Scratch
 from controller.kernels.model.statics import StaticMap, static_tip
 
 
 @kernel
 def invert_along(
-    smap: StaticMap, p: Array, row: int, u: Pair, every: int, steps: int, distances: Array, out_torques: Array
+    smap: StaticMap,
+    p: Array,
+    row: int,
+    u: Pair,
+    every: int,
+    steps: int,
+    distances: Array,
+    scratch: Scratch,
+    out_torques: Array,
 ) -> int:
     """Follow p (n,2) [m] from `row` and u [N m] on: torques (n,2) [N m], and the distances (n,) [m] that they leave.
 
     Pointwise along the reference: paper, "Quasi-Static Feedforward Control". Ends at the first row where another branch
     should be looked for, or at n: one that is out of reach, and comes after one that is not, or is the next of `every`.
-    In place: distances.
+    In place: distances, scratch.
     """
     u1, u2 = u
     for i in range(row, p.shape[0]):
-        u1, u2, distances[i], _ = refine(smap, (p[i, 0], p[i, 1]), (u1, u2), steps)
+        u1, u2, distances[i], _ = refine(smap, (p[i, 0], p[i, 1]), (u1, u2), steps, scratch)
         out_torques[i, 0], out_torques[i, 1] = u1, u2
         if distances[i] >= TOLERANCE and (i % every == 0 or distances[i - 1] < TOLERANCE):
             return i
@@ -28,28 +37,30 @@ def invert_along(
 
 
 @kernel
-def refine_each(smap: StaticMap, steps: int, p: Array, torques: Array) -> None:
+def refine_each(smap: StaticMap, steps: int, p: Array, torques: Array, scratch: Scratch) -> None:
     """Refine torques (n,2) [N m], each from itself, until they hold p (n,2) [m].
 
     A point that is out of the reach of its torques by TOLERANCE or more becomes the tip that they hold.
-    Paper, "Quasi-Static Feedforward Control". In place: p, torques.
+    Paper, "Quasi-Static Feedforward Control". In place: p, torques, scratch.
     """
     for i in range(p.shape[0]):
-        u1, u2, distance, _ = refine(smap, (p[i, 0], p[i, 1]), (torques[i, 0], torques[i, 1]), steps)
+        u1, u2, distance, _ = refine(smap, (p[i, 0], p[i, 1]), (torques[i, 0], torques[i, 1]), steps, scratch)
         torques[i, 0], torques[i, 1] = u1, u2
         if distance >= TOLERANCE:
-            p[i, 0], p[i, 1] = static_tip(smap, u1, u2)
+            p[i, 0], p[i, 1] = static_tip(smap.statics, u1, u2, scratch)
 
 
 @kernel
-def nearest_of(smap: StaticMap, target: Pair, starts: Words, steps: int) -> tuple[float, float, float]:
+def nearest_of(
+    smap: StaticMap, target: Pair, starts: Words, steps: int, scratch: Scratch
+) -> tuple[float, float, float]:
     """The best that comes of the seeds `starts` (m,) for `target` [m]: torques [N m], and the distance [m].
 
-    Not in the paper, whose inverse has one start.
+    Not in the paper, whose inverse has one start. In place: scratch.
     """
     best, u1, u2 = math.inf, 0.0, 0.0
     for k in starts:
-        v1, v2, distance, _ = refine(smap, target, (smap.seeds[k, 0], smap.seeds[k, 1]), steps)
+        v1, v2, distance, _ = refine(smap, target, (smap.seeds[k, 0], smap.seeds[k, 1]), steps, scratch)
         if distance < best:
             best, u1, u2 = distance, v1, v2
     return u1, u2, best

@@ -93,7 +93,7 @@ def update_sensitivity(control: Control) -> None:
     """
     state, bounds = control.state[0], control.controller[0]
     ratio = bounds.weak_ratio if state.kind == KNOWN else bounds.weak_ratio_live
-    S11, S12, S21, S22 = sensitivity(control.smap, control.q[2])
+    S11, S12, S21, S22 = sensitivity(control.smap.statics, control.q[2], control.scratch)
     state.S[0], state.S[1], state.S[2], state.S[3] = S11, S12, S21, S22
     A11, A12, A22 = S11 * S11 + S12 * S12, S11 * S21 + S12 * S22, S21 * S21 + S22 * S22
     det = S11 * S22 - S12 * S21
@@ -101,7 +101,9 @@ def update_sensitivity(control: Control) -> None:
     state.weak[0], state.weak[1] = way_down(A11, A12, A22, det * det / strong, 0.0, 0.0)
     square = det * det
     if state.mode == TRACK and state.kind != KNOWN:
-        square = max(0.0, min(square, det * side_of(control.smap, state.u_ff[0], state.u_ff[1])))
+        square = max(
+            0.0, min(square, det * side_of(control.smap.statics, state.u_ff[0], state.u_ff[1], control.scratch))
+        )
     state.share = min(1.0, square / (ratio * strong) ** 2) if ratio > 0.0 else 1.0
 
 

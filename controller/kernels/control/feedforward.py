@@ -47,7 +47,9 @@ def solve_inverse(settings: Record, control: Control) -> None:
     begin = (state.u_ff[0], state.u_ff[1])
     if state.mode == TRACK and state.guided:
         begin = (state.u_goal[0], state.u_goal[1])
-    u1, u2, distance, settled = refine(control.smap, (state.wish[0], state.wish[1]), begin, REFINE_STEPS)
+    u1, u2, distance, settled = refine(
+        control.smap, (state.wish[0], state.wish[1]), begin, REFINE_STEPS, control.scratch
+    )
     step = control.controller[0].torque_rate_max * max(settings.feedforward_period, control.dt)
     if state.mode == TRACK:
         step = math.inf
@@ -83,7 +85,7 @@ def change_branch(settings: Record, control: Control) -> None:
     state, dt = control.state[0], control.dt
     d1, d2 = state.u_goal[0] - state.u_ff[0], state.u_goal[1] - state.u_ff[1]
     apart = max(abs(d1), abs(d2))
-    at = expand_tip(control.smap, state.u_ff[0], state.u_ff[1])
+    at = expand_tip(control.smap.statics, state.u_ff[0], state.u_ff[1], control.scratch)
     gain = math.hypot(at.x_1 * d1 + at.x_2 * d2, at.y_1 * d1 + at.y_2 * d2) / max(apart, 1e-12)
     gain = max(gain, 1.0)
     change = settings.acceleration_max / gain
@@ -93,7 +95,7 @@ def change_branch(settings: Record, control: Control) -> None:
     state.blending = state.u_ff[0] != state.u_goal[0] or state.u_ff[1] != state.u_goal[1]
     state.reached = 0
     if not state.blending:
-        state.wish[0], state.wish[1] = static_tip(control.smap, state.u_ff[0], state.u_ff[1])
+        state.wish[0], state.wish[1] = static_tip(control.smap.statics, state.u_ff[0], state.u_ff[1], control.scratch)
         state.wish_dot[0] = state.wish_dot[1] = 0.0
 
 
@@ -106,7 +108,7 @@ def place_reference(control: Control) -> None:
     state = control.state[0]
     x, y = state.wish[0], state.wish[1]
     if not state.reached:
-        x, y = static_tip(control.smap, state.u_ff[0], state.u_ff[1])
+        x, y = static_tip(control.smap.statics, state.u_ff[0], state.u_ff[1], control.scratch)
     smooth = state.reached or state.blending
     state.p_ref_dot[0] = (x - state.p_ref[0]) / control.dt if smooth else 0.0
     state.p_ref_dot[1] = (y - state.p_ref[1]) / control.dt if smooth else 0.0
@@ -129,7 +131,7 @@ def lead(settings: Record, control: Control) -> None:
         state.u_ff[0], state.u_ff[1] = towards(state.u, u1, u2, step)
     else:
         state.u_ff[0] = state.u_ff[1] = 0.0
-    state.p_ref[0], state.p_ref[1] = static_tip(control.smap, state.u_ff[0], state.u_ff[1])
+    state.p_ref[0], state.p_ref[1] = static_tip(control.smap.statics, state.u_ff[0], state.u_ff[1], control.scratch)
     state.p_ref_dot[0] = state.p_ref_dot[1] = 0.0
     anchor(state)
     state.reached = 0  # of a wish that moves on when the loop is closed u_ff knows nothing before it is solved

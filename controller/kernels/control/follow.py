@@ -54,7 +54,7 @@ def aim(x: float, y: float, control: Control) -> None:
     """
     state = control.state[0]
     search = state.tick % SEARCH_EVERY == 0
-    u1, u2, distance = invert(control.smap, (x, y), (state.u_goal[0], state.u_goal[1]), search)
+    u1, u2, distance = invert(control.smap, (x, y), (state.u_goal[0], state.u_goal[1]), search, control.scratch)
     set_goal((x, y), (u1, u2, distance), control)
 
 
@@ -68,7 +68,7 @@ def set_goal(target: Pair, found: tuple[float, float, float], control: Control) 
     state.u_goal[0], state.u_goal[1] = found[0], found[1]
     state.reachable = found[2] < TOLERANCE
     if not state.reachable:
-        target = static_tip(control.smap, found[0], found[1])
+        target = static_tip(control.smap.statics, found[0], found[1], control.scratch)
     state.p_goal[0], state.p_goal[1] = target
 
 
@@ -141,7 +141,7 @@ def follow_plan(control: Control) -> None:
     u1, u2 = control.guide[state.index, 0], control.guide[state.index, 1]
     state.guided = math.isfinite(u1) and math.isfinite(u2)
     if state.guided:
-        u1, u2, distance, _ = refine(control.smap, (x, y), (u1, u2), REFINE_STEPS)
+        u1, u2, distance, _ = refine(control.smap, (x, y), (u1, u2), REFINE_STEPS, control.scratch)
         set_goal((x, y), (u1, u2, distance), control)
     else:
         aim(x, y, control)

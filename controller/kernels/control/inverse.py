@@ -8,6 +8,7 @@ import math
 
 from controller.arrays import Pair
 from controller.kernels.compiled import kernel
+from controller.kernels.model.equilibrium import Scratch
 from controller.kernels.model.polygon import admissible, lowest_on_edges, nearest_admissible
 from controller.kernels.model.statics import Expansion, StaticMap, expand_tip, static_tip
 
@@ -105,17 +106,19 @@ def way_down(H11: float, H12: float, H22: float, lowest: float, g1: float, g2: f
 
 
 @kernel
-def backtrack(smap: StaticMap, target: Pair, u: Pair, v: Pair, distance: float) -> tuple[float, float, float]:
+def backtrack(
+    smap: StaticMap, target: Pair, u: Pair, v: Pair, distance: float, scratch: Scratch
+) -> tuple[float, float, float]:
     """Halve the step u -> v until the tip comes nearer to `target` than `distance`: u, distance; u itself if never.
 
-    alpha_u: paper, "Quasi-Static Feedforward Control".
+    alpha_u: paper, "Quasi-Static Feedforward Control". In place: scratch.
     """
     d1, d2 = v[0] - u[0], v[1] - u[1]
     longest = max(abs(d1), abs(d2))
     share = min(1.0, STRIDE * smap.polygon.bounds[0] / longest) if longest > 0.0 else 0.0
     for _ in range(HALVINGS):
         w1, w2 = u[0] + share * d1, u[1] + share * d2
-        x, y = static_tip(smap, w1, w2)
+        x, y = static_tip(smap.statics, w1, w2, scratch)
         nearer = math.hypot(x - target[0], y - target[1])
         if nearer < distance:
             return w1, w2, nearer
@@ -124,23 +127,25 @@ def backtrack(smap: StaticMap, target: Pair, u: Pair, v: Pair, distance: float) 
 
 
 @kernel
-def refine(smap: StaticMap, target: Pair, u: Pair, steps: int) -> tuple[float, float, float, bool]:
+def refine(smap: StaticMap, target: Pair, u: Pair, steps: int, scratch: Scratch) -> tuple[float, float, float, bool]:
     """A few iterations of the constrained inverse from u: u, distance |p(u) - target| [m], whether it settled.
 
     Paper, "Quasi-Static Feedforward Control". The distance never grows; it settles at the target or at a local minimum
-    of the distance over the admissible torques.
+    of the distance over the admissible torques. In place: scratch.
     """
     u1, u2 = u
-    x, y = static_tip(smap, u1, u2)
+    x, y = static_tip(smap.statics, u1, u2, scratch)
     distance = math.hypot(x - target[0], y - target[1])
     for _ in range(steps):
         if distance < DISTANCE_DONE:
             return u1, u2, distance, True
-        at = expand_tip(smap, u1, u2)
+        at = expand_tip(smap.statics, u1, u2, scratch)
         r = (at.x - target[0], at.y - target[1])
-        v1, v2, nearer = backtrack(smap, target, (u1, u2), gauss_newton_point(smap, at, (u1, u2), r), distance)
+        v1, v2 = gauss_newton_point(smap, at, (u1, u2), r)
+        v1, v2, nearer = backtrack(smap, target, (u1, u2), (v1, v2), distance, scratch)
         if nearer > 0.5 * distance:
-            n1, n2, newton = backtrack(smap, target, (u1, u2), newton_point(smap, at, (u1, u2), r), distance)
+            n1, n2 = newton_point(smap, at, (u1, u2), r)
+            n1, n2, newton = backtrack(smap, target, (u1, u2), (n1, n2), distance, scratch)
             if newton < nearer:
                 v1, v2, nearer = n1, n2, newton
         settled = nearer > (1.0 - 1e-7) * distance
@@ -169,16 +174,16 @@ def other_seed(smap: StaticMap, target: Pair, u: Pair) -> Pair:
 
 
 @kernel
-def invert(smap: StaticMap, target: Pair, u: Pair, search: bool) -> tuple[float, float, float]:
+def invert(smap: StaticMap, target: Pair, u: Pair, search: bool, scratch: Scratch) -> tuple[float, float, float]:
     """Static inverse from the present branch's u: new u and the distance it leaves [m].
 
     If the present branch settled short of the target and `search` is set, another branch is tried; it is taken only
-    when it is nearer by a clear margin (hysteresis). Not in the paper, whose inverse has one branch.
+    when it is nearer by a clear margin (hysteresis). Not in the paper, whose inverse has one branch. In place: scratch.
     """
-    u1, u2, distance, settled = refine(smap, target, u, REFINE_STEPS)
+    u1, u2, distance, settled = refine(smap, target, u, REFINE_STEPS, scratch)
     if distance < TOLERANCE or not settled or not search:
         return u1, u2, distance
-    v1, v2, other, _ = refine(smap, target, other_seed(smap, target, (u1, u2)), SEARCH_STEPS)
+    v1, v2, other, _ = refine(smap, target, other_seed(smap, target, (u1, u2)), SEARCH_STEPS, scratch)
     margin = MARGIN_REACHED if other < TOLERANCE else MARGIN_NEARER
     if other < distance - margin:
         return v1, v2, other

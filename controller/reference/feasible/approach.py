@@ -3,6 +3,7 @@
 import numpy as np
 
 from controller.arrays import Array
+from controller.build.statics import scratch_for
 from controller.errors import ParameterError
 from controller.kernels.control.inverse import TOLERANCE, refine
 from controller.kernels.model.statics import StaticMap
@@ -60,8 +61,9 @@ def branch(smap: StaticMap, p: Array) -> Array:
 def solutions(smap: StaticMap, p: Array) -> list[Array]:
     """All torques (2,) [N m] that hold the tip at p (2,) [m], the least first."""
     found: list[Array] = []
+    scratch = scratch_for(smap)
     for k in np.argsort(np.linalg.norm(smap.seed_tips - p, axis=1))[:NEAR_SEEDS]:
-        u1, u2, distance, _ = refine(smap, (p[0], p[1]), (smap.seeds[k, 0], smap.seeds[k, 1]), SETTLE_STEPS)
+        u1, u2, distance, _ = refine(smap, (p[0], p[1]), (smap.seeds[k, 0], smap.seeds[k, 1]), SETTLE_STEPS, scratch)
         u = np.array([u1, u2])
         if distance < TOLERANCE and all(np.abs(u - other).max() > APART for other in found):
             found.append(u)
@@ -70,9 +72,9 @@ def solutions(smap: StaticMap, p: Array) -> list[Array]:
 
 def follow(smap: StaticMap, p: Array, u: Array, steps: int = SETTLE_STEPS) -> tuple[Array, Array]:
     """Torques (n, 2) [N m] along p (n, 2) [m], each refined from the one before, and the distances (n,) they leave."""
-    torques, distances = np.empty_like(p), np.empty(len(p))
+    torques, distances, scratch = np.empty_like(p), np.empty(len(p)), scratch_for(smap)
     u1, u2 = u
     for i, (x, y) in enumerate(p):
-        u1, u2, distances[i], _ = refine(smap, (x, y), (u1, u2), steps)
+        u1, u2, distances[i], _ = refine(smap, (x, y), (u1, u2), steps, scratch)
         torques[i] = u1, u2
     return torques, distances

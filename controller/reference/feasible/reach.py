@@ -5,11 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.rig import build_static_map
 from controller.build.rod import build_rod
+from controller.build.statics import build_static_map, scratch_for
 from controller.kernels.model.polygon import Polygon
-from controller.kernels.model.rod import RodModel
-from controller.kernels.model.statics import StaticMap
+from controller.kernels.model.statics import StaticMap, tips_of
 from controller.schema.parameters import RigParameters
 
 
@@ -36,7 +35,7 @@ def reach_map(parameters: RigParameters, side: int = 61) -> Reach:
     u = np.empty((side, side, 2))
     u[..., 0] = u1[:, None]
     u[..., 1] = low[:, None] + share * (high - low)[:, None]
-    return Reach(u, static_tips(model, u))
+    return Reach(u, static_tips(smap, u))
 
 
 def extent(polygon: Polygon) -> tuple[float, float]:
@@ -54,7 +53,12 @@ def span(polygon: Polygon, u1: Array) -> tuple[Array, Array]:
     return low, high
 
 
-def static_tips(model: RodModel | StaticMap, u: Array) -> Array:
-    """Static tips (..., 2) [m] of `model` under torques u (..., 2) [N m]."""
-    theta = model.rest + u @ model.compliance.T
-    return np.stack([np.cos(theta) @ model.L, np.sin(theta) @ model.L], axis=-1)
+def static_tips(smap: StaticMap, u: Array) -> Array:
+    """Static tips (..., 2) [m] under torques u (..., 2) [N m]."""
+    if smap.statics.starts.size == 0:  # all at once
+        theta = smap.statics.rest + u @ smap.statics.compliance.T
+        return np.stack([np.cos(theta) @ smap.statics.L, np.sin(theta) @ smap.statics.L], axis=-1)
+    flat = np.ascontiguousarray(u, dtype=float).reshape(-1, 2)
+    found = np.empty_like(flat)
+    tips_of(smap.statics, flat, scratch_for(smap), found)
+    return found.reshape(u.shape)

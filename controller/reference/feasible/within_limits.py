@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from controller.arrays import Array
+from controller.build.statics import scratch_for
 from controller.errors import ParameterError
 from controller.kernels.control.along import refine_each
 from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE
@@ -339,7 +340,7 @@ def sampled_rows(smap: StaticMap, part: Points, progress: tuple[Array, Array], d
     tau = at - t[i]
     along = i + np.clip(np.sqrt(x[i]) * tau + 0.25 * (x[i + 1] - x[i]) * tau**2, 0.0, 1.0)
     p, u = between(part.path.p, along), between(part.path.u, along)
-    refine_each(smap, REFINE_STEPS, p, u)
+    refine_each(smap, REFINE_STEPS, p, u, scratch_for(smap))
     wished = between(part.wished, along)
     off = np.hypot(*(wished - p).T)
     return Followed(p, u, wished, np.where(off >= TOLERANCE, off, 0.0), np.zeros(len(at), bool))

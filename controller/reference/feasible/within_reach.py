@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Array
+from controller.build.statics import scratch_for
 from controller.errors import ParameterError
 from controller.kernels.control.along import invert_along, nearest_of
 from controller.kernels.control.inverse import MARGIN_NEARER, REFINE_STEPS, TOLERANCE
@@ -99,8 +100,8 @@ def carried(smap: StaticMap, p: Array, begin: Array) -> Carried:
     every = max(EVERY, int(len(p) * LOOK / length)) if length > LOOK else len(p)
     p = np.ascontiguousarray(p)  # one kind of array, so that the kernel is compiled once
     torques, distances, changes = np.empty_like(p), np.zeros(len(p)), []
-    row, u = 0, (begin[0], begin[1])
-    while (row := invert_along(smap, p, row, u, every, REFINE_STEPS, distances, torques)) < len(p):
+    row, u, scratch = 0, (begin[0], begin[1]), scratch_for(smap)
+    while (row := invert_along(smap, p, row, u, every, REFINE_STEPS, distances, scratch, torques)) < len(p):
         v, other = nearest(smap, p[row])
         if other < TOLERANCE or other < distances[row] - MARGIN_NEARER:
             torques[row], distances[row] = v, other
@@ -115,5 +116,5 @@ def carried(smap: StaticMap, p: Array, begin: Array) -> Carried:
 def nearest(smap: StaticMap, p: Array) -> tuple[tuple[float, float], float]:
     """Torques [N m] of the point of the reach that is nearest to p (2,) [m], and its distance [m]."""
     starts = np.argsort(np.linalg.norm(smap.seed_tips - p, axis=1))[:NEAR_SEEDS]
-    u1, u2, distance = nearest_of(smap, (p[0], p[1]), starts, SETTLE_STEPS)
+    u1, u2, distance = nearest_of(smap, (p[0], p[1]), starts, SETTLE_STEPS, scratch_for(smap))
     return (u1, u2), distance
