@@ -1,4 +1,4 @@
-"""What works on data and simulations and needs no rig: identify, observe, calibrate, reach, track, reproduce."""
+"""What works on data, models and simulations and needs no rig, from `identify` to `reproduce`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -107,6 +107,22 @@ def reach(
 
     parameters = RigParameters(actuator=read_actuator(actuator), controller=ControllerParameters(rods=rods))
     run_reach(parameters, csv, svg, comments, out)
+
+
+@app.command()
+def statics(
+    actuator: ActuatorName = "P1",
+    rods: Annotated[int, typer.Option(min=2, max=1000, help="Of the model.")] = 10,
+    u: Annotated[str, typer.Option("--u", help="Torques u_1,u_2 of the chamber pairs [N m].")] = "0,0",
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
+) -> None:
+    """Where the arm comes to rest under torques, gravity and tip load (`tendril docs actuators`)."""
+    from controller.schema.actuator import read_actuator
+    from controller.schema.parameters import ControllerParameters, RigParameters
+    from server.cli.research.statics import run_statics
+
+    parameters = RigParameters(actuator=read_actuator(actuator), controller=ControllerParameters(rods=rods))
+    run_statics(parameters, u, json_file, out)
 
 
 @app.command()

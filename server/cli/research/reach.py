@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from controller.build.rod import build_rod
 from controller.reference.feasible.reach import Reach, reach_map, static_tips
+from controller.reference.library import static_map
 from controller.schema.origin import comment_lines, origin
 from controller.schema.parameters import RigParameters
 from controller.system.origin import command_line
@@ -41,9 +41,7 @@ def run_reach(
 
 def rest_tip(parameters: RigParameters) -> np.ndarray:
     """Where the tip (2,) [m] is without torques."""
-    controller = parameters.controller
-    model = build_rod(parameters.actuator, controller.rods, omega_B=controller.omega_B, zeta_B=controller.zeta_B)
-    return static_tips(model, np.zeros(2))
+    return static_tips(static_map(parameters.actuator, parameters.controller), np.zeros(2))
 
 
 def described(name: str, found: Reach, rest: np.ndarray) -> list[str]:
