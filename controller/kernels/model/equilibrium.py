@@ -16,10 +16,10 @@ from controller.kernels.model.rod import sine_cosine
 ITERATIONS, HALVINGS = 60, 12
 LONGEST = 0.5
 """Longest step of an iteration [rad]: beyond it E is far from a parabola."""
-DONE = 1e-13
-"""A step below this has converged [rad]."""
-FINE = 1e-7
-"""A step below this is in the basin, where rounding hides whether E falls [rad]."""
+DONE = 1e-8
+"""After a step below this nothing is left but rounding: Newton's error is of the order of its square [rad]."""
+FINE = 1e-4
+"""A step below this is in the basin: E need not be asked, and rounding soon hides whether it falls [rad]."""
 SOFTEST = 1e-9
 """Least pivot, as a share of the springs' own stiffness there: below it the pose is not stable."""
 
@@ -64,7 +64,7 @@ def equilibrium(body: Body, u1: float, u2: float, scratch: Scratch) -> float:
     """
     theta, trial, x = scratch.theta, scratch.trial, scratch.x
     rods = theta.size
-    level = energy(body, u1, u2, theta)
+    level = lower = energy(body, u1, u2, theta)
     for _ in range(ITERATIONS):
         imbalance(body, u1, u2, theta, x[0])
         factor(body, theta, scratch.pivot)
@@ -76,8 +76,10 @@ def equilibrium(body: Body, u1: float, u2: float, scratch: Scratch) -> float:
         for _ in range(HALVINGS):
             for i in range(rods):
                 trial[i] = theta[i] + share * x[0, i]
+            if longest < FINE:
+                break
             lower = energy(body, u1, u2, trial)
-            if lower < level or longest < FINE:
+            if lower < level:
                 break
             share *= 0.5
         else:
