@@ -19,7 +19,7 @@ from websockets.typing import Subprotocol
 
 from controller.system.tasks import until_one_ends
 from server.access.sessions import Sessions
-from server.http.frames import TELL_ESCAPE, TELL_MOVED, TELL_TOUCHED
+from server.http.frames import DRAW_SPARINGLY, TELL_ESCAPE, TELL_MOVED, TELL_TOUCHED
 from server.http.given import given
 from server.http.rates import POLICY, Rates, Verdict
 from server.http.who import Identity, Me
@@ -97,7 +97,8 @@ async def page(request: Request, scene: GivenScene, path: str = "") -> Response:
             return Response(status_code=404)
         except httpx.HTTPError as error:
             return PlainTextResponse(f"The 3D view does not answer: {error}", 502)
-    body = upstream.content.replace(b"</head>", HIDE + TELL_ESCAPE + TELL_MOVED + TELL_TOUCHED + b"</head>", 1)
+    ours = HIDE + DRAW_SPARINGLY + TELL_ESCAPE + TELL_MOVED + TELL_TOUCHED
+    body = upstream.content.replace(b"</head>", ours + b"</head>", 1)
     tag = f'"{hashlib.sha256(body).hexdigest()[:16]}"'
     if request.headers.get("if-none-match") == tag:
         return Response(status_code=304, headers={"etag": tag})

@@ -6,6 +6,7 @@ import time
 from playwright.sync_api import BrowserContext, Page, expect
 
 from controller.schema.modes import Mode
+from server.http.frames import DRAW_SPARINGLY
 from tests.e2e.product import Product, frame, open_page, pixels_of, shot, wait_until
 
 BLUE = (54, 142, 226)
@@ -50,4 +51,36 @@ def test_dragging_the_gizmo_moves_the_target_and_the_tip_follows(context: Browse
     shot(page, "gizmo")
     page.get_by_test_id("disarm").click()
     wait_until(lambda: frame(page)["mode"] == Mode.VENTED, 8.0)
+    page.get_by_test_id("lease-release").click()
+
+
+def test_a_3d_view_drawn_in_software_draws_less_while_the_target_is_held(
+    context: BrowserContext, product: Product
+) -> None:
+    stand_in = f"""<head>{DRAW_SPARINGLY.decode()}</head><script>
+      let before = 0;
+      window.gaps = [];
+      const step = (now) => {{ gaps.push(now - before); before = now; requestAnimationFrame(step); }};
+      requestAnimationFrame(step);
+    </script>"""
+    headers = {
+        "content-type": "text/html",
+        "cross-origin-embedder-policy": "require-corp",
+    }  # as our page asks of frames
+    context.route("**/viser/seat/**", lambda route: route.fulfill(body=stand_in, headers=headers))
+    page = open_page(context, product, with_3d=True)
+    scene = page.locator("iframe[title*='3D']").element_handle().content_frame()
+    assert scene
+    page.get_by_test_id("lease-take").click()
+    page.get_by_test_id("arm").click()
+    expect(page.get_by_test_id("state")).to_contain_text("HOLD")
+    wait_until(lambda: scene.evaluate("window.gaps && Math.min(...gaps.slice(-20)) < 60"), 20.0)
+    x, y = page.evaluate("window.__tendril.handle()")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x - 5, y)
+    wait_until(lambda: scene.evaluate("gaps.length > 5 && Math.min(...gaps.slice(-5)) > 95"), 20.0)
+    page.mouse.up()
+    wait_until(lambda: scene.evaluate("Math.min(...gaps.slice(-20)) < 60"), 20.0)
+    page.get_by_test_id("disarm").click()
     page.get_by_test_id("lease-release").click()

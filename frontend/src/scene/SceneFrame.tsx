@@ -1,6 +1,9 @@
 import { useComputedColorScheme } from "@mantine/core";
-import { useEffect, useState } from "react";
+import { useEffect, useRef, useState } from "react";
 import { usePage } from "../live/page";
+import { Aim } from "../operate/target/target";
+import { useService } from "../ui/services";
+import { Ticker } from "../ui/ticker";
 import { sceneUrl } from "./scene";
 import type { Seat } from "./seat";
 
@@ -9,6 +12,9 @@ interface Props {
   readonly title: string;
   readonly onReady?: () => void;
 }
+
+/** How often it is looked whether a hand is on the target. */
+const LOOKS_PER_S = 10;
 
 /** viser in a frame with a seat of its own; ground and colours follow the page's scheme. */
 export function SceneFrame({ seat, title, onReady }: Props) {
@@ -19,6 +25,17 @@ export function SceneFrame({ seat, title, onReady }: Props) {
   useEffect(() => {
     if (loaded && online) seat.arrived(scheme);
   }, [seat, scheme, loaded, online]);
+  const frame = useRef<HTMLIFrameElement>(null);
+  const [aim, ticker] = [useService(Aim), useService(Ticker)];
+  useEffect(() => {
+    // Drawn in software it takes its time from the plan, where the hand is (server/http/frames.py).
+    let told = false;
+    return ticker.every(LOOKS_PER_S, "3D view", () => {
+      if (aim.held === told) return;
+      told = aim.held;
+      frame.current?.contentWindow?.postMessage({ tendril: "sparing", on: told }, window.location.origin);
+    });
+  }, [aim, ticker]);
   useEffect(
     () => () => {
       seat.close();
@@ -27,6 +44,7 @@ export function SceneFrame({ seat, title, onReady }: Props) {
   );
   return (
     <iframe
+      ref={frame}
       className="scene-frame"
       title={title}
       src={source}
