@@ -158,8 +158,8 @@ function Panels({ tabs }: { readonly tabs: readonly Tab[] }) {
   return (
     <Tabs value={shown} onChange={setChosen} className="tabs" keepMounted={false}>
       <Tabs.List>
-        {tabs.map(([value, label]) => (
-          <Tabs.Tab key={value} value={value}>
+        {tabs.map(([value, label], i) => (
+          <Tabs.Tab key={value} value={value} title={`${label} (${i + 1})`} aria-keyshortcuts={`${i + 1}`}>
             {label}
           </Tabs.Tab>
         ))}

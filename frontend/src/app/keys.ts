@@ -7,6 +7,7 @@ import { Aim } from "../operate/target/target";
 import { TwinTime } from "../operate/time/twinTime";
 import { focusOf, KeyMap, type Action } from "../operate/target/keys";
 import { Recorder } from "../recorder/recorder";
+import { focusWhenThere } from "../ui/focus";
 import type { Services } from "../ui/services";
 
 const ESCAPE = {
@@ -51,6 +52,12 @@ function perform(action: Action, services: Services): void {
     case "help":
       page.patch({ help: !page.get().help });
       return;
+    case "view":
+      goToView(page, page.get().view === "live" ? "review" : "live");
+      return;
+    case "panel":
+      goToPanel(page, action.place);
+      return;
     case "nudge":
       if (!services.get(Drawing).nudge(action.dx, action.dy)) aim.nudge(action.dx, action.dy, action.fresh);
       return;
@@ -59,6 +66,26 @@ function perform(action: Action, services: Services): void {
       aim.release();
       return;
   }
+}
+
+function goToView(page: PageStore, view: "live" | "review"): void {
+  if (inDialog()) return;
+  page.patch({ view });
+  focusWhenThere(view === "live" ? ".tabs [aria-selected=true]" : ".review [data-focus-home]");
+}
+
+/** Choose the panel's tab, and go there. */
+function goToPanel(page: PageStore, place: number): void {
+  const tab = document.querySelectorAll<HTMLElement>(".tabs [role=tab]").item(place - 1);
+  if (!(tab instanceof HTMLElement) || inDialog()) return;
+  page.patch({ view: "live" });
+  tab.click();
+  focusWhenThere(".tabs [aria-selected=true]");
+}
+
+/** A dialog keeps the focus. */
+function inDialog(): boolean {
+  return document.querySelector("[aria-modal=true]") !== null;
 }
 
 /** The page's keys, heard before any focused control or dialog gets them. While signed out, or locked, only Esc means something. */
@@ -71,6 +98,7 @@ export function hearKeys(services: Services): void {
     const action = keyMap.press(event, focusOf(document.activeElement), performance.now());
     const page = services.get(PageStore).get();
     if (event.key !== "Escape" && (page.session !== "present" || isLocked(page))) return;
+    if (action?.kind === "nudge" && page.view === "review") return; // the target is not in sight: arrows scroll
     if (action?.kind === "nudge" || action?.kind === "mark") event.preventDefault(); // the letter is no part of the label
     act(action);
   };

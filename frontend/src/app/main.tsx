@@ -15,6 +15,7 @@ import { StopBar } from "../operate/stop/StopBar";
 import { Gamepads } from "../operate/target/gamepads";
 import { followAddress } from "../recorder/place";
 import { FONT, publishColours } from "../ui/colours";
+import { FocusKeeper } from "../ui/focus";
 import { markLayout } from "../ui/narrow";
 import { ServicesContext } from "../ui/services";
 import { App } from "./App";
@@ -84,7 +85,8 @@ if (lock)
   );
 
 const root = document.getElementById("root");
-if (root)
+if (root) {
+  new FocusKeeper(root).start();
   createRoot(root).render(
     <MantineProvider theme={theme} defaultColorScheme="auto">
       <Notifications position="bottom-right" limit={4} className="notices" />
@@ -93,3 +95,4 @@ if (root)
       </ServicesContext>
     </MantineProvider>,
   );
+}

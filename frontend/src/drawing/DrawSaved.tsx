@@ -51,7 +51,7 @@ export function DrawSaved() {
       >
         Save
       </ControlButton>
-      <Popover opened={opened} onChange={setOpened} position="bottom-end" shadow="md">
+      <Popover opened={opened} onChange={setOpened} position="bottom-end" shadow="md" trapFocus returnFocus>
         <Popover.Target>
           <Button
             size="xs"

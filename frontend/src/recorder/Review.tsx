@@ -2,6 +2,7 @@ import { Button, CloseButton, Loader } from "@mantine/core";
 import { useEffect, useState } from "react";
 import type { Recording } from "../api/types";
 import { PageStore, usePage } from "../live/page";
+import { focusOf } from "../operate/target/keys";
 import { useService } from "../ui/services";
 import { Compare } from "./compare/Compare";
 import { Detail } from "./detail/Detail";
@@ -57,6 +58,17 @@ interface UndoProps {
 
 function Undo({ row, recordings: { restore, forgetDeleted } }: UndoProps) {
   useEffect(() => {
+    const hear = (event: KeyboardEvent) => {
+      if (!isUndo(event) || focusOf(document.activeElement) === "text") return;
+      event.preventDefault();
+      void restore(row);
+    };
+    window.addEventListener("keydown", hear);
+    return () => {
+      window.removeEventListener("keydown", hear);
+    };
+  }, [row, restore]);
+  useEffect(() => {
     const gone = setTimeout(forgetDeleted, UNDO_MS);
     return () => {
       clearTimeout(gone);
@@ -65,12 +77,22 @@ function Undo({ row, recordings: { restore, forgetDeleted } }: UndoProps) {
   return (
     <div className="review-undo" role="status" data-testid="undo-deletion">
       <span className="review-undo-name">Deleted “{row.name || row.id}”</span>
-      <Button size="compact-sm" variant="default" data-testid="undo-delete" onClick={() => void restore(row)}>
+      <Button
+        size="compact-sm"
+        variant="default"
+        title="Undo (Ctrl Z)"
+        data-testid="undo-delete"
+        onClick={() => void restore(row)}
+      >
         Undo
       </Button>
       <CloseButton size="sm" aria-label="Close" onClick={forgetDeleted} />
     </div>
   );
+}
+
+function isUndo({ ctrlKey, metaKey, shiftKey, key }: KeyboardEvent): boolean {
+  return (ctrlKey || metaKey) && !shiftKey && key.toLowerCase() === "z";
 }
 
 interface UnreadProps {

@@ -11,7 +11,7 @@ import { chosenInfo } from "../drawing/library/references";
 import { usePage } from "../live/page";
 import { ControlButton } from "../operate/ControlButton";
 import { useService } from "../ui/services";
-import { ToolButton } from "../ui/ToolButton";
+import { ToolButton } from "../ui/buttons/ToolButton";
 import { previewText } from "./facts";
 import { isUnderWay, Runs, useRuns, whyNotRun } from "./runs";
 
@@ -143,6 +143,7 @@ function Start() {
         variant="default"
         leftSection={<IconPlayerPlay size={15} />}
         testId="run"
+        data-focus-home
         meaning="Go to the beginning, then follow it"
         onClick={() => void runs.run()}
       >
@@ -163,6 +164,7 @@ function Steering() {
           variant="default"
           leftSection={<IconPlayerPlay size={15} />}
           testId="resume-run"
+          data-focus-home
           meaning="Go back to where it was, then on"
           onClick={() => void runs.steer("resume")}
         >
@@ -174,6 +176,7 @@ function Steering() {
           variant="default"
           leftSection={<IconPlayerPause size={15} />}
           testId="pause-run"
+          data-focus-home
           meaning="Hold here; it can go on later"
           onClick={() => void runs.steer("pause")}
         >

@@ -1,7 +1,7 @@
 import { FileButton } from "@mantine/core";
 import { IconFileImport } from "@tabler/icons-react";
 import { useEffect, useRef, useState } from "react";
-import { ToolButton } from "../../ui/ToolButton";
+import { ToolButton } from "../../ui/buttons/ToolButton";
 import { ImportDialog } from "./ImportDialog";
 
 /** A CSV or SVG file becomes a drawing: chosen by this button, or dropped on the page; a dialog shows it first. */

@@ -4,7 +4,7 @@ import { useMemo } from "react";
 import { usePage } from "../../live/page";
 import { Operations } from "../../operate/operations";
 import { useService } from "../../ui/services";
-import { ToolButton } from "../../ui/ToolButton";
+import { ToolButton } from "../../ui/buttons/ToolButton";
 import { Drawing, returns } from "../drawing";
 import { BASIC_SHAPES, basicPiece } from "../library/basic";
 import { library } from "../library/references";

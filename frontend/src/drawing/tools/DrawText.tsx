@@ -6,7 +6,7 @@ import type { Point } from "../../api/types";
 import { usePage } from "../../live/page";
 import { Operations } from "../../operate/operations";
 import { useService } from "../../ui/services";
-import { ToolButton } from "../../ui/ToolButton";
+import { ToolButton } from "../../ui/buttons/ToolButton";
 import { Drawing } from "../drawing";
 import { pieceOf, type Piece } from "../piece";
 import { changed, outlineOf } from "../pieces/selection";

@@ -12,7 +12,8 @@ import {
 } from "@tabler/icons-react";
 import type { ComponentType } from "react";
 import { useService } from "../../ui/services";
-import { ToolButton } from "../../ui/ToolButton";
+import { Toolbar } from "../../ui/buttons/Toolbar";
+import { ToolButton } from "../../ui/buttons/ToolButton";
 import { Drawing, sketchOf, useDrawing, type Tool } from "../drawing";
 import { DrawImport } from "../importing/DrawImport";
 import { DrawShapes } from "./DrawShapes";
@@ -36,7 +37,7 @@ export function DrawToolbar() {
   const noPast = useDrawing(({ history }) => history.past.length === 0);
   const noFuture = useDrawing(({ history }) => history.future.length === 0);
   return (
-    <div className="draw-bar" role="toolbar" aria-label="Drawing">
+    <Toolbar className="draw-bar" label="Drawing">
       {TOOLS.map(([name, meaning, Picture]) => (
         <ToolButton
           key={name}
@@ -105,6 +106,6 @@ export function DrawToolbar() {
       >
         <IconTrash size={18} />
       </ToolButton>
-    </div>
+    </Toolbar>
   );
 }

@@ -7,7 +7,8 @@ import {
   IconUnlink,
 } from "@tabler/icons-react";
 import { useService } from "../../ui/services";
-import { ToolButton } from "../../ui/ToolButton";
+import { Toolbar } from "../../ui/buttons/Toolbar";
+import { ToolButton } from "../../ui/buttons/ToolButton";
 import { Drawing, selectionOf, sketchOf, useDrawing } from "../drawing";
 
 const TURN = Math.PI / 12;
@@ -27,7 +28,7 @@ export function SelectBar() {
     ["turn-right", "Turn by 15° to the right", IconRotateClockwise2, count === 0, () => { drawing.turn(-TURN); }],
   ] as const; // prettier-ignore
   return (
-    <div className="draw-hint" role="toolbar" aria-label="Selection">
+    <Toolbar className="draw-hint" label="Selection">
       <ToolButton
         label="Select several: what is pressed comes to what is selected (Shift)"
         testId="several"
@@ -46,6 +47,6 @@ export function SelectBar() {
       <span role="status" className="number" data-testid="selected">
         {count === 0 ? "Press pieces, or draw a box" : `${count} selected`}
       </span>
-    </div>
+    </Toolbar>
   );
 }

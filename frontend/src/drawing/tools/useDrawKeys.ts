@@ -1,12 +1,15 @@
 import { useEffect } from "react";
+import { usePage } from "../../live/page";
 import { focusOf, type Focus } from "../../operate/target/keys";
 import { useService } from "../../ui/services";
 import { Drawing } from "../drawing";
 
-/** The keys of the drawing; Esc also holds the rig, as everywhere. */
+/** The keys of the drawing, while it is in sight; Esc also holds the rig, as everywhere. */
 export function useDrawKeys(): void {
   const drawing = useService(Drawing);
+  const shown = usePage((page) => page.view === "live");
   useEffect(() => {
+    if (!shown) return undefined;
     const hear = (event: KeyboardEvent) => {
       if (press(event, drawing)) event.preventDefault();
     };
@@ -14,7 +17,7 @@ export function useDrawKeys(): void {
     return () => {
       window.removeEventListener("keydown", hear, { capture: true });
     };
-  }, [drawing]);
+  }, [drawing, shown]);
 }
 
 /** True if the key was the drawing's alone. */

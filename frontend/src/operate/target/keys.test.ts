@@ -42,6 +42,9 @@ test("letters are keys of the page unless they are being typed or belong to the 
   expect(keys.press(press("b"), "text", 0)).toBeNull();
   expect(keys.press(press("r", { ctrlKey: true }), "page", 0)).toBeNull();
   expect(keys.press(press("?", { shiftKey: true }), "page", 0)).toEqual({ kind: "help" });
+  expect(keys.press(press("2"), "widget", 0)).toEqual({ kind: "panel", place: 2 });
+  expect(keys.press(press("2"), "text", 0)).toBeNull();
+  expect(keys.press(press("1", { ctrlKey: true }), "page", 0)).toBeNull();
 });
 
 test("the last arrow that comes up lets go, and so does a window that loses the keys", () => {

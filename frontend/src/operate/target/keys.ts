@@ -7,6 +7,8 @@ export type Action =
   | { kind: "help" }
   | { kind: "pause" }
   | { kind: "step" }
+  | { kind: "view" }
+  | { kind: "panel"; place: number }
   | { kind: "nudge"; dx: number; dy: number; fresh: boolean }
   | { kind: "release" };
 
@@ -89,8 +91,11 @@ function letter(key: string): Action | null {
       return { kind: "step" };
     case "?":
       return { kind: "help" };
+    case "v":
+    case "V":
+      return { kind: "view" };
     default:
-      return null;
+      return /^[1-9]$/.test(key) ? { kind: "panel", place: Number(key) } : null;
   }
 }
 
@@ -103,7 +108,12 @@ interface KeyGroup {
 /** What the focused element does with keys of its own. */
 export function focusOf(element: Element | null): Focus {
   if (!element || element === document.body || element.hasAttribute("data-plan")) return "page";
-  if (element.matches("input:not([type=checkbox]), textarea, select, [contenteditable=true]")) return "text";
+  if (
+    element.matches(
+      "input:not([type=checkbox], [type=radio], [type=range]), textarea, select, [contenteditable=true]",
+    )
+  )
+    return "text";
   return "widget";
 }
 
@@ -123,6 +133,8 @@ export const KEY_LIST: readonly KeyGroup[] = [
       ["R", "Start or stop a recording"],
       ["B", "Bookmark the newest row of the recording; then type its label, Enter"],
       ["P", "Pause the twin, or let it go on; while it is paused . lets it take a step"],
+      ["1–9", "Go to the panel at that place: 1 is Control, 2 is Run"],
+      ["V", "Go to Review, or back to Live"],
       ["?", "Show or hide this list"],
       ["Gamepad", "Hold A (or the right shoulder) and steer with the left stick; B = HOLD"],
     ],
@@ -159,8 +171,10 @@ export const KEY_LIST: readonly KeyGroup[] = [
   {
     where: "Recordings",
     keys: [
-      ["↑ ↓", "From name to name of the list"],
-      ["Enter", "Open the recording"],
+      ["↑ ↓", "From row to row of the list"],
+      ["Enter", "Open the recording, on its name"],
+      ["Space", "Tick it for the comparison, on its box"],
+      ["Ctrl Z", "Bring back what was deleted last, while the page offers it"],
     ],
   },
 ];

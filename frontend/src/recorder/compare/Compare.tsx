@@ -40,7 +40,9 @@ function Known({ recordings, onBack }: KnownProps) {
     <main className="review" data-testid="comparison">
       <div className="bar review-bar">
         <Back onBack={onBack} />
-        <h2 className="bar-title">{recordings.length} recordings compared</h2>
+        <h2 className="bar-title" tabIndex={-1} data-focus-home>
+          {recordings.length} recordings compared
+        </h2>
         <span className="spacer" />
         <span className="note">
           {common === "time"

@@ -42,7 +42,7 @@ export function Detail({ id, recordings, onBack }: Props) {
       <div className="bar review-bar">
         <Back onBack={onBack} />
         <Star row={recording} recordings={recordings} />
-        <h2 className="bar-title">
+        <h2 className="bar-title" tabIndex={-1} data-focus-home>
           {recording.name || "unnamed"} · {localTime(recording.started)} · {clock(recording.seconds)}
         </h2>
         <Badges row={recording} running={running} />

@@ -9,6 +9,7 @@ import { useActive, type Recordings, type Search } from "../useRecordings";
 import { ImportButton } from "./ImportButton";
 import { RecordingRow } from "./RecordingRow";
 import { Titles } from "./Titles";
+import { useRowKeys } from "./useRowKeys";
 
 /** Rows shown at once: thousands of recordings stay fluid. */
 export const SHELF = 50;
@@ -25,6 +26,7 @@ interface Props {
 /** The list with search, order and ticks, as the server finds it. */
 export function RecordingList({ recordings, search, onSearch, ticked, onTick }: Props) {
   const active = useActive();
+  const keys = useRowKeys();
   const { rows, found, inAll, sort } = recordings.listed ?? NONE;
   return (
     <main className="review">
@@ -50,7 +52,7 @@ export function RecordingList({ recordings, search, onSearch, ticked, onTick }: 
                 onSearch({ order, limit: SHELF });
               }}
             />
-            <Table.Tbody>
+            <Table.Tbody {...keys}>
               {rows.map((row) => (
                 <RecordingRow
                   key={row.id}
@@ -93,7 +95,9 @@ function ListBar({ recordings, search, onSearch, ticked }: BarProps) {
   const page = useService(PageStore);
   return (
     <div className="bar review-bar">
-      <h2 className="bar-title">Recordings</h2>
+      <h2 className="bar-title" tabIndex={-1} data-focus-home>
+        Recordings
+      </h2>
       <TextInput
         size="xs"
         w={260}

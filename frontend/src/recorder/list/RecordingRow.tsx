@@ -1,6 +1,6 @@
 import { ActionIcon, Badge, Button, Checkbox, Table, Tooltip, VisuallyHidden } from "@mantine/core";
 import { IconDownload, IconStar, IconStarFilled } from "@tabler/icons-react";
-import type { KeyboardEvent, MouseEvent } from "react";
+import type { MouseEvent } from "react";
 import type { Recording } from "../../api/types";
 import { PageStore } from "../../live/page";
 import { useWhyNot } from "../../operate/permission";
@@ -41,6 +41,7 @@ export function RecordingRow({ row, running, recordings, deleted, ticked, full, 
           <Checkbox
             size="xs"
             aria-label={`Compare ${name}`}
+            data-testid="compare-tick"
             checked={ticked}
             disabled={full && !ticked}
             onChange={(event) => {
@@ -60,7 +61,7 @@ export function RecordingRow({ row, running, recordings, deleted, ticked, full, 
           {deleted ? (
             <span title={name}>{name}</span>
           ) : (
-            <button type="button" className="link" title={name} onKeyDown={goAlong}>
+            <button type="button" className="link" title={name}>
               {name}
             </button>
           )}
@@ -115,18 +116,6 @@ export function RecordingRow({ row, running, recordings, deleted, ticked, full, 
 
 function scaled(value: number | null | undefined, scale: number): number | null {
   return value === null || value === undefined ? null : value * scale;
-}
-
-const STEPS: Partial<Record<string, number>> = { ArrowUp: -1, ArrowDown: 1 };
-
-/** Up and down go from name to name; Tab from there to what can be done with it. */
-function goAlong(event: KeyboardEvent<HTMLElement>): void {
-  const step = STEPS[event.key];
-  if (step === undefined) return;
-  event.preventDefault();
-  event.stopPropagation();
-  const names = [...document.querySelectorAll<HTMLElement>(".list-name .link")];
-  names.at(names.indexOf(event.currentTarget) + step)?.focus();
 }
 
 function RestoreButton({ row, recordings }: Pick<Props, "row" | "recordings">) {

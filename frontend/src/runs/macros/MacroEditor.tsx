@@ -23,6 +23,7 @@ export function MacroEditor({ draft }: { readonly draft: Draft }) {
         size="xs"
         maw={320}
         label="Name of the macro"
+        autoFocus
         maxLength={40}
         data-testid="macro-name"
         value={name}

@@ -28,6 +28,7 @@ export function MacroPanel() {
           disabled={reason !== null || draft !== null}
           title={reason ?? "A list of actions that one button runs"}
           data-testid="macro-new"
+          data-focus-home
           onClick={() => {
             macros.edit(null);
           }}
