@@ -1,5 +1,6 @@
-import { ActionIcon, Button, Popover, Switch } from "@mantine/core";
+import { Button, Switch } from "@mantine/core";
 import { IconBell, IconBellRinging } from "@tabler/icons-react";
+import { HeaderPopover } from "../ui/buttons/HeaderPopover";
 import { useService } from "../ui/services";
 import { useStore } from "../ui/store";
 import { Notices, type Leave } from "./notices";
@@ -18,42 +19,38 @@ export function NotifyButton() {
   const leave = useStore(notices.store, (state) => state.leave);
   const on = wanted && leave === "granted";
   return (
-    <Popover position="bottom-end" shadow="md" width={300}>
-      <Popover.Target>
-        <ActionIcon
-          variant="subtle"
-          color="gray"
-          aria-label={`Notifications: ${on ? "on" : "off"}`}
-          title="Notifications"
-          data-testid="notify"
-        >
-          {on ? <IconBellRinging size={18} /> : <IconBell size={18} />}
-        </ActionIcon>
-      </Popover.Target>
-      <Popover.Dropdown p={12} className="panel" aria-label="Notifications">
-        <Switch
-          label="Notify me of FAULT, E-STOP and the end of a run"
-          checked={on}
-          disabled={leave === "missing"}
-          data-testid="notify-on"
-          onChange={(event) => void notices.want(event.currentTarget.checked)}
-        />
-        <p className="note" data-testid="notify-state">
-          {MEANING[leave]}
-        </p>
-        <Button
-          size="xs"
-          variant="default"
-          w="fit-content"
-          disabled={!on}
-          data-testid="notify-test"
-          onClick={() => {
-            notices.test();
-          }}
-        >
-          Show one now
-        </Button>
-      </Popover.Dropdown>
-    </Popover>
+    <HeaderPopover
+      title="Notifications"
+      state={on ? "on" : "off"}
+      icon={on ? <IconBellRinging size={18} /> : <IconBell size={18} />}
+      testId="notify"
+    >
+      {() => (
+        <>
+          <Switch
+            label="Notify me of FAULT, E-STOP and the end of a run"
+            checked={on}
+            disabled={leave === "missing"}
+            data-testid="notify-on"
+            onChange={(event) => void notices.want(event.currentTarget.checked)}
+          />
+          <p className="note" data-testid="notify-state">
+            {MEANING[leave]}
+          </p>
+          <Button
+            size="xs"
+            variant="default"
+            w="fit-content"
+            disabled={!on}
+            data-testid="notify-test"
+            onClick={() => {
+              notices.test();
+            }}
+          >
+            Show one now
+          </Button>
+        </>
+      )}
+    </HeaderPopover>
   );
 }

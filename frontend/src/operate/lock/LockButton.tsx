@@ -1,6 +1,7 @@
-import { ActionIcon, Button, NativeSelect, Popover } from "@mantine/core";
+import { Button, NativeSelect } from "@mantine/core";
 import { IconLock, IconLockOpen } from "@tabler/icons-react";
 import { useSyncExternalStore } from "react";
+import { HeaderPopover } from "../../ui/buttons/HeaderPopover";
 import { useService } from "../../ui/services";
 import { useStore } from "../../ui/store";
 import { TIMES, TouchLock, WAYS, type Way } from "./lock";
@@ -22,53 +23,50 @@ export function LockButton() {
   const { after, by } = useStore(lock.choice, (choice) => choice);
   if (!shown) return null;
   return (
-    <Popover position="bottom-end" shadow="md" width={260}>
-      <Popover.Target>
-        <ActionIcon
-          variant="subtle"
-          color="gray"
-          aria-label={`Touch lock: ${after === 0 ? "off" : TIME(after)}`}
-          title="Touch lock"
-          data-testid="lock-menu"
-        >
-          {after === 0 ? <IconLockOpen size={18} /> : <IconLock size={18} />}
-        </ActionIcon>
-      </Popover.Target>
-      <Popover.Dropdown p={12} className="panel" aria-label="Touch lock">
-        <NativeSelect
-          label="Lock after"
-          value={after}
-          data={TIMES.map((time) => ({ value: String(time), label: TIME(time) }))}
-          data-testid="lock-after"
-          onChange={(event) => {
-            lock.choose({ after: Number(event.currentTarget.value) });
-          }}
-        />
-        <NativeSelect
-          label="Unlock by"
-          value={by}
-          data={WAYS.map((way) => ({ value: way, label: WAY[way] }))}
-          data-testid="lock-by"
-          onChange={(event) => {
-            lock.choose({ by: WAYS.find((way) => way === event.currentTarget.value) ?? by });
-          }}
-        />
-        <p className="note">
-          While it is locked only E-STOP and Hold act; what moves goes on. Kept by this browser.
-        </p>
-        <Button
-          size="xs"
-          variant="default"
-          w="fit-content"
-          data-testid="lock-now"
-          onClick={() => {
-            lock.lock();
-          }}
-        >
-          Lock now
-        </Button>
-      </Popover.Dropdown>
-    </Popover>
+    <HeaderPopover
+      title="Touch lock"
+      state={after === 0 ? "off" : TIME(after)}
+      icon={after === 0 ? <IconLockOpen size={18} /> : <IconLock size={18} />}
+      testId="lock-menu"
+    >
+      {(close) => (
+        <>
+          <NativeSelect
+            label="Lock after"
+            value={after}
+            data={TIMES.map((time) => ({ value: String(time), label: TIME(time) }))}
+            data-testid="lock-after"
+            onChange={(event) => {
+              lock.choose({ after: Number(event.currentTarget.value) });
+            }}
+          />
+          <NativeSelect
+            label="Unlock by"
+            value={by}
+            data={WAYS.map((way) => ({ value: way, label: WAY[way] }))}
+            data-testid="lock-by"
+            onChange={(event) => {
+              lock.choose({ by: WAYS.find((way) => way === event.currentTarget.value) ?? by });
+            }}
+          />
+          <p className="note">
+            While it is locked only E-STOP and Hold act; what moves goes on. Kept by this browser.
+          </p>
+          <Button
+            size="xs"
+            variant="default"
+            w="fit-content"
+            data-testid="lock-now"
+            onClick={() => {
+              close();
+              lock.lock();
+            }}
+          >
+            Lock now
+          </Button>
+        </>
+      )}
+    </HeaderPopover>
   );
 }
 
