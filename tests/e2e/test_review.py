@@ -10,10 +10,9 @@ from playwright.sync_api import BrowserContext, Page, Request, expect
 
 from controller.schema.palette import LINES, rgb
 from recordings.format.messages import Recording
-from tests.e2e.product import Product, open_page, pixels_of, shot, wait_until
+from tests.e2e.product import Product, pixels_of, shot, wait_until
 from tests.e2e.recorded import list_many, record_circle
 from tests.e2e.reviewing import choose_csv, coloured, open_link, review
-from tests.e2e.test_accessibility import load_axe, look
 
 OBSERVER_BLUE = (0x56, 0xB4, 0xE9)
 FIRST_RUN, SECOND_RUN = rgb(LINES[0]), rgb(LINES[1])
@@ -382,16 +381,3 @@ def test_a_list_that_cannot_be_read_says_why_and_can_be_asked_again(page: Page, 
     page.unroute(asked)
     page.get_by_role("button", name="Try again").click()
     expect(page.get_by_test_id("recording").first).to_be_visible()
-
-
-def test_axe_finds_nothing_serious_in_review(context: BrowserContext, product: Product, made: list[Recording]) -> None:
-    page = open_page(context, product)
-    load_axe(page)
-    findings = []
-    for scheme in ("dark", "light"):
-        page.emulate_media(color_scheme=scheme)  # type: ignore[arg-type]
-        for place in ("#review", f"#review/{made[0].id}", f"#review/compare/{made[0].id},{made[1].id}"):
-            open_link(page, place)
-            expect(page.get_by_test_id("recordings" if place == "#review" else "quick")).to_be_visible()
-            findings += look(page, f"{place}, {scheme}", "main.review")
-    assert not findings, "\n".join(findings)

@@ -95,12 +95,12 @@ function ListBar({ recordings, search, onSearch, ticked }: BarProps) {
   const page = useService(PageStore);
   return (
     <div className="bar review-bar">
-      <h2 className="bar-title" tabIndex={-1} data-focus-home>
+      <h2 className="bar-title review-title" tabIndex={-1} data-focus-home>
         Recordings
       </h2>
       <TextInput
         size="xs"
-        w={260}
+        className="review-search"
         type="search"
         aria-label="Search recordings"
         placeholder="Name, tag, note, operator, reference"
