@@ -16,7 +16,7 @@ export function CompareTable({ recordings }: { readonly recordings: readonly Rec
         <Table.Thead>
           <Table.Tr>
             <Table.Th>Recording</Table.Th>
-            <Table.Th>Time</Table.Th>
+            <Table.Th className="compare-time">Time</Table.Th>
             <Table.Th className="right">Duration</Table.Th>
             <FigureHeads />
           </Table.Tr>
@@ -36,7 +36,7 @@ export function CompareTable({ recordings }: { readonly recordings: readonly Rec
                   {name || "unnamed"}
                 </button>
               </Table.Td>
-              <Table.Td className="number">{localTime(started)}</Table.Td>
+              <Table.Td className="number compare-time">{localTime(started)}</Table.Td>
               <Table.Td className="number right">{clock(seconds)}</Table.Td>
               <FigureCells metrics={metrics} />
             </Table.Tr>

@@ -46,12 +46,14 @@ export function MacroEditor({ draft }: { readonly draft: Draft }) {
                   if (chosen) put(steps.with(i, KINDS[chosen.value][1]));
                 }}
               />
-              <StepFields
-                step={step}
-                change={(next) => {
-                  put(steps.with(i, next));
-                }}
-              />
+              <span className="macro-given">
+                <StepFields
+                  step={step}
+                  change={(next) => {
+                    put(steps.with(i, next));
+                  }}
+                />
+              </span>
             </span>
             <StepButtons steps={steps} i={i} put={put} />
           </li>

@@ -17,10 +17,9 @@ export function MacroPanel() {
   const reason = useWhyNot("edit");
   return (
     <section className="panel macros" aria-label="Macros">
-      <div className="row">
+      <div className="macro-bar-title">
         <h3 className="bar-title">Macros</h3>
         <Last />
-        <span className="spacer" />
         <Button
           size="xs"
           variant="default"
