@@ -1,5 +1,5 @@
 import { Loader, Tabs } from "@mantine/core";
-import { lazy, Suspense, useEffect, useState, type ComponentType } from "react";
+import { lazy, memo, Suspense, useEffect, useState, type ComponentType } from "react";
 import { Login } from "../access/Login";
 import { HealthPanel } from "../health/HealthPanel";
 import { Flags } from "../health/Flags";
@@ -25,7 +25,10 @@ import { KeyHelp } from "./KeyHelp";
 import { Wall } from "./Wall";
 
 const SLOW_MS = 1500;
-const Review = lazy(() => import("../recorder/Review"));
+const loadReview = () => import("../recorder/Review");
+const Review = lazy(loadReview);
+/** From when on a page that stands is at leisure to load what is likely to be asked next [ms]. */
+const LEISURE_MS = 1000;
 
 export function App() {
   const session = usePage((page) => page.session);
@@ -55,6 +58,14 @@ function Starting() {
 /** Live and Review. The live half stays mounted (hidden) while reviewing: nothing reloads on return. */
 function Bench() {
   const view = usePage((state) => state.view);
+  useEffect(() => {
+    const timer = setTimeout(() => {
+      loadReview().catch(() => undefined); // asked again once it is needed
+    }, LEISURE_MS);
+    return () => {
+      clearTimeout(timer);
+    };
+  }, []);
   return (
     <div className="bench">
       {view === "wall" ? (
@@ -92,9 +103,18 @@ function Bench() {
 
 function Live({ hidden }: { readonly hidden: boolean }) {
   const stale = usePage((page) => !page.online || !page.rigLive);
-  const narrow = useNarrow();
   return (
     <main className="live" hidden={hidden} data-stale={stale}>
+      <LiveParts />
+    </main>
+  );
+}
+
+/** Apart: none of it is drawn again because Review is shown. */
+const LiveParts = memo(function LiveParts() {
+  const narrow = useNarrow();
+  return (
+    <>
       <div className="stage">
         <Part name="Plan" className="plan">
           <PlanView />
@@ -119,9 +139,9 @@ function Live({ hidden }: { readonly hidden: boolean }) {
           <PlotStrip />
         </Part>
       )}
-    </main>
+    </>
   );
-}
+});
 
 function Control() {
   return (

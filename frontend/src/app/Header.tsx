@@ -6,6 +6,7 @@ import {
   useMantineColorScheme,
 } from "@mantine/core";
 import { IconDeviceTv, IconKeyboard, IconMoon, IconSun } from "@tabler/icons-react";
+import { memo } from "react";
 import { Unprotected } from "../access/Unprotected";
 import { Health } from "../health/Health";
 import { PageStore, usePage } from "../live/page";
@@ -18,25 +19,14 @@ import { RecordButton } from "../recorder/RecordButton";
 import { Part } from "../ui/Part";
 import { useService } from "../ui/services";
 
-export function Header() {
+/** Over all views, and not drawn again by a change of it. */
+export const Header = memo(function Header() {
   const page = useService(PageStore);
-  const view = usePage((state) => state.view);
   return (
     <header className="header">
       <h1 className="brand">Tendril</h1>
       <RigName />
-      <SegmentedControl
-        size="xs"
-        aria-label="View"
-        value={view}
-        onChange={(value) => {
-          page.patch({ view: value === "review" ? "review" : "live" });
-        }}
-        data={[
-          { value: "live", label: "Live" },
-          { value: "review", label: "Review" },
-        ]}
-      />
+      <Views />
       <Part name="Health">
         <Health />
       </Part>
@@ -64,6 +54,25 @@ export function Header() {
       </Tooltip>
       <PrimaryAction />
     </header>
+  );
+});
+
+function Views() {
+  const page = useService(PageStore);
+  const view = usePage((state) => state.view);
+  return (
+    <SegmentedControl
+      size="xs"
+      aria-label="View"
+      value={view}
+      onChange={(value) => {
+        page.patch({ view: value === "review" ? "review" : "live" });
+      }}
+      data={[
+        { value: "live", label: "Live" },
+        { value: "review", label: "Review" },
+      ]}
+    />
   );
 }
 
