@@ -1,5 +1,5 @@
 import { Button, CloseButton, Loader } from "@mantine/core";
-import { useEffect, useState } from "react";
+import { useCallback, useEffect, useState } from "react";
 import type { Recording } from "../api/types";
 import { PageStore, usePage } from "../live/page";
 import { focusOf } from "../operate/target/keys";
@@ -19,6 +19,9 @@ export default function Review() {
   const [ticked, setTicked] = useState<readonly string[]>([]);
   const opened = compared.length > 0 ? compared : reviewed === null ? [] : [reviewed];
   const recordings = useRecordings(search, opened);
+  const tick = useCallback((id: string, on: boolean) => {
+    setTicked((old) => (on ? [...old, id] : old.filter((one) => one !== id)));
+  }, []);
   const back = () => {
     page.patch({ reviewed: null, compared: [] });
   };
@@ -40,7 +43,7 @@ export default function Review() {
             setSearch({ ...search, ...change });
           }}
           ticked={ticked.filter((id) => recordings.find(id) !== null)}
-          onTick={setTicked}
+          onTick={tick}
         />
       )}
       {justDeleted ? <Undo row={justDeleted} recordings={recordings} /> : null}
@@ -97,7 +100,7 @@ function isUndo({ ctrlKey, metaKey, shiftKey, key }: KeyboardEvent): boolean {
 
 interface UnreadProps {
   readonly problem: string;
-  readonly load: () => Promise<void>;
+  readonly load: () => void;
 }
 
 function Unread({ problem, load }: UnreadProps) {
@@ -105,7 +108,7 @@ function Unread({ problem, load }: UnreadProps) {
     <main className="review">
       <div className="panel" role="alert">
         <p className="advice">The recordings cannot be listed: {problem}</p>
-        <Button size="xs" variant="default" w="fit-content" onClick={() => void load()}>
+        <Button size="xs" variant="default" w="fit-content" onClick={load}>
           Try again
         </Button>
       </div>

@@ -1,8 +1,8 @@
 import { useDebouncedValue } from "@mantine/hooks";
-import { useCallback, useEffect, useRef, useState } from "react";
+import { useCallback, useEffect, useMemo, useRef, useState } from "react";
 import { Refusal } from "../api/rest";
 import type { Recording } from "../api/types";
-import { usePage } from "../live/page";
+import { keep, usePage } from "../live/page";
 import { Operations } from "../operate/operations";
 import { textOf } from "../ui/format";
 import { useService } from "../ui/services";
@@ -18,6 +18,7 @@ export interface Search {
   readonly deleted: boolean;
 }
 
+/** What is shown, and what can be done with it; functions stay the same ones. */
 export interface Recordings {
   /** Null before the first answer. */
   readonly listed: Listed | null;
@@ -25,7 +26,8 @@ export interface Recordings {
   readonly problem: string;
   /** The recording `id`: undefined until the server said, null when there is none. */
   readonly find: (id: string) => Recording | null | undefined;
-  readonly load: () => Promise<void>;
+  /** Read again. */
+  readonly load: () => void;
   readonly change: (id: string, changes: RecordingChanges) => Promise<void>;
   readonly remove: (row: Recording) => Promise<void>;
   /** Give bookmark `n` of a recording a label, or with null remove it. */
@@ -38,7 +40,7 @@ export interface Recordings {
 }
 
 /** How long the typing rests before the server is asked [ms]. */
-const TYPING_MS = 200;
+const TYPING_MS = 80;
 /** How often what is being written or measured is read again [ms]. */
 const REFRESH_MS = 2000;
 /** So often at most the list is read again for pictures that are being made. */
@@ -59,24 +61,10 @@ export function useRecordings(search: Search, opened: readonly string[]): Record
   const [justDeleted, setJustDeleted] = useState<Recording | null>(null);
   const pictureReads = useRef(0);
   const wanted = opened.join(",");
-  const asked = useRef(0);
-
+  const [turn, setTurn] = useState(0);
   const load = useCallback(() => {
-    const turn = (asked.current += 1);
-    const ids = wanted === "" ? [] : wanted.split(",");
-    const answer = ids.length > 0 ? readOpened(ids) : recordings.list(query, sort, limit, deleted);
-    return answer.then(
-      (found) => {
-        if (turn !== asked.current) return; // a later question was asked: its answer counts
-        if (isListed(found)) setListed(found);
-        else setKnown((old) => ({ ...old, ...found }));
-        setProblem("");
-      },
-      (error: unknown) => {
-        if (turn === asked.current) setProblem(textOf(error));
-      },
-    );
-  }, [wanted, query, sort, limit, deleted]);
+    setTurn((old) => old + 1);
+  }, []);
 
   const find = (id: string) => {
     const row = listed?.rows.find((one) => one.id === id);
@@ -84,8 +72,24 @@ export function useRecordings(search: Search, opened: readonly string[]): Record
   };
 
   useEffect(() => {
-    void load();
-  }, [load, active]);
+    let late = false; // something else was asked: its answer counts
+    const ids = wanted === "" ? [] : wanted.split(",");
+    const answer = ids.length > 0 ? readOpened(ids) : recordings.list(query, sort, limit, deleted);
+    answer.then(
+      (found) => {
+        if (late) return;
+        if (isListed(found)) setListed((old) => withKept(old, found));
+        else setKnown((old) => ({ ...old, ...found }));
+        setProblem("");
+      },
+      (error: unknown) => {
+        if (!late) setProblem(textOf(error));
+      },
+    );
+    return () => {
+      late = true;
+    };
+  }, [wanted, query, sort, limit, deleted, active, turn]);
   useEffect(() => {
     const shown = wanted === "" ? (listed?.rows ?? []) : wanted.split(",").map((id) => known[id]);
     const grows = (row: Recording | null | undefined) =>
@@ -94,49 +98,51 @@ export function useRecordings(search: Search, opened: readonly string[]): Record
     const waits = pictureReads.current < PICTURE_READS && shown.some(pictured);
     if (!shown.some(grows) && !waits) return undefined;
     if (waits) pictureReads.current += 1;
-    const again = setTimeout(() => void load(), REFRESH_MS);
+    const again = setTimeout(load, REFRESH_MS);
     return () => {
       clearTimeout(again);
     };
   }, [load, active, wanted, listed, known, deleted]);
 
-  const put = (id: string, changed: Recording | null) => {
-    setKnown((old) => ({ ...old, [id]: changed }));
-    setListed((old) => old && withRow(old, id, changed));
-  };
-  const change = (id: string, changes: RecordingChanges) =>
-    operations.attempt("Recording not changed", async () => {
-      put(id, await recordings.change(id, changes));
-    });
-  const label = (id: string, n: number, text: string | null) =>
-    operations.attempt("Bookmark not changed", async () => {
-      put(id, await recordings.label(id, n, text));
-    });
-  const remove = (row: Recording) =>
-    operations.attempt("Recording not deleted", async () => {
-      await recordings.remove(row.id);
-      put(row.id, null);
-      setListed((old) => old && { ...old, deleted: old.deleted + 1 });
-      setJustDeleted(row);
-    });
-  const restore = (row: Recording) =>
-    operations.attempt("Recording not restored", async () => {
-      await recordings.restore(row.id);
-      setKnown((old) => ({ ...old, [row.id]: row }));
+  const actions = useMemo(() => {
+    const put = (id: string, changed: Recording | null) => {
+      setKnown((old) => ({ ...old, [id]: changed }));
+      setListed((old) => old && withRow(old, id, changed));
+    };
+    const forgetDeleted = () => {
       setJustDeleted(null);
-      await load();
-    });
-  const emptyBin = () =>
-    operations.attempt("Deleted recordings not removed", async () => {
-      await recordings.emptyBin();
-      setJustDeleted(null);
-      await load();
-    });
-  const forgetDeleted = useCallback(() => {
-    setJustDeleted(null);
-  }, []);
-  const bin = { remove, restore, emptyBin, justDeleted, forgetDeleted };
-  return { listed, problem, find, load, change, label, ...bin };
+    };
+    const change = (id: string, changes: RecordingChanges) =>
+      operations.attempt("Recording not changed", async () => {
+        put(id, await recordings.change(id, changes));
+      });
+    const label = (id: string, n: number, text: string | null) =>
+      operations.attempt("Bookmark not changed", async () => {
+        put(id, await recordings.label(id, n, text));
+      });
+    const remove = (row: Recording) =>
+      operations.attempt("Recording not deleted", async () => {
+        await recordings.remove(row.id);
+        put(row.id, null);
+        setListed((old) => old && { ...old, deleted: old.deleted + 1 });
+        setJustDeleted(row);
+      });
+    const restore = (row: Recording) =>
+      operations.attempt("Recording not restored", async () => {
+        await recordings.restore(row.id);
+        setKnown((old) => ({ ...old, [row.id]: row }));
+        forgetDeleted();
+        load();
+      });
+    const emptyBin = () =>
+      operations.attempt("Deleted recordings not removed", async () => {
+        await recordings.emptyBin();
+        forgetDeleted();
+        load();
+      });
+    return { change, label, remove, restore, emptyBin, forgetDeleted };
+  }, [operations, load]);
+  return { listed, problem, find, load, justDeleted, ...actions };
 }
 
 /** Id of the recording that is being written, "" for none. */
@@ -170,4 +176,10 @@ function withRow(listed: Listed, id: string, changed: Recording | null): Listed 
   const left = rows.filter((row) => row.id !== id);
   const gone = rows.length - left.length;
   return { ...listed, rows: left, found: found - gone, inAll: inAll - gone };
+}
+
+/** `found`, in which what has not changed is as it was: nothing of it is drawn again. */
+function withKept(old: Listed | null, found: Listed): Listed {
+  const before = new Map(old?.rows.map((row) => [row.id, row]));
+  return { ...found, rows: found.rows.map((row) => keep(before.get(row.id) ?? row, row)) };
 }

@@ -2,10 +2,12 @@ import { Button, SegmentedControl } from "@mantine/core";
 import { IconArrowLeft } from "@tabler/icons-react";
 import { useEffect, useState } from "react";
 import type { Recording } from "../../api/types";
+import { useWhyNot } from "../../operate/permission";
 import { Replay3D } from "../../scene/Replay3D";
 import { clock, localTime } from "../../ui/format";
+import { Badges } from "../list/Badges";
 import { DeleteButton } from "../list/DeleteButton";
-import { Badges, Star } from "../list/RecordingRow";
+import { Star } from "../list/RecordingRow";
 import { QuickLook } from "../quick/QuickLook";
 import type { TimeWindow } from "../quick/QuickPlot";
 import { useActive, type Recordings } from "../useRecordings";
@@ -34,6 +36,7 @@ export function Detail({ id, recordings, onBack }: Props) {
   const [zoomed, setZoomed] = useState<TimeWindow | null>(null);
   const [start, setStart] = useState<number | null>(null);
   const running = useActive() === id;
+  const reason = useWhyNot("edit");
   const warm = useWarm(start !== null, sight === "plots");
   const recording = recordings.find(id);
   if (!recording) return <Unknown id={id} onBack={onBack} />;
@@ -41,7 +44,7 @@ export function Detail({ id, recordings, onBack }: Props) {
     <main className="review">
       <div className="bar review-bar">
         <Back onBack={onBack} />
-        <Star row={recording} recordings={recordings} />
+        <Star row={recording} reason={reason} change={recordings.change} />
         <h2 className="bar-title" tabIndex={-1} data-focus-home>
           {recording.name || "unnamed"} · {localTime(recording.started)} · {clock(recording.seconds)}
         </h2>
@@ -52,6 +55,7 @@ export function Detail({ id, recordings, onBack }: Props) {
         <DeleteButton
           row={recording}
           running={running}
+          reason={reason}
           onDelete={async () => {
             await recordings.remove(recording);
             onBack();

@@ -1,48 +1,57 @@
-import { ActionIcon, Button, Popover } from "@mantine/core";
+import { Button, Popover } from "@mantine/core";
 import { IconTrash } from "@tabler/icons-react";
-import { useState } from "react";
+import { useRef, useState } from "react";
 import type { Recording } from "../../api/types";
-import { useWhyNot } from "../../operate/permission";
 
 interface Props {
   readonly row: Recording;
   readonly running: boolean;
+  /** Why nothing can be changed, null when it can. */
+  readonly reason: string | null;
   readonly onDelete: () => Promise<void>;
 }
 
-/** Deletes into the bin; a starred recording and the one being written are kept. */
-export function DeleteButton({ row, running, onDelete }: Props) {
+/** Deletes into the bin; a starred recording and the one being written are kept. The question is made when it is asked. */
+export function DeleteButton({ row, running, reason, onDelete }: Props) {
   const [opened, setOpened] = useState(false);
-  const reason =
-    useWhyNot("edit") ??
-    (running
-      ? "It is being recorded: stop first."
-      : row.starred
-        ? "It is starred: take the star away first."
-        : null);
+  const returns = useRef(false);
+  const turn = (to: boolean) => {
+    returns.current = !to;
+    setOpened(to);
+  };
+  const button = (
+    <button
+      ref={(shown) => {
+        if (!returns.current) return;
+        returns.current = false;
+        shown?.focus({ preventScroll: true });
+      }}
+      type="button"
+      className="icon-button"
+      aria-haspopup="dialog"
+      aria-expanded={opened}
+      aria-label={`Delete ${row.name || row.id}`}
+      data-testid="delete-recording"
+      onClick={() => {
+        turn(!opened);
+      }}
+    >
+      <IconTrash size={16} />
+    </button>
+  );
+  if (!opened) return button;
+  const kept = reason ?? whyKept(row, running);
   return (
-    <Popover opened={opened} onChange={setOpened} position="bottom-end" shadow="md" trapFocus withinPortal>
-      <Popover.Target>
-        <ActionIcon
-          variant="subtle"
-          color="gray"
-          aria-label={`Delete ${row.name || row.id}`}
-          data-testid="delete-recording"
-          onClick={() => {
-            setOpened(!opened);
-          }}
-        >
-          <IconTrash size={16} />
-        </ActionIcon>
-      </Popover.Target>
+    <Popover opened onChange={turn} position="bottom-end" shadow="md" trapFocus withinPortal>
+      <Popover.Target>{button}</Popover.Target>
       <Popover.Dropdown aria-label="Delete the recording?">
-        <p className="note">{reason ?? "It can be restored for 7 days, unless room is needed."}</p>
+        <p className="note">{kept ?? "It can be restored for 7 days, unless room is needed."}</p>
         <Button
           size="compact-sm"
           mt={6}
           color="red"
           data-testid="delete-confirm"
-          disabled={reason !== null}
+          disabled={kept !== null}
           onClick={() => {
             setOpened(false);
             void onDelete();
@@ -53,4 +62,9 @@ export function DeleteButton({ row, running, onDelete }: Props) {
       </Popover.Dropdown>
     </Popover>
   );
+}
+
+function whyKept({ starred }: Recording, running: boolean): string | null {
+  if (running) return "It is being recorded: stop first.";
+  return starred ? "It is starred: take the star away first." : null;
 }

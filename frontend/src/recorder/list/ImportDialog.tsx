@@ -29,7 +29,7 @@ export function ImportDialog({ chosen: { file, missing }, recordings, onClose }:
     try {
       await api.take(file, name.trim(), units);
       onClose();
-      await recordings.load();
+      recordings.load();
     } catch (error) {
       setBusy(false);
       setProblem(textOf(error));

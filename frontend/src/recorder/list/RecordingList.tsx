@@ -1,4 +1,4 @@
-import { ActionIcon, Button, Chip, Popover, Table, TextInput, Tooltip } from "@mantine/core";
+import { ActionIcon, Button, Chip, Popover, TextInput, Tooltip } from "@mantine/core";
 import { IconRefresh } from "@tabler/icons-react";
 import { PageStore } from "../../live/page";
 import { useWhyNot } from "../../operate/permission";
@@ -20,14 +20,17 @@ interface Props {
   readonly search: Search;
   readonly onSearch: (change: Partial<Search>) => void;
   readonly ticked: readonly string[];
-  readonly onTick: (ids: readonly string[]) => void;
+  readonly onTick: (id: string, on: boolean) => void;
 }
 
 /** The list with search, order and ticks, as the server finds it. */
 export function RecordingList({ recordings, search, onSearch, ticked, onTick }: Props) {
   const active = useActive();
   const keys = useRowKeys();
+  const reason = useWhyNot("edit");
+  const today = new Date().setHours(0, 0, 0, 0);
   const { rows, found, inAll, sort } = recordings.listed ?? NONE;
+  const { change, remove, restore } = recordings;
   return (
     <main className="review">
       <ListBar recordings={recordings} search={search} onSearch={onSearch} ticked={ticked} />
@@ -37,38 +40,29 @@ export function RecordingList({ recordings, search, onSearch, ticked, onTick }: 
         </p>
       ) : (
         <div className="review-list">
-          <Table
-            className="list-table"
-            highlightOnHover
-            stickyHeader
-            verticalSpacing={3}
-            horizontalSpacing={6}
-            data-testid="recordings"
-            data-sort={sort}
-          >
+          <table className="list-table" data-testid="recordings" data-sort={sort}>
             <Titles
               order={search.order}
               onOrder={(order) => {
                 onSearch({ order, limit: SHELF });
               }}
             />
-            <Table.Tbody {...keys}>
+            <tbody {...keys}>
               {rows.map((row) => (
                 <RecordingRow
                   key={row.id}
                   row={row}
                   running={row.id === active}
-                  recordings={recordings}
                   deleted={search.deleted}
                   ticked={ticked.includes(row.id)}
                   full={ticked.length >= COMPARED_MAX}
-                  onTick={(on) => {
-                    onTick(on ? [...ticked, row.id] : ticked.filter((id) => id !== row.id));
-                  }}
+                  reason={reason}
+                  today={today}
+                  {...{ change, remove, restore, onTick }}
                 />
               ))}
-            </Table.Tbody>
-          </Table>
+            </tbody>
+          </table>
           {found === 0 ? <p className="panel note">Nothing fits “{search.query}”.</p> : null}
           {rows.length < found ? (
             <Button
@@ -130,7 +124,7 @@ function ListBar({ recordings, search, onSearch, ticked }: BarProps) {
         Compare {ticked.length || ""}
       </Button>
       <Tooltip label="Read the list again">
-        <ActionIcon variant="subtle" color="gray" aria-label="Refresh" onClick={() => void recordings.load()}>
+        <ActionIcon variant="subtle" color="gray" aria-label="Refresh" onClick={recordings.load}>
           <IconRefresh size={18} />
         </ActionIcon>
       </Tooltip>

@@ -1,27 +1,30 @@
-import { ActionIcon, Badge, Button, Checkbox, Table, Tooltip, VisuallyHidden } from "@mantine/core";
+import { Button } from "@mantine/core";
 import { IconDownload, IconStar, IconStarFilled } from "@tabler/icons-react";
-import type { MouseEvent } from "react";
+import { memo, type MouseEvent } from "react";
 import type { Recording } from "../../api/types";
 import { PageStore } from "../../live/page";
-import { useWhyNot } from "../../operate/permission";
 import { clock, DASH, localTime, plain, wholeNumber } from "../../ui/format";
 import { useService } from "../../ui/services";
 import { recordingUrl } from "../recordings";
 import type { Recordings } from "../useRecordings";
+import { Badges } from "./Badges";
 import { DeleteButton } from "./DeleteButton";
-import { marksOf, whenText } from "./listing";
+import { whenText } from "./listing";
 import { Thumbnail } from "./Thumbnail";
 
-interface Props {
+interface Props extends Pick<Recordings, "change" | "remove" | "restore"> {
   readonly row: Recording;
   readonly running: boolean;
-  readonly recordings: Recordings;
   readonly ticked: boolean;
   /** It is in the bin. */
   readonly deleted: boolean;
   /** No more can be ticked. */
   readonly full: boolean;
-  readonly onTick: (on: boolean) => void;
+  /** Why nothing can be changed, null when it can. */
+  readonly reason: string | null;
+  /** Midnight when the day began that is "Today" [ms]. */
+  readonly today: number;
+  readonly onTick: (id: string, on: boolean) => void;
 }
 
 /** A click anywhere opens it, but on its own controls. */
@@ -29,34 +32,38 @@ const own = (event: MouseEvent) => {
   event.stopPropagation();
 };
 
-/** One line: what does not fit is cut with dots and said whole on hover. */
-export function RecordingRow({ row, running, recordings, deleted, ticked, full, onTick }: Props) {
+/**
+ * One line: what does not fit is cut with dots and said whole on hover. Of plain elements, and drawn again only when
+ * something of it has changed: fifty of them with a library's buttons and hints take a quarter of a second.
+ */
+export const RecordingRow = memo(function RecordingRow(props: Props) {
+  const { row, running, deleted, ticked, full, reason, today, change, remove, onTick } = props;
   const page = useService(PageStore);
   const name = row.name || "unnamed";
   const open = deleted ? undefined : () => { page.patch({ reviewed: row.id, compared: [] }); }; // prettier-ignore
   return (
-    <Table.Tr className="review-row" data-testid="recording" data-id={row.id} onClick={open}>
-      <Table.Td className="list-tick" onClick={own}>
+    <tr className="review-row" data-testid="recording" data-id={row.id} onClick={open}>
+      <td className="list-tick" onClick={own}>
         {deleted ? null : (
-          <Checkbox
-            size="xs"
+          <input
+            type="checkbox"
             aria-label={`Compare ${name}`}
             data-testid="compare-tick"
             checked={ticked}
             disabled={full && !ticked}
             onChange={(event) => {
-              onTick(event.currentTarget.checked);
+              onTick(row.id, event.currentTarget.checked);
             }}
           />
         )}
-      </Table.Td>
-      <Table.Td className="list-path">
+      </td>
+      <td className="list-path">
         <Thumbnail path={row.thumbnail} />
-      </Table.Td>
-      <Table.Td className="list-starred" onClick={own}>
-        {deleted ? null : <Star row={row} recordings={recordings} />}
-      </Table.Td>
-      <Table.Td className="list-name">
+      </td>
+      <td className="list-starred" onClick={own}>
+        {deleted ? null : <Star row={row} reason={reason} change={change} />}
+      </td>
+      <td className="list-name">
         <div className="list-line">
           {deleted ? (
             <span title={name}>{name}</span>
@@ -67,59 +74,62 @@ export function RecordingRow({ row, running, recordings, deleted, ticked, full, 
           )}
           <Badges row={row} running={running} />
         </div>
-      </Table.Td>
-      <Table.Td className="number list-started" title={localTime(row.started)}>
-        {whenText(row.started, new Date())}
-      </Table.Td>
-      <Table.Td className="list-actuator" title={row.actuator}>
+      </td>
+      <td className="number list-started" title={localTime(row.started)}>
+        {whenText(row.started, new Date(today))}
+      </td>
+      <td className="list-actuator" title={row.actuator}>
         {row.actuator || DASH}
         {row.twin ? " · twin" : ""}
-      </Table.Td>
-      <Table.Td className="list-reference" title={row.reference}>
+      </td>
+      <td className="list-reference" title={row.reference}>
         {row.reference || DASH}
-      </Table.Td>
-      <Table.Td className="number right list-seconds">{row.rows > 0 ? clock(row.seconds) : DASH}</Table.Td>
-      <Table.Td className="number right list-gaps" data-testid="recording-gaps">
+      </td>
+      <td className="number right list-seconds">{row.rows > 0 ? clock(row.seconds) : DASH}</td>
+      <td className="number right list-gaps" data-testid="recording-gaps">
         {wholeNumber(row.gaps)}
-      </Table.Td>
-      <Table.Td className="number right list-rmse">{plain(scaled(row.metrics?.rmse, 1e3), 2)}</Table.Td>
-      <Table.Td className="number right list-on_time_share">
-        {plain(scaled(row.metrics?.on_time_share, 100), 2)}
-      </Table.Td>
-      <Table.Td className="number right list-bytes">
+      </td>
+      <td className="number right list-rmse">{plain(scaled(row.metrics?.rmse, 1e3), 2)}</td>
+      <td className="number right list-on_time_share">{plain(scaled(row.metrics?.on_time_share, 100), 2)}</td>
+      <td className="number right list-bytes">
         {row.bytes > 0 ? plain(row.bytes / 1e6, row.bytes < 1e7 ? 1 : 0) : DASH}
-      </Table.Td>
-      <Table.Td className="right list-actions" onClick={own}>
-        {deleted ? (
-          <RestoreButton row={row} recordings={recordings} />
-        ) : (
-          <>
-            <Tooltip label="Download the .rrd file">
-              <ActionIcon
-                component="a"
-                variant="subtle"
-                color="gray"
-                aria-label={`Download ${name}`}
-                href={recordingUrl(row.id, ".rrd")}
-                download
-              >
-                <IconDownload size={16} />
-              </ActionIcon>
-            </Tooltip>
-            <DeleteButton row={row} running={running} onDelete={() => recordings.remove(row)} />
-          </>
-        )}
-      </Table.Td>
-    </Table.Tr>
+      </td>
+      <td className="right list-actions" onClick={own}>
+        {deleted ? <RestoreButton {...props} /> : <Actions {...{ row, running, reason, name, remove }} />}
+      </td>
+    </tr>
   );
-}
+});
 
 function scaled(value: number | null | undefined, scale: number): number | null {
   return value === null || value === undefined ? null : value * scale;
 }
 
-function RestoreButton({ row, recordings }: Pick<Props, "row" | "recordings">) {
-  const reason = useWhyNot("edit");
+function Actions({
+  row,
+  running,
+  reason,
+  name,
+  remove,
+}: Pick<Props, "row" | "running" | "reason" | "remove"> & { readonly name: string }) {
+  // prettier-ignore
+  return (
+    <>
+      <a
+        className="icon-button"
+        title="Download the .rrd file"
+        aria-label={`Download ${name}`}
+        href={recordingUrl(row.id, ".rrd")}
+        download
+      >
+        <IconDownload size={16} />
+      </a>
+      <DeleteButton row={row} running={running} reason={reason} onDelete={() => remove(row)} />
+    </>
+  );
+}
+
+function RestoreButton({ row, reason, restore }: Pick<Props, "row" | "reason" | "restore">) {
   return (
     <Button
       size="compact-xs"
@@ -128,67 +138,28 @@ function RestoreButton({ row, recordings }: Pick<Props, "row" | "recordings">) {
       title={reason ?? undefined}
       aria-label={`Restore ${row.name || row.id}`}
       data-testid="restore-recording"
-      onClick={() => void recordings.restore(row)}
+      onClick={() => void restore(row)}
     >
       Restore
     </Button>
   );
 }
 
-interface StarProps {
-  readonly row: Recording;
-  readonly recordings: Recordings;
-}
-
 /** Starred recordings are never removed to make room. */
-export function Star({ row, recordings }: StarProps) {
-  const reason = useWhyNot("edit");
+export function Star({ row, reason, change }: Pick<Props, "row" | "reason" | "change">) {
   const Icon = row.starred ? IconStarFilled : IconStar;
   return (
-    <ActionIcon
-      variant="subtle"
-      color={row.starred ? "yellow" : "gray"}
-      size="sm"
+    <button
+      type="button"
+      className="icon-button"
       disabled={reason !== null}
       title={reason ?? undefined}
       aria-pressed={row.starred}
       aria-label={`Star ${row.name || row.id}`}
       data-testid="star"
-      onClick={() => void recordings.change(row.id, { starred: !row.starred })}
+      onClick={() => void change(row.id, { starred: !row.starred })}
     >
       <Icon size={15} />
-    </ActionIcon>
-  );
-}
-
-interface BadgesProps {
-  readonly row: Recording;
-  readonly running: boolean;
-}
-
-export function Badges({ row, running }: BadgesProps) {
-  return (
-    <>
-      {marksOf(row, running).map(({ text, reason, bad }) => (
-        <Tooltip key={text} label={reason} multiline maw={420}>
-          <Badge
-            className={bad ? "review-badge review-bad" : "review-badge"}
-            size="sm"
-            variant="default"
-            tt="none"
-            data-testid="mark"
-          >
-            {bad ? "▲ " : ""}
-            {text}
-            <VisuallyHidden>: {reason}</VisuallyHidden>
-          </Badge>
-        </Tooltip>
-      ))}
-      {row.tags.map((tag) => (
-        <span key={tag} className="note review-tag">
-          #{tag}
-        </span>
-      ))}
-    </>
+    </button>
   );
 }

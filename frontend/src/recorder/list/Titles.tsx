@@ -1,4 +1,3 @@
-import { Table } from "@mantine/core";
 import { IconArrowDown, IconArrowUp } from "@tabler/icons-react";
 import { nextOrder, type Column, type Order } from "./listing";
 
@@ -26,22 +25,22 @@ interface Props {
 /** Titles of the list's columns: a click sorts, another one turns the order round. */
 export function Titles({ order, onOrder }: Props) {
   return (
-    <Table.Thead>
-      <Table.Tr>
-        <Table.Th className="list-tick">
+    <thead>
+      <tr>
+        <th className="list-tick">
           <span className="sr-only">Compare</span>
-        </Table.Th>
-        <Table.Th className="list-path">
+        </th>
+        <th className="list-path">
           <span className="sr-only">Path</span>
-        </Table.Th>
+        </th>
         {COLUMNS.map(([column, title, unit]) => (
           <Title key={column} column={column} title={title} unit={unit} order={order} onOrder={onOrder} />
         ))}
-        <Table.Th className="list-actions">
+        <th className="list-actions">
           <span className="sr-only">Actions</span>
-        </Table.Th>
-      </Table.Tr>
-    </Table.Thead>
+        </th>
+      </tr>
+    </thead>
   );
 }
 
@@ -55,7 +54,7 @@ function Title({ column, title, unit, order, onOrder }: TitleProps) {
   const chosen = order.column === column;
   const Arrow = order.falling ? IconArrowDown : IconArrowUp;
   return (
-    <Table.Th
+    <th
       className={`list-${column}${NUMBERS.has(column) ? " right" : ""}`}
       aria-sort={chosen ? (order.falling ? "descending" : "ascending") : "none"}
     >
@@ -71,6 +70,6 @@ function Title({ column, title, unit, order, onOrder }: TitleProps) {
         {title} {unit === "" ? null : <span className="unit">{unit}</span>}
         {chosen ? <Arrow size={12} aria-hidden /> : null}
       </button>
-    </Table.Th>
+    </th>
   );
 }
