@@ -2,17 +2,20 @@
 
 import json
 import math
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
-from typing import NamedTuple
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
 
 from controller.arrays import Values
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.schema.palette import MEASURED, OBSERVER, REFERENCE, TWIN
+from recordings.exporting.json_texts import Messages, Texts, digits, joined
 from recordings.exporting.table import Column, Table
 
 FRAME = "base"
@@ -27,17 +30,9 @@ SPHERE = 0.006
 """Diameter of a point [m]."""
 ORIGIN, REST = {"x": 0.0, "y": 0.0, "z": 0.0}, {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
 """Position and orientation of the frame itself."""
-NOW, PLACE = '"NOW"', '"PLACE"'
+BLANK = re.compile('"(NOW|PLACE|TURN)"')
 """What is put into the text of each message, most of which is the same every time."""
 KINDS = "arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models"
-
-
-class Message(NamedTuple):
-    """One message: its topic, its time [Unix ns], its JSON."""
-
-    topic: str
-    at: int
-    text: bytes
 
 
 @cache
@@ -53,22 +48,26 @@ def topics(table: Table) -> tuple[str, ...]:
     return tuple(topic for topic in SCHEMAS if there.get(topic, there[TIP] and bool(_of(table, "p_ref"))))
 
 
-def messages(table: Table, begin: int, end: int) -> Iterator[Message]:
+def messages(table: Table, begin: int, end: int) -> dict[str, Messages]:
     """Those of the table's rows from `begin` up to `end`: one of each topic at every row that has a backbone."""
     wanted = topics(table)
     if not wanted:
-        return
+        return {}
     rows = _rows(_of(table, "backbone") or _of(table, "twin_backbone"), begin, end)
-    arms = {field: _values(_of(table, field), rows) for field in BACKBONES if _of(table, field)}
-    points = {field: _values(_of(table, field), rows)[:, 0] for field in POINTS if _of(table, field)}
-    for place, at in enumerate((table.t_ns[rows] + table.wall_ns).tolist()):
-        found = {SCENE: _scene({field: arm[place] for field, arm in (arms | points).items()})}
-        if TIP in wanted:
-            found[TIP] = _pose(arms["backbone"][place, -1], _direction(arms["backbone"][place]))
-        if WANTED in wanted:
-            found[WANTED] = _pose(points["p_ref"][place], REST)
-        now = json.dumps({"sec": at // 10**9, "nsec": at % 10**9})
-        yield from (Message(topic, at, text.replace(NOW, now).encode()) for topic, text in found.items() if text)
+    at = table.t_ns[rows] + table.wall_ns
+    found = {field: _values(_of(table, field), rows) for field in (*BACKBONES, *POINTS) if _of(table, field)}
+    now = joined('{"sec": ', digits(at // 10**9), ', "nsec": ', digits(at % 10**9), "}")
+    texts = {SCENE: _scene(found, now)}
+    if TIP in wanted:
+        texts[TIP] = _pose(now, found["backbone"][:, -1:], _direction(found["backbone"]))
+    if WANTED in wanted:
+        texts[WANTED] = _pose(now, found["p_ref"], json.dumps(REST))
+    return {topic: _known(at, made) for topic, made in texts.items()}
+
+
+def _known(at: Values, texts: Texts) -> Messages:
+    """Those of which nothing is missing."""
+    return Messages(at[texts.is_valid().to_numpy(zero_copy_only=False)], texts.drop_null())
 
 
 def _of(table: Table, field: str) -> Sequence[Column]:
@@ -86,33 +85,29 @@ def _rows(columns: Sequence[Column], begin: int, end: int) -> Values:
 
 def _values(columns: Sequence[Column], rows: Values) -> Values:
     """Points (k, n, 2) [m] at `rows` (k,) of the table; nan where there are none."""
-    out = np.full((len(rows), len(columns)), np.nan)
-    for place, column in enumerate(columns):
-        if column.at is None:
-            out[:, place] = column.values[rows]
-        elif len(column.at):
-            near = np.searchsorted(column.at, rows).clip(max=len(column.at) - 1)
-            out[:, place] = np.where(column.at[near] == rows, column.values[near], np.nan)
-    return out.reshape(len(rows), -1, 2)
+    at, out = columns[0].at, np.full((len(rows), len(columns)), np.nan)
+    there = np.ones(len(rows), bool) if at is None else np.isin(rows, at)
+    near = rows if at is None else np.searchsorted(at, rows[there])
+    out[there] = np.column_stack([column.values[near] for column in columns])
+    return out.reshape(len(rows), len(columns) // 2, 2)
 
 
-def _scene(found: dict[str, Values]) -> str:
-    """All of which a point (2,) or backbone (n, 2) [m] is known."""
-    entities = [
-        _entity(field).replace(PLACE, _vectors(values) if values.ndim > 1 else _vectors(values[np.newaxis])[1:-1])
-        for field, values in found.items()
-        if np.isfinite(values).all()
-    ]
-    return f'{{"deletions": [], "entities": [{", ".join(entities)}]}}'
+def _scene(found: Mapping[str, Values], now: Texts) -> Texts:
+    """At each row all of which the point (k, 1, 2) or backbone (k, n, 2) [m] is known there."""
+    first, *more = [_filled(_entity(field), {"NOW": now, "PLACE": _vectors(points)}) for field, points in found.items()]
+    none = pc.is_null(pc.coalesce(first, *more))
+    first = pc.if_else(none, "", first)  # Arrow leaves out a row of which it skips everything
+    known = pc.binary_join_element_wise(first, *more, ", ", null_handling="skip")
+    return joined('{"deletions": [], "entities": [', known, "]}")
 
 
 @cache
 def _entity(field: str) -> str:
-    """What is drawn for a field, but for NOW and PLACE; it stays until the next one of the same name."""
+    """What is drawn for a field, but for its blanks; it stays until the next one of the same name."""
     if field in BACKBONES:
         name, colour, width = BACKBONES[field]
         look = {"type": 0, "thickness": width, "scale_invariant": True, "color": _colour(colour), "colors": []}
-        drawn = {"lines": [look | {"pose": _at(ORIGIN), "points": "PLACE", "indices": []}]}
+        drawn = {"lines": [look | {"pose": _at(ORIGIN), "points": ["PLACE"], "indices": []}]}
     else:
         name, colour = POINTS[field]
         size = {"x": SPHERE, "y": SPHERE, "z": SPHERE}
@@ -121,28 +116,35 @@ def _entity(field: str) -> str:
     return json.dumps({**about, "frame_locked": True, "metadata": [], **{kind: [] for kind in KINDS}, **drawn})
 
 
-def _pose(point: Values, orientation: dict[str, float]) -> str:
-    """Nothing where the point (2,) [m] is not known."""
-    if not np.isfinite(point).all():
-        return ""
-    text = json.dumps({"timestamp": "NOW", "frame_id": FRAME, "pose": _at("PLACE", orientation)})
-    return text.replace(PLACE, _vectors(point[np.newaxis])[1:-1])
+def _pose(now: Texts, points: Values, turn: str | Texts) -> Texts:
+    """Null where the point (k, 1, 2) is not known."""
+    text = json.dumps({"timestamp": "NOW", "frame_id": FRAME, "pose": _at("PLACE", "TURN")})
+    return _filled(text, {"NOW": now, "PLACE": _vectors(points), "TURN": turn})
 
 
-def _direction(arm: Values) -> dict[str, float]:
-    """Where the last piece of a backbone (n, 2) points, as a turn about z."""
-    dx, dy = (arm[-1] - arm[-2]).tolist()
-    half = 0.5 * math.atan2(dy, dx)
-    return {"x": 0.0, "y": 0.0, "z": math.sin(half), "w": math.cos(half)}
+def _direction(arms: Values) -> Texts:
+    """Where the last piece of each backbone (k, n, 2) points, as a turn about z."""
+    dx, dy = (arms[:, -1] - arms[:, -2]).T
+    half = 0.5 * np.arctan2(dy, dx)
+    return joined('{"x": 0.0, "y": 0.0, "z": ', digits(np.sin(half)), ', "w": ', digits(np.cos(half)), "}")
 
 
-def _at(position: object, orientation: dict[str, float] = REST) -> dict[str, object]:
+def _at(position: object, orientation: object = REST) -> dict[str, object]:
     return {"position": position, "orientation": orientation}
 
 
-def _vectors(points: Values) -> str:
-    """Points (n, 2) [m] as a JSON list, to 1 um."""
-    return "[" + ", ".join(f'{{"x": {x:.6f}, "y": {y:.6f}, "z": 0.0}}' for x, y in points.tolist()) + "]"
+def _filled(text: str, values: Mapping[str, str | Texts]) -> Texts:
+    """A text with its blanks filled in at each row."""
+    return joined(*(values.get(part, part) for part in BLANK.split(text)))
+
+
+def _vectors(points: Values) -> Texts:
+    """Points (k, n, 2) [m] to 1 um, each row's as JSON with commas between; null where one is not known."""
+    count = points.shape[1]
+    x, y = (digits(np.round(points[..., axis].ravel(), 6)) for axis in (0, 1))
+    every = joined('{"x": ', x, ', "y": ', y, ', "z": 0.0}')
+    starts = pa.array(np.arange(0, len(every) + 1, count, dtype=np.int32))
+    return pc.binary_join(pa.ListArray.from_arrays(starts, every), ", ")
 
 
 def _colour(colour: int) -> dict[str, float]:

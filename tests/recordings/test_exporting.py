@@ -169,6 +169,14 @@ def test_the_arm_in_mcap_is_what_foxglove_s_published_schemas_ask_for(source: Pa
     np.testing.assert_allclose([np.cos(turn), np.sin(turn)], along / np.linalg.norm(along), atol=1e-9)
 
 
+def test_a_window_between_two_backbones_has_no_arm_in_it(source: Path) -> None:
+    with exported(source, "mcap", start=1.001, stop=1.004).open("rb") as file:
+        reader = make_reader(file)
+        assert "/arm" in {channel.topic for channel in reader.get_summary().channels.values()}  # type: ignore[union-attr]
+        topics = [channel.topic for _, channel, _ in reader.iter_messages()]
+    assert topics.count("/tip") == 3 and not {"/arm", "/pose/tip", "/backbone"} & set(topics)
+
+
 def test_without_whole_backbones_there_is_no_arm(source: Path) -> None:
     with exported(source, "mcap", "p_ref", "backbone_20_x").open("rb") as file:
         channels = make_reader(file).get_summary().channels.values()  # type: ignore[union-attr]
