@@ -147,10 +147,9 @@ BY_OPERATOR: dict[str, Opener] = {
     "app/KeyHelp.tsx": keys,
     "health/Health.tsx": opened("health"),
     "recorder/list/RecordingList.tsx": emptying,
-    "notify/NotifyButton.tsx": opened("notify"),
+    "ui/buttons/HeaderPopover.tsx": opened("notify"),
     "recorder/MarkButton.tsx": bookmark,
     "recorder/RecordButton.tsx": profiles,
-    "operate/lock/LockButton.tsx": opened("lock-menu"),
     "operate/lease/LeaseMenu.tsx": opened("lease-menu"),
     "drawing/importing/ImportDialog.tsx": drawing_file,
     "drawing/tools/DrawShapes.tsx": opened("tool-shape"),
@@ -176,7 +175,7 @@ LARGE = ("app/KeyHelp.tsx", "recorder/detail/ExportDialog.tsx", "recorder/list/I
 LARGE += ("drawing/importing/ImportDialog.tsx",)
 """Dialogs with a backdrop or in the middle: tried with a mouse on a large window, too."""
 KINDS = ("app/KeyHelp.tsx", "operate/lease/LeaseMenu.tsx", "drawing/library/ReferencePanel.tsx")
-KINDS += ("health/Health.tsx", "notify/NotifyButton.tsx", "recorder/MarkButton.tsx", "recorder/RecordButton.tsx")
+KINDS += ("health/Health.tsx", "ui/buttons/HeaderPopover.tsx", "recorder/MarkButton.tsx", "recorder/RecordButton.tsx")
 KINDS += (
     "drawing/importing/ImportDialog.tsx",
     "plots/SignalChooser.tsx",

@@ -35,9 +35,6 @@ export function ControlButton({
         data-disabled={blocked}
         aria-disabled={blocked}
         aria-describedby={id}
-        onKeyDown={(event) => {
-          if (event.repeat) event.preventDefault(); // one that is held down does not press what comes next as well
-        }}
         onClick={() => {
           if (!blocked) onClick();
         }}

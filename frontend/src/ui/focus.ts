@@ -21,10 +21,18 @@ export class FocusKeeper {
   /** What was pressed last; a pointer that presses elsewhere wants no focus back. */
   private pressed: "key" | "tab" | "pointer" = "pointer";
 
+  private due: ReturnType<typeof setTimeout> | undefined;
+
   constructor(private readonly root: Element) {}
 
   start(): void {
-    document.addEventListener("keydown", ({ key }) => { this.pressed = key === "Tab" ? "tab" : "key"; }, true); // prettier-ignore
+    const hear = (event: KeyboardEvent) => {
+      this.pressed = event.key === "Tab" ? "tab" : "key";
+      // A key that is held down presses one button, not also what takes its place.
+      if (event.repeat && event.key === "Enter" && document.activeElement instanceof HTMLButtonElement)
+        event.preventDefault();
+    };
+    document.addEventListener("keydown", hear, true);
     document.addEventListener("pointerdown", () => { this.pressed = "pointer"; }, true); // prettier-ignore
     document.addEventListener("focusin", ({ target }) => {
       if (target instanceof Element) this.note(target);
@@ -56,7 +64,15 @@ export class FocusKeeper {
       this.trail = []; // lost by a click, or given up by one
     else if (this.pressed === "tab" && isThere(own))
       return; // out of the page, on purpose
-    else if (!own.matches("[data-loading]:disabled")) find(this.trail)?.focus(); // that one comes back
+    else if (!own.matches("[data-loading]:disabled")) this.restore(); // that one comes back
+  }
+
+  /** Not at once: a key that is just being pressed would press what has the focus then. */
+  private restore(): void {
+    clearTimeout(this.due);
+    this.due = setTimeout(() => {
+      if (document.activeElement === document.body) find(this.trail)?.focus();
+    });
   }
 }
 
