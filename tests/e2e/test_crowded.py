@@ -1,11 +1,29 @@
-"""A page that finds every place taken says so, and comes in when one is free."""
+"""A crowded page: every place taken, or texts as long as they may be."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
-from playwright.sync_api import BrowserContext, expect
+import pytest
+from playwright.sync_api import BrowserContext, Page, expect
 
-from tests.e2e.product import shot
+from recordings.format import sidecar
+from recordings.format.messages import Bookmark, Hole, Recording
+from recordings.store.finishing import finish
+from tests.e2e.edge import ask
+from tests.e2e.fitting import crooked, misfits
+from tests.e2e.product import Product, shot
+from tests.e2e.recorded import list_many, record_circle
+from tests.e2e.reviewing import open_link
 from tests.server.live_server import VIEWER_TOKEN, TestServer, free_environment
+
+WIDE, LONG = "W" * 80, "abcdefghij" * 8
+LINES = """(all) => all.map((element) => {
+  const range = document.createRange();
+  range.selectNodeContents(element);
+  return range.getClientRects().length;
+})"""
+"""In how many lines the text of each element stands."""
+SIZES = ((390, 844, "dark"), (820, 1180, "light"), (1440, 900, "dark"), (1920, 1080, "light"))
 
 
 def test_a_page_too_many_says_why_it_is_not_taken_in(context: BrowserContext, tmp_path: Path) -> None:
@@ -22,3 +40,63 @@ def test_a_page_too_many_says_why_it_is_not_taken_in(context: BrowserContext, tm
         page.close()
     finally:
         server.close()
+
+
+@pytest.fixture(scope="module")
+def wordy(product: Product) -> Iterator[list[Recording]]:
+    """Two whole recordings that say as much as they may, the newest of some thousand of their kind."""
+    folder = product.recordings
+    made = [record_circle(folder, name, 4.0) for name in (WIDE, LONG)]
+    for n, recording in enumerate(made):
+        finish(folder, recording.id)
+        marks = tuple(Bookmark(n=k, tick=k, t=0.7 * k, label=LONG if k % 2 else "") for k in range(1, 5))
+        wordy = {"tags": (WIDE, LONG, "ok"), "operator": WIDE, "reference": LONG, "actuator": "A" * 40}
+        lost = {"gaps": 1_234_567, "holes": (Hole(after=7, ticks=1_234_567),)} if n == 0 else {}
+        made[n] = sidecar.update(folder, recording.id, bookmarks=marks, notes=3 * WIDE, **wordy, **lost)
+    others = list_many(folder, made[0], 3000)
+    for k, file in enumerate(others[-100::2]):
+        row = sidecar.read(folder, file.stem)
+        odd = {"name": (WIDE, "x", LONG)[k % 3], "tags": ((), (WIDE,), ("a", "b"), (LONG, WIDE))[k % 4]}
+        odd |= {"seconds": (3.0, 9 * 86_400.0)[k % 2], "complete": k % 5 > 0, "gaps": k % 3, "starred": k % 2 > 0}
+        file.write_text(row.model_copy(update=odd).model_dump_json())
+    yield made
+    for file in others:
+        file.unlink()
+
+
+def test_long_texts_are_cut_or_wrapped_and_nothing_is_pushed_out(
+    page: Page, product: Product, wordy: list[Recording]
+) -> None:
+    wrong: list[str] = []
+    places = {
+        "list": ("#review", "recordings"),
+        "detail": (f"#review/{wordy[0].id}", "quick"),
+        "compare": (f"#review/compare/{wordy[0].id},{wordy[1].id}", "quick"),
+        "unknown": (f"#review/20200101-000000-{WIDE}", "unknown-recording"),
+    }
+    for width, height, scheme in SIZES:
+        page.set_viewport_size({"width": width, "height": height})
+        page.emulate_media(color_scheme=scheme)  # type: ignore[arg-type]
+        for name, (place, sign) in places.items():
+            open_link(page, place)
+            expect(page.get_by_test_id(sign)).to_be_visible()
+            if name == "list":
+                expect(page.get_by_test_id("recording")).to_have_count(50)
+            wrong += misfits(page, "main.review") + crooked(page, ".list-table")
+            shot(page, f"crowded-{name}-{width}")
+    assert not wrong, "\n".join(wrong)
+
+
+def test_lines_of_the_log_of_any_length_are_wrapped_beside_their_time(page: Page) -> None:
+    for id in (3 * WIDE, 4 * LONG):
+        assert not ask(page, "PATCH", f"/api/recordings/{id}", name="x")
+    wrong: list[str] = []
+    for width, height, scheme in SIZES:
+        page.set_viewport_size({"width": width, "height": height})
+        page.emulate_media(color_scheme=scheme)  # type: ignore[arg-type]
+        page.get_by_role("tab", name="Log").click()
+        expect(page.get_by_test_id("log")).to_contain_text(LONG)
+        assert max(page.locator(".log time").evaluate_all(LINES)) == 1, "no time is broken"
+        wrong += misfits(page, ".log-panel")
+        shot(page, f"crowded-log-{width}")
+    assert not wrong, "\n".join(wrong)

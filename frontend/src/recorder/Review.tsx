@@ -79,7 +79,9 @@ function Undo({ row, recordings: { restore, forgetDeleted } }: UndoProps) {
   }, [row, forgetDeleted]);
   return (
     <div className="review-undo" role="status" data-testid="undo-deletion">
-      <span className="review-undo-name">Deleted “{row.name || row.id}”</span>
+      <span className="cut" title={row.name}>
+        Deleted “{row.name || row.id}”
+      </span>
       <Button
         size="compact-sm"
         variant="default"

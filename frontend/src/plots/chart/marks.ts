@@ -32,9 +32,13 @@ export function drawMarks(plot: uPlot, marks: readonly PlotMark[], ink: Ink, ori
   ctx.beginPath();
   ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
   ctx.clip();
-  for (const { at, text } of marks) {
-    if (at - origin < min || at - origin > max) continue;
-    const x = Math.round(plot.valToPos(at - origin, "x", true));
+  const inside = marks.filter(({ at }) => at - origin >= min && at - origin <= max);
+  const lines = inside.map(({ at }) => Math.round(plot.valToPos(at - origin, "x", true)));
+  const measure = (text: string) => ctx.measureText(text).width;
+  for (const [i, { text }] of inside.entries()) {
+    const x = lines[i] ?? 0;
+    const end = Math.min(bbox.left + bbox.width, ...lines.filter((line) => line > x));
+    const shown = cutTo(end - x - 6 * devicePixelRatio, text, measure);
     ctx.strokeStyle = ink.text;
     ctx.lineWidth = devicePixelRatio;
     ctx.setLineDash([devicePixelRatio, 3 * devicePixelRatio]);
@@ -46,10 +50,22 @@ export function drawMarks(plot: uPlot, marks: readonly PlotMark[], ink: Ink, ori
     ctx.lineWidth = 4 * devicePixelRatio;
     ctx.setLineDash([]);
     const place = [x + 4 * devicePixelRatio, bbox.top + 10 * devicePixelRatio] as const;
-    ctx.strokeText(text, ...place);
-    ctx.fillText(text, ...place);
+    ctx.strokeText(shown, ...place);
+    ctx.fillText(shown, ...place);
   }
   ctx.restore();
+}
+
+/** As much of `text` as is at most `room` wide, with dots where it is cut; "" where not even its first letter fits. */
+export function cutTo(room: number, text: string, measure: (text: string) => number): string {
+  const width = measure(text);
+  if (width <= room) return text;
+  const letters = Array.from(text);
+  for (let kept = Math.floor((letters.length * room) / width); kept > 0; kept -= 1) {
+    const cut = `${letters.slice(0, kept).join("").trimEnd()}…`;
+    if (measure(cut) <= room) return cut;
+  }
+  return "";
 }
 
 /** The mark whose line is under `px` of the plot's area; null for none. */

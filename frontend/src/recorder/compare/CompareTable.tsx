@@ -28,7 +28,8 @@ export function CompareTable({ recordings }: { readonly recordings: readonly Rec
                 <Sample line={RUN_STYLES[i]} /> {i + 1}{" "}
                 <button
                   type="button"
-                  className="link"
+                  className="link cut"
+                  title={name}
                   onClick={() => {
                     page.patch({ reviewed: id, compared: [] });
                   }}

@@ -1,4 +1,4 @@
-import { TagsInput, Textarea, TextInput } from "@mantine/core";
+import { Pill, TagsInput, Textarea, TextInput } from "@mantine/core";
 import type { Recording } from "../../api/types";
 import { useWhyNot } from "../../operate/permission";
 import { bytes, clock, millimetres, percent, wholeNumber } from "../../ui/format";
@@ -32,7 +32,9 @@ export function About({ recording, running, recordings }: Props) {
         {factsOf(recording).map(([term, fact]) => (
           <div key={term}>
             <dt>{term}</dt>
-            <dd className="number">{fact}</dd>
+            <dd className="number cut" title={fact}>
+              {fact}
+            </dd>
           </div>
         ))}
       </dl>
@@ -42,6 +44,7 @@ export function About({ recording, running, recordings }: Props) {
           label="Name"
           readOnly={reason !== null}
           maxLength={80}
+          title={name.text}
           data-testid="recording-name"
           value={name.text}
           onChange={(event) => {
@@ -57,6 +60,11 @@ export function About({ recording, running, recordings }: Props) {
           maxTags={20}
           data-testid="recording-tags"
           value={[...tags]}
+          renderPill={({ value, onRemove, disabled = false }) => (
+            <Pill title={value} withRemoveButton={!disabled} {...(onRemove ? { onRemove } : {})}>
+              {value}
+            </Pill>
+          )}
           onChange={(next) => void recordings.change(id, { tags: next })}
         />
         <Textarea

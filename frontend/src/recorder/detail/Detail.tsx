@@ -46,7 +46,10 @@ export function Detail({ id, recordings, onBack }: Props) {
         <Back onBack={onBack} />
         <Star row={recording} reason={reason} change={recordings.change} />
         <h2 className="bar-title" tabIndex={-1} data-focus-home>
-          {recording.name || "unnamed"} · {localTime(recording.started)} · {clock(recording.seconds)}
+          <span className="review-name cut" title={recording.name}>
+            {recording.name || "unnamed"}
+          </span>{" "}
+          · {localTime(recording.started)} · {clock(recording.seconds)}
         </h2>
         <Badges row={recording} running={running} />
         <span className="spacer" />

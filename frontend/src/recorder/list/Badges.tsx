@@ -8,9 +8,10 @@ interface Props {
 
 /** What is remarkable about a recording, and its tags. */
 export function Badges({ row, running }: Props) {
+  const marks = marksOf(row, running);
   return (
     <>
-      {marksOf(row, running).map(({ text, reason, bad }) => (
+      {marks.map(({ text, reason, bad }) => (
         <span
           key={text}
           className={bad ? "review-badge review-bad" : "review-badge"}
@@ -19,14 +20,16 @@ export function Badges({ row, running }: Props) {
         >
           {bad ? "▲ " : ""}
           {text}
-          <span className="sr-only">: {reason}</span>
         </span>
       ))}
       {row.tags.map((tag) => (
-        <span key={tag} className="note review-tag">
+        <span key={tag} className="note review-tag" title={`#${tag}`}>
           #{tag}
         </span>
       ))}
+      {marks.length === 0 ? null : (
+        <span className="sr-only">{marks.map(({ text, reason }) => `${text}: ${reason}`).join(" ")}</span>
+      )}
     </>
   );
 }

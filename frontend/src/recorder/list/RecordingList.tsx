@@ -114,6 +114,7 @@ function ListBar({ recordings, search, onSearch, ticked }: BarProps) {
       <Button
         size="compact-sm"
         variant="default"
+        className="review-compare"
         data-testid="compare"
         disabled={ticked.length < 2}
         title={ticked.length < 2 ? `Tick two to ${COMPARED_MAX} recordings` : ""}

@@ -9,7 +9,7 @@ import { recordingUrl } from "../recordings";
 import type { Recordings } from "../useRecordings";
 import { Badges } from "./Badges";
 import { DeleteButton } from "./DeleteButton";
-import { whenText } from "./listing";
+import { marksOf, whenText } from "./listing";
 import { Thumbnail } from "./Thumbnail";
 
 interface Props extends Pick<Recordings, "change" | "remove" | "restore"> {
@@ -40,6 +40,7 @@ export const RecordingRow = memo(function RecordingRow(props: Props) {
   const { row, running, deleted, ticked, full, reason, today, change, remove, onTick } = props;
   const page = useService(PageStore);
   const name = row.name || "unnamed";
+  const actuator = `${row.actuator || DASH}${row.twin ? " · twin" : ""}`;
   const open = deleted ? undefined : () => { page.patch({ reviewed: row.id, compared: [] }); }; // prettier-ignore
   return (
     <tr className="review-row" data-testid="recording" data-id={row.id} onClick={open}>
@@ -72,20 +73,21 @@ export const RecordingRow = memo(function RecordingRow(props: Props) {
               {name}
             </button>
           )}
-          <Badges row={row} running={running} />
+          <Marks row={row} running={running} />
         </div>
       </td>
       <td className="number list-started" title={localTime(row.started)}>
         {whenText(row.started, new Date(today))}
       </td>
-      <td className="list-actuator" title={row.actuator}>
-        {row.actuator || DASH}
-        {row.twin ? " · twin" : ""}
+      <td className="list-actuator" title={actuator}>
+        {actuator}
       </td>
       <td className="list-reference" title={row.reference}>
         {row.reference || DASH}
       </td>
-      <td className="number right list-seconds">{row.rows > 0 ? clock(row.seconds) : DASH}</td>
+      <td className="number right list-seconds" title={clock(row.seconds)}>
+        {row.rows > 0 ? clock(row.seconds) : DASH}
+      </td>
       <td className="number right list-gaps" data-testid="recording-gaps">
         {wholeNumber(row.gaps)}
       </td>
@@ -100,6 +102,17 @@ export const RecordingRow = memo(function RecordingRow(props: Props) {
     </tr>
   );
 });
+
+/** Its marks and tags; those that have no room stand in the title. */
+function Marks({ row, running }: Pick<Props, "row" | "running">) {
+  const words = [...marksOf(row, running).map(({ text }) => text), ...row.tags.map((tag) => `#${tag}`)];
+  if (words.length === 0) return null;
+  return (
+    <span className="list-marks" title={words.join(", ")}>
+      <Badges row={row} running={running} />
+    </span>
+  );
+}
 
 function scaled(value: number | null | undefined, scale: number): number | null {
   return value === null || value === undefined ? null : value * scale;

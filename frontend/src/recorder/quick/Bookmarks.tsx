@@ -58,6 +58,7 @@ function Entry({ mark, onSeek, onLabel }: EntryProps) {
         readOnly={reason !== null}
         maxLength={80}
         w={150}
+        title={label.text}
         data-testid="bookmark-label"
         value={label.text}
         onChange={(event) => {
