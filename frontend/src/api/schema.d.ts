@@ -1506,6 +1506,22 @@ export interface components {
        */
       b: number[];
       /**
+       * Ei
+       * @description Bending stiffness of the backbone, from which k and b (b = beta k) then follow for any number of rods.
+       */
+      EI: number[] | null;
+      /**
+       * Ei Arc
+       * @description Arc lengths at which EI is given, rising from the base; none: even from base to tip.
+       * @default []
+       */
+      EI_arc: number[];
+      /**
+       * Beta
+       * @description Stiffness-proportional Rayleigh damping b / k; goes with EI.
+       */
+      beta: number | null;
+      /**
        * Alpha
        * @description Mass-proportional Rayleigh damping (ours): sets the first mode's damping ratio, 0.7 for P1. With 0.5 the
        *     observer's mode with a pinned tip rings, S with it, and at strong bends of P2 the loop through S is unstable.
@@ -3859,6 +3875,7 @@ export interface components {
        *       "b": [
        *         0.000167
        *       ],
+       *       "EI_arc": [],
        *       "alpha": 5,
        *       "mass_profile": [
        *         1
