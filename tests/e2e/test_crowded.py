@@ -1,5 +1,6 @@
 """A crowded page: every place taken, or texts as long as they may be."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -56,7 +57,10 @@ def wordy(product: Product) -> Iterator[list[Recording]]:
     others = list_many(folder, made[0], 3000)
     for k, file in enumerate(others[-100::2]):
         row = sidecar.read(folder, file.stem)
-        odd = {"name": (WIDE, "x", LONG)[k % 3], "tags": ((), (WIDE,), ("a", "b"), (LONG, WIDE))[k % 4]}
+        odd: dict[str, object] = {
+            "name": (WIDE, "x", LONG)[k % 3],
+            "tags": ((), (WIDE,), ("a", "b"), (LONG, WIDE))[k % 4],
+        }
         odd |= {"seconds": (3.0, 9 * 86_400.0)[k % 2], "complete": k % 5 > 0, "gaps": k % 3, "starred": k % 2 > 0}
         file.write_text(row.model_copy(update=odd).model_dump_json())
     yield made
@@ -100,3 +104,21 @@ def test_lines_of_the_log_of_any_length_are_wrapped_beside_their_time(page: Page
         wrong += misfits(page, ".log-panel")
         shot(page, f"crowded-log-{width}")
     assert not wrong, "\n".join(wrong)
+
+
+def test_a_notice_of_any_length_stays_on_the_page(page: Page) -> None:
+    asked = re.compile("/api/lease$")
+    page.route(asked, lambda route: route.fulfill(status=409, json={"detail": f"{4 * WIDE} operates, not {LONG}"}))
+    notice = page.locator(".mantine-Notification-root")
+    for width, height, _ in SIZES:
+        page.set_viewport_size({"width": width, "height": height})
+        page.get_by_test_id("lease-take").click()
+        expect(notice).to_be_visible()
+        expect(notice).to_have_css("opacity", "1")  # it has come
+        shot(page, f"crowded-notice-{width}")
+        box = notice.bounding_box()
+        assert box
+        assert box["x"] >= 0, f"{width} px"
+        assert box["x"] + box["width"] <= width, f"{width} px"
+        assert misfits(page, ".notices[data-position=bottom-right]") == []
+    page.unroute(asked)
