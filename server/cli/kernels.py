@@ -72,11 +72,12 @@ def _declaring() -> dict[Path, str]:
 
 
 def model() -> None:
-    """The rod, both integrators, the observer's step, the static map."""
+    """The rod, both integrators, the observer's step, the static map and its poses under gravity."""
     from controller.build.rig import build_rig
     from controller.schema.parameters import RigParameters
 
-    build_rig(RigParameters(), boot=1)
+    hanging = RigParameters().actuator.model_copy(update={"gravity": (9.81, 0.0)})
+    build_rig(RigParameters(actuator=hanging), boot=1)
 
 
 def plant() -> None:

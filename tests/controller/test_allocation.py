@@ -21,9 +21,10 @@ from controller.kernels.compiled import OPTIONS
 from controller.kernels.control.along import invert_along, nearest_of, refine_each
 from controller.kernels.control.retime import fastest_progress
 from controller.kernels.control.tick import tick
+from controller.kernels.model.equilibrium import make_scratch
 from controller.kernels.model.implicit import make_implicit_work, meet_hinges
 from controller.kernels.model.rod import make_load
-from controller.kernels.model.statics import at_rest, places
+from controller.kernels.model.statics import at_rest, places, poses_of, tips_of
 from controller.kernels.observer.observer import ObserverGains, Replay
 from controller.kernels.observer.replay import RecordedSamples, replay
 from controller.kernels.plant.twin import twin_step
@@ -76,15 +77,18 @@ def outermost() -> dict[str, tuple[Any, ...]]:
         model, state, make_load(10), work, places(model, np.array([0.1])), points, np.zeros(10), np.zeros(2), 1e-3
     )
     samples = RecordedSamples(points[None], points[None], np.ones(1, np.int64), np.zeros(1))
+    smap, scratch = rig.control.smap, make_scratch(10)
     return {
         "tick": (1, command[0], measurement[0], status[0], rig, telemetry[0]),
         "twin_step": (1, twin, telemetry[0], measurement[0]),
         "meet_hinges": (model, state.q, state.v, work),
         "replay": (samples, ObserverGains(np.zeros(2), np.zeros(2)), 1, run, points[None]),
-        "invert_along": (rig.control.smap, points, 0, (0.0, 0.0), 1, 1, np.zeros(1), points.copy()),
-        "refine_each": (rig.control.smap, 1, points.copy(), points.copy()),
+        "invert_along": (smap, points, 0, (0.0, 0.0), 1, 1, np.zeros(1), scratch, points.copy()),
+        "refine_each": (smap, 1, points.copy(), points.copy(), scratch),
         "fastest_progress": (points, points, np.ones(1), 1.0, np.ones(1)),
-        "nearest_of": (rig.control.smap, (0.0, 0.0), np.zeros(1, np.int64), 1),
+        "nearest_of": (smap, (0.0, 0.0), np.zeros(1, np.int64), 1, scratch),
+        "tips_of": (smap.statics, points, scratch, points.copy()),
+        "poses_of": (smap.statics, points, scratch, np.zeros((1, 10))),
     }
 
 
@@ -103,14 +107,15 @@ def calls_hidden(x: np.ndarray) -> float:
 
 def test_the_examples_reach_every_kernel() -> None:
     found = kernels()
-    assert {tick, twin_step, meet_hinges, replay, invert_along, refine_each, fastest_progress, nearest_of} == {
-        found[name] for name in outermost()
-    }
+    known = {tick, twin_step, meet_hinges, replay, invert_along, refine_each, fastest_progress, nearest_of}
+    assert known | {tips_of, poses_of} == {found[name] for name in outermost()}
     called = {inner for kernel in found.values() for inner in called_by(kernel)}
     assert {name for name, kernel in found.items() if kernel not in called} == outermost().keys()
 
 
-@pytest.mark.parametrize("name", ["tick", "twin_step", "meet_hinges", "replay", "invert_along", "nearest_of"])
+@pytest.mark.parametrize(
+    "name", ["tick", "twin_step", "meet_hinges", "replay", "invert_along", "nearest_of", "poses_of"]
+)
 def test_the_machine_code_of_no_kernel_calls_an_allocator(name: str) -> None:
     assert allocators(kernels()[name], outermost()[name]) == set()
 
