@@ -24,7 +24,8 @@ MISFITS = """(selector) => {
   if (page.scrollWidth > page.clientWidth) misfits.push(`the page is ${page.scrollWidth} px wide`);
   for (const element of root.querySelectorAll("*")) {
     const field = ["INPUT", "TEXTAREA"].includes(element.tagName);
-    const unseen = element.closest(".sr-only, .mantine-VisuallyHidden-root, style") || !element.checkVisibility();
+    const said = element.closest(".sr-only, .mantine-VisuallyHidden-root, style") || style(element).clipPath !== "none";
+    const unseen = said || !element.checkVisibility();
     if (unseen || (!field && own(element).length === 0)) continue;
     const box = field ? element.getBoundingClientRect() : spread(own(element));
     const seen = { left: box.left, top: box.top, right: box.right, bottom: box.bottom };

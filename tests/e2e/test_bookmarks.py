@@ -62,7 +62,7 @@ def test_a_bookmark_is_set_by_key_named_by_typing_and_found_again(operator: Page
     operator.get_by_test_id("record").click()
     operator.get_by_text("Review", exact=True).click()
     row = operator.get_by_test_id("recording").first
-    expect(row.get_by_text("2 bookmarks")).to_be_visible()
+    expect(row.get_by_text("2 bookmarks", exact=True)).to_be_visible()
     row.click()
     plot = operator.get_by_test_id("quick-plot").first
     expect(plot).to_be_visible(timeout=90_000)

@@ -64,7 +64,7 @@ def wordy(product: Product) -> Iterator[list[Recording]]:
         odd |= {"seconds": (3.0, 9 * 86_400.0)[k % 2], "complete": k % 5 > 0, "gaps": k % 3, "starred": k % 2 > 0}
         file.write_text(row.model_copy(update=odd).model_dump_json())
     yield made
-    for file in others:
+    for file in [*others, *(path for one in made for path in folder.glob(f"{one.id}*"))]:
         file.unlink()
 
 

@@ -25,6 +25,7 @@ def pause(page: Page, product: Product) -> int:
 def test_a_run_paused_in_the_middle_is_stepped_goes_on_and_is_recorded_without_a_gap(
     page: Page, product: Product
 ) -> None:
+    before = set(product.recordings.glob("*.json"))
     arm(page)
     begin_circle(page)
     ticks = pause(page, product)
@@ -44,9 +45,9 @@ def test_a_run_paused_in_the_middle_is_stepped_goes_on_and_is_recorded_without_a
     page.get_by_test_id("primary-continue").click()
     page.get_by_role("tab", name="Run").click()
     expect(page.get_by_test_id("run-result")).to_have_attribute("data-state", "done", timeout=30_000)
-    wait_until(lambda: list(product.recordings.glob("*circle*.json")), 20.0)
-    [recording] = product.recordings.glob("*circle*.rrd")
-    rows = read_rows(recording, ["tick", "slot", "t_ns", "p_ref"])
+    wait_until(lambda: set(product.recordings.glob("*circle*.json")) - before, 20.0)
+    [recording] = set(product.recordings.glob("*circle*.json")) - before
+    rows = read_rows(recording.with_suffix(".rrd"), ["tick", "slot", "t_ns", "p_ref"])
     assert np.all(np.diff(rows["tick"]) == 1)
     assert np.count_nonzero(np.diff(rows["t_ns"]) > 2e9) == 1, "the pause is seen in the rows' times"
     assert np.linalg.norm(np.diff(rows["p_ref"], axis=0), axis=1).max() < 1e-3

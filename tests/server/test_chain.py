@@ -19,7 +19,9 @@ def test_arm_follow_move_and_e_stop(server: TestServer) -> None:
         size = sum(8 if f["type"] != "float32" else 4 for f in hello["layout"] if not f["shape"])
         assert 0 < size < ROW.itemsize
         live.operate()
-        assert page.command("arm").json()["accepted"]
+        armed = page.command("arm")
+        assert armed.status_code == 200, armed.text
+        assert armed.json()["accepted"]
         start = live.wait_mode(Mode.HOLD)["p_meas"].copy()
         live.send(type="target", id=7, x=AIM[0], y=AIM[1], start=True)
         reply = live.wait("reply", lambda m: m["id"] == 7)["reply"]

@@ -41,6 +41,7 @@ export const RecordingRow = memo(function RecordingRow(props: Props) {
   const page = useService(PageStore);
   const name = row.name || "unnamed";
   const actuator = `${row.actuator || DASH}${row.twin ? " · twin" : ""}`;
+  const rmse = plain(scaled(row.metrics?.rmse, 1e3), 2);
   const open = deleted ? undefined : () => { page.patch({ reviewed: row.id, compared: [] }); }; // prettier-ignore
   return (
     <tr className="review-row" data-testid="recording" data-id={row.id} onClick={open}>
@@ -91,7 +92,7 @@ export const RecordingRow = memo(function RecordingRow(props: Props) {
       <td className="number right list-gaps" data-testid="recording-gaps">
         {wholeNumber(row.gaps)}
       </td>
-      <td className="number right list-rmse">{plain(scaled(row.metrics?.rmse, 1e3), 2)}</td>
+      <td className={`number right list-rmse${rmse === DASH ? " missing" : ""}`}>{rmse}</td>
       <td className="number right list-on_time_share">{plain(scaled(row.metrics?.on_time_share, 100), 2)}</td>
       <td className="number right list-bytes">
         {row.bytes > 0 ? plain(row.bytes / 1e6, row.bytes < 1e7 ? 1 : 0) : DASH}
