@@ -1,10 +1,13 @@
 """A painter or a part of the page that fails takes no other with it."""
 
-from playwright.sync_api import Page, expect
+import re
+
+from playwright.sync_api import BrowserContext, Page, expect
 
 from controller.schema.modes import Mode
 from tests.e2e.hand import Hand, arm
-from tests.e2e.product import Product, frame, shot, wait_until
+from tests.e2e.product import Product, frame, open_page, shot, wait_until
+from tests.e2e.reviewing import review
 
 NO_ARCS = """() => {
   const arc = CanvasRenderingContext2D.prototype.arc;
@@ -54,4 +57,16 @@ def test_a_part_that_fails_leaves_the_others_and_comes_back(page: Page) -> None:
     shot(page, "part-failed")
     page.evaluate("window.mend()")
     expect(page.get_by_test_id("log")).to_be_visible()
+    expect(page.get_by_test_id("not-drawn")).to_have_count(0)
+
+
+def test_review_whose_code_does_not_come_says_so_and_comes_later(context: BrowserContext, product: Product) -> None:
+    code = re.compile(r"/assets/Review-[^/]*\.js$")
+    context.route(code, lambda route: route.abort())
+    page = open_page(context, product)
+    review(page)
+    expect(page.locator(".part-failed")).to_contain_text("Review: Error: Failed to fetch")
+    expect(page.get_by_test_id("e-stop")).to_be_enabled()
+    context.unroute(code)
+    expect(page.locator("main.review")).to_be_visible()
     expect(page.get_by_test_id("not-drawn")).to_have_count(0)

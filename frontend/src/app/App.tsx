@@ -1,5 +1,5 @@
 import { Loader, Tabs } from "@mantine/core";
-import { lazy, memo, Suspense, useEffect, useState, type ComponentType } from "react";
+import { memo, useEffect, useState, type ComponentType } from "react";
 import { Login } from "../access/Login";
 import { HealthPanel } from "../health/HealthPanel";
 import { Flags } from "../health/Flags";
@@ -17,6 +17,7 @@ import { MacroPanel } from "../runs/macros/MacroPanel";
 import { RunPanel } from "../runs/RunPanel";
 import { Scene3D } from "../scene/Scene3D";
 import { SensingPanel } from "../sensing/SensingPanel";
+import { textOf } from "../ui/format";
 import { useNarrow } from "../ui/narrow";
 import { Part } from "../ui/Part";
 import { Guide } from "./guide/Guide";
@@ -25,8 +26,11 @@ import { KeyHelp } from "./KeyHelp";
 import { Wall } from "./Wall";
 
 const SLOW_MS = 1500;
-const loadReview = () => import("../recorder/Review");
-const Review = lazy(loadReview);
+/** Null until its code has come. */
+let Review: ComponentType | null = null;
+const loadReview = async () => {
+  Review ??= (await import("../recorder/Review")).default;
+};
 /** From when on a page that stands is at leisure to load what is likely to be asked next [ms]. */
 const LEISURE_MS = 1000;
 
@@ -91,14 +95,31 @@ function Bench() {
       <Live hidden={view !== "live"} />
       {view === "review" ? (
         <Part name="Review">
-          <Suspense fallback={<Loader m="xl" />}>
-            <Review />
-          </Suspense>
+          <ReviewOnceThere />
         </Part>
       ) : null}
       <KeyHelp />
     </div>
   );
+}
+
+/** Not by React's `lazy`: what follows a fallback is held back there until that has stood for 300 ms. */
+function ReviewOnceThere() {
+  const [there, setThere] = useState(Review !== null);
+  const [problem, setProblem] = useState<Error | null>(null);
+  useEffect(() => {
+    if (there) return;
+    loadReview().then(
+      () => {
+        setThere(true);
+      },
+      (error: unknown) => {
+        setProblem(new Error(textOf(error)));
+      },
+    );
+  }, [there]);
+  if (problem) throw problem; // the part says so, and is tried again
+  return there && Review ? <Review /> : <Loader m="xl" />;
 }
 
 function Live({ hidden }: { readonly hidden: boolean }) {
