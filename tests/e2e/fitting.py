@@ -22,6 +22,7 @@ MISFITS = """(selector) => {
   };
   const page = document.scrollingElement;
   if (page.scrollWidth > page.clientWidth) misfits.push(`the page is ${page.scrollWidth} px wide`);
+  if (root.scrollWidth > root.clientWidth) misfits.push(`it is ${root.scrollWidth} px wide`);
   for (const element of root.querySelectorAll("*")) {
     const field = ["INPUT", "TEXTAREA"].includes(element.tagName);
     const said = element.closest(".sr-only, .mantine-VisuallyHidden-root, style") || style(element).clipPath !== "none";
@@ -44,7 +45,8 @@ MISFITS = """(selector) => {
     }
     if (!scrolls && seen.left < seen.right && seen.top < seen.bottom && seen.right > innerWidth + 1)
       misfits.push(`${name(element)} is pushed out of the page`);
-    const cut = !field && !scrolls && box.right > seen.right + 1;
+    const short = element.clientWidth > 0 && element.scrollWidth > element.clientWidth; // of what CSS adds, too
+    const cut = !field && !scrolls && (box.right > seen.right + 1 || short);
     const titles = around(element).map((at) => at.title).filter((title) => title !== undefined && title !== "");
     const known = titles.some((title) => title.includes(text(element).replace(/^(#|▲ )/, "")));
     if (cut && dots && !known) misfits.push(`${name(element)} is cut, and nothing says the rest`);
