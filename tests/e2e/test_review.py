@@ -22,23 +22,23 @@ FIRST_RUN, SECOND_RUN = rgb(LINES[0]), rgb(LINES[1])
 def made(product: Product) -> Iterator[list[Recording]]:
     """Two recordings of the same circle, begun at different times: one keeps everything, one what is standard."""
     yield [
-        record_circle(product.recordings, "Circle slow", 20.0),
-        record_circle(product.recordings, "Circle pump", 14.0, 700, "standard"),
+        record_circle(product.recordings, "Hoop slow", 20.0),
+        record_circle(product.recordings, "Hoop pump", 14.0, 700, "standard"),
     ]
 
 
 def test_the_list_is_searched_and_sorted_and_a_click_opens_the_quick_look(page: Page, made: list[Recording]) -> None:
     review(page)
     rows = page.get_by_test_id("recording")
-    page.get_by_test_id("recording-search").fill("circle")
+    page.get_by_test_id("recording-search").fill("hoop")
     expect(rows).to_have_count(2)
     page.get_by_test_id("sort-seconds").click()
     expect(rows.first).to_have_attribute("data-id", made[0].id)
     page.get_by_test_id("sort-seconds").click()
     expect(rows.first).to_have_attribute("data-id", made[1].id)
-    page.get_by_test_id("recording-search").fill("CIRCLE pu")
+    page.get_by_test_id("recording-search").fill("HOOP pu")
     expect(rows).to_have_count(1)
-    rows.first.get_by_role("button", name="Circle pump", exact=True).press("Enter")
+    rows.first.get_by_role("button", name="Hoop pump", exact=True).press("Enter")
     expect(page.get_by_test_id("quick-plot")).to_have_count(6)
     assert min(coloured(page)) > 100, "every plot of the standard profile has its curves"
     shot(page, "quick-look")
@@ -46,7 +46,7 @@ def test_the_list_is_searched_and_sorted_and_a_click_opens_the_quick_look(page: 
     assert box
     assert len(pixels_of(page, OBSERVER_BLUE, box)) > 50, "the path is drawn"
     page.get_by_test_id("back").click()
-    expect(page.get_by_test_id("recording-search")).to_have_value("CIRCLE pu")
+    expect(page.get_by_test_id("recording-search")).to_have_value("HOOP pu")
 
 
 def test_the_server_finds_fifty_at_a_time_and_what_is_ticked_stays_ticked(
@@ -122,13 +122,13 @@ def test_links_open_their_view_back_and_reload_keep_it_and_an_unknown_id_says_so
     page: Page, made: list[Recording]
 ) -> None:
     open_link(page, f"#review/{made[1].id}")
-    expect(page.locator("h2.bar-title")).to_contain_text("Circle pump")
+    expect(page.locator("h2.bar-title")).to_contain_text("Hoop pump")
     page.reload()
-    expect(page.locator("h2.bar-title")).to_contain_text("Circle pump")
+    expect(page.locator("h2.bar-title")).to_contain_text("Hoop pump")
     page.get_by_test_id("back").click()
     expect(page.get_by_test_id("recordings")).to_be_visible()
     page.go_back()
-    expect(page.locator("h2.bar-title")).to_contain_text("Circle pump")
+    expect(page.locator("h2.bar-title")).to_contain_text("Hoop pump")
     page.go_forward()
     expect(page.get_by_test_id("recordings")).to_be_visible()
     open_link(page, "#review/20200101-000000-nothing")
@@ -143,7 +143,7 @@ def test_a_link_is_kept_through_the_sign_in(context: BrowserContext, product: Pr
     )
     page = context.new_page()
     page.goto(f"{product.url}#review/{made[0].id}")
-    expect(page.locator("h2.bar-title")).to_contain_text("Circle slow", timeout=20_000)
+    expect(page.locator("h2.bar-title")).to_contain_text("Hoop slow", timeout=20_000)
 
 
 def test_name_and_notes_are_sent_when_the_field_is_left_and_deletion_asks(page: Page, product: Product) -> None:
@@ -224,7 +224,7 @@ def test_a_recorded_path_is_a_drawing_of_the_run_tab_with_its_own_times(page: Pa
     page.get_by_test_id("follow-p_ref").click()
     page.get_by_role("tab", name="Run").click()
     expect(page.get_by_role("radio", name="Drawing")).to_be_checked()
-    expect(page.get_by_test_id("drawing-name")).to_have_value("Circle pump")
+    expect(page.get_by_test_id("drawing-name")).to_have_value("Hoop pump")
     facts = page.get_by_test_id("drawing-facts")
     expect(facts.locator("div:has(dt:text-is('Duration')) dd")).to_have_text("14.0 s")
     shot(page, "follow-again")
