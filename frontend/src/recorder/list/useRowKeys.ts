@@ -1,4 +1,5 @@
-import { useLayoutEffect, useRef, type FocusEvent, type KeyboardEvent } from "react";
+import type { KeyboardEvent } from "react";
+import { useTabStop } from "../../ui/buttons/tabStop";
 
 const CONTROLS = "a, button, input";
 const STEPS: Partial<Record<string, "previousElementSibling" | "nextElementSibling">> = {
@@ -8,24 +9,12 @@ const STEPS: Partial<Record<string, "previousElementSibling" | "nextElementSibli
 
 /** For the body of a table: up and down go along its column, and Tab stops in one row only, the last that was used. */
 export function useRowKeys() {
-  const body = useRef<HTMLTableSectionElement>(null);
-  const used = useRef<Element>(null);
-  const mark = () => {
-    const rows = [...(body.current?.rows ?? [])];
-    const chosen = rows.find((row) => row === used.current) ?? rows.at(0);
-    for (const row of rows)
-      for (const control of row.querySelectorAll<HTMLElement>(CONTROLS))
-        control.tabIndex = row === chosen ? 0 : -1;
-  };
-  useLayoutEffect(mark);
+  const stop = useTabStop(
+    (body: HTMLTableSectionElement) => [...body.rows],
+    (row) => row.querySelectorAll<HTMLElement>(CONTROLS),
+  );
   return {
-    ref: body,
-    onFocus: ({ target }: FocusEvent) => {
-      const row = target.closest("tr");
-      if (!row || !body.current?.contains(row)) return; // in what a row opened
-      used.current = row;
-      mark();
-    },
+    ...stop,
     onKeyDown: (event: KeyboardEvent) => {
       const step = STEPS[event.key];
       const cell = event.target instanceof Element ? event.target.closest("td") : null;

@@ -1,4 +1,5 @@
-import { useLayoutEffect, useRef, type KeyboardEvent, type ReactNode } from "react";
+import type { KeyboardEvent, ReactNode } from "react";
+import { useTabStop } from "./tabStop";
 
 interface Props {
   readonly label: string;
@@ -8,35 +9,26 @@ interface Props {
 
 /** Buttons of which Tab stops at one, the last that was used; arrows, Home and End go along them (WAI-ARIA: toolbar). */
 export function Toolbar({ label, className, children }: Props) {
-  const bar = useRef<HTMLDivElement>(null);
-  const stop = useRef<Element>(null);
-  const buttons = () => [...(bar.current?.querySelectorAll("button") ?? [])];
-  const mark = () => {
-    const all = buttons();
-    const chosen = all.find((button) => button === stop.current) ?? all.at(0);
-    for (const button of all) button.tabIndex = button === chosen ? 0 : -1;
-  };
-  useLayoutEffect(mark);
+  const stop = useTabStop(buttonsIn, (button) => [button]);
   return (
     <div
-      ref={bar}
+      {...stop}
       className={className}
       role="toolbar"
       aria-label={label}
       onKeyDown={(event) => {
-        const all = buttons();
+        const all = buttonsIn(event.currentTarget);
         const at = all.findIndex((button) => button === event.target);
         if (at >= 0) wentTo(event, at, all)?.focus();
-      }}
-      onFocus={({ target }) => {
-        if (!bar.current?.contains(target)) return; // in what a button opened
-        stop.current = target;
-        mark();
       }}
     >
       {children}
     </div>
   );
+}
+
+function buttonsIn(bar: HTMLDivElement): readonly HTMLElement[] {
+  return [...bar.querySelectorAll("button")];
 }
 
 /** To which of `all` the key goes from the one `at`. */
