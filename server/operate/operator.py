@@ -60,7 +60,7 @@ class Job:
     target: Target | None = None
     settings: Settings | None = None
     boot: int | None = None
-    """Boot id of the rig that the asker saw."""
+    """Boot id of the rig that the asker saw; None where it was silent just then."""
     stops: int = 0
     """How many E-STOPs were asked for before it."""
     askers: list["Future[CommandReply]"] = field(default_factory=list)
@@ -308,7 +308,9 @@ class Operator:
             self._command = _resume(newest[0], boot, self._command.settings)
             self._boot, self._unsure = boot, False
         if job.request != Request.NONE:
-            if job.boot != boot:
+            if job.boot is None and job.request not in STILLING:  # those are good in any boot
+                raise RigUnreachable("the rig was silent when this was asked for: ask again")
+            if job.boot not in (None, boot):
                 raise CommandRefused("the rig restarted since this was asked for")
             if self.stopper.waits:
                 raise CommandRefused("an E-STOP waits for the rig's answer")

@@ -146,6 +146,12 @@ class Live:
                     return
 
 
+def taken(answer: httpx.Response) -> httpx.Response:
+    """The answer, which is no refusal: else its reason is shown."""
+    assert answer.is_success, f"{answer.status_code}: {answer.text}"
+    return answer
+
+
 class Page(httpx.Client):
     """One browser: its own cookies."""
 
@@ -163,7 +169,7 @@ class Page(httpx.Client):
     def command(self, request: str, **more: Any) -> httpx.Response:
         """The answer; asked once more, as an operator would, where the machine was too busy for one in time."""
         answer = self.post("/api/command", json={"request": request, **more})
-        late = answer.status_code == 503 and "did not answer within" in answer.text
+        late = answer.status_code == 503 and any(why in answer.text for why in ("did not answer within", "was silent"))
         return self.post("/api/command", json={"request": request, **more}) if late else answer
 
     def run(self, json: Any) -> httpx.Response:

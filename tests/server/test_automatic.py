@@ -13,7 +13,7 @@ from controller.schema.modes import Mode
 from recordings.format.messages import Recording
 from recordings.read.reader import read_rows
 from server.rig.client import Rig
-from tests.server.live_server import WRITER, Page, RigProcess, TestServer, wait_for
+from tests.server.live_server import WRITER, Page, RigProcess, TestServer, taken, wait_for
 from tests.server.test_runs import armed, ring, wait_run
 
 ROW = record_dtype(Telemetry)
@@ -21,7 +21,7 @@ ROW = record_dtype(Telemetry)
 
 def test_a_run_is_recorded_from_before_its_approach_to_its_end(server: TestServer) -> None:
     with armed(server) as (page, live):
-        page.run(json=ring(1.0)).raise_for_status()
+        taken(page.run(json=ring(1.0)))
         wait_run(live, lambda state: state["state"] == "done")
         found = closed(page)
         run = page.get("/api/runs").json()[0]
@@ -35,7 +35,7 @@ def test_a_run_is_recorded_from_before_its_approach_to_its_end(server: TestServe
 def test_a_run_that_is_refused_or_not_to_be_recorded_leaves_none(server: TestServer) -> None:
     with armed(server) as (page, live):
         assert page.run(json={"reference": "no such thing"}).status_code != 200
-        page.run(json={**ring(0.5), "record": False}).raise_for_status()
+        taken(page.run(json={**ring(0.5), "record": False}))
         wait_run(live, lambda state: state["state"] == "done")
         assert page.get("/api/runs").json()[0]["recording"] is None
         assert page.get("/api/recordings").json() == []
@@ -102,7 +102,7 @@ def test_a_recording_of_a_killed_writer_goes_on_without_a_missing_tick(server: T
 
 def test_a_run_whose_writer_is_killed_is_recorded_to_its_end_and_no_longer(server: TestServer) -> None:
     with armed(server) as (page, live):
-        page.run(json=ring(6.0)).raise_for_status()
+        taken(page.run(json=ring(6.0)))
         wait_for(lambda: server.services.recorder.state().rows > 500, "rows")
         kill_writer()
         wait_run(live, lambda state: state["state"] == "done")
@@ -115,7 +115,7 @@ def test_a_run_whose_writer_is_killed_is_recorded_to_its_end_and_no_longer(serve
 
 def test_a_recording_whose_writer_is_killed_as_it_ends_keeps_its_end(server: TestServer) -> None:
     page = server.operator()
-    page.post("/api/recordings", json={"name": "short"}).raise_for_status()
+    taken(page.post("/api/recordings", json={"name": "short"}))
     wait_for(lambda: server.services.recorder.state().rows > 500, "rows")
     kill_writer()
     refused = page.delete("/api/recordings/current")

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 
 from recordings.read.reader import read_log
-from tests.server.live_server import VIEWER_TOKEN, Page, TestServer, wait_for
+from tests.server.live_server import VIEWER_TOKEN, Page, TestServer, taken, wait_for
 
 MARKS = "/api/recordings/current/bookmarks"
 
@@ -14,7 +14,7 @@ MARKS = "/api/recordings/current/bookmarks"
 def page(server: TestServer) -> Iterator[Page]:
     """It operates, and records."""
     page = server.operator()
-    page.post("/api/recordings", json={"name": "marked"}).raise_for_status()
+    taken(page.post("/api/recordings", json={"name": "marked"}))
     wait_for(lambda: server.services.recorder.state().rows > 100, "rows")
     yield page
     page.delete("/api/recordings/current")
@@ -35,12 +35,12 @@ def test_a_bookmark_is_told_to_every_page_at_once_and_stays_in_the_recording(pag
 
 def test_it_is_named_and_removed_while_it_is_recorded_and_after(page: Page, server: TestServer) -> None:
     for _ in range(2):
-        page.post(MARKS, json={}).raise_for_status()
+        taken(page.post(MARKS, json={}))
     id = server.services.recorder.state().id
     place = f"/api/recordings/{id}/bookmarks"
     assert page.patch(f"{place}/2", json={"label": "later"}).json()["bookmarks"][1]["label"] == "later"
     wait_for(lambda: [mark.label for mark in server.services.recorder.state().bookmarks] == ["", "later"], "the name")
-    page.delete("/api/recordings/current").raise_for_status()
+    taken(page.delete("/api/recordings/current"))
     left = page.delete(f"{place}/1").json()["bookmarks"]
     assert [(mark["n"], mark["label"]) for mark in left] == [(2, "later")]
     assert page.patch(f"{place}/1", json={"label": "x"}).status_code == 404
@@ -49,7 +49,7 @@ def test_it_is_named_and_removed_while_it_is_recorded_and_after(page: Page, serv
 
 
 def test_viewers_see_bookmarks_and_change_none(page: Page, server: TestServer) -> None:
-    page.post(MARKS, json={}).raise_for_status()
+    taken(page.post(MARKS, json={}))
     id, viewer = server.services.recorder.state().id, server.page().sign_in(VIEWER_TOKEN)
     assert len(viewer.get(f"/api/recordings/{id}").json()["bookmarks"]) == 1
     place = f"/api/recordings/{id}/bookmarks/1"

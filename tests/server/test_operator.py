@@ -280,6 +280,21 @@ def test_a_request_for_the_life_before_is_refused_and_settings_outlive_it(loop: 
     assert (last.request, last.settings.K_P) == (Request.NONE, (2.0, 2.0))
 
 
+def test_what_was_asked_in_a_silence_of_the_rig_is_refused_as_that_unless_it_stills(
+    loop: Loop, operator: Operator
+) -> None:
+    answers = []
+    for request in (Request.ARM, Request.HOLD):
+        loop.stall()
+        loop.boot = None
+        answers.append(operator.request(request, ANYTHING))
+        loop.boot = 7
+        loop.gate.set()
+    with pytest.raises(RigUnreachable, match="silent"):
+        answers[0].result(20)
+    assert answers[1].result(20).accepted
+
+
 def test_without_a_rig_every_asker_is_told(loop: Loop, operator: Operator) -> None:
     loop.boot = None
     for asked in (operator.stop(), operator.move((0.0, 0.0), ANYTHING), operator.change(Settings(), ANYTHING)):

@@ -10,7 +10,7 @@ import pytest
 from controller.arrays import Rows
 from controller.schema.modes import Mode
 from server.runs.results import Results
-from tests.server.live_server import Live, Page, TestServer, wait_for
+from tests.server.live_server import Live, Page, TestServer, taken, wait_for
 
 ANGLE = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
 CIRCLE = np.column_stack([0.05 + 5e-3 * np.cos(ANGLE), 0.14 + 5e-3 * np.sin(ANGLE)]).tolist()
@@ -127,7 +127,7 @@ def test_stop_ends_a_paused_run_its_recording_and_its_reading_of_rows(server: Te
         wait_for(lambda: not server.services.recorder.state().recording, "the end of the recording")
         assert not server.services.runs.inbox.is_open and not len(server.services.runs.inbox)
         assert page.run(json=ring(1.0)).json()["state"] == "approach"
-        page.post("/api/run/stop").raise_for_status()
+        taken(page.post("/api/run/stop"))
 
 
 def test_a_run_that_a_stopped_rig_refuses_leaves_nothing_open(server: TestServer) -> None:
@@ -140,8 +140,8 @@ def test_a_run_that_a_stopped_rig_refuses_leaves_nothing_open(server: TestServer
         page.command("clear")
         page.command("arm")
         live.wait_mode(Mode.HOLD)
-        page.run(json=ring(1.0)).raise_for_status()
-        page.post("/api/run/stop").raise_for_status()
+        taken(page.run(json=ring(1.0)))
+        taken(page.post("/api/run/stop"))
 
 
 def shape(rows: Rows, leads: tuple[int, ...]) -> Rows:

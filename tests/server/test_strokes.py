@@ -22,7 +22,7 @@ from server.drawing.store import Drawings
 from server.runs.laps import lap_of
 from server.runs.messages import PreviewBody
 from server.runs.preview import predicted
-from tests.server.live_server import TestServer, wait_for
+from tests.server.live_server import TestServer, taken, wait_for
 from tests.server.test_runs import armed, lead, wait_run
 
 RIG, LIVE, REST = RigParameters(), Settings(), np.zeros(2)
@@ -105,7 +105,7 @@ def test_a_run_and_its_recording_count_the_strokes_alone(server: TestServer) -> 
     batches: list[Rows] = []
     server.services.history.listen(batches.append)
     with armed(server) as (page, live):
-        page.run(json={"drawing": bars().model_dump(mode="json"), "laps": 1}).raise_for_status()
+        taken(page.run(json={"drawing": bars().model_dump(mode="json"), "laps": 1}))
         leg, led = server.services.runs._run._leg, lead(server)  # type: ignore[union-attr]
         wait_run(live, lambda state: state["state"] == "done")
         card = page.get("/api/runs").json()[0]

@@ -20,7 +20,7 @@ from server.rig import planner
 from server.settings import ServerSettings
 from server.supervise.ready import UpReady
 from server.supervise.up import usable_key
-from tests.server.live_server import Page, free_environment, wait_for
+from tests.server.live_server import Page, free_environment, taken, wait_for
 
 TENDRIL = Path(sys.executable).parent / "tendril"
 RIG = f"up-{os.getpid()}"
@@ -126,7 +126,7 @@ def test_what_writes_and_reads_recordings_is_in_processes_of_their_own_and_not_i
             wait_for(lambda: page.get("/api/health").json()["rig_connected"], "the rig")
             sent = page.post("/api/recordings/import?name=hers", content="t,x,y\n0,0.2,0\n1,0.2,0.01\n")
             assert sent.json()["rows"] == 2
-            id = page.post("/api/recordings", json={}).raise_for_status().json()["id"]
+            id = taken(page.post("/api/recordings", json={})).json()["id"]
             wait_for(lambda: page.get("/api/recordings").json()[0]["rows"], "rows")
             assert page.get(f"/api/recordings/{id}/quick").json()["rows"]
         (writing,) = children_of(server(), folder.WRITING)

@@ -130,8 +130,8 @@ class Macros:
         by_itself = self._look_at_mode(run)
         if not run.permit.stands():
             return f"{run.permit.name} no longer operates"
-        if self._rig.boot() != run.boot:
-            return "the rig is gone, or restarted"
+        if (boot := self._rig.boot()) != run.boot:
+            return "the rig is gone" if boot is None else "the rig restarted"
         return run.overtaken or by_itself
 
     def _look_at_mode(self, run: _Run) -> str:
