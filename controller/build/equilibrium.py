@@ -6,6 +6,8 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.errors import ParameterError
+from controller.kernels.model import equilibrium as kernels
+from controller.kernels.model.equilibrium import Body
 from controller.kernels.model.rod import RodModel
 
 STAGES = 20
@@ -53,6 +55,12 @@ def settle(body: ChainStatics, theta: Array) -> Array:
     raise np.linalg.LinAlgError("no convergence")
 
 
+def body_of(chain: ChainStatics | RodModel, T_theta: Array | None = None) -> Body:
+    """What the kernels want to know of a chain on whose angles u acts by T_theta (N,2); without it by nothing."""
+    T = np.zeros((chain.k.size, 2)) if T_theta is None else T_theta
+    return Body(chain.k, chain.bend, T, gravity_arms(chain) * chain.g[:, None])
+
+
 def gravity_arms(body: ChainStatics | RodModel) -> Array:
     """Torque on each angle (N,) per gravity across its rod [kg m]: each rod carries all that hangs on it."""
     beyond = np.cumsum(body.m[::-1])[::-1] - body.m
@@ -66,16 +74,18 @@ def gravity_torque(body: ChainStatics | RodModel, theta: Array) -> tuple[Array, 
     return np.asarray(arm * (body.g[1] * c - body.g[0] * s)), np.asarray(-arm * (body.g[0] * c + body.g[1] * s))
 
 
-def imbalance(body: ChainStatics, theta: Array) -> Array:
+def imbalance(chain: ChainStatics, theta: Array) -> Array:
     """Torque on each angle (N,) [N m] of springs and gravity."""
-    spring = body.k * (np.diff(theta, prepend=0.0) - body.bend)
-    return np.asarray(gravity_torque(body, theta)[0] - spring + np.append(spring[1:], 0.0))
+    torque = np.zeros(theta.size)
+    kernels.imbalance(body_of(chain), 0.0, 0.0, theta, torque)
+    return torque
 
 
-def solve(body: ChainStatics, theta: Array, right: Array) -> Array:
-    """K^-1 right: K is tridiagonal, springs and gravity; LinAlgError where it is not positive definite."""
-    outer = np.append(body.k[1:], 0.0)
-    banded = np.stack([np.append(0.0, -body.k[1:]), body.k + outer - gravity_torque(body, theta)[1]])
-    from scipy.linalg import solveh_banded  # not for a start of the server
-
-    return np.asarray(solveh_banded(banded, right))
+def solve(chain: ChainStatics, theta: Array, right: Array) -> Array:
+    """K^-1 right, (N,) or (N,m): K of springs and gravity; LinAlgError where it is not positive definite."""
+    pivot, x = np.zeros(theta.size), np.array(right.T, dtype=float, order="C")
+    if not kernels.factor(body_of(chain), theta, pivot):
+        raise np.linalg.LinAlgError("the stiffness is not positive definite")
+    for column in np.atleast_2d(x):
+        kernels.solve(chain.k, pivot, column)
+    return np.ascontiguousarray(x.T)

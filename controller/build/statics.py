@@ -2,15 +2,17 @@
 
 import itertools
 import math
+from functools import lru_cache
 
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.equilibrium import gravity_arms
-from controller.kernels.model.equilibrium import Body, Scratch, equilibrium, make_scratch
+from controller.build.equilibrium import body_of
+from controller.build.rod import build_rod
+from controller.kernels.model.equilibrium import Scratch, equilibrium, make_scratch
 from controller.kernels.model.polygon import Polygon, admissible
 from controller.kernels.model.rod import RodModel
-from controller.kernels.model.statics import StaticMap, Statics, poses_of, tips_of
+from controller.kernels.model.statics import StaticMap, Statics, is_linear, tip_angles_of, tips_of
 from controller.schema.actuator import Actuator
 from controller.schema.parameters import ControllerParameters
 
@@ -19,19 +21,18 @@ SEED_GRID = 41
 START_GRID = 33
 """Points a side of the grid of poses under gravity; odd, so that one of them is the rest."""
 STAGES = 4
-"""Torques go from one of these to the next in so many stages: each then begins near the pose that it leads to."""
+"""Torques go from one of these to the next in this many stages: each then begins near the pose that it leads to."""
 BEND_GRID = 61
 """Torques a side at which the bend limit is looked at."""
 
 
 def build_statics(model: RodModel, u_max: float) -> Statics:
     """Static map of `model` for torques up to `u_max` [N m]; beyond them it begins farther off."""
-    body = Body(model.k, model.bend, model.T_theta, gravity_arms(model) * model.g[:, None])
     statics = Statics(
         L=model.L,
         rest=model.rest,
         compliance=model.compliance,
-        body=body,
+        body=body_of(model, model.T_theta),
         u_max=u_max,
         starts=np.zeros((0, 0, model.L.size)),
     )
@@ -77,16 +78,23 @@ def _bend_bound(actuator: Actuator, statics: Statics) -> float:
 
     Without gravity they are one and the same; with it the bound is by one cell of a grid on the safe side.
     """
-    if statics.starts.size == 0:
+    if is_linear(statics):
         return actuator.bend_max
     side = np.linspace(-actuator.u_max, actuator.u_max, BEND_GRID)
     u = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
-    theta = np.zeros((len(u), statics.L.size))
-    poses_of(statics, u, make_scratch(statics.L.size), theta)
+    theta = np.zeros(len(u))
+    tip_angles_of(statics, u, make_scratch(statics.L.size), theta)
     straight = np.abs(u @ statics.compliance[-1])
-    over = np.abs(theta[:, -1] - statics.rest[-1]) > actuator.bend_max
+    over = np.abs(theta - statics.rest[-1]) > actuator.bend_max
     cell = float(np.abs(statics.compliance[-1]).sum() * (side[1] - side[0]))
     return max(cell, float(straight[over].min()) - cell) if over.any() else float(straight.max())
+
+
+@lru_cache(maxsize=8)
+def static_map(actuator: Actuator, controller: ControllerParameters) -> StaticMap:
+    """The observer's static map of `actuator`, made once for each; nobody writes into it."""
+    model = build_rod(actuator, controller.rods, omega_B=controller.omega_B, zeta_B=controller.zeta_B)
+    return build_static_map(model, actuator, controller)
 
 
 def scratch_for(smap: StaticMap) -> Scratch:

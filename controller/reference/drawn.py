@@ -6,13 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from controller.arrays import Array
+from controller.build.statics import static_map
 from controller.errors import DataError, ParameterError
 from controller.kernels.model.statics import StaticMap
 from controller.reference.feasible.approach import approach
 from controller.reference.feasible.course import course, torn
 from controller.reference.feasible.from_rest import leaving_rest
 from controller.reference.feasible.within_reach import Carried, is_rest, projected, require_near, require_reach
-from controller.reference.library import APPROACH, static_map
+from controller.reference.library import APPROACH
 from controller.reference.path_file import Samples
 from controller.reference.reference import Reference
 from controller.schema.actuator import Actuator

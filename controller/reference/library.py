@@ -6,16 +6,14 @@ frequencies of the frequency sweep.
 
 import math
 from collections.abc import Callable
-from functools import lru_cache, partial
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.rod import build_rod
-from controller.build.statics import build_static_map
+from controller.build.statics import static_map
 from controller.errors import ParameterError
-from controller.kernels.model.statics import StaticMap
 from controller.reference import shapes
 from controller.reference.feasible.approach import approach, branch
 from controller.reference.reference import Reference
@@ -86,13 +84,6 @@ def placed(plan: Plan, actuator: Actuator, dt: float) -> Array:
     rows = round(plan.duration / dt) + (plan.steps == 0)
     place: Array = np.array([plan.place[0], plan.place[1] + SHIFT.get(actuator.name, 0.0)])
     return plan.sample(np.linspace(0.0, (rows - 1) * dt, rows)) + place
-
-
-@lru_cache(maxsize=8)
-def static_map(actuator: Actuator, controller: ControllerParameters) -> StaticMap:
-    """The observer's static map of `actuator`, made once for each; nobody writes into it."""
-    model = build_rod(actuator, controller.rods, omega_B=controller.omega_B, zeta_B=controller.zeta_B)
-    return build_static_map(model, actuator, controller)
 
 
 def paced(path: Array, duration: float, place: tuple[float, float] = CENTRE) -> Plan:

@@ -23,7 +23,7 @@ FAR = 1e3
 LEFT_SHOWN = 5
 """Columns that are left alone and named."""
 GAP, GAP_ROWS = 10.0, 4
-"""A gap is that much longer than the median step, in a path of so many rows or more."""
+"""A gap is this many times longer than the median step, in a path of at least this many rows."""
 
 
 @dataclass(frozen=True)

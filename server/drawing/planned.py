@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from controller.arrays import Array
+from controller.build.statics import static_map
 from controller.errors import ParameterError
 from controller.kernels.model.statics import StaticMap
 from controller.reference import library
@@ -75,7 +76,7 @@ def plan(drawing: DrawingBody, rig: RigParameters, settings: Settings) -> Planne
     Raises ParameterError as `rows_of` and `within_limits` do.
     """
     dt, limits = rig.controller.dt, operator_limits(rig, settings)
-    smap, wished = library.static_map(rig.actuator, rig.controller), rows_of(drawing, settings, rig.controller.dt)
+    smap, wished = static_map(rig.actuator, rig.controller), rows_of(drawing, settings, rig.controller.dt)
     first, lead = led_within(smap, wished[0], limits, dt, drawing.timing.kind == "given")
     others = [within_limits(smap, stroke, limits, dt) for stroke in wished[1:]]
     path = one_after_another(smap, [first, *others], limits, dt)
@@ -132,7 +133,7 @@ def named(name: str, rig: RigParameters) -> Reference:
 
 def _live_path(rig: RigParameters) -> Reference:
     """The recorded path, where this actuator reaches it, within the rig's own limits."""
-    dt, smap = rig.controller.dt, library.static_map(rig.actuator, rig.controller)
+    dt, smap = rig.controller.dt, static_map(rig.actuator, rig.controller)
     wished = resampled(read_samples(LIVE_PATH_FILE), dt)
     path, lead = led_within(smap, wished, rig_limits(rig), dt, sampled=True)
     return Reference(

@@ -3,10 +3,10 @@
 import numpy as np
 
 from controller.arrays import Array
+from controller.build.statics import static_map
 from controller.errors import ParameterError
 from controller.kernels.control.inverse import TOLERANCE
 from controller.kernels.model.statics import StaticMap
-from controller.reference import library
 from controller.reference.feasible.bounds import place_of_row, stretches, window_rows, worst
 from controller.reference.feasible.travel import SHORTEST, Pose, held_by, travel
 from controller.reference.feasible.within_reach import projected
@@ -40,7 +40,7 @@ def lap_of(reference: Reference, rig: RigParameters, laps: int | None, allowed: 
     the rig's memory.
     """
     allowed = allowed or allowed_by(rig, Settings(), drawn=False)
-    smap, begin, start = library.static_map(rig.actuator, rig.controller), reference.led, reference.start
+    smap, begin, start = static_map(rig.actuator, rig.controller), reference.led, reference.start
     u = projected(smap, reference.p[begin:]).u if reference.u is None else reference.u[begin:]
     lead, shape, lead_u, torques = reference.p[begin:start], reference.p[start:], u[: start - begin], u[start - begin :]
     marked = np.zeros(len(shape), bool) if reference.travel is None else reference.travel[start:]

@@ -7,11 +7,11 @@ import numpy as np
 from numpy.lib.recfunctions import repack_fields
 
 from controller.arrays import Array, Rows
+from controller.build.statics import static_map
 from controller.errors import DataError, ParameterError, TendrilError
 from controller.kernels.model.statics import StaticMap
 from controller.reference.feasible.approach import blended_torques
 from controller.reference.feasible.reach import static_tips
-from controller.reference.library import static_map
 from controller.reference.reference import Reference
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry

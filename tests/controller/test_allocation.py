@@ -21,10 +21,10 @@ from controller.kernels.compiled import OPTIONS
 from controller.kernels.control.along import invert_along, nearest_of, refine_each
 from controller.kernels.control.retime import fastest_progress
 from controller.kernels.control.tick import tick
-from controller.kernels.model.equilibrium import make_scratch
+from controller.kernels.model.equilibrium import make_scratch, out_of_balance
 from controller.kernels.model.implicit import make_implicit_work, meet_hinges
 from controller.kernels.model.rod import make_load
-from controller.kernels.model.statics import at_rest, places, poses_of, tips_of
+from controller.kernels.model.statics import at_rest, places, tip_angles_of, tips_of
 from controller.kernels.observer.observer import ObserverGains, Replay
 from controller.kernels.observer.replay import RecordedSamples, replay
 from controller.kernels.plant.twin import twin_step
@@ -87,8 +87,9 @@ def outermost() -> dict[str, tuple[Any, ...]]:
         "refine_each": (smap, 1, points.copy(), points.copy(), scratch),
         "fastest_progress": (points, points, np.ones(1), 1.0, np.ones(1)),
         "nearest_of": (smap, (0.0, 0.0), np.zeros(1, np.int64), 1, scratch),
+        "out_of_balance": (smap.statics.body, 0.0, 0.0, scratch),
         "tips_of": (smap.statics, points, scratch, points.copy()),
-        "poses_of": (smap.statics, points, scratch, np.zeros((1, 10))),
+        "tip_angles_of": (smap.statics, points, scratch, np.zeros(1)),
     }
 
 
@@ -108,13 +109,13 @@ def calls_hidden(x: np.ndarray) -> float:
 def test_the_examples_reach_every_kernel() -> None:
     found = kernels()
     known = {tick, twin_step, meet_hinges, replay, invert_along, refine_each, fastest_progress, nearest_of}
-    assert known | {tips_of, poses_of} == {found[name] for name in outermost()}
+    assert known | {out_of_balance, tips_of, tip_angles_of} == {found[name] for name in outermost()}
     called = {inner for kernel in found.values() for inner in called_by(kernel)}
     assert {name for name, kernel in found.items() if kernel not in called} == outermost().keys()
 
 
 @pytest.mark.parametrize(
-    "name", ["tick", "twin_step", "meet_hinges", "replay", "invert_along", "nearest_of", "poses_of"]
+    "name", ["tick", "twin_step", "meet_hinges", "replay", "invert_along", "nearest_of", "tip_angles_of"]
 )
 def test_the_machine_code_of_no_kernel_calls_an_allocator(name: str) -> None:
     assert allocators(kernels()[name], outermost()[name]) == set()

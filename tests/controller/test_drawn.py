@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from controller.arrays import Array
+from controller.build.statics import static_map
 from controller.errors import DataError, ParameterError
 from controller.kernels.model.statics import StaticMap
 from controller.reference.drawn import Wish, drawn
 from controller.reference.feasible.reach import reach_map
 from controller.reference.feasible.within_reach import Carried, projected
-from controller.reference.library import reference, static_map
+from controller.reference.library import reference
 from controller.reference.path_file import Samples
 from controller.reference.reference import Reference
 from controller.schema.actuator import PRESETS

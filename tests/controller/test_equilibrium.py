@@ -11,13 +11,12 @@ from typer.testing import CliRunner
 
 from controller.arrays import Array
 from controller.build.rod import build_rod
-from controller.build.statics import build_static_map, build_statics
+from controller.build.statics import build_static_map, build_statics, static_map
 from controller.kernels.control.inverse import TOLERANCE
 from controller.kernels.model.equilibrium import make_scratch, out_of_balance
 from controller.kernels.model.rod import RodModel
 from controller.kernels.model.statics import Statics, static_pose
 from controller.reference.feasible.reach import reach_map, static_tips
-from controller.reference.library import static_map
 from controller.schema.actuator import PRESETS, Actuator
 from controller.schema.parameters import ControllerParameters, RigParameters
 from server.cli.main import app

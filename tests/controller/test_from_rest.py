@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from controller.arrays import Array
+from controller.build.statics import static_map
 from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE
 from controller.reference.feasible.approach import branch, follow
 from controller.reference.feasible.from_rest import leaving_rest
-from controller.reference.library import reference, static_map
+from controller.reference.library import reference
 from controller.schema.actuator import PRESETS
 from controller.schema.parameters import ControllerParameters
 

@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 
 from controller.arrays import Array
+from controller.build.statics import static_map
 from controller.errors import ParameterError
 from controller.kernels.control.inverse import REFINE_STEPS
 from controller.kernels.model.statics import StaticMap
 from controller.reference.feasible.approach import follow
 from controller.reference.feasible.reach import static_tips
-from controller.reference.library import SWEEP, names, reference, static_map
+from controller.reference.library import SWEEP, names, reference
 from controller.reference.reference import Reference
 from controller.schema.actuator import PRESETS
 from controller.schema.parameters import ControllerParameters

@@ -8,9 +8,9 @@ from typing import Any, cast
 
 import numpy as np
 
+from controller.build.statics import static_map
 from controller.errors import TendrilError
 from controller.reference.feasible.within_reach import projected
-from controller.reference.library import static_map
 from controller.schema.modes import Mode
 from controller.schema.parameters import RigParameters, Settings
 from server.access.lease import OperatorLease
@@ -124,6 +124,7 @@ class World:
             task.cancel()
         self.pass_time(0.1)
         self.loop.close()
+        self.results.close()
 
     async def _beat(self) -> None:
         while True:

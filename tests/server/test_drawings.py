@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from controller.build.statics import static_map
 from controller.errors import ParameterError
 from controller.reference.feasible.approach import branch
 from controller.reference.feasible.reach import static_tips
-from controller.reference.library import static_map
 from controller.reference.path_file import read_samples
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from controller.arrays import Array
+from controller.build.statics import static_map
 from controller.errors import ParameterError
 from controller.link import ENDLESS
 from controller.reference.feasible.reach import static_tips
-from controller.reference.library import reference, static_map
+from controller.reference.library import reference
 from controller.reference.reference import Reference
 from controller.schema.actuator import PRESETS
 from controller.schema.parameters import RigParameters

@@ -14,9 +14,10 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from controller.arrays import Array
+from controller.build.statics import static_map
 from controller.errors import ParameterError
 from controller.reference.feasible.reach import static_tips
-from controller.reference.library import PLANS, static_map
+from controller.reference.library import PLANS
 from controller.schema.actuator import PRESETS
 from controller.schema.parameters import RigParameters, Settings
 from server.drawing.messages import DrawingBody, Wanted

@@ -101,9 +101,8 @@ def update_sensitivity(control: Control) -> None:
     state.weak[0], state.weak[1] = way_down(A11, A12, A22, det * det / strong, 0.0, 0.0)
     square = det * det
     if state.mode == TRACK and state.kind != KNOWN:
-        square = max(
-            0.0, min(square, det * side_of(control.smap.statics, state.u_ff[0], state.u_ff[1], control.scratch))
-        )
+        side = side_of(control.smap.statics, state.u_ff[0], state.u_ff[1], control.scratch)
+        square = max(0.0, min(square, det * side))
     state.share = min(1.0, square / (ratio * strong) ** 2) if ratio > 0.0 else 1.0
 
 

@@ -47,9 +47,8 @@ def solve_inverse(settings: Record, control: Control) -> None:
     begin = (state.u_ff[0], state.u_ff[1])
     if state.mode == TRACK and state.guided:
         begin = (state.u_goal[0], state.u_goal[1])
-    u1, u2, distance, settled = refine(
-        control.smap, (state.wish[0], state.wish[1]), begin, REFINE_STEPS, control.scratch
-    )
+    wish = (state.wish[0], state.wish[1])
+    u1, u2, distance, settled = refine(control.smap, wish, begin, REFINE_STEPS, control.scratch)
     step = control.controller[0].torque_rate_max * max(settings.feedforward_period, control.dt)
     if state.mode == TRACK:
         step = math.inf

@@ -56,8 +56,8 @@ def make_scratch(rods: int) -> Scratch:
 
 
 @kernel
-def equilibrium(body: Body, u1: float, u2: float, scratch: Scratch) -> float:
-    """Angles where the torques cancel, from those in scratch.theta on: the largest imbalance that is left [N m].
+def equilibrium(body: Body, u1: float, u2: float, scratch: Scratch) -> None:
+    """Angles where the torques cancel, from those in scratch.theta on.
 
     It ends in a minimum of E: what softens is left out of K where K is not positive definite, and no step raises E.
     Not in the paper, which has no gravity. In place: scratch.
@@ -89,7 +89,6 @@ def equilibrium(body: Body, u1: float, u2: float, scratch: Scratch) -> float:
             theta[i] = trial[i]
         if longest < DONE:
             break
-    return out_of_balance(body, u1, u2, scratch)
 
 
 @kernel

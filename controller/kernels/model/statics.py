@@ -106,6 +106,12 @@ def pose(model: RodModel, theta: Array, out_q: Array) -> None:
 
 
 @kernel
+def is_linear(statics: Statics) -> bool:
+    """Whether the angles are linear in u, as in the paper, "Quasi-Static Feedforward Control": without gravity."""
+    return statics.starts.size == 0
+
+
+@kernel
 def static_pose(statics: Statics, u1: float, u2: float, scratch: Scratch) -> None:
     """Angles of the static pose at u [N m].
 
@@ -113,7 +119,7 @@ def static_pose(statics: Statics, u1: float, u2: float, scratch: Scratch) -> Non
     In place: scratch, whose theta (N,) [rad] it is.
     """
     theta = scratch.theta
-    if statics.starts.size == 0:
+    if is_linear(statics):
         for i in range(theta.size):
             theta[i] = statics.rest[i] + statics.compliance[i, 0] * u1 + statics.compliance[i, 1] * u2
         return
@@ -164,15 +170,14 @@ def static_tip(statics: Statics, u1: float, u2: float, scratch: Scratch) -> Pair
 
 
 @kernel
-def poses_of(statics: Statics, u: Array, scratch: Scratch, out_theta: Array) -> None:
-    """Angles (n,N) [rad] of the static poses at u (n,2) [N m].
+def tip_angles_of(statics: Statics, u: Array, scratch: Scratch, out_theta: Array) -> None:
+    """Angles of the last rod (n,) [rad] in the static poses at u (n,2) [N m].
 
     Paper, "Quasi-Static Feedforward Control". In place: scratch.
     """
     for n in range(u.shape[0]):
         static_pose(statics, u[n, 0], u[n, 1], scratch)
-        for i in range(out_theta.shape[1]):
-            out_theta[n, i] = scratch.theta[i]
+        out_theta[n] = scratch.theta[-1]
 
 
 @kernel
@@ -193,8 +198,8 @@ def expand_tip(statics: Statics, u1: float, u2: float, scratch: Scratch) -> Expa
     In place: scratch.
     """
     static_pose(statics, u1, u2, scratch)
-    theta, heavy = scratch.theta, statics.starts.size > 0
-    if heavy:
+    theta, linear = scratch.theta, is_linear(statics)
+    if not linear:
         slopes(statics, theta, scratch)
     x = y = x_1 = x_2 = y_1 = y_2 = 0.0
     x_11 = x_12 = x_22 = y_11 = y_12 = y_22 = 0.0
@@ -207,7 +212,7 @@ def expand_tip(statics: Statics, u1: float, u2: float, scratch: Scratch) -> Expa
         y_1, y_2 = y_1 + dx * c1, y_2 + dx * c2
         x_11, x_12, x_22 = x_11 - dx * c1 * c1, x_12 - dx * c1 * c2, x_22 - dx * c2 * c2
         y_11, y_12, y_22 = y_11 - dy * c1 * c1, y_12 - dy * c1 * c2, y_22 - dy * c2 * c2
-    if heavy:
+    if not linear:
         curved = curvature_of_angles(statics, theta, scratch)
         x_11, x_12, x_22 = x_11 + curved[0], x_12 + curved[1], x_22 + curved[2]
         y_11, y_12, y_22 = y_11 + curved[3], y_12 + curved[4], y_22 + curved[5]
@@ -235,7 +240,7 @@ def slope(statics: Statics, scratch: Scratch, i: int) -> Pair:
 
     Paper, "Quasi-Static Feedforward Control".
     """
-    if statics.starts.size == 0:
+    if is_linear(statics):
         return statics.compliance[i, 0], statics.compliance[i, 1]
     return scratch.x[0, i], scratch.x[1, i]
 
@@ -278,7 +283,7 @@ def sensitivity(statics: Statics, theta: Array, scratch: Scratch) -> tuple[float
 
     Eq. S: paper, "Quasi-Static Feedforward Control". In place: scratch, where there is gravity.
     """
-    if statics.starts.size > 0:
+    if not is_linear(statics):
         slopes(statics, theta, scratch)
     S11 = S12 = S21 = S22 = 0.0
     for i in range(theta.size):

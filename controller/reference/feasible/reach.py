@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.rod import build_rod
-from controller.build.statics import build_static_map, scratch_for
+from controller.build.statics import scratch_for, static_map
 from controller.kernels.model.polygon import Polygon
 from controller.kernels.model.statics import StaticMap, tips_of
 from controller.schema.parameters import RigParameters
@@ -26,9 +25,7 @@ def reach_map(parameters: RigParameters, side: int = 61) -> Reach:
 
     Rows run over u1, columns from the lowest to the highest u2 that goes with it, so no cell is cut by the polygon.
     """
-    controller = parameters.controller
-    model = build_rod(parameters.actuator, controller.rods, omega_B=controller.omega_B, zeta_B=controller.zeta_B)
-    smap = build_static_map(model, parameters.actuator, controller)
+    smap = static_map(parameters.actuator, parameters.controller)
     u1 = np.linspace(*extent(smap.polygon), side)
     low, high = span(smap.polygon, u1)
     share = np.linspace(0.0, 1.0, side)
@@ -55,9 +52,6 @@ def span(polygon: Polygon, u1: Array) -> tuple[Array, Array]:
 
 def static_tips(smap: StaticMap, u: Array) -> Array:
     """Static tips (..., 2) [m] under torques u (..., 2) [N m]."""
-    if smap.statics.starts.size == 0:  # all at once
-        theta = smap.statics.rest + u @ smap.statics.compliance.T
-        return np.stack([np.cos(theta) @ smap.statics.L, np.sin(theta) @ smap.statics.L], axis=-1)
     flat = np.ascontiguousarray(u, dtype=float).reshape(-1, 2)
     found = np.empty_like(flat)
     tips_of(smap.statics, flat, scratch_for(smap), found)

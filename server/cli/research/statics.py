@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from rich.console import Console
 
-from controller.build.rod import build_rod, computable
-from controller.build.statics import build_static_map, scratch_for
+from controller.build.rod import computable
+from controller.build.statics import scratch_for, static_map
 from controller.errors import ParameterError
 from controller.kernels.model.equilibrium import out_of_balance
 from controller.kernels.model.polygon import admissible
@@ -71,7 +71,7 @@ def figures(parameters: RigParameters, u: tuple[float, float]) -> Equilibrium:
     """The static pose under the torques u [N m]; ParameterError where gravity topples the actuator."""
     actuator, controller = parameters.actuator, parameters.controller
     with computable(actuator):
-        smap = build_static_map(build_rod(actuator, controller.rods), actuator, controller)
+        smap = static_map(actuator, controller)
     statics = smap.statics
     scratch = scratch_for(smap)
     tip = static_tip(statics, *u, scratch)
