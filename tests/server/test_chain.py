@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from controller.schema.modes import Cause, Mode
-from tests.server.live_server import ROW, RigProcess, TestServer, wait_for
+from tests.server.live_server import ROW, RigProcess, TestServer, taken, wait_for
 
 AIM = (0.17, 0.13)
 
@@ -19,9 +19,7 @@ def test_arm_follow_move_and_e_stop(server: TestServer) -> None:
         size = sum(8 if f["type"] != "float32" else 4 for f in hello["layout"] if not f["shape"])
         assert 0 < size < ROW.itemsize
         live.operate()
-        armed = page.command("arm")
-        assert armed.status_code == 200, armed.text
-        assert armed.json()["accepted"]
+        assert taken(page.command("arm")).json()["accepted"]
         start = live.wait_mode(Mode.HOLD)["p_meas"].copy()
         live.send(type="target", id=7, x=AIM[0], y=AIM[1], start=True)
         reply = live.wait("reply", lambda m: m["id"] == 7)["reply"]
@@ -32,7 +30,7 @@ def test_arm_follow_move_and_e_stop(server: TestServer) -> None:
         live.wait("reply", lambda m: m["id"] == 8)
         wait_for(lambda: live.frames[-1]["p_meas"][1] < AIM[1] - 0.015, "the tip moving on")
         viewer = server.page().sign_in()
-        assert viewer.command("e_stop").json()["mode"] == Mode.E_STOP
+        assert taken(viewer.command("e_stop")).json()["mode"] == Mode.E_STOP
         stopped = live.wait_mode(Mode.E_STOP)
         assert not stopped["u"].any()
         assert not stopped["pressure_cmd"].any()
