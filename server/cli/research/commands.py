@@ -1,7 +1,7 @@
 """What works on data, models and simulations and needs no rig, from `identify` to `reproduce`."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 from rich.console import Console
@@ -123,6 +123,29 @@ def statics(
 
     parameters = RigParameters(actuator=read_actuator(actuator), controller=ControllerParameters(rods=rods))
     run_statics(parameters, u, json_file, out)
+
+
+@app.command()
+def stability(
+    actuator: ActuatorName = "P1",
+    rods: Annotated[int, typer.Option(min=2, max=1000, help="Of the model.")] = 10,
+    sense: Annotated[str, typer.Option(help="Sensors that the observer is given, 1 to 10, as in 6,10.")] = "10",
+    k_o: Annotated[float, typer.Option("--k-o", help="Stiffness of the virtual springs [N/m].")] = 100.0,
+    b_o: Annotated[float, typer.Option("--b-o", help="Damping of the virtual springs [N s/m].")] = 0.0,
+    integrator: Annotated[
+        Literal["rk4", "implicit"], typer.Option(help="The observer's step, as of `tendril up`.")
+    ] = "implicit",
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
+) -> None:
+    """Whether the observer, and the loop around it, are stable over the whole reach (`tendril docs observer`)."""
+    from controller.schema.actuator import read_actuator
+    from controller.schema.modes import Integrator
+    from controller.schema.parameters import ControllerParameters, RigParameters
+    from server.cli.research.stability import Wanted, run_stability
+
+    controller = ControllerParameters(rods=rods, integrator=Integrator[integrator.upper()])
+    parameters = RigParameters(actuator=read_actuator(actuator), controller=controller)
+    run_stability(parameters, Wanted(sense, k_o, b_o), json_file, out)
 
 
 @app.command()

@@ -1,0 +1,170 @@
+"""One tick of a chain as a matrix: what small deviations from a static pose become, found by the kernels themselves."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from controller.arrays import Array
+from controller.build.equilibrium import ChainStatics, imbalance, settle
+from controller.build.stability import centre_jacobian
+from controller.kernels.model.integrate import rk4_step
+from controller.kernels.model.rod import RodModel, RodState
+from controller.kernels.model.statics import Places, points_on, pose
+from controller.kernels.observer.observer import Observer, damp_beyond, step_observer
+from controller.kernels.plant.twin import Twin
+from controller.realtime.compiled import compiled
+
+DEVIATION = 1e-6
+"""Angles [rad], rates [rad/s], torques and lengths are moved by this: differences are then right to 1e-9."""
+
+DENSE = 200
+"""Of larger matrices only the largest eigenvalues are looked for."""
+TICKS, RESTS, STILL = 1000, 30, 1e-11
+"""Of these many ticks, so many times at most, or until no angle moves by more than this [rad]."""
+
+
+class ChainStep(NamedTuple):
+    """x' = A x + B_u u + B_p p + B_v v of deviations; x (2N,) is angles [rad] before rates [rad/s]."""
+
+    A: Array
+    """(2N,2N)."""
+    B_u: Array
+    """By the torques u (2N,2)."""
+    B_p: Array
+    """By the measured points of the m springs, x of all before y (2N,2m)."""
+    B_v: Array
+    """By their measured velocities (2N,2m)."""
+    P: Array
+    """Places of the m points by x, as above (2m,2N)."""
+
+
+def draw(observer: Observer, used: tuple[int, ...], measured: Array, u: Array, gains: tuple[float, float]) -> None:
+    """Let the sensors `used`, counted from 0, be drawn to `measured` (m,2) [m] by K_o and B_o, under u (2,) [N m].
+
+    Eq. OBS: paper, "Dynamic observer". In place: observer.load.
+    """
+    springs, count, at = observer.load.springs, len(used), seen_of(observer.sensors, used)
+    springs.K[:], springs.B[:] = gains
+    springs.active[0], springs.rod[:count], springs.offset[:count] = count, at.rod, at.offset
+    springs.anchor[:count], springs.rate[:count] = measured, 0.0
+    damp_beyond(sum(1 << sensor for sensor in used), observer)
+    observer.load.Q_theta[:] = observer.model.T_theta @ u
+
+
+def rest_of(observer: Observer, theta: Array) -> Array:
+    """Angles (N,) in which the observer comes to rest from theta under its load. In place: observer.state."""
+    move(observer.model, theta, np.zeros(2 * theta.size), observer.state)
+    for _ in range(RESTS):
+        before = observer.state.q[2].copy()
+        rest(observer, TICKS)
+        if np.abs(observer.state.q[2] - before).max() < STILL:
+            break
+    return np.array(observer.state.q[2])
+
+
+@compiled
+def rest(observer: Observer, ticks: int) -> None:
+    """`ticks` steps of the observer under its load. In place: observer."""
+    for _ in range(ticks):
+        step_observer(observer)
+
+
+def observer_step(observer: Observer, theta: Array) -> ChainStep:
+    """A tick of `observer` about the pose theta (N,) in which it rests under the load that it has.
+
+    In place: observer.
+    """
+    model, springs, rods = observer.model, observer.load.springs, theta.size
+    count = int(springs.active[0])
+    measured, torque = springs.anchor[:count].copy(), observer.load.Q_theta.copy()
+
+    def after(deviation: Array) -> Array:
+        x, u, p, v = np.split(deviation, np.cumsum([2 * rods, 2, 2 * count]))
+        move(model, theta, x, observer.state)
+        observer.load.Q_theta[:] = torque + model.T_theta @ u
+        springs.anchor[:count] = measured + p.reshape(2, count).T
+        springs.rate[:count] = v.reshape(2, count).T
+        step_observer(observer)
+        return np.concatenate([observer.state.q[2] - theta, observer.state.v[2]])
+
+    D = slopes(after, 2 * rods + 2 + 4 * count)
+    parts = np.split(D, np.cumsum([2 * rods, 2, 2 * count]), axis=1)
+    used = Places(springs.rod[:count].copy(), springs.offset[:count].copy())
+    A, B_u, B_p, B_v = parts
+    return ChainStep(A, B_u, B_p, B_v, point_slopes(model, theta, used))
+
+
+def plant_step(twin: Twin, torque: Array, used: tuple[int, ...]) -> tuple[ChainStep, Array]:
+    """A tick of the twin's chain about its static pose under the chambers' `torque` (2,) [N m]; the markers (m,2) [m].
+
+    Without friction, creep and hysteresis, which damp. In place: twin.state, twin.load.
+    """
+    model, rods, state, load = twin.model, twin.model.L.size, twin.state, twin.load
+    theta = settled(model, model.T_theta @ torque)
+    balance = holding(model, theta)
+    load.F[:] = 0.0
+
+    def after(deviation: Array) -> Array:
+        x, more = np.split(deviation, [2 * rods])
+        move(model, theta, x, state)
+        load.Q_theta[:] = balance + model.T_theta @ more
+        for _ in range(twin.substeps):
+            rk4_step(model, load, twin.dt / twin.substeps, state, twin.work)
+        return np.concatenate([state.q[2] - theta, state.v[2]])
+
+    D, nothing = slopes(after, 2 * rods + 2), np.zeros((2 * rods, 0))
+    at, markers = seen_of(twin.camera.markers, used), np.zeros((len(used), 2))
+    move(model, theta, np.zeros(2 * rods), state)
+    points_on(state.q, at, markers)
+    return ChainStep(D[:, : 2 * rods], D[:, 2 * rods :], nothing, nothing, point_slopes(model, theta, at)), markers
+
+
+def largest_modulus(A: Array) -> float:
+    """Of the eigenvalues of A (n,n)."""
+    if A.shape[0] <= DENSE:
+        return float(np.abs(np.linalg.eigvals(A)).max())
+    from scipy.sparse.linalg import eigs
+
+    start = np.random.default_rng(0).normal(size=A.shape[0])
+    return float(np.abs(eigs(A, 4, v0=start, ncv=60, tol=1e-9, return_eigenvectors=False)).max())
+
+
+def slopes(after: Callable[[Array], Array], size: int) -> Array:
+    """Derivative of `after` by each of `size` deviations, as columns."""
+    rows = DEVIATION * np.eye(size)
+    return np.array([(after(row) - after(-row)) / (2.0 * DEVIATION) for row in rows]).T
+
+
+def move(model: RodModel, theta: Array, x: Array, state: RodState) -> None:
+    """Set `state` off the pose theta by x (2N,), with hinges that stay closed."""
+    angles, rates = theta + x[: theta.size], x[theta.size :]
+    pose(model, angles, state.q)
+    turn = rates * np.array([-np.sin(angles), np.cos(angles)])
+    state.v[:2], state.v[2] = np.cumsum(model.L * turn, axis=1) - (model.L - model.arm) * turn, rates
+
+
+def holding(model: RodModel, theta: Array) -> Array:
+    """Torques (N,) [N m] under which the chain rests in the pose theta: springs less gravity."""
+    still = ChainStatics(model.L, model.arm, model.m, model.k, model.bend, model.g)
+    return -imbalance(still, theta)
+
+
+def settled(model: RodModel, torque: Array) -> Array:
+    """Angles (N,) in which the chain rests under torques on its angles (N,) [N m]."""
+    bend = model.bend + np.cumsum(torque[::-1])[::-1] / model.k
+    return settle(ChainStatics(model.L, model.arm, model.m, model.k, bend, model.g), model.rest)
+
+
+def point_slopes(model: RodModel, theta: Array, at: Places) -> Array:
+    """Derivatives of the points `at` (m) by angles and rates (2m,2N) [m/rad], x of all before y."""
+    off = np.zeros((at.rod.size, theta.size))
+    off[np.arange(at.rod.size), at.rod] = at.offset
+    J_x, J_y = centre_jacobian(model, theta)
+    J = np.concatenate([J_x[at.rod] - off * np.sin(theta), J_y[at.rod] + off * np.cos(theta)])
+    return np.concatenate([J, np.zeros_like(J)], axis=1)
+
+
+def seen_of(sensors: Places, used: tuple[int, ...]) -> Places:
+    """Those of the points that are used."""
+    return Places(sensors.rod[list(used)], sensors.offset[list(used)])

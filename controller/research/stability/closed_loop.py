@@ -1,0 +1,183 @@
+"""The loop of plant, camera, observer, feedback and air lines as matrices, one for each tick between two samples.
+
+Linear about a pose in which everything rests: the feedforward stands still, S is that of the pose, nothing saturates.
+The plant is the twin's chain with the lag of a small step in place of its valves. Rates of several clocks meet, so what
+counts is the product of the matrices over one period of the camera.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from controller.arrays import Array
+from controller.research.stability.chain_step import ChainStep
+
+FROZEN = 1e-6
+"""A direction of which less than this share is let through: nothing is fed back and nothing collected along it."""
+SWINGS = 1.0
+"""What turns by more than this is a swing, what turns less a drift [rad/s]."""
+STEADY = 1.0 + 1e-7
+"""Growth of swings per tick up to this is none: differences are right to some 1e-9."""
+DRIFT = 1.0 + 1e-4
+"""A drift that grows more slowly than this in a tick is no instability: e-fold in 10 s, at 1 kHz. At the edges of the
+reach, where S changes its sign between model and plant, there is some at a hundredth of that."""
+
+
+class Growth(NamedTuple):
+    """Largest moduli per tick."""
+
+    all: float
+    swings: float
+
+    @property
+    def stable(self) -> bool:
+        """Whether no swing grows, and no drift but a slow one."""
+        return self.swings <= STEADY and self.all <= DRIFT
+
+
+@dataclass(frozen=True)
+class Timing:
+    """What the loop's ticks are counted in."""
+
+    dt: float
+    """[s]."""
+    period: int
+    """Ticks between two samples."""
+    latency: int
+    """Ticks until a sample is there, less than the period."""
+    observer_delay: int
+    """Ticks of dead time in the observer."""
+    plant_delay: int
+    """The same in the plant."""
+    observer_lag: float
+    """Time constant [s]."""
+    plant_lag: float
+    """[s]."""
+    carried: bool
+    """Whether the observer carries samples on."""
+
+
+class Feedback(NamedTuple):
+    """The law at one pose."""
+
+    to_torque: Array
+    """(S^T S + epsilon I)^-1 S^T with what is faded left out (2,2): u_fb = to_torque f_des [N m/m]."""
+    through: Array
+    """What of an error is collected (2,2)."""
+    K_P: Array
+    """(2,)."""
+    K_I: Array
+    """(2,) [1/s]."""
+
+
+class Loop:
+    """The matrices of one pose; `growth` for any factor on the plant's torque and any more dead time."""
+
+    def __init__(self, observer: ChainStep, plant: ChainStep, law: Feedback, tip: int | None, timing: Timing) -> None:
+        """`observer.P` is of the tip alone. `tip`: which of the measured points the error is taken from; with None it
+        is the observer's tip.
+        """
+        self._observer, self._plant, self._law, self._tip, self._timing = observer, plant, law, tip, timing
+
+    def growth(self, factor: complex = 1.0, more_delay: int = 0) -> Growth:
+        """With the torque that reaches the plant times `factor`, and later by `more_delay` ticks."""
+        timing = self._timing
+        whole = self._tick(0, factor, more_delay)
+        for k in range(1, timing.period):
+            whole = self._tick(k, factor, more_delay) @ whole
+        found = np.linalg.eigvals(whole)
+        swings = np.abs(np.angle(found)) > SWINGS * timing.period * timing.dt
+        a_tick = np.abs(found) ** (1.0 / timing.period)
+        return Growth(float(a_tick.max()), float(a_tick[swings].max(initial=0.0)))
+
+    def _tick(self, k: int, factor: complex, more_delay: int) -> Array:
+        """The tick that comes k ticks after a sample was taken: sense, observe, feed back, then the plant moves on."""
+        timing, law, observer, plant = self._timing, self._law, self._observer, self._plant
+        at = _places(self._sizes(more_delay))
+        new = np.eye(at["end"].stop, dtype=complex if isinstance(factor, complex) else float)
+        here = new.copy()
+        if k == (timing.latency + 1) % timing.period:
+            new[at["p"]] = here[at["taken"]]
+            new[at["v"]] = (here[at["taken"]] - here[at["p"]]) / (timing.period * timing.dt)
+        age = (k if k > timing.latency else k + timing.period) * timing.dt + 0.5 * timing.dt
+        late = here[_slot(at, timing.observer_delay)]
+        new[at["u_hat"]] += _step(timing.dt, timing.observer_lag) * (late - here[at["u_hat"]])
+        anchor = new[at["p"]] + (age * new[at["v"]] if timing.carried else 0.0)
+        new[at["observer"]] = (
+            observer.A @ here[at["observer"]]
+            + observer.B_u @ new[at["u_hat"]]
+            + observer.B_p @ anchor
+            + observer.B_v @ new[at["v"]]
+        )
+        error = -self._seen(new, at)
+        new[at["integral"]] = _kept(law) @ here[at["integral"]] + timing.dt * law.through @ error
+        u = law.to_torque @ (law.K_P[:, None] * error + law.K_I[:, None] * here[at["integral"]])
+        if k == 0:
+            new[at["taken"]] = plant.P @ here[at["plant"]]
+        delay = timing.plant_delay + more_delay
+        late = u if delay == 0 else here[_slot(at, delay - 1)]
+        new[at["u_lag"]] += _step(timing.dt, timing.plant_lag) * (late - here[at["u_lag"]])
+        new[at["plant"]] = plant.A @ here[at["plant"]] + factor * (plant.B_u @ new[at["u_lag"]])
+        line = at["line"]
+        new[line.start + 2 : line.stop] = here[line.start : line.stop - 2]
+        new[line.start : line.start + 2] = u
+        return new
+
+    def _seen(self, state: Array, at: dict[str, slice]) -> Array:
+        """The tip, as the feedback sees it (2,n)."""
+        if self._tip is None:
+            return np.asarray(self._observer.P @ state[at["observer"]])
+        count, p = self._plant.P.shape[0] // 2, state[at["p"]]
+        return np.asarray(p[[self._tip, count + self._tip]])
+
+    def _sizes(self, more_delay: int) -> dict[str, int]:
+        points, timing = self._plant.P.shape[0], self._timing
+        line = 2 * (max(timing.observer_delay, timing.plant_delay + more_delay) + 1)
+        return {
+            "plant": self._plant.A.shape[0],
+            "u_lag": 2,
+            "taken": points,
+            "p": points,
+            "v": points,
+            "observer": self._observer.A.shape[0],
+            "u_hat": 2,
+            "integral": 2,
+            "line": line,
+            "end": 0,
+        }
+
+
+def feedback(
+    S: Array, share: float, weak: Array, epsilon: float, K_P: Sequence[float], K_I: Sequence[float]
+) -> Feedback:
+    """The law at a pose with sensitivity S (2,2): `share` is let through along `weak` (2,).
+
+    Eq. UFB: paper, "Task-space PI control".
+    """
+    through = np.eye(2) - (1.0 - share) * np.outer(weak, weak)
+    to_torque = np.linalg.solve(S.T @ S + epsilon * np.eye(2), S.T) @ through
+    return Feedback(to_torque, through, np.array(K_P), np.array(K_I))
+
+
+def _places(sizes: dict[str, int]) -> dict[str, slice]:
+    ends = np.cumsum([0, *sizes.values()])
+    return {name: slice(int(a), int(b)) for name, a, b in zip(sizes, ends[:-1], ends[1:], strict=True)}
+
+
+def _slot(at: dict[str, slice], ticks: int) -> slice:
+    """The torques sent `ticks` ticks before the last ones."""
+    start = at["line"].start + 2 * ticks
+    return slice(start, start + 2)
+
+
+def _step(dt: float, lag: float) -> float:
+    return 1.0 - math.exp(-dt / lag)
+
+
+def _kept(law: Feedback) -> Array:
+    """What of the integral is a state: along a direction in which nothing is let through it stands still for ever."""
+    values, vectors = np.linalg.eigh(law.through)
+    return np.asarray(vectors @ np.diag((values > FROZEN).astype(float)) @ vectors.T)
