@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from controller.build.rod import build_rod, computable
-from controller.build.stability import require_stable
+from controller.build.stability import largest_gains
 from controller.build.statics import build_static_map
 from controller.errors import ParameterError
 from controller.kernels.control.tick import Rig
@@ -15,12 +15,14 @@ from controller.kernels.model.equilibrium import make_scratch
 from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.rod import RodModel, make_load, make_work
 from controller.kernels.model.statics import at_rest, places, points_on
-from controller.kernels.observer.observer import Observer, ObserverGains, reset_observer, step_observer
+from controller.kernels.observer.observer import Observer
 from controller.schema.actuator import Actuator
 from controller.schema.layout import to_record
 from controller.schema.modes import Cause, Integrator, RowKind
 from controller.schema.parameters import (
     BACKBONE_POINTS,
+    OBSERVER_DAMPING_MAX,
+    OBSERVER_GAIN_MAX,
     REFERENCE_ROWS,
     SENSORS,
     ControllerParameters,
@@ -42,7 +44,7 @@ def _built(parameters: RigParameters, boot: int) -> Rig:
     controller, actuator = parameters.controller, parameters.actuator
     require_pressure(actuator, parameters.limits)
     model = observer_model(parameters)
-    observer = build_observer(model, controller)
+    observer = build_observer(model, controller, observer_gains_max(model, parameters))
     state = np.zeros(1, STATE)
     state["boot"] = boot
     state["cause"] = Cause.START
@@ -93,30 +95,37 @@ def no_sample() -> Sensing:
 
 
 def observer_model(parameters: RigParameters) -> RodModel:
-    """The observer's chain. Raises ParameterError where it has no rest, or no stable motion with its integrator."""
-    controller, actuator = parameters.controller, parameters.actuator
-    model = build_rod(actuator, controller.rods, omega_B=controller.omega_B, zeta_B=controller.zeta_B)
-    if controller.integrator == Integrator.RK4:
-        require_stable(model, controller.dt, actuator.u_max)
-    return model
+    """The observer's chain. Raises ParameterError where it has no rest."""
+    controller = parameters.controller
+    return build_rod(parameters.actuator, controller.rods, omega_B=controller.omega_B, zeta_B=controller.zeta_B)
 
 
-def build_observer(model: RodModel, controller: ControllerParameters) -> Observer:
-    """Observer of `model` at rest; one step of its integrator a period."""
+def observer_gains_max(model: RodModel, parameters: RigParameters) -> tuple[float, float]:
+    """Most K_o [N/m] and B_o [N s/m] with which `model` is stable; ParameterError where it is with none."""
+    controller = parameters.controller
+    if controller.integrator == Integrator.IMPLICIT:
+        return OBSERVER_GAIN_MAX, OBSERVER_DAMPING_MAX
+    return largest_gains(model, controller.dt, parameters.actuator.u_max)
+
+
+def build_observer(model: RodModel, controller: ControllerParameters, gains_max: tuple[float, float]) -> Observer:
+    """Observer of `model` at rest; one step of its integrator a period. `gains_max` of `observer_gains_max`."""
     length, rods = float(model.L.sum()), model.L.size
     state, ledger = at_rest(model), make_ledger()
     open_ledger(model, state, ledger)
+    least = controller.observer_beta * model.k if controller.integrator == Integrator.IMPLICIT else 0.0
     observer = Observer(
-        model=model,
+        model=model._replace(b=model.b.copy()),
         state=state,
-        load=make_load(rods),
+        load=make_load(rods, SENSORS),
         integrator=int(controller.integrator),
         work=make_work(rods),
-        implicit_work=make_implicit_work(rods),
+        implicit_work=make_implicit_work(rods, SENSORS),
         ledger=ledger,
         dt=controller.dt,
-        gains=ObserverGains(np.zeros(2), np.zeros(2)),
-        B_max=math.inf,
+        damping=np.array([model.b, np.maximum(model.b, least)]),
+        damped=np.array([rods]),
+        gain_max=np.array(gains_max),
         dead_time=np.zeros((round(controller.dead_time / controller.dt) + 1, 2)),
         head=np.zeros(1, np.int64),
         lag=controller.pneumatic_lag,
@@ -125,19 +134,5 @@ def build_observer(model: RodModel, controller: ControllerParameters) -> Observe
         backbone=places(model, length * np.arange(BACKBONE_POINTS) / (BACKBONE_POINTS - 1)),
         points=np.zeros((SENSORS, 2)),
     )
-    B_max = largest_damping(observer)
     points_on(observer.state.q, observer.sensors, observer.points)
-    return observer._replace(B_max=B_max)
-
-
-def largest_damping(observer: Observer) -> float:
-    """The damping [N s/m] with which a force at the tip's rod would stop the tip in the step for which it is held."""
-    last = observer.model.L.size - 1
-    s, c = math.sin(observer.model.rest[last]), math.cos(observer.model.rest[last])
-    observer.load.F[:, last] = -s, c
-    kick = observer.state
-    step_observer(observer)
-    tip = kick.v[:2, last] + (observer.model.L[last] - observer.model.arm[last]) * kick.v[2, last] * np.array([-s, c])
-    observer.load.F[:] = 0.0
-    reset_observer(observer)
-    return 1.0 / float(np.hypot(*tip))
+    return observer

@@ -9,7 +9,8 @@ from controller.arrays import Array
 from controller.build.equilibrium import gravity_torque
 from controller.errors import ParameterError
 from controller.kernels.model.rod import RodModel
-from controller.schema.parameters import OBSERVER_GAIN_MAX
+from controller.kernels.model.statics import places
+from controller.schema.parameters import OBSERVER_DAMPING_MAX, OBSERVER_GAIN_MAX, SENSORS
 
 DENSE_MAX = 60
 """Most rods for which every mode is computed."""
@@ -23,19 +24,29 @@ STEP_MARGIN = 0.7
 """A step is at most this share of the largest stable one."""
 
 
-def natural_modes(model: RodModel, theta: Array, K_o: float = 0.0) -> Array:
-    """Eigenvalues (2N,) [1/s] of the chain's small motions about the pose theta (N,), held by K_o [N/m] at its end.
+def natural_modes(model: RodModel, theta: Array, K_o: float = 0.0, B_o: float = 0.0) -> Array:
+    """Eigenvalues (2N,) [1/s] of the chain's small motions about the pose theta (N,).
 
-    In angles alone: the constraints fix x and y. Eigenvalues are complex; Baumgarte's are not among them.
+    It is held by K_o [N/m] and B_o [N s/m] at all sensors: no set of fewer makes it faster. In angles alone: the
+    constraints fix x and y. Eigenvalues are complex; Baumgarte's are not among them.
     """
     J_x, J_y = centre_jacobian(model, theta)
     M = J_x.T * model.m @ J_x + J_y.T * model.m @ J_y + np.diag(model.I)
     hinge = np.eye(model.L.size) - np.eye(model.L.size, k=-1)
-    K = hinge.T * model.k @ hinge + K_o * (np.outer(J_x[-1], J_x[-1]) + np.outer(J_y[-1], J_y[-1]))
-    B = hinge.T * model.b @ hinge + model.alpha * M
-    K -= np.diag(gravity_torque(model, theta)[1])
+    P = sensor_jacobian(model, theta)
+    K = hinge.T * model.k @ hinge + K_o * P.T @ P - np.diag(gravity_torque(model, theta)[1])
+    B = hinge.T * model.b @ hinge + B_o * P.T @ P + model.alpha * M
     zero, one = np.zeros_like(M), np.eye(model.L.size)
     return np.linalg.eigvals(np.block([[zero, one], [-np.linalg.solve(M, K), -np.linalg.solve(M, B)]]))
+
+
+def sensor_jacobian(model: RodModel, theta: Array) -> Array:
+    """Derivatives of the sensors' places by the angles (2 SENSORS,N) [m/rad], x of all before y."""
+    at = places(model, float(model.L.sum()) * np.arange(1, SENSORS + 1) / SENSORS)
+    off = np.zeros((SENSORS, model.L.size))
+    off[np.arange(SENSORS), at.rod] = at.offset
+    J_x, J_y = centre_jacobian(model, theta)
+    return np.concatenate([J_x[at.rod] - off * np.sin(theta), J_y[at.rod] + off * np.cos(theta)])
 
 
 def centre_jacobian(model: RodModel, theta: Array) -> tuple[Array, Array]:
@@ -44,18 +55,19 @@ def centre_jacobian(model: RodModel, theta: Array) -> tuple[Array, Array]:
     return -reach * np.sin(theta), reach * np.cos(theta)
 
 
-def largest_step(model: RodModel, u_max: float = 0.0, K_o: float = 0.0) -> float:
+def largest_step(model: RodModel, u_max: float = 0.0, K_o: float = 0.0, B_o: float = 0.0) -> float:
     """Largest step [s] for which RK4 damps every mode, at rest and in static poses with torques up to u_max [N m].
 
-    A mode that grows by itself, as a body does that gravity topples, may grow by as much in a step. For more rods than
-    DENSE_MAX this is a lower bound, at most 7 % low: all modes within the half disc in which RK4 is stable.
+    K_o and B_o as in `natural_modes`. A mode that grows by itself, as a body does that gravity topples, may grow by as
+    much in a step. For more rods than DENSE_MAX this is a lower bound, at most 7 % low: all modes within the half disc
+    in which RK4 is stable.
     """
     torques = u_max * np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, -1.0), (0.5, 0.5)])
     poses = model.rest + torques @ model.compliance.T
     drift = np.roots([1.0, 2.0 * model.zeta_B * model.omega_B, model.omega_B**2])
     if model.L.size > DENSE_MAX:
-        return HALF_DISC / max(float(np.abs(drift).max()), *(fastest_mode(model, pose, K_o) for pose in poses))
-    modes = np.concatenate([drift, *(natural_modes(model, pose, K_o) for pose in poses)])
+        return HALF_DISC / max(float(np.abs(drift).max()), *(fastest_mode(model, pose, K_o, B_o) for pose in poses))
+    modes = np.concatenate([drift, *(natural_modes(model, pose, K_o, B_o) for pose in poses)])
     low, high = 0.0, 3.0 / float(np.abs(modes).max())
     for _ in range(40):
         step = (low + high) / 2
@@ -65,17 +77,19 @@ def largest_step(model: RodModel, u_max: float = 0.0, K_o: float = 0.0) -> float
     return low
 
 
-def fastest_mode(model: RodModel, theta: Array, K_o: float = 0.0) -> float:
+def fastest_mode(model: RodModel, theta: Array, K_o: float = 0.0, B_o: float = 0.0) -> float:
     """Bound on |s| [1/s] over the `natural_modes`, in O(N): s^2 + beta s + omega^2 = 0 with the most of each."""
-    accelerate = angular_acceleration(model, theta)
-    ends = [np.sqrt(K_o) * J[-1] for J in centre_jacobian(model, theta)]
+    accelerate, P = angular_acceleration(model, theta), sensor_jacobian(model, theta)
     topple = np.maximum(0.0, -gravity_torque(model, theta)[1])
 
     def stiffness(x: Array) -> Array:
-        return np.asarray(hinge_torque(model.k, x) + topple * x + sum(end * (end @ x) for end in ends))
+        return np.asarray(hinge_torque(model.k, x) + topple * x + K_o * (P.T @ (P @ x)))
+
+    def damping(x: Array) -> Array:
+        return np.asarray(hinge_torque(model.b, x) + B_o * (P.T @ (P @ x)))
 
     omega_2 = strongest(lambda x: accelerate(stiffness(x)), model.L.size)
-    beta = strongest(lambda x: accelerate(hinge_torque(model.b, x)), model.L.size) + model.alpha
+    beta = strongest(lambda x: accelerate(damping(x)), model.L.size) + model.alpha
     return max(math.sqrt(omega_2), beta / 2 + math.sqrt(max(0.0, beta**2 / 4 - omega_2)))
 
 
@@ -129,22 +143,42 @@ def strongest(apply: Callable[[Array], Array], size: int) -> float:
     return float(found[0].real)
 
 
-def require_stable(model: RodModel, dt: float, u_max: float) -> None:
-    """Raise ParameterError if RK4 with dt [s] is not stable at rest, bent by u_max [N m] and held by the observer."""
-    bound = largest_step(model, u_max, OBSERVER_GAIN_MAX)
+def largest_gains(model: RodModel, dt: float, u_max: float) -> tuple[float, float]:
+    """The most K_o [N/m], and with it B_o [N s/m], with which RK4 with dt [s] is stable, whatever is sensed.
+
+    As far as settings allow, at rest and bent by u_max [N m]. Raises ParameterError if it is not stable without any.
+    """
+    bound = largest_step(model, u_max)
     if dt > bound:
         raise ParameterError(
             f"dt = {dt} s is too long for RK4 with this actuator and rods = {model.L.size}: the largest stable dt is "
             f"{bound:.3g} s; integrator = implicit is stable with any dt, and k, b, mass and length decide"
         )
+    K_most = _most(lambda K_o: largest_step(model, u_max, K_o) >= dt, OBSERVER_GAIN_MAX)
+
+    def stable(B_o: float) -> bool:  # a spring slows down what is more than critically damped
+        return all(largest_step(model, u_max, K_o, B_o) >= dt for K_o in (0.0, K_most))
+
+    return K_most, _most(stable, OBSERVER_DAMPING_MAX)
 
 
-def stable_substeps(model: RodModel, dt: float, u_max: float = 0.0, K_o: float = 0.0) -> int:
+def _most(stable: Callable[[float], bool], most: float) -> float:
+    """The largest gain up to `most`, to a thousandth of it, of which `stable` holds, as it does of 0."""
+    if stable(most):
+        return most
+    low, high = 0.0, most
+    while high - low > 1e-3 * most:
+        middle = (low + high) / 2
+        low, high = (middle, high) if stable(middle) else (low, middle)
+    return low
+
+
+def stable_substeps(model: RodModel, dt: float, u_max: float = 0.0) -> int:
     """Steps that dt [s] must be cut into, with a margin, for RK4 to be stable (see `largest_step`).
 
     Raises ParameterError where they are more than can be computed in time.
     """
-    step = STEP_MARGIN * largest_step(model, u_max, K_o)
+    step = STEP_MARGIN * largest_step(model, u_max)
     if step * SUBSTEPS_MAX < dt:
         raise ParameterError(
             f"k, mass and length: the plant's fastest motion needs steps of {step:.3g} s, and {SUBSTEPS_MAX} in "

@@ -129,7 +129,7 @@ class Sensing(NamedTuple):
     seen_dot: Array
     """Velocities at that time (10,2) [m/s], 0 where unknown."""
     age: Array
-    """(1,) by how long the observer carries p on with v [s]."""
+    """(1,) by how long the observer carries p on with v, to the middle of the coming step; 0 where it holds p [s]."""
     off: Array
     """Each marker's distance from the model in the last sample that was used (10,2) [m]; nan before the first."""
     fast: Array

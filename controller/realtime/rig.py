@@ -173,6 +173,7 @@ class RigProcess:
             policy=self.policy,
             twin=self._driver.simulated,
             parameters=self.settings.parameters,
+            observer_gains_max=tuple(self._rig.observer.gain_max.tolist()),
         )
         faults = self._driver.twin.faults if self._driver.simulated else None
         return Desk(info, self.ring, self.memory.commands, self._rig.control, faults)

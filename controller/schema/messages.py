@@ -10,7 +10,14 @@ from pydantic import Field as Bounds
 from controller.schema.layout import Model
 from controller.schema.layout import Quantity as Q
 from controller.schema.modes import Cause, Freeze, Mode, Request
-from controller.schema.parameters import BACKBONE_POINTS, SENSORS, RigParameters, Settings
+from controller.schema.parameters import (
+    BACKBONE_POINTS,
+    OBSERVER_DAMPING_MAX,
+    OBSERVER_GAIN_MAX,
+    SENSORS,
+    RigParameters,
+    Settings,
+)
 
 Pair = Annotated[tuple[float, float], Q("m", shape=(2,))]
 Torques = Annotated[tuple[float, float], Q("N m", shape=(2,))]
@@ -179,6 +186,8 @@ class RigInfo(Model):
     """Scheduling that the loop obtained: "SCHED_FIFO 50", "nice -15" or "none"."""
     twin: bool
     parameters: RigParameters
+    observer_gains_max: tuple[float, float] = (OBSERVER_GAIN_MAX, OBSERVER_DAMPING_MAX)
+    """Most K_o [N/m] and B_o [N s/m] with which its integrator is stable, whatever is sensed; it takes no more."""
 
     @property
     def program(self) -> str:

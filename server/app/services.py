@@ -173,7 +173,7 @@ def open_services(
     history.listen(recorder.rows)
     rig = Rig(settings, history)
     permits = Permits(lease, sessions, rig.operator_timeout)
-    kept = KeptSettings(settings.state / f"settings-{settings.rig}.json", events)
+    kept = KeptSettings(settings.state / f"settings-{settings.rig}.json", events, lambda: rig.info)
     stopper = Stopper(rig.stop, lambda: rig.met)
     operator = Operator(rig.send, rig.boot, lambda: history.newest, kept.read(), stopper)
     hands = Hands(lease, permits, operator, history, events)

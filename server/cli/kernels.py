@@ -138,15 +138,15 @@ def whole_tick() -> None:
 def beside() -> None:
     """What no part of the tick calls: the replay of recordings, and the velocity that the implicit step leaves open."""
     from controller.kernels.model.implicit import meet_hinges
-    from controller.kernels.observer.observer import ObserverGains, Replay
+    from controller.kernels.observer.observer import Replay
     from controller.kernels.observer.replay import RecordedSamples, replay
 
     observer, nothing = _given().rig.observer, np.zeros((1, 1, 2))
     model, state, work = observer.model, observer.state, observer.implicit_work
     meet_hinges(model, state.q, state.v, work)
-    run = Replay(model, state, observer.load, work, observer.sensors, observer.points, model.rest, np.ones(2), 1e-3)
+    run = Replay(model, state, observer.load, work, observer.sensors, model.rest, np.ones(2), 1e-3)
     samples = RecordedSamples(nothing, nothing, np.ones(1, np.int64), np.zeros(1))
-    replay(samples, ObserverGains(np.zeros(2), np.zeros(2)), 0, run, np.zeros((1, observer.points.shape[0], 2)))
+    replay(samples, 0, run, np.zeros((1, observer.points.shape[0], 2)))
 
 
 def loop() -> None:

@@ -1,13 +1,15 @@
 """Live settings: law, sensors, gains, limits; and those of the last run, kept over a restart of this server."""
 
 import asyncio
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
 from fastapi import APIRouter
 from pydantic import ValidationError
 
-from controller.errors import CommandRefused
+from controller.errors import CommandRefused, ParameterError
+from controller.schema.messages import RigInfo
 from controller.schema.parameters import Settings
 from controller.system.state_file import StateFile
 from server.access.asking import Permitted
@@ -22,9 +24,10 @@ from server.operate.operator import GivenOperator, Operator
 class KeptSettings:
     """`changing`: changes are merged one after another."""
 
-    def __init__(self, path: Path, events: EventLog) -> None:
+    def __init__(self, path: Path, events: EventLog, info: Callable[[], RigInfo | None] = lambda: None) -> None:
+        """`info()` is who the rig is, None before the first contact."""
         self._file = StateFile(path, Settings.model_validate_json, "the rig begins with the default settings")
-        self._events = events
+        self._events, self._info = events, info
         self.changing = asyncio.Lock()
 
     def read(self) -> Settings:
@@ -39,15 +42,28 @@ class KeptSettings:
             self._events.add(f"the settings will not outlive this server: {error}", "warning")
 
     async def change(self, body: SettingsBody, operator: Operator, permit: Permit) -> Settings:
-        """Those that the rig then has; CommandRefused where it does not take them."""
+        """Those that the rig then has; CommandRefused where it does not take them, ParameterError where it cannot."""
         async with self.changing:
             wanted = _merged(operator.settings, body)
+            if (info := self._info()) and (why := too_strong(wanted, info)):
+                raise ParameterError("; ".join(why))
             reply = await asyncio.wrap_future(operator.change(wanted, permit))
             if not reply.accepted:
                 raise CommandRefused(reply.detail)
             await self.keep(operator.settings)
         self._events.add(f"{permit.name}: {', '.join(f'{name} = {value}' for name, value in body.changes.items())}")
         return operator.settings
+
+
+def too_strong(settings: Settings, info: RigInfo) -> list[str]:
+    """Which of these gains the rig's observer would not be stable with, and how much it takes."""
+    controller, gains = info.parameters.controller, (("K_o", settings.K_o, "N/m"), ("B_o", settings.B_o, "N s/m"))
+    return [
+        f"{name} = {max(found):g} {unit} is above {most:.3g}, the most with which RK4 is stable with this actuator and "
+        f"rods = {controller.rods} at dt = {controller.dt:g} s; integrator = implicit takes more"
+        for (name, found, unit), most in zip(gains, info.observer_gains_max, strict=True)
+        if max(found) > most
+    ]
 
 
 GivenKeptSettings = Annotated[KeptSettings, given(KeptSettings)]

@@ -5,6 +5,7 @@ from server.access.lease import OperatorLease
 from server.http.who import Identity
 from server.log.events import EventLog, Level, words
 from server.operate.operator import Operator
+from server.operate.settings import too_strong
 from server.rig.client import Rig
 from server.rig.history import History
 
@@ -45,6 +46,9 @@ class Watch:
         else:
             self._events.add("the rig is connected")
         self._connected, self._boot = boot, boot or self._boot
+        if boot is not None and self._rig.info is not None:  # such settings came from another actuator
+            for text in too_strong(self._operator.settings, self._rig.info):
+                self._events.add(f"the rig takes less: {text}", "warning")
 
     def _look_at_trouble(self) -> None:
         trouble, before = self._rig.trouble, self._trouble

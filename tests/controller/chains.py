@@ -10,8 +10,8 @@ from controller.build.rod import build_rod
 from controller.build.statics import build_statics
 from controller.kernels.model.energy import Ledger, ledger_step
 from controller.kernels.model.integrate import rk4_step
-from controller.kernels.model.rod import Load, RodModel, RodState, Work, make_work
-from controller.kernels.model.statics import Statics
+from controller.kernels.model.rod import Load, RodModel, RodState, Work, make_load, make_work
+from controller.kernels.model.statics import Statics, at_rest, places, points_on
 from controller.schema.actuator import PRESETS
 
 compiled: Any = njit(nogil=True, error_model="numpy")
@@ -36,6 +36,23 @@ def posed(model: RodModel, theta: Array, omega: Array) -> RodState:
     state.q[:2], state.q[2] = np.cumsum(model.L * along, axis=1) - before * along, theta
     state.v[:2], state.v[2] = np.cumsum(model.L * rate, axis=1) - before * rate, omega
     return state
+
+
+def sprung(model: RodModel, seed: int, K: float, B: float, count: int = 3) -> Load:
+    """A load of virtual springs and dampers between random points of the chain and moving places near it."""
+    random, load = np.random.default_rng(seed), make_load(model.L.size, count)
+    at = places(model, float(model.L.sum()) * np.sort(random.uniform(0.0, 1.0, count)))
+    springs = load.springs
+    springs.K[:], springs.B[:], springs.active[0] = (
+        K * random.uniform(0.0, 1.0, 2),
+        B * random.uniform(0.0, 1.0, 2),
+        count,
+    )
+    springs.rod[:], springs.offset[:] = at.rod, at.offset
+    points_on(at_rest(model).q, at, springs.anchor)
+    springs.anchor[:] += 0.02 * random.normal(size=(count, 2))
+    springs.rate[:] = 0.1 * random.normal(size=(count, 2))
+    return load
 
 
 def thrown(model: RodModel, seed: int, bend: float = 0.3, speed: float = 2.0) -> RodState:

@@ -55,11 +55,11 @@ def _swing(actuator: Actuator, u: Array, samples: int) -> Array:
     state = at_rest(model)
     pose(model, settle(ChainStatics(model.L, model.arm, model.m, model.k, bend, model.g), model.rest), state.q)
     run = Replay(
-        model, state, make_load(FINE), make_implicit_work(FINE), fine.sensors, np.zeros_like(fine.rest), held,
+        model, state, make_load(FINE, u.size), make_implicit_work(FINE, u.size), fine.sensors, held,
         np.array([0.05, 0.03]), 1e-3 / SUBSTEPS,
     )  # fmt: skip
     nothing = np.zeros((samples, u.size, 2))
     ticks = np.full(samples, 10 * SUBSTEPS, np.int64)
     out = np.empty_like(nothing)
-    replay(RecordedSamples(nothing, nothing, ticks, np.zeros(1)), fine.gains, 0, run, out)
+    replay(RecordedSamples(nothing, nothing, ticks, np.zeros(1)), 0, run, out)
     return np.concatenate([out[:1], out[:-1]])

@@ -25,7 +25,7 @@ from controller.kernels.model.equilibrium import make_scratch, out_of_balance
 from controller.kernels.model.implicit import make_implicit_work, meet_hinges
 from controller.kernels.model.rod import make_load
 from controller.kernels.model.statics import at_rest, places, tip_angles_of, tips_of
-from controller.kernels.observer.observer import ObserverGains, Replay
+from controller.kernels.observer.observer import Replay
 from controller.kernels.observer.replay import RecordedSamples, replay
 from controller.kernels.plant.twin import twin_step
 from controller.schema.layout import record_dtype, to_record
@@ -72,17 +72,16 @@ def outermost() -> dict[str, tuple[Any, ...]]:
     command, measurement, status = to_record(Command(boot=1)), to_record(Measurement()), to_record(LoopStatus())
     telemetry = np.zeros(1, record_dtype(Telemetry))
     model = build_rod(RigParameters().actuator, 10)
-    state, work, points = at_rest(model), make_implicit_work(10), np.zeros((1, 2))
-    run = Replay(
-        model, state, make_load(10), work, places(model, np.array([0.1])), points, np.zeros(10), np.zeros(2), 1e-3
-    )
+    state, work, points = at_rest(model), make_implicit_work(10, 1), np.zeros((1, 2))
+    at = places(model, np.array([0.1]))
+    run = Replay(model, state, make_load(10, 1), work, at, np.zeros(10), np.zeros(2), 1e-3)
     samples = RecordedSamples(points[None], points[None], np.ones(1, np.int64), np.zeros(1))
     smap, scratch = rig.control.smap, make_scratch(10)
     return {
         "tick": (1, command[0], measurement[0], status[0], rig, telemetry[0]),
         "twin_step": (1, twin, telemetry[0], measurement[0]),
         "meet_hinges": (model, state.q, state.v, work),
-        "replay": (samples, ObserverGains(np.zeros(2), np.zeros(2)), 1, run, points[None]),
+        "replay": (samples, 1, run, points[None]),
         "invert_along": (smap, points, 0, (0.0, 0.0), 1, 1, np.zeros(1), scratch, points.copy()),
         "refine_each": (smap, 1, points.copy(), points.copy(), scratch),
         "fastest_progress": (points, points, np.ones(1), 1.0, np.ones(1)),

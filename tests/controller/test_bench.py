@@ -58,8 +58,8 @@ def test_the_dense_solver_is_given_the_system_of_the_implicit_stage() -> None:
     state, load, work = bent(model, RELEASED_AT), make_load(7), make_implicit_work(7)
     load.F[:], load.Q_theta[:] = 0.1, 2e-3
     rotations(state.q[2], model.arm, work.a)
-    assemble(model, g, work.block)
-    factorise(work.a, work.block)
+    assemble(model, g, work.a, work.block)
+    factorise(work.block)
     stage(model, state, load, g, work, work.v)
     hinge = np.eye(7) - np.eye(7, k=-1)
     torque = load.Q_theta - hinge.T @ (model.k * (hinge @ state.q[2]))

@@ -129,6 +129,6 @@ def test_a_number_of_rods_out_of_bounds_is_named(rods: int) -> None:
 
 
 def test_finer_rods_need_substeps() -> None:
-    assert stable_substeps(preset("P1"), 1e-3, K_o=500.0) == 1
+    assert stable_substeps(preset("P1"), 1e-3) == 1
     assert stable_substeps(preset("P1", 20), 1e-3) in range(6, 12)
     assert stable_substeps(build_rod(PRESETS["P2"], 20), 1e-3) in range(18, 32)

@@ -20,7 +20,7 @@ from controller.kernels.model.implicit import (
 from controller.kernels.model.rod import Load, RodModel, RodState, make_load, make_work
 from controller.kernels.model.statics import at_rest, tip_of
 from controller.schema.actuator import PRESETS
-from tests.controller.chains import NO_TORQUE, booked_steps, compiled, posed, preset, steps, thrown
+from tests.controller.chains import NO_TORQUE, booked_steps, compiled, posed, preset, sprung, steps, thrown
 from tests.oracles import Chain
 
 
@@ -40,7 +40,8 @@ def implicit(model: RodModel, state: RodState, load: Load, seconds: float, dt: f
     """Energy, ledger and powers after each step (n,6); `state` moves on."""
     kept, ledger = np.zeros((round(seconds / dt), 6)), make_ledger()
     open_ledger(model, state, ledger)
-    implicit_steps(model, state, load, dt, make_implicit_work(model.L.size), ledger, u, kept)
+    work = make_implicit_work(model.L.size, load.springs.rod.size)
+    implicit_steps(model, state, load, dt, work, ledger, u, kept)
     return kept
 
 
@@ -48,15 +49,16 @@ def explicit(model: RodModel, state: RodState, load: Load, seconds: float, dt: f
     steps(model, state, load, dt, make_work(model.L.size), round(seconds / dt))
 
 
-def pressed(model: RodModel, u: Array) -> Load:
-    load = make_load(model.L.size)
+def pressed(model: RodModel, u: Array, load: Load | None = None) -> Load:
+    load = load or make_load(model.L.size)
     load.Q_theta[:] = model.T_theta @ u
     return load
 
 
 def pushed(model: RodModel) -> Load:
-    """Torques and a force off the centre of a rod."""
-    load = pressed(model, np.array([0.03, -0.02]))
+    """Torques, a force at the centre of a rod, and springs of the observer, two of them at one rod."""
+    load = pressed(model, np.array([0.03, -0.02]), sprung(model, 5, 100.0, 0.5))
+    load.springs.rod[1] = load.springs.rod[2]
     load.F[:, 6] = 0.05, 0.1
     return load
 
@@ -118,16 +120,27 @@ def test_the_implicit_step_takes_1_ms_at_any_resolution_stiffness_and_damping(
     tougher=some.floats(0.0, 100.0),
     pull=some.floats(0.0, 10.0),
     tip_load=some.floats(0.0, 0.5),
+    K_o=some.floats(0.0, 1e5),
+    B_o=some.floats(0.0, 1e3),
 )
 def test_the_implicit_step_never_stores_more_than_it_was_given(
-    name: str, rods: int, seed: int, dt: float, stiffer: float, tougher: float, pull: float, tip_load: float
+    name: str,
+    rods: int,
+    seed: int,
+    dt: float,
+    stiffer: float,
+    tougher: float,
+    pull: float,
+    tip_load: float,
+    K_o: float,
+    B_o: float,
 ) -> None:
     """For any step, input and motion: its docstring's identity, which holds to rounding."""
     random = np.random.default_rng(seed)
     model = build_rod(PRESETS[name].model_copy(update={"tip_load": tip_load}), rods)
     model = model._replace(k=stiffer * model.k, b=tougher * model.b, g=pull * random.normal(size=2))
     state, u = thrown(model, seed, 0.3, 3.0), random.uniform(-0.06, 0.06, 2)
-    load = pressed(model, u)
+    load = pressed(model, u, sprung(model, seed, K_o, B_o))
     load.F[:, random.integers(rods)] = random.normal(size=2)
     before = stored_energy(model, state.q, state.v)
     kept = implicit(model, state, load, 60 * dt, dt, u)

@@ -14,7 +14,6 @@ from controller.research.identification.motion.hold import held_pose, positions,
 from controller.research.identification.motion.modal import first_mode, stiffness_scale, tapered
 from controller.research.identification.motion.modal_fit import _load_note, fit_modes
 from controller.research.identification.motion.modal_solve import LIMIT, SPREAD, START, Found, at_limit
-from controller.research.identification.motion.small import step_mobility
 from tests.controller.decaying import ARCS, decays_of, hanging_body
 
 TORQUES = np.array(
@@ -107,13 +106,6 @@ def test_slopes_are_the_derivatives_of_the_points() -> None:
     step = 1e-6 * np.eye(10)
     numeric = [(positions(model, theta + d, at) - positions(model, theta - d, at)).ravel() / 2e-6 for d in step]
     assert slopes(model, theta, at) == pytest.approx(np.array(numeric).T, abs=1e-8)
-
-
-def test_mobility_of_a_stiff_light_bar_is_that_of_a_rigid_pendulum_at_its_end() -> None:
-    body = hanging_body().model_copy(update={"mass": 0.3, "tip_load": 0.0, "k": (1e-6,), "b": (0.0,), "alpha": 0.0})
-    model = build_rod(body, 2)._replace(k=np.array([0.0, 1e6]))
-    tip = places(model, np.array([ARCS[-1]]))
-    assert step_mobility(model, tip, 1.0)[0] == pytest.approx(3 / 0.3, rel=1e-3)
 
 
 def test_a_tip_load_at_the_end_of_its_range_is_said() -> None:

@@ -294,7 +294,7 @@ def test_a_number_that_is_not_finite_or_too_high_vents_at_once(mode: Mode, where
 def test_after_a_stop_for_a_lost_number_the_rig_can_be_cleared_and_armed() -> None:
     desk = Desk()
     desk.into(F)
-    desk.rig.control.q[0, 0] = np.nan
+    desk.rig.control.q[2, 0] = np.nan
     desk.step(10)
     assert desk.ask(Request.ARM)["request_cause"] == Cause.WRONG_MODE
     desk.ask(Request.CLEAR)

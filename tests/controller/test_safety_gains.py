@@ -35,8 +35,8 @@ def test_a_whipping_arm_is_in_rest_within_a_second_and_the_reason_is_named(mode:
 
 
 def test_a_whip_is_named_though_markers_are_often_not_seen() -> None:
-    """A drag that makes P2 whip, with 30 % of the markers lost."""
-    how = Drag("walk", "P2", seed=1, faults=TwinFaults(marker_loss=0.3))
+    """A drag of P2 under gains that make it whip, with 30 % of the markers lost."""
+    how = Drag("walk", "P2", 1, TwinFaults(marker_loss=0.3), (("K_P", (1.0, 1.0)),))
     rows, begins = drag(how, SafetyLimits()), onset(drag(how, FREE))
     ends = broken(rows)
     assert begins is not None and ends is not None and ends <= begins + 1000

@@ -22,7 +22,7 @@ ANN, BOB = Identity("a", "ann"), Identity("b", "bob")
 class Asked:
     """Rig and operator in one: connected, and keeps what was asked for."""
 
-    trouble, paused = "", False
+    trouble, paused, info = "", False, None
 
     def __init__(self) -> None:
         self.requests: list[Request] = []

@@ -1,8 +1,8 @@
 """The energy ledger of the rod model: what it holds against what it was given (Eq. HDOT).
 
 Paper, "Stability and Passivity Analysis". Its proof leaves Baumgarte's term out and lets the observer's force act on
-p_N. Here Baumgarte's power is counted and every force works on the velocity of the point where it enters, so the
-ledger closes to the integrator's order.
+p_N, as it does here, too (`springs.py`). Here Baumgarte's power is counted, so the ledger closes to the integrator's
+order.
 """
 
 from typing import NamedTuple
@@ -12,6 +12,7 @@ import numpy as np
 from controller.arrays import Array
 from controller.kernels.compiled import inlined, kernel
 from controller.kernels.model.rod import Load, RodModel, RodState, Work
+from controller.kernels.model.springs import spring_power
 
 DAMPING, PNEUMATIC, OBSERVER, BAUMGARTE = range(4)
 
@@ -71,10 +72,7 @@ def pneumatic_power(model: RodModel, u: Array, v: Array) -> float:
 
 @inlined
 def load_power(load: Load, v: Array) -> float:
-    """Power of the whole load [W]; a force off the centre is in it as force and torque, so its own point counts.
-
-    Less the pneumatic power it is the third term of Eq. HDOT, p_N'^T Q_obs.
-    """
+    """Power of the held load [W]: the second term of Eq. HDOT, and of forces that the paper has not."""
     P = 0.0
     for i in range(load.Q_theta.size):
         P += load.F[0, i] * v[0, i] + load.F[1, i] * v[1, i] + load.Q_theta[i] * v[2, i]
@@ -117,7 +115,8 @@ def ledger_step(model: RodModel, state: RodState, load: Load, u: Array, dt: floa
         pneumatic = pneumatic_power(model, u, v)
         ledger.power[DAMPING] += weight * damping_power(model, v)
         ledger.power[PNEUMATIC] += weight * pneumatic
-        ledger.power[OBSERVER] += weight * (load_power(load, v) - pneumatic)
+        pulled = spring_power(load.springs, model.arm, work.q[stage], v, work.a[stage])
+        ledger.power[OBSERVER] += weight * (pulled + load_power(load, v) - pneumatic)
         ledger.power[BAUMGARTE] += weight * baumgarte_power(work.a[stage], work.lam[stage], v)
     ledger.energy[0] = stored_energy(model, state.q, state.v)
     for power in ledger.power:

@@ -3,10 +3,11 @@
 In maximal coordinates mass, stiffness and damping are constant; only the directions of the hinges, A(q), turn. A step
 freezes them where its middle will be, theta* = theta + dt/2 omega. What is left is linear and dissipative,
   M v' = Q - K q - B v + A*^T lambda,   A* v = 0,   theta' = omega,
-and is advanced by the L-stable SDIRK method of order 2: two stages, one factorisation, high modes die at once. The
-velocity goes from one step's directions into the next's by a reflection through those between the two steps, which
-turns it without changing its kinetic energy, as the true motion does. x and y follow from the angles, so the hinges
-never open. The energy law then holds for every dt, N, stiffness and pose; see `implicit_step`.
+with the observer's springs and dampers in K and B, and is advanced by the L-stable SDIRK method of order 2: two stages,
+one factorisation, high modes die at once. The velocity goes from one step's directions into the next's by a reflection
+through those between the two steps, which turns it without changing its kinetic energy, as the true motion does. x and
+y follow from the angles, so the hinges never open. The energy law then holds for every dt, N, stiffness and pose; see
+`implicit_step`.
 """
 
 import math
@@ -30,6 +31,7 @@ from controller.kernels.model.energy import (
     stored_energy,
 )
 from controller.kernels.model.rod import Load, RodModel, RodState, apply_hinges, eliminate, rotations, substitute
+from controller.kernels.model.springs import Points, Springs, begin_step, end_step, go_on, make_points
 
 GAMMA = 1.0 - math.sqrt(0.5)
 """The SDIRK method's diagonal: with it, two stages are of order 2 and L-stable."""
@@ -51,24 +53,28 @@ class ImplicitWork(NamedTuple):
     """Factors of the projection, see `rod.fold` (4,N)."""
     r: Array
     """Right-hand side of the projection (2,N) [m/s]."""
+    points: Points
+    """Of the observer's springs."""
     lift: Array
     """(1,) gravity's work on the way from the frozen motion to closed hinges in the last step [J]."""
 
 
-def make_implicit_work(rods: int) -> ImplicitWork:
-    """Scratch arrays for a chain of `rods`."""
+def make_implicit_work(rods: int, springs: int = 0) -> ImplicitWork:
+    """Scratch arrays for a chain of `rods` whose load has room for `springs`."""
     a, v, G, r = (np.zeros((rows, rods)) for rows in (2, 3, 4, 2))
-    return ImplicitWork(np.zeros(rods), a, v, make_block(rods), np.zeros((2, rods + 1)), G, r, np.zeros(1))
+    return ImplicitWork(
+        np.zeros(rods), a, v, make_block(rods), np.zeros((2, rods + 1)), G, r, make_points(springs), np.zeros(1)
+    )
 
 
 @kernel
 def implicit_step(model: RodModel, load: Load, dt: float, state: RodState, work: ImplicitWork) -> None:
-    """Advance `state` by dt [s] under a held load: linearly implicit, O(N), no iteration, no allocation.
+    """Advance `state` by dt [s] under its load: linearly implicit, O(N), no iteration, no allocation.
 
     Order: 2 in the pose. state.v is carried in the directions that the hinges had at the middle of the step, so as the
     velocity at its end it is of order 1; `meet_hinges` gives that one, to order 2. Modes faster than the step die
     within a few steps instead of being followed.
-    Stability: no bound, for any N, stiffness, damping and motion; it follows from the energy.
+    Stability: no bound, for any N, stiffness, damping, springs of the observer and motion; it follows from the energy.
     Energy: H after <= H before + damping's work + the load's work + lift, exactly and for every dt, where only lift,
     gravity's work on closing the hinges (order dt^3 a step, none without gravity), is not in the true balance. The
     reflection keeps H, the projection into the frozen directions lowers it, and the frozen motion y' = L y + f loses
@@ -80,14 +86,18 @@ def implicit_step(model: RodModel, load: Load, dt: float, state: RodState, work:
     for i in range(work.theta.size):
         work.theta[i] = state.q[2, i] + half * state.v[2, i]
     rotations(state.q[2], model.arm, work.a)
+    begin_step(load.springs, model.arm, state.q, work.a, work.points)
     turn_velocity(model, 2.0, state.v, work)
     rotations(work.theta, model.arm, work.a)
-    assemble(model, g, work.block)
-    factorise(work.a, work.block)
+    assemble(model, g, work.a, work.block)
+    hold_springs(model, g, load.springs, work.a, work.block)
+    factorise(work.block)
     stage(model, state, load, g, work, work.v)
     between_stages(work.v, dt, state)
+    go_on(load.springs, model.arm, (1.0 - GAMMA) * dt, work.v, work.a, work.points)
     stage(model, state, load, g, work, state.v)
     after_stages(dt, state, work.v)
+    end_step(load.springs, model.arm, dt, work.v, work.a, work.points)
     rotations(state.q[2], model.arm, work.a)
     close_hinges(model, dt, state, work)
 
@@ -121,10 +131,10 @@ def meet_hinges(model: RodModel, q: Array, v: Array, work: ImplicitWork) -> None
 
 
 @inlined
-def assemble(model: RodModel, g: float, out_block: Block) -> None:
+def assemble(model: RodModel, g: float, a: Array, out_block: Block) -> None:
     """The matrix M + g B + g^2 K of a stage, g = GAMMA dt [s]; mass-proportional damping makes the masses heavier.
 
-    Not in the paper: part of `implicit_step`. Sets out_block.H, .h and .w.
+    Not in the paper: part of `implicit_step`. Sets all of out_block that makes up the matrix.
     """
     heavier = 1.0 + g * model.alpha
     outer = 0.0
@@ -132,8 +142,34 @@ def assemble(model: RodModel, g: float, out_block: Block) -> None:
         inner = g * (model.b[i] + g * model.k[i])
         out_block.H[i] = heavier * model.I[i] + inner + outer
         out_block.h[i] = inner
-        out_block.w[i + 1] = model.m_inv[i] / heavier
+        for axis in range(2):
+            out_block.w[axis, i + 1] = model.m_inv[i] / heavier
+            out_block.prox[axis, i] = out_block.dist[axis, i] = a[axis, i]
+            out_block.lean[axis, i] = 0.0
         outer = inner
+
+
+@inlined
+def hold_springs(model: RodModel, g: float, springs: Springs, a: Array, block: Block) -> None:
+    """Add g B_o + g^2 K_o at the points of the springs to the matrix.
+
+    Eliminating x and y of a rod that is held off its centre leaves it heavier, and its ends turn about another point.
+    Not in the paper: part of `implicit_step`. In place: block.
+    """
+    j, count = 0, springs.active[0]
+    while j < count:
+        i, held, first, second = springs.rod[j], 0.0, 0.0, 0.0
+        while j < count and springs.rod[j] == i:
+            share = springs.offset[j] / model.arm[i]
+            held, first, second = held + 1.0, first + share, second + share * share
+            j += 1
+        for axis in range(2):
+            weight = g * (springs.B[axis] + g * springs.K[axis])
+            w = 1.0 / (1.0 / block.w[axis, i + 1] + weight * held)
+            off, ax = weight * first * w, a[axis, i]
+            block.w[axis, i + 1], block.lean[axis, i] = w, weight * first * ax
+            block.prox[axis, i], block.dist[axis, i] = (1.0 + off) * ax, (1.0 - off) * ax
+            block.H[i] += weight * (second - off * first) * ax * ax
 
 
 @inlined
@@ -144,18 +180,39 @@ def stage(model: RodModel, state: RodState, load: Load, g: float, work: Implicit
     """
     block, q = work.block, state.q
     last = block.z.size - 1
-    lighter = 1.0 / (1.0 + g * model.alpha)
     before_x = before_y = 0.0
     inner = model.k[0] * (q[2, 0] - model.bend[0])
     for i in range(last + 1):
         outer = model.k[i + 1] * (q[2, i + 1] - q[2, i] - model.bend[i + 1]) if i < last else 0.0
-        x = lighter * (state.v[0, i] + g * (load.F[0, i] * model.m_inv[i] + model.g[0]))
-        y = lighter * (state.v[1, i] + g * (load.F[1, i] * model.m_inv[i] + model.g[1]))
-        block.r[i, 0] = model.I[i] * state.v[2, i] + g * (load.Q_theta[i] + outer - inner)
+        x = block.w[0, i + 1] * (model.m[i] * (state.v[0, i] + g * model.g[0]) + g * load.F[0, i])
+        y = block.w[1, i + 1] * (model.m[i] * (state.v[1, i] + g * model.g[1]) + g * load.F[1, i])
+        turned = block.lean[0, i] * x + block.lean[1, i] * y
+        block.r[i, 0] = model.I[i] * state.v[2, i] + g * (load.Q_theta[i] + outer - inner) - turned
         block.r[i, 1], block.r[i, 2] = x - before_x, y - before_y
         before_x, before_y, inner = x, y, outer
-    solve_blocks(work.a, block)
+    pull_stage(model, load.springs, g, work)
+    solve_blocks(block)
     follow_hinges(work.a, block.z, out_v)
+
+
+@inlined
+def pull_stage(model: RodModel, springs: Springs, g: float, work: ImplicitWork) -> None:
+    """Add what the springs do where the points are as the stage begins to its right-hand side.
+
+    Eq. OBS: paper, "Dynamic observer"; what of it goes with the stage's velocity is in the matrix. In place: work.
+    """
+    block, a, at = work.block, work.a, work.points.at
+    r, last = block.r, block.z.size - 1
+    for j in range(springs.active[0]):
+        i = springs.rod[j]
+        f_x = springs.K[0] * (springs.anchor[j, 0] - at[j, 0]) + springs.B[0] * springs.rate[j, 0]
+        f_y = springs.K[1] * (springs.anchor[j, 1] - at[j, 1]) + springs.B[1] * springs.rate[j, 1]
+        x, y = g * block.w[0, i + 1] * f_x, g * block.w[1, i + 1] * f_y
+        turn = springs.offset[j] / model.arm[i] * (a[0, i] * f_x + a[1, i] * f_y)
+        r[i, 0] += g * turn - (block.lean[0, i] * x + block.lean[1, i] * y)
+        r[i, 1], r[i, 2] = r[i, 1] + x, r[i, 2] + y
+        if i < last:
+            r[i + 1, 1], r[i + 1, 2] = r[i + 1, 1] - x, r[i + 1, 2] - y
 
 
 @inlined
@@ -228,7 +285,7 @@ def book_implicit_step(
     power = ledger.power
     power[DAMPING] = damping_power(model, work.v)
     power[PNEUMATIC] = pneumatic_power(model, u, work.v)
-    power[OBSERVER] = load_power(load, work.v) - power[PNEUMATIC]
+    power[OBSERVER] = work.points.power[0] + load_power(load, work.v) - power[PNEUMATIC]
     power[BAUMGARTE] = -work.lift[0] / dt
     ledger.energy[0] = stored_energy(model, state.q, state.v)
     for i in range(power.size):

@@ -14,6 +14,7 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.kernels.compiled import inlined
+from controller.kernels.model.springs import Springs, make_springs, pull_of
 
 ROUND = 6755399441055744.0
 """1.5 * 2^52: adding and then subtracting it rounds a double to the nearest integer."""
@@ -87,12 +88,14 @@ class RodState(NamedTuple):
 
 
 class Load(NamedTuple):
-    """Generalised forces on the rods, held during one step; zeroed and refilled by the caller."""
+    """Generalised forces on the rods: what is held during one step, zeroed and refilled by the caller, and springs."""
 
     Q_theta: Array
     """Torque on theta_i (N,) [N m]."""
     F: Array
     """Force at the centre of rod i (2,N) [N]."""
+    springs: Springs
+    """The observer's; a plant has none."""
 
 
 class Work(NamedTuple):
@@ -123,9 +126,9 @@ def make_work(rods: int) -> Work:
     return Work(q, v, acc, a, np.zeros((4, 2, rods + 1)), free, G, r)
 
 
-def make_load(rods: int) -> Load:
-    """No load on a chain of `rods`."""
-    return Load(np.zeros(rods), np.zeros((2, rods)))
+def make_load(rods: int, springs: int = 0) -> Load:
+    """No load on a chain of `rods`, and room for `springs`."""
+    return Load(np.zeros(rods), np.zeros((2, rods)), make_springs(springs))
 
 
 @inlined
@@ -176,6 +179,17 @@ def free_acceleration(model: RodModel, q: Array, v: Array, load: Load, out_free:
         out_free[2, i] = (outer - inner + load.Q_theta[i]) * model.I_inv[i] - alpha * v[2, i]  # Eq. RAY
         inner = outer
     out_free[2, last] = (load.Q_theta[last] - inner) * model.I_inv[last] - alpha * v[2, last]  # Eq. RAY
+
+
+@inlined
+def add_springs(model: RodModel, springs: Springs, q: Array, v: Array, a: Array, free: Array) -> None:
+    """Add what the virtual springs give to M^-1 Q. Eq. OBS: paper, "Dynamic observer". In place: free (3,N)."""
+    for j in range(springs.active[0]):
+        i = springs.rod[j]
+        f_x, f_y, torque = pull_of(springs, j, springs.offset[j] / model.arm[i], q, v, a)
+        free[0, i] += f_x * model.m_inv[i]
+        free[1, i] += f_y * model.m_inv[i]
+        free[2, i] += torque * model.I_inv[i]
 
 
 @inlined
@@ -305,6 +319,7 @@ def accelerate(model: RodModel, load: Load, stage: int, work: Work) -> None:
     q, v, a, lam = work.q[stage], work.v[stage], work.a[stage], work.lam[stage]
     rotations(q[2], model.arm, a)
     free_acceleration(model, q, v, load, work.free)
+    add_springs(model, load.springs, q, v, a, work.free)
     constraint_residual(model, q, v, a, work.free, work.r)
     eliminate(model, a, work.r, work.G)
     substitute(work.G, work.r, lam)

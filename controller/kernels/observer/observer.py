@@ -18,30 +18,25 @@ TIP = 1 << 9
 """The bit of the sensor at the tip."""
 
 
-class ObserverGains(NamedTuple):
-    """Gains of the virtual forces along x and y."""
-
-    K_o: Array
-    """(2,) [N/m]."""
-    B_o: Array
-    """(2,) [N s/m]."""
-
-
 class Observer(NamedTuple):
     """The observer's model and its memory."""
 
     model: RodModel
     state: RodState
     load: Load
+    """The torques on the model, and the virtual springs."""
     integrator: int
     work: Work
     """Scratch of RK4."""
     implicit_work: ImplicitWork
     ledger: Ledger
     dt: float
-    gains: ObserverGains
-    B_max: float
-    """Most damping of a virtual force that a step can hold: it would stop the tip within the step [N s/m]."""
+    damping: Array
+    """Of the hinges: the actuator's own, and that beyond the last sensed point (2,N) [N m s/rad]."""
+    damped: Words
+    """(1,) the rod that holds the last sensed point; N for none."""
+    gain_max: Array
+    """(2,) most K_o [N/m] and B_o [N s/m] with which the integrator is stable, see `stability.largest_gains`."""
     dead_time: Array
     """Ring of the sent torques (ticks of dead time + 1, 2) [N m]."""
     head: Words
@@ -64,11 +59,10 @@ class Replay(NamedTuple):
     model: RodModel
     state: RodState
     load: Load
+    """With the gains of its springs."""
     work: ImplicitWork
     sensors: Places
     """Material points of the tracked bodies (m)."""
-    points: Array
-    """The model's position there (m,2) [m]."""
     held: Array
     """Torques that held the pose before the release (N,) [N m]."""
     release: Array
@@ -77,7 +71,7 @@ class Replay(NamedTuple):
 
 
 class HeldSample(NamedTuple):
-    """One sample of a recording, with the fields of Sensing that `pull` reads."""
+    """One sample of a recording, with the fields of Sensing that `attach` reads."""
 
     p: Array
     v: Array
@@ -101,34 +95,41 @@ def pressurise(observer: Observer) -> None:
     load, T = observer.load, observer.model.T_theta
     for i in range(T.shape[0]):
         load.Q_theta[i] = T[i, 0] * observer.u_hat[0] + T[i, 1] * observer.u_hat[1]
-        load.F[0, i] = load.F[1, i] = 0.0
 
 
 @kernel
-def pull(sensing: Sensing | HeldSample, gains: ObserverGains, used: int, h: float, observer: Observer | Replay) -> None:
-    """Add the virtual forces of the used sensors to the load. Eq. OBS: paper, "Dynamic observer".
+def attach(sensing: Sensing | HeldSample, used: int, observer: Observer | Replay) -> None:
+    """Hang a virtual spring on the measured point of each used sensor. Eq. OBS: paper, "Dynamic observer".
 
-    The residual is taken at the sensor's arc length, the force enters the centre of the rod that holds it. For the tip
-    alone that is the paper's law. Springs at several rods, or strong ones further in, would then feed energy and
-    flutter, so there each spring also turns its rod, as if it pulled at the marker: that is passive. A force is held
-    for one step of h [s], so it is taken at the step's middle: taken at its start, the spring would feed energy too.
-    In place: observer.load, observer.points.
+    It pulls at the sensor's own point (`springs.py`) as the step goes on, so the measured point, which is the same for
+    the whole step, is that of its middle where it is carried on. In place: observer.load.springs.
     """
-    load, q, v = observer.load, observer.state.q, observer.state.v
-    turn, p, p_dot, age = 0.0 if used == TIP else 1.0, sensing.p, sensing.v, sensing.age[0]
-    points_on(q, observer.sensors, observer.points)
-    for j in range(observer.points.shape[0]):
+    springs, sensors, age, n = observer.load.springs, observer.sensors, sensing.age[0], 0
+    for j in range(sensors.rod.size):
         if used >> j & 1:
-            i = observer.sensors.rod[j]
-            x, y = observer.points[j]
-            r_x, r_y = x - q[0, i], y - q[1, i]
-            x_dot, y_dot = v[0, i] - v[2, i] * r_y, v[1, i] + v[2, i] * r_x
-            e_x = p[j, 0] + age * p_dot[j, 0] - x - 0.5 * h * x_dot
-            e_y = p[j, 1] + age * p_dot[j, 1] - y - 0.5 * h * y_dot
-            k_x, k_y = gains.K_o[0] * e_x, gains.K_o[1] * e_y
-            load.F[0, i] += k_x + gains.B_o[0] * (p_dot[j, 0] - x_dot)  # Eq. OBS
-            load.F[1, i] += k_y + gains.B_o[1] * (p_dot[j, 1] - y_dot)  # Eq. OBS
-            load.Q_theta[i] += turn * (r_x * k_y - r_y * k_x)
+            springs.rod[n], springs.offset[n] = sensors.rod[j], sensors.offset[j]
+            for axis in range(2):
+                springs.anchor[n, axis] = sensing.p[j, axis] + age * sensing.v[j, axis]
+                springs.rate[n, axis] = sensing.v[j, axis]
+            n += 1
+    springs.active[0] = n
+
+
+@kernel
+def damp_beyond(used: int, observer: Observer) -> None:
+    """Damp the hinges beyond the last used sensor: no spring reaches that part, which would swing by itself.
+
+    The feedback of a tip that is only estimated drives such a swing. Nothing is fed back, and nothing damped, where
+    nothing is sensed. Not in the paper. In place: observer.
+    """
+    last = observer.model.L.size
+    for j in range(observer.sensors.rod.size):
+        if used >> j & 1:
+            last = observer.sensors.rod[j]
+    if last != observer.damped[0]:
+        observer.damped[0] = last
+        for i in range(observer.model.b.size):
+            observer.model.b[i] = observer.damping[1 if i > last else 0, i]
 
 
 @kernel
@@ -141,23 +142,24 @@ def observe(sensing: Sensing, settings: Record, ticks: int, state: Record, obser
         reset_observer(observer)
         state.forget = 0
     choose_gains(settings, observer)
+    damp_beyond(state.used, observer)
     for _ in range(ticks):
         advance_pneumatics(state.u[0], state.u[1], observer)
         pressurise(observer)
-        pull(sensing, observer.gains, state.used, observer.dt, observer)
+        attach(sensing, state.used, observer)
         step_observer(observer)
 
 
 @kernel
 def choose_gains(settings: Record, observer: Observer) -> None:
-    """Gains in force: those of the settings, with the damping that one step can hold at most.
+    """K_o and B_o of the settings, which the server has held to what the integrator can do, and the rig holds again.
 
-    The force is held for a step: more damping would throw the model beyond the marker's velocity, more each time.
-    Not in the paper, where B_o = 0. In place: observer.gains.
+    Eq. OBS: paper, "Dynamic observer", where B_o = 0. In place: observer.load.springs.
     """
-    for j in range(2):
-        observer.gains.K_o[j] = settings.K_o[j]
-        observer.gains.B_o[j] = min(settings.B_o[j], observer.B_max)
+    springs, most = observer.load.springs, observer.gain_max
+    for axis in range(2):
+        springs.K[axis] = min(settings.K_o[axis], most[0])
+        springs.B[axis] = min(settings.B_o[axis], most[1])
 
 
 @kernel

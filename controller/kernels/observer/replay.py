@@ -6,7 +6,7 @@ from controller.arrays import Array, Words
 from controller.kernels.compiled import inlined, kernel
 from controller.kernels.model.implicit import implicit_step
 from controller.kernels.model.statics import points_on
-from controller.kernels.observer.observer import HeldSample, ObserverGains, Replay, pull
+from controller.kernels.observer.observer import HeldSample, Replay, attach
 
 
 class RecordedSamples(NamedTuple):
@@ -23,7 +23,7 @@ class RecordedSamples(NamedTuple):
 
 
 @kernel
-def replay(samples: RecordedSamples, gains: ObserverGains, used: int, run: Replay, out_points: Array) -> None:
+def replay(samples: RecordedSamples, used: int, run: Replay, out_points: Array) -> None:
     """Advance `run` through all samples, pulled to the bodies with a bit in `used`; estimates (n,m,2) [m].
 
     A held sample is its signal half a hold late, and so is the model that it draws along: the estimate for a sample is
@@ -33,10 +33,9 @@ def replay(samples: RecordedSamples, gains: ObserverGains, used: int, run: Repla
     tick = 0
     for k in range(samples.ticks.size):
         points_on(run.state.q, run.sensors, out_points[k])  # stays where samples come faster than ticks
-        held = HeldSample(samples.p[k], samples.v[k], samples.age)
+        attach(HeldSample(samples.p[k], samples.v[k], samples.age), used, run)
         for step in range(samples.ticks[k]):
             fade_hold(tick * run.dt, run)
-            pull(held, gains, used, run.dt, run)
             implicit_step(run.model, run.load, run.dt, run.state, run.work)
             tick += 1
             if step == samples.ticks[k] // 2:
@@ -54,4 +53,3 @@ def fade_hold(t: float, run: Replay) -> None:
         share = max(0.0, 1.0 - (t - run.release[0]) / run.release[1])
     for i in range(run.held.size):
         run.load.Q_theta[i] = share * run.held[i]
-        run.load.F[0, i] = run.load.F[1, i] = 0.0

@@ -38,7 +38,7 @@ def sense(
     fresh = sensing.sample_ns[0] > 0 and (t_ns - sensing.sample_ns[0]) * 1e-9 <= control.limits[0].measurement_old
     state.used = usable if fresh else 0
     carried = fresh and control.controller[0].carry_on
-    sensing.age[0] = (t_ns - sensing.sample_ns[0]) * 1e-9 if carried else 0.0
+    sensing.age[0] = (t_ns - sensing.sample_ns[0]) * 1e-9 + 0.5 * control.dt if carried else 0.0
 
 
 @kernel

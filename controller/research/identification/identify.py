@@ -8,8 +8,6 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from controller.build.rod import build_rod
-from controller.build.stability import require_stable
 from controller.errors import DataError, ParameterError, TendrilError, sentence
 from controller.research.identification.fit import Estimate, Fit
 from controller.research.identification.motion.damping_fit import FreeDecay, fit_damping
@@ -21,7 +19,6 @@ from controller.research.identification.statics import fit_statics
 from controller.research.identification.tables import MeasuredTable, read_measured
 from controller.schema.actuator import Actuator, by_joints, write_actuator
 from controller.schema.origin import hashes, origin
-from controller.schema.parameters import ControllerParameters
 
 
 @dataclass(frozen=True)
@@ -88,8 +85,8 @@ def finished(fits: Sequence[Fit], out: Path) -> Actuator:
         raise ParameterError(f"the identified actuator is out of bounds: {sentence(error)}") from error
 
 
-def save(task: IdentificationTask, fits: Sequence[Fit], out: Path, report: Path | None) -> tuple[str, ...]:
-    """Write the actuator file and, if asked for, the report; what to tell the user about the whole."""
+def save(task: IdentificationTask, fits: Sequence[Fit], out: Path, report: Path | None) -> None:
+    """Write the actuator file and, if asked for, the report."""
     if out.suffix != ".toml":
         raise ParameterError(f"out = {str(out)!r} does not end in .toml")
     actuator = finished(fits, out)
@@ -100,7 +97,6 @@ def save(task: IdentificationTask, fits: Sequence[Fit], out: Path, report: Path 
             report.write_text(page)
     except OSError as error:
         raise TendrilError(f"{error.filename} cannot be written: {error.strerror}") from error
-    return _step_note(actuator)
 
 
 def _refuse(
@@ -120,16 +116,6 @@ def _refuse(
             raise DataError(f"{found[1].path}: {kind} of one actuator belong in one file, {found[0].path} has some")
     if task.ids is not None and not decays:
         raise DataError(f"ids = {task.ids!r}: {task.data[0]} has no free decays to choose from")
-
-
-def _step_note(actuator: Actuator) -> tuple[str, ...]:
-    """What the rig will say to this actuator with its usual model and step."""
-    usual = ControllerParameters()
-    try:
-        require_stable(build_rod(actuator, usual.rods), usual.dt, actuator.u_max)
-    except ParameterError as error:
-        return (f"{error} (tendril up --integrator implicit).",)
-    return ()
 
 
 def _about(task: IdentificationTask) -> str:

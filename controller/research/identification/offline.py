@@ -11,19 +11,12 @@ from controller.errors import ParameterError
 from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.rod import RodModel, RodState, make_load
 from controller.kernels.model.statics import Places, at_rest, places, pose
-from controller.kernels.observer.observer import ObserverGains, Replay
+from controller.kernels.observer.observer import Replay
 from controller.kernels.observer.replay import RecordedSamples, replay
 from controller.research.identification.motion.hold import held_pose, positions, torques_to
-from controller.research.identification.motion.small import step_mobility
 from controller.research.identification.plane import PlaneMotion
 from controller.schema.actuator import Actuator, Tracking
 from controller.schema.parameters import DT
-
-FIRMEST = 1.0
-"""A held force changes the velocity of its point in one step by at most this share of the error that it answers; from
-2 on it would overshoot for ever."""
-MOST = 50
-"""Steps in a tick, at most."""
 
 
 class Offline(NamedTuple):
@@ -37,11 +30,8 @@ class Offline(NamedTuple):
     T: Array
     """Torques from the clamp to each body, on the rods (N,m) [1]."""
     tracking: Tracking
-    gains: ObserverGains
     sensed: tuple[int, ...]
     """Sensed bodies, from 0."""
-    substeps: int
-    """Steps in a tick: more where strong springs pull at light rods."""
 
 
 def offline_observer(actuator: Actuator, sensed: Sequence[int], rods: int | None = None) -> Offline:
@@ -57,28 +47,13 @@ def offline_observer(actuator: Actuator, sensed: Sequence[int], rods: int | None
     model = build_rod(actuator, rods or actuator.table_rods)
     arcs = np.array(tracking.arcs)
     sensors = places(model, np.minimum(arcs, actuator.length))
-    gains = ObserverGains(np.array(tracking.K_o), np.array(tracking.B_o))
     rest = positions(model, model.rest, sensors)
-    steps = substeps(model, seen_of(sensors, sensed), gains)
-    return Offline(model, sensors, rest, torques_to(model, arcs), tracking, gains, tuple(sensed), steps)
+    return Offline(model, sensors, rest, torques_to(model, arcs), tracking, tuple(sensed))
 
 
 def seen_of(sensors: Places, sensed: Sequence[int]) -> Places:
     """Those of the bodies that are sensed."""
     return Places(sensors.rod[list(sensed)], sensors.offset[list(sensed)])
-
-
-def substeps(model: RodModel, seen: Places, gains: ObserverGains) -> int:
-    """Steps into which a tick must be cut so that no held force overshoots the error that it answers."""
-    for steps in range(1, MOST + 1):
-        h = DT / steps
-        impulse = h * (float(gains.B_o.max()) + h * float(gains.K_o.max()))
-        if impulse * float(step_mobility(model, seen, h).sum()) <= FIRMEST:
-            return steps
-    raise ParameterError(
-        f"tracking.K_o = {gains.K_o.max():.4g} N/m and B_o = {gains.B_o.max():.4g} N s/m are too strong "
-        f"for a body of {model.m.sum():.3g} kg"
-    )
 
 
 def estimate(offline: Offline, motion: PlaneMotion) -> Array:
@@ -92,19 +67,20 @@ def estimate(offline: Offline, motion: PlaneMotion) -> Array:
     p[:, pulled] = motion.moved[:, pulled] + offline.rest[pulled]
     state, held = _start(offline, motion.moved[0, pulled])
     rods = offline.model.L.size
+    load = make_load(rods, offline.sensors.rod.size)
+    load.springs.K[:], load.springs.B[:] = offline.tracking.K_o, offline.tracking.B_o
     run = Replay(
         model=offline.model,
         state=state,
-        load=make_load(rods),
-        work=make_implicit_work(rods),
+        load=load,
+        work=make_implicit_work(rods, offline.sensors.rod.size),
         sensors=offline.sensors,
-        points=np.zeros_like(offline.rest),
         held=held,
         release=np.array(offline.tracking.release),
-        dt=DT / offline.substeps,
+        dt=DT,
     )
     out = np.empty_like(p)
-    replay(_samples(motion.t, p, offline.substeps), offline.gains, sum(1 << body for body in pulled), run, out)
+    replay(_samples(motion.t, p), sum(1 << body for body in pulled), run, out)
     return np.asarray(out - offline.rest)
 
 
@@ -119,9 +95,9 @@ def _start(offline: Offline, moved: Array) -> tuple[RodState, Array]:
     return state, held
 
 
-def _samples(t: Array, p: Array, steps: int) -> RecordedSamples:
+def _samples(t: Array, p: Array) -> RecordedSamples:
     """Samples at t (n,) [s], each held until the next one comes; the last one as long as the one before it."""
     v = np.zeros_like(p)
     v[1:] = np.diff(p, axis=0) / np.diff(t)[:, None, None]
     grid = np.round(np.append(t, 2 * t[-1] - t[-2]) / DT).astype(np.int64)
-    return RecordedSamples(p, v, steps * np.diff(grid), np.zeros(1))
+    return RecordedSamples(p, v, np.diff(grid), np.zeros(1))

@@ -1928,10 +1928,17 @@ export interface components {
        */
       rods: number;
       /**
-       * @description RK4 is refused where it is not stable with `dt`; more than some 10 rods need IMPLICIT at 1 ms.
-       * @default 0
+       * @description The paper has RK4, which is refused where it is not stable with `dt`: at 1 ms with more than some 10 rods.
+       * @default 1
        */
       integrator: components["schemas"]["Integrator"];
+      /**
+       * Observer Beta
+       * @description Least damping over stiffness of the observer's hinges beyond the last sensed point (ours; paper: 0), where no
+       *     virtual spring reaches (docs/observer.md). RK4 could not hold it and has none.
+       * @default 0.05
+       */
+      observer_beta: number;
       /**
        * Omega B
        * @description Baumgarte frequency (ours; the paper gives none).
@@ -3855,6 +3862,15 @@ export interface components {
       /** Twin */
       twin: boolean;
       parameters: components["schemas"]["RigParameters"];
+      /**
+       * Observer Gains Max
+       * @description Most K_o [N/m] and B_o [N s/m] with which its integrator is stable, whatever is sensed; it takes no more.
+       * @default [
+       *       500,
+       *       5
+       *     ]
+       */
+      observer_gains_max: [number, number];
     };
     /**
      * RigParameters
@@ -3912,7 +3928,8 @@ export interface components {
        * @default {
        *       "dt": 0.001,
        *       "rods": 10,
-       *       "integrator": 0,
+       *       "integrator": 1,
+       *       "observer_beta": 0.05,
        *       "omega_B": 100,
        *       "zeta_B": 1,
        *       "epsilon": 1e-8,

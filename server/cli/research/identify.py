@@ -17,11 +17,9 @@ def run_identify(task: IdentificationTask, out: Path, report: Path | None, conso
     """Fit, write and show; TendrilError says what is wrong with data, base or files."""
     with progress(console, "Fitting"):  # when a solver will have settled nobody can say
         fits = identify(task)
-        notes = save(task, fits, out, report)
+        save(task, fits, out, report)
     for fit in fits:
         show(fit, console)
-    for note in notes:
-        console.print(f"[yellow]Note[/]: {escape(note)}", soft_wrap=True, highlight=False)
     for path in filter(None, (out, report)):
         console.print(f"Written: {path}", markup=False, soft_wrap=True, highlight=False)
 

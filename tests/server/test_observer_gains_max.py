@@ -1,0 +1,69 @@
+"""Gains with which the rig's observer would not be stable: refused with the bound, and told where a rig takes less."""
+
+import asyncio
+from pathlib import Path
+from typing import cast
+
+import pytest
+
+from controller.build.rig import build_rig
+from controller.errors import ParameterError
+from controller.schema.actuator import PRESETS
+from controller.schema.messages import RigInfo
+from controller.schema.modes import Integrator
+from controller.schema.parameters import ControllerParameters, RigParameters, Settings
+from recordings.write.run_file import simulated_rig
+from server.access.lease import OperatorLease
+from server.log.events import EventLog
+from server.operate.messages import SettingsBody
+from server.operate.operator import Operator
+from server.operate.settings import KeptSettings, too_strong
+from server.operate.watch import Watch
+from server.rig.client import Rig
+from server.rig.history import History
+from tests.server.leave import ANYTHING
+
+STRONG = Settings(K_o=(500.0, 500.0), B_o=(1.0, 5.0))
+
+
+def info(integrator: Integrator) -> RigInfo:
+    """Of P2 with 10 rods, as its rig says."""
+    controller = ControllerParameters(integrator=integrator)
+    parameters = RigParameters(actuator=PRESETS["P2"], controller=controller)
+    K_o, B_o = build_rig(parameters, 1).observer.gain_max.tolist()
+    return simulated_rig(parameters).model_copy(update={"observer_gains_max": (K_o, B_o)})
+
+
+class Asked:
+    """Rig and operator in one, with gains of another actuator."""
+
+    trouble, paused, settings = "", False, STRONG
+
+    def __init__(self) -> None:
+        self.info = info(Integrator.RK4)
+
+    def boot(self) -> int:
+        return 7
+
+
+def test_only_rk4_takes_less_than_the_settings_allow() -> None:
+    assert too_strong(STRONG, info(Integrator.IMPLICIT)) == []
+    (why,) = too_strong(STRONG, info(Integrator.RK4))
+    assert why.startswith("B_o = 5 N s/m is above 2.11, the most with which RK4 is stable") and "rods = 10" in why
+
+
+def test_a_change_beyond_them_is_refused_before_the_rig_is_asked(tmp_path: Path) -> None:
+    kept = KeptSettings(tmp_path / "settings.json", EventLog(), lambda: info(Integrator.RK4))
+    body = SettingsBody(changes={"B_o": [5.0, 5.0]})
+    with pytest.raises(ParameterError, match=r"^B_o = 5 N s/m is above 2\.11"):
+        asyncio.run(kept.change(body, cast(Operator, Asked()), ANYTHING))
+    assert not (tmp_path / "settings.json").exists()
+
+
+def test_a_rig_that_takes_less_than_what_is_in_force_is_told_of_once() -> None:
+    asked, events = Asked(), EventLog()
+    watch = Watch(cast(Rig, asked), History(), OperatorLease(), cast(Operator, asked), events)
+    watch.look()
+    watch.look()
+    told = [event.text for event in events.recent if event.level == "warning"]
+    assert len(told) == 1 and told[0].startswith("the rig takes less: B_o = 5 N s/m")
