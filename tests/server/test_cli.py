@@ -35,7 +35,7 @@ TENDRIL = Path(sys.executable).parent / "tendril"
     [
         (["rig", "--actuator", "P9"], "actuator = 'P9' is not one of P1, P2, P3"),
         (
-            ["rig", "--rods", "20"],
+            ["rig", "--rods", "20", "--integrator", "rk4"],
             "dt = 0.001 s is too long for RK4 with this actuator and rods = 20",
         ),
         (["bench", "--quick", "--json", "/nowhere/figures.json"], "/nowhere/figures.json cannot be written"),
