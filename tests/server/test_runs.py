@@ -46,9 +46,10 @@ def run(live: Live) -> dict[str, Any]:
     return told[-1] if told else {"state": None, "progress": 0.0, "lap": 0}
 
 
-def wait_run(live: Live, what: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
-    """Wait until the run is so, or has ended."""
+def wait_run(live: Live, what: Callable[[dict[str, Any]], bool], id: int | None = None) -> dict[str, Any]:
+    """Wait until the run (of this number, where another one was before) is so, or has ended."""
     ended = {"done", "stopped", "broken off"}
+    wait_for(lambda: id in (None, run(live).get("id")), "the run to begin")
     wait_for(lambda: what(run(live)) or run(live)["state"] in ended, "the run")
     found = run(live)
     assert what(found), (found["state"], found["reason"])
@@ -100,7 +101,7 @@ def test_the_last_run_is_followed_again_without_an_approach_or_from_its_recordin
         again = page.post("/api/run/again").json()
         assert (again["id"], again["name"], again["duration"]) == (first["id"] + 1, "ring", first["duration"])
         assert lead(server) <= 400, "the tip stands where the ring begins"
-        wait_run(live, lambda state: state["id"] == again["id"] and state["state"] == "done")
+        wait_run(live, lambda state: state["state"] == "done", again["id"])
         card, before = page.get("/api/runs").json()
         assert card["recording"] != before["recording"], "though the one before was still being ended"
         kept = wait_for(lambda: page.get(f"/api/recordings/{card['recording']}").json()["metrics"], "the metrics")
