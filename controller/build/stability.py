@@ -163,14 +163,14 @@ def largest_gains(model: RodModel, dt: float, u_max: float) -> tuple[float, floa
 
 
 def _most(stable: Callable[[float], bool], most: float) -> float:
-    """The largest gain up to `most`, to a thousandth of it, of which `stable` holds, as it does of 0."""
+    """The largest gain up to `most`, in hundredths, of which `stable` holds, as it does of 0."""
     if stable(most):
         return most
     low, high = 0.0, most
     while high - low > 1e-3 * most:
         middle = (low + high) / 2
         low, high = (middle, high) if stable(middle) else (low, middle)
-    return low
+    return math.floor(100.0 * low) / 100.0
 
 
 def stable_substeps(model: RodModel, dt: float, u_max: float = 0.0) -> int:

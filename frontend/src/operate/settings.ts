@@ -1,5 +1,5 @@
 import { SETTING_BOUNDS } from "../api/bounds";
-import type { Settings } from "../api/types";
+import type { RigInfo, Settings } from "../api/types";
 import { rounded } from "../ui/format";
 
 export type PairName = "K_P" | "K_I" | "K_FF" | "K_o" | "B_o" | "u_open";
@@ -52,15 +52,20 @@ export const OPEN_LOOP: Shown<"u_open"> = {
   step: 0.5,
 };
 
-/** Lowest and highest value in the display unit. */
-export function limits({ name, scale }: Shown<PairName | ScalarName>): { min: number; max: number } {
+/** Lowest and highest value in the display unit; of the observer's gains what `rig` takes. */
+export function limits(
+  { name, scale }: Shown<PairName | ScalarName>,
+  rig: RigInfo | null = null,
+): { min: number; max: number } {
   const { minimum, maximum } = SETTING_BOUNDS[name];
-  return { min: rounded(minimum * scale), max: rounded(maximum * scale) };
+  const [K_o, B_o] = rig?.observer_gains_max ?? [Infinity, Infinity];
+  const taken = name === "K_o" ? K_o : name === "B_o" ? B_o : Infinity;
+  return { min: rounded(minimum * scale), max: rounded(Math.min(maximum, taken) * scale) };
 }
 
 /** Bounds and unit as they stand beside a field: "0 … 500 N/m". */
-export function boundsText(shown: Shown<PairName | ScalarName>): string {
-  const { min, max } = limits(shown);
+export function boundsText(shown: Shown<PairName | ScalarName>, rig: RigInfo | null = null): string {
+  const { min, max } = limits(shown, rig);
   return `${min} … ${max}${shown.unit === "1" ? "" : ` ${shown.unit}`}`;
 }
 

@@ -88,6 +88,7 @@ function LawSelect({ law }: { readonly law: Law }) {
 
 /** What it is, its symbol in the paper, and its bounds. */
 function Name({ shown }: { readonly shown: Shown<PairName | ScalarName> }) {
+  const rig = usePage((page) => page.rig);
   const [base, index] = shown.label.split("_");
   return (
     <span className="gain-name">
@@ -97,7 +98,7 @@ function Name({ shown }: { readonly shown: Shown<PairName | ScalarName> }) {
           {base}
           {index ? <sub>{index}</sub> : null}
         </span>{" "}
-        {boundsText(shown)}
+        {boundsText(shown, rig)}
       </span>
     </span>
   );
@@ -110,6 +111,7 @@ interface PairRowProps {
 
 function PairRow({ shown, value }: PairRowProps) {
   const { name, label, unit, scale, step } = shown;
+  const rig = usePage((page) => page.rig);
   return (
     <>
       <Name shown={shown} />
@@ -121,7 +123,7 @@ function PairRow({ shown, value }: PairRowProps) {
           value={rounded(value[i] * scale)}
           step={step}
           unit={unit}
-          {...limits(shown)}
+          {...limits(shown, rig)}
           change={(wanted) => ({ [name]: value.map((old, j) => (j === i ? wanted / scale : old)) })}
         />
       ))}
