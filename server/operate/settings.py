@@ -45,7 +45,8 @@ class KeptSettings:
         """Those that the rig then has; CommandRefused where it does not take them, ParameterError where it cannot."""
         async with self.changing:
             wanted = _merged(operator.settings, body)
-            if (info := self._info()) and (why := too_strong(wanted, info)):
+            strong = too_strong(wanted, info) if (info := self._info()) else {}
+            if why := [text for name, text in strong.items() if name in body.changes]:
                 raise ParameterError("; ".join(why))
             reply = await asyncio.wrap_future(operator.change(wanted, permit))
             if not reply.accepted:
@@ -55,15 +56,15 @@ class KeptSettings:
         return operator.settings
 
 
-def too_strong(settings: Settings, info: RigInfo) -> list[str]:
-    """Which of these gains the rig's observer would not be stable with, and how much it takes."""
+def too_strong(settings: Settings, info: RigInfo) -> dict[str, str]:
+    """Which of these gains the rig's observer would not be stable with, and how much it takes, in words."""
     controller, gains = info.parameters.controller, (("K_o", settings.K_o, "N/m"), ("B_o", settings.B_o, "N s/m"))
-    return [
-        f"{name} = {max(found):g} {unit} is above {most:.3g}, the most with which RK4 is stable with this actuator and "
-        f"rods = {controller.rods} at dt = {controller.dt:g} s; integrator = implicit takes more"
+    return {
+        name: f"{name} = {max(found):g} {unit} is above {most:.3g}, the most with which RK4 is stable with this "
+        f"actuator and rods = {controller.rods} at dt = {controller.dt:g} s; integrator = implicit takes more"
         for (name, found, unit), most in zip(gains, info.observer_gains_max, strict=True)
         if max(found) > most
-    ]
+    }
 
 
 GivenKeptSettings = Annotated[KeptSettings, given(KeptSettings)]

@@ -47,7 +47,7 @@ class Watch:
             self._events.add("the rig is connected")
         self._connected, self._boot = boot, boot or self._boot
         if boot is not None and self._rig.info is not None:  # such settings came from another actuator
-            for text in too_strong(self._operator.settings, self._rig.info):
+            for text in too_strong(self._operator.settings, self._rig.info).values():
                 self._events.add(f"the rig takes less: {text}", "warning")
 
     def _look_at_trouble(self) -> None:

@@ -1,6 +1,7 @@
 """Gains with which the rig's observer would not be stable: refused with the bound, and told where a rig takes less."""
 
 import asyncio
+from concurrent.futures import Future
 from pathlib import Path
 from typing import cast
 
@@ -9,11 +10,12 @@ import pytest
 from controller.build.rig import build_rig
 from controller.errors import ParameterError
 from controller.schema.actuator import PRESETS
-from controller.schema.messages import RigInfo
-from controller.schema.modes import Integrator
+from controller.schema.messages import CommandReply, RigInfo
+from controller.schema.modes import Cause, Integrator, Mode
 from controller.schema.parameters import ControllerParameters, RigParameters, Settings
 from recordings.write.run_file import simulated_rig
 from server.access.lease import OperatorLease
+from server.access.permit import Permit
 from server.log.events import EventLog
 from server.operate.messages import SettingsBody
 from server.operate.operator import Operator
@@ -42,13 +44,18 @@ class Asked:
     def __init__(self) -> None:
         self.info = info(Integrator.RK4)
 
+    def change(self, settings: Settings, permit: Permit) -> "Future[CommandReply]":
+        self.settings, answer = settings, Future[CommandReply]()
+        answer.set_result(CommandReply(n=1, accepted=True, mode=Mode.HOLD, cause=Cause.NONE, detail=""))
+        return answer
+
     def boot(self) -> int:
         return 7
 
 
 def test_only_rk4_takes_less_than_the_settings_allow() -> None:
-    assert too_strong(STRONG, info(Integrator.IMPLICIT)) == []
-    (why,) = too_strong(STRONG, info(Integrator.RK4))
+    assert too_strong(STRONG, info(Integrator.IMPLICIT)) == {}
+    (why,) = too_strong(STRONG, info(Integrator.RK4)).values()
     assert why.startswith("B_o = 5 N s/m is above 2.1, the most with which RK4 is stable") and "rods = 10" in why
 
 
@@ -58,6 +65,12 @@ def test_a_change_beyond_them_is_refused_before_the_rig_is_asked(tmp_path: Path)
     with pytest.raises(ParameterError, match=r"^B_o = 5 N s/m is above 2\.1,"):
         asyncio.run(kept.change(body, cast(Operator, Asked()), ANYTHING))
     assert not (tmp_path / "settings.json").exists()
+
+
+def test_what_another_actuator_left_too_strong_keeps_nobody_from_other_changes(tmp_path: Path) -> None:
+    kept, asked = KeptSettings(tmp_path / "settings.json", EventLog(), lambda: info(Integrator.RK4)), Asked()
+    found = asyncio.run(kept.change(SettingsBody(changes={"K_P": [0.1, 0.1]}), cast(Operator, asked), ANYTHING))
+    assert found.K_P == (0.1, 0.1) and found.B_o == STRONG.B_o
 
 
 def test_a_rig_that_takes_less_than_what_is_in_force_is_told_of_once() -> None:
