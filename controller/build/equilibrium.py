@@ -45,7 +45,7 @@ def equilibrium(body: ChainStatics, T_theta: Array) -> tuple[Array, Array]:
         ) from error
 
 
-def settle(body: ChainStatics, theta: Array) -> Array:
+def settle(body: ChainStatics | RodModel, theta: Array) -> Array:
     """Newton's iteration from theta to where the torques of springs and gravity cancel; LinAlgError where it fails."""
     for _ in range(ITERATIONS):
         step = solve(body, theta, imbalance(body, theta))
@@ -74,14 +74,14 @@ def gravity_torque(body: ChainStatics | RodModel, theta: Array) -> tuple[Array, 
     return np.asarray(arm * (body.g[1] * c - body.g[0] * s)), np.asarray(-arm * (body.g[0] * c + body.g[1] * s))
 
 
-def imbalance(chain: ChainStatics, theta: Array) -> Array:
+def imbalance(chain: ChainStatics | RodModel, theta: Array) -> Array:
     """Torque on each angle (N,) [N m] of springs and gravity."""
     torque = np.zeros(theta.size)
     kernels.imbalance(body_of(chain), 0.0, 0.0, theta, torque)
     return torque
 
 
-def solve(chain: ChainStatics, theta: Array, right: Array) -> Array:
+def solve(chain: ChainStatics | RodModel, theta: Array, right: Array) -> Array:
     """K^-1 right, (N,) or (N,m): K of springs and gravity; LinAlgError where it is not positive definite."""
     pivot, x = np.zeros(theta.size), np.array(right.T, dtype=float, order="C")
     if not kernels.factor(body_of(chain), theta, pivot):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from controller.build.rod import build_rod, computable
-from controller.build.stability import largest_gains
+from controller.build.stability import largest_gains, sensor_places
 from controller.build.statics import build_static_map
 from controller.errors import ParameterError
 from controller.kernels.control.tick import Rig
@@ -130,7 +130,7 @@ def build_observer(model: RodModel, controller: ControllerParameters, gains_max:
         head=np.zeros(1, np.int64),
         lag=controller.pneumatic_lag,
         u_hat=np.zeros(2),
-        sensors=places(model, length * np.arange(1, SENSORS + 1) / SENSORS),
+        sensors=sensor_places(model),
         backbone=places(model, length * np.arange(BACKBONE_POINTS) / (BACKBONE_POINTS - 1)),
         points=np.zeros((SENSORS, 2)),
     )

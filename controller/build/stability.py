@@ -9,7 +9,7 @@ from controller.arrays import Array
 from controller.build.equilibrium import gravity_torque
 from controller.errors import ParameterError
 from controller.kernels.model.rod import RodModel
-from controller.kernels.model.statics import places
+from controller.kernels.model.statics import Places, places
 from controller.schema.parameters import OBSERVER_DAMPING_MAX, OBSERVER_GAIN_MAX, SENSORS
 
 DENSE_MAX = 60
@@ -33,20 +33,24 @@ def natural_modes(model: RodModel, theta: Array, K_o: float = 0.0, B_o: float = 
     J_x, J_y = centre_jacobian(model, theta)
     M = J_x.T * model.m @ J_x + J_y.T * model.m @ J_y + np.diag(model.I)
     hinge = np.eye(model.L.size) - np.eye(model.L.size, k=-1)
-    P = sensor_jacobian(model, theta)
+    P = point_slopes(model, theta, sensor_places(model))
     K = hinge.T * model.k @ hinge + K_o * P.T @ P - np.diag(gravity_torque(model, theta)[1])
     B = hinge.T * model.b @ hinge + B_o * P.T @ P + model.alpha * M
     zero, one = np.zeros_like(M), np.eye(model.L.size)
     return np.linalg.eigvals(np.block([[zero, one], [-np.linalg.solve(M, K), -np.linalg.solve(M, B)]]))
 
 
-def sensor_jacobian(model: RodModel, theta: Array) -> Array:
-    """Derivatives of the sensors' places by the angles (2 SENSORS,N) [m/rad], x of all before y."""
-    at = places(model, float(model.L.sum()) * np.arange(1, SENSORS + 1) / SENSORS)
-    off = np.zeros((SENSORS, model.L.size))
-    off[np.arange(SENSORS), at.rod] = at.offset
-    J_x, J_y = centre_jacobian(model, theta)
-    return np.concatenate([J_x[at.rod] - off * np.sin(theta), J_y[at.rod] + off * np.cos(theta)])
+def sensor_places(model: RodModel) -> Places:
+    """The material points of the sensors (SENSORS)."""
+    return places(model, float(model.L.sum()) * np.arange(1, SENSORS + 1) / SENSORS)
+
+
+def point_slopes(model: RodModel, theta: Array, at: Places) -> Array:
+    """Derivatives (2 s,N) [m/rad] of the points, x then y of each, by the angles."""
+    rods = np.arange(theta.size)
+    reach = np.where(rods < at.rod[:, None], model.L, 0.0)
+    reach[np.arange(at.rod.size), at.rod] = model.arm[at.rod] + at.offset
+    return np.stack([-reach * np.sin(theta), reach * np.cos(theta)], axis=1).reshape(-1, theta.size)
 
 
 def centre_jacobian(model: RodModel, theta: Array) -> tuple[Array, Array]:
@@ -79,7 +83,7 @@ def largest_step(model: RodModel, u_max: float = 0.0, K_o: float = 0.0, B_o: flo
 
 def fastest_mode(model: RodModel, theta: Array, K_o: float = 0.0, B_o: float = 0.0) -> float:
     """Bound on |s| [1/s] over the `natural_modes`, in O(N): s^2 + beta s + omega^2 = 0 with the most of each."""
-    accelerate, P = angular_acceleration(model, theta), sensor_jacobian(model, theta)
+    accelerate, P = angular_acceleration(model, theta), point_slopes(model, theta, sensor_places(model))
     topple = np.maximum(0.0, -gravity_torque(model, theta)[1])
 
     def stiffness(x: Array) -> Array:

@@ -6,7 +6,7 @@ import numpy as np
 
 from controller.build.equilibrium import ChainStatics, equilibrium
 from controller.build.rod import build_rod, computable, profile
-from controller.build.stability import natural_modes, stable_substeps
+from controller.build.stability import natural_modes, sensor_places, stable_substeps
 from controller.kernels.model.friction import Hysteresis, Sheet
 from controller.kernels.model.rod import RodModel, make_load, make_work
 from controller.kernels.model.statics import at_rest, places
@@ -53,7 +53,7 @@ def _built(parameters: RigParameters) -> Twin:
         hysteresis=Hysteresis(twin.hysteresis, twin.hysteresis_bend / rods, np.zeros(rods), bends.copy()),
         chambers=pneumatics,
         camera=Camera(
-            markers=places(model, length * np.arange(1, SENSORS + 1) / SENSORS),
+            markers=sensor_places(model),
             noise=twin.marker_noise,
             period=period,
             latency=latency,

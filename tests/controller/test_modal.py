@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from controller.build.rod import build_rod
-from controller.build.stability import natural_modes
+from controller.build.stability import natural_modes, point_slopes
 from controller.errors import DataError
 from controller.kernels.model.statics import places
 from controller.research.identification.fit import Estimate, Fit
 from controller.research.identification.motion import modal_solve
 from controller.research.identification.motion.decays import Decay
-from controller.research.identification.motion.hold import held_pose, positions, slopes, torques_to
+from controller.research.identification.motion.hold import held_pose, positions, torques_to
 from controller.research.identification.motion.modal import first_mode, stiffness_scale, tapered
 from controller.research.identification.motion.modal_fit import _load_note, fit_modes
 from controller.research.identification.motion.modal_solve import LIMIT, SPREAD, START, Found, at_limit
@@ -105,7 +105,7 @@ def test_slopes_are_the_derivatives_of_the_points() -> None:
     at = places(model, np.array(ARCS))
     step = 1e-6 * np.eye(10)
     numeric = [(positions(model, theta + d, at) - positions(model, theta - d, at)).ravel() / 2e-6 for d in step]
-    assert slopes(model, theta, at) == pytest.approx(np.array(numeric).T, abs=1e-8)
+    assert point_slopes(model, theta, at) == pytest.approx(np.array(numeric).T, abs=1e-8)
 
 
 def test_a_tip_load_at_the_end_of_its_range_is_said() -> None:

@@ -186,7 +186,7 @@ def add_springs(model: RodModel, springs: Springs, q: Array, v: Array, a: Array,
     """Add what the virtual springs give to M^-1 Q. Eq. OBS: paper, "Dynamic observer". In place: free (3,N)."""
     for j in range(springs.active[0]):
         i = springs.rod[j]
-        f_x, f_y, torque = pull_of(springs, j, springs.offset[j] / model.arm[i], q, v, a)
+        f_x, f_y, torque = pull_of(springs, j, model.arm, q, v, a)
         free[0, i] += f_x * model.m_inv[i]
         free[1, i] += f_y * model.m_inv[i]
         free[2, i] += torque * model.I_inv[i]

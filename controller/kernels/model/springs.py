@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.arrays import Array, Words
+from controller.arrays import Array, Pair, Words
 from controller.kernels.compiled import inlined
 
 Pull = tuple[float, float, float]
@@ -59,12 +59,13 @@ def make_points(count: int) -> Points:
 
 
 @inlined
-def pull_of(springs: Springs, j: int, share: float, q: Array, v: Array, a: Array) -> Pull:
+def pull_of(springs: Springs, j: int, arm: Array, q: Array, v: Array, a: Array) -> Pull:
     """What spring j does to its rod in the state q, v (3,N), whose `a` (2,N) are `rod.rotations`.
 
-    `share` is its offset in units of the rod's arm. Eq. OBS: paper, "Dynamic observer", K_o and B_o.
+    Eq. OBS: paper, "Dynamic observer", K_o and B_o.
     """
     i = springs.rod[j]
+    share = springs.offset[j] / arm[i]
     r_x, r_y = share * a[1, i], -share * a[0, i]
     e_x, e_y = springs.anchor[j, 0] - (q[0, i] + r_x), springs.anchor[j, 1] - (q[1, i] + r_y)
     slip_x = springs.rate[j, 0] - (v[0, i] - v[2, i] * r_y)
@@ -80,7 +81,7 @@ def spring_power(springs: Springs, arm: Array, q: Array, v: Array, a: Array) -> 
     P = 0.0
     for j in range(springs.active[0]):
         i = springs.rod[j]
-        f_x, f_y, torque = pull_of(springs, j, springs.offset[j] / arm[i], q, v, a)
+        f_x, f_y, torque = pull_of(springs, j, arm, q, v, a)
         P += f_x * v[0, i] + f_y * v[1, i] + torque * v[2, i]
     return P
 
@@ -99,16 +100,23 @@ def begin_step(springs: Springs, arm: Array, q: Array, a: Array, out_points: Poi
 
 
 @inlined
+def point_velocity(springs: Springs, j: int, arm: Array, v: Array, a: Array) -> Pair:
+    """How fast v (3,N) moves the point of spring j [m/s]. Not in the paper: part of `implicit_step`."""
+    i = springs.rod[j]
+    turn = springs.offset[j] / arm[i] * v[2, i]
+    return v[0, i] + turn * a[0, i], v[1, i] + turn * a[1, i]
+
+
+@inlined
 def go_on(springs: Springs, arm: Array, h: float, v: Array, a: Array, points: Points) -> None:
     """Move the points by what v (3,N) moves them in h [s]. Not in the paper: part of `implicit_step`.
 
     In place: points.at.
     """
     for j in range(springs.active[0]):
-        i = springs.rod[j]
-        turn = springs.offset[j] / arm[i] * v[2, i]
-        points.at[j, 0] += h * (v[0, i] + turn * a[0, i])
-        points.at[j, 1] += h * (v[1, i] + turn * a[1, i])
+        x_dot, y_dot = point_velocity(springs, j, arm, v, a)
+        points.at[j, 0] += h * x_dot
+        points.at[j, 1] += h * y_dot
 
 
 @inlined
@@ -119,9 +127,7 @@ def end_step(springs: Springs, arm: Array, dt: float, v: Array, a: Array, points
     """
     P = 0.0
     for j in range(springs.active[0]):
-        i = springs.rod[j]
-        turn = springs.offset[j] / arm[i] * v[2, i]
-        x_dot, y_dot = v[0, i] + turn * a[0, i], v[1, i] + turn * a[1, i]
+        x_dot, y_dot = point_velocity(springs, j, arm, v, a)
         e_x = springs.anchor[j, 0] - points.before[j, 0] - 0.5 * dt * x_dot
         e_y = springs.anchor[j, 1] - points.before[j, 1] - 0.5 * dt * y_dot
         P += x_dot * (springs.K[0] * e_x + springs.B[0] * (springs.rate[j, 0] - x_dot))

@@ -5,6 +5,7 @@ than zero, too. Under gravity it is not (and gravity is not in the paper): there
 the nearest of a grid of poses that follow from the rest by raising the torques. So a pose depends on u alone.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -82,6 +83,11 @@ def places(model: RodModel, arc: Array) -> Places:
     ends = np.cumsum(model.L)
     rod = np.minimum(np.searchsorted(ends, arc - 1e-9 * ends[-1]), model.L.size - 1).astype(np.int64)
     return Places(rod, arc - (ends - model.L + model.arm)[rod])
+
+
+def chosen(at: Places, which: Sequence[int]) -> Places:
+    """Those of the points, counted from 0."""
+    return Places(at.rod[list(which)], at.offset[list(which)])
 
 
 def at_rest(model: RodModel) -> RodState:

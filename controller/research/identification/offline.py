@@ -10,7 +10,7 @@ from controller.build.rod import build_rod
 from controller.errors import ParameterError
 from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.rod import RodModel, RodState, make_load
-from controller.kernels.model.statics import Places, at_rest, places, pose
+from controller.kernels.model.statics import Places, at_rest, chosen, places, pose
 from controller.kernels.observer.observer import Replay
 from controller.kernels.observer.replay import RecordedSamples, replay
 from controller.research.identification.motion.hold import held_pose, positions, torques_to
@@ -51,11 +51,6 @@ def offline_observer(actuator: Actuator, sensed: Sequence[int], rods: int | None
     return Offline(model, sensors, rest, torques_to(model, arcs), tracking, tuple(sensed))
 
 
-def seen_of(sensors: Places, sensed: Sequence[int]) -> Places:
-    """Those of the bodies that are sensed."""
-    return Places(sensors.rod[list(sensed)], sensors.offset[list(sensed)])
-
-
 def estimate(offline: Offline, motion: PlaneMotion) -> Array:
     """Displacements of all bodies from the model's rest (n,m,2) [m], from those of the sensed bodies alone.
 
@@ -89,7 +84,7 @@ def _start(offline: Offline, moved: Array) -> tuple[RodState, Array]:
     state, scatter = at_rest(offline.model), np.array(offline.tracking.hold)
     if scatter.size == 0:
         return state, np.zeros(offline.model.L.size)
-    seen = seen_of(offline.sensors, offline.sensed)
+    seen = chosen(offline.sensors, offline.sensed)
     theta, held = held_pose(offline.model, offline.T, seen, moved, scatter)
     pose(offline.model, theta, state.q)
     return state, held

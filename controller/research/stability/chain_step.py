@@ -6,22 +6,22 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.equilibrium import ChainStatics, imbalance, settle
-from controller.build.stability import centre_jacobian
+from controller.build.equilibrium import imbalance, settle
+from controller.build.stability import point_slopes
 from controller.kernels.model.integrate import rk4_step
 from controller.kernels.model.rod import RodModel, RodState
-from controller.kernels.model.statics import Places, points_on, pose
-from controller.kernels.observer.observer import Observer, damp_beyond, step_observer
+from controller.kernels.model.statics import Places, chosen, points_on, pose
+from controller.kernels.observer.observer import HeldSample, Observer, attach, damp_beyond, step_observer
 from controller.kernels.plant.twin import Twin
 from controller.realtime.compiled import compiled
+from controller.schema.parameters import SENSORS
 
 DEVIATION = 1e-6
 """Angles [rad], rates [rad/s], torques and lengths are moved by this: differences are then right to 1e-9."""
-
 DENSE = 200
 """Of larger matrices only the largest eigenvalues are looked for."""
 TICKS, RESTS, STILL = 1000, 30, 1e-11
-"""Of these many ticks, so many times at most, or until no angle moves by more than this [rad]."""
+"""Ticks between two looks at whether the observer rests; most looks; the angles' motion at which it does [rad]."""
 
 
 class ChainStep(NamedTuple):
@@ -32,29 +32,27 @@ class ChainStep(NamedTuple):
     B_u: Array
     """By the torques u (2N,2)."""
     B_p: Array
-    """By the measured points of the m springs, x of all before y (2N,2m)."""
+    """By the measured points of the m springs, x then y of each (2N,2m)."""
     B_v: Array
     """By their measured velocities (2N,2m)."""
     P: Array
-    """Places of the m points by x, as above (2m,2N)."""
+    """The m points by the state x, in the same order (2m,2N)."""
 
 
 def draw(observer: Observer, used: tuple[int, ...], measured: Array, u: Array, gains: tuple[float, float]) -> None:
-    """Let the sensors `used`, counted from 0, be drawn to `measured` (m,2) [m] by K_o and B_o, under u (2,) [N m].
+    """Let the sensors `used`, counted from 0, be drawn to `measured` (10,2) [m] by K_o and B_o, under u (2,) [N m].
 
     Eq. OBS: paper, "Dynamic observer". In place: observer.load.
     """
-    springs, count, at = observer.load.springs, len(used), seen_of(observer.sensors, used)
+    springs, bits = observer.load.springs, sum(1 << sensor for sensor in used)
     springs.K[:], springs.B[:] = gains
-    springs.active[0], springs.rod[:count], springs.offset[:count] = count, at.rod, at.offset
-    springs.anchor[:count], springs.rate[:count] = measured, 0.0
-    damp_beyond(sum(1 << sensor for sensor in used), observer)
+    attach(HeldSample(measured, np.zeros_like(measured), np.zeros(1)), bits, observer)
+    damp_beyond(bits, observer)
     observer.load.Q_theta[:] = observer.model.T_theta @ u
 
 
-def rest_of(observer: Observer, theta: Array) -> Array:
-    """Angles (N,) in which the observer comes to rest from theta under its load. In place: observer.state."""
-    move(observer.model, theta, np.zeros(2 * theta.size), observer.state)
+def rest_of(observer: Observer) -> Array:
+    """Angles (N,) in which the observer comes to rest from where it is, under its load. In place: observer.state."""
     for _ in range(RESTS):
         before = observer.state.q[2].copy()
         rest(observer, TICKS)
@@ -83,20 +81,18 @@ def observer_step(observer: Observer, theta: Array) -> ChainStep:
         x, u, p, v = np.split(deviation, np.cumsum([2 * rods, 2, 2 * count]))
         move(model, theta, x, observer.state)
         observer.load.Q_theta[:] = torque + model.T_theta @ u
-        springs.anchor[:count] = measured + p.reshape(2, count).T
-        springs.rate[:count] = v.reshape(2, count).T
+        springs.anchor[:count] = measured + p.reshape(count, 2)
+        springs.rate[:count] = v.reshape(count, 2)
         step_observer(observer)
         return np.concatenate([observer.state.q[2] - theta, observer.state.v[2]])
 
     D = slopes(after, 2 * rods + 2 + 4 * count)
-    parts = np.split(D, np.cumsum([2 * rods, 2, 2 * count]), axis=1)
-    used = Places(springs.rod[:count].copy(), springs.offset[:count].copy())
-    A, B_u, B_p, B_v = parts
-    return ChainStep(A, B_u, B_p, B_v, point_slopes(model, theta, used))
+    A, B_u, B_p, B_v = np.split(D, np.cumsum([2 * rods, 2, 2 * count]), axis=1)
+    return ChainStep(A, B_u, B_p, B_v, by_state(model, theta, Places(springs.rod[:count], springs.offset[:count])))
 
 
 def plant_step(twin: Twin, torque: Array, used: tuple[int, ...]) -> tuple[ChainStep, Array]:
-    """A tick of the twin's chain about its static pose under the chambers' `torque` (2,) [N m]; the markers (m,2) [m].
+    """A tick of the twin's chain about its static pose under the chambers' `torque` (2,) [N m]; the markers (10,2) [m].
 
     Without friction, creep and hysteresis, which damp. In place: twin.state, twin.load.
     """
@@ -114,10 +110,11 @@ def plant_step(twin: Twin, torque: Array, used: tuple[int, ...]) -> tuple[ChainS
         return np.concatenate([state.q[2] - theta, state.v[2]])
 
     D, nothing = slopes(after, 2 * rods + 2), np.zeros((2 * rods, 0))
-    at, markers = seen_of(twin.camera.markers, used), np.zeros((len(used), 2))
     move(model, theta, np.zeros(2 * rods), state)
-    points_on(state.q, at, markers)
-    return ChainStep(D[:, : 2 * rods], D[:, 2 * rods :], nothing, nothing, point_slopes(model, theta, at)), markers
+    markers = np.zeros((SENSORS, 2))
+    points_on(state.q, twin.camera.markers, markers)
+    P = by_state(model, theta, chosen(twin.camera.markers, used))
+    return ChainStep(D[:, : 2 * rods], D[:, 2 * rods :], nothing, nothing, P), markers
 
 
 def largest_modulus(A: Array) -> float:
@@ -146,25 +143,16 @@ def move(model: RodModel, theta: Array, x: Array, state: RodState) -> None:
 
 def holding(model: RodModel, theta: Array) -> Array:
     """Torques (N,) [N m] under which the chain rests in the pose theta: springs less gravity."""
-    still = ChainStatics(model.L, model.arm, model.m, model.k, model.bend, model.g)
-    return -imbalance(still, theta)
+    return -imbalance(model, theta)
 
 
 def settled(model: RodModel, torque: Array) -> Array:
     """Angles (N,) in which the chain rests under torques on its angles (N,) [N m]."""
     bend = model.bend + np.cumsum(torque[::-1])[::-1] / model.k
-    return settle(ChainStatics(model.L, model.arm, model.m, model.k, bend, model.g), model.rest)
+    return settle(model._replace(bend=bend), model.rest)
 
 
-def point_slopes(model: RodModel, theta: Array, at: Places) -> Array:
-    """Derivatives of the points `at` (m) by angles and rates (2m,2N) [m/rad], x of all before y."""
-    off = np.zeros((at.rod.size, theta.size))
-    off[np.arange(at.rod.size), at.rod] = at.offset
-    J_x, J_y = centre_jacobian(model, theta)
-    J = np.concatenate([J_x[at.rod] - off * np.sin(theta), J_y[at.rod] + off * np.cos(theta)])
+def by_state(model: RodModel, theta: Array, at: Places) -> Array:
+    """Derivatives of the points `at` (m) by angles and rates (2m,2N) [m/rad], x then y of each."""
+    J = point_slopes(model, theta, at)
     return np.concatenate([J, np.zeros_like(J)], axis=1)
-
-
-def seen_of(sensors: Places, used: tuple[int, ...]) -> Places:
-    """Those of the points that are used."""
-    return Places(sensors.rod[list(used)], sensors.offset[list(used)])

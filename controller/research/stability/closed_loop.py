@@ -130,8 +130,7 @@ class Loop:
         """The tip, as the feedback sees it (2,n)."""
         if self._tip is None:
             return np.asarray(self._observer.P @ state[at["observer"]])
-        count, p = self._plant.P.shape[0] // 2, state[at["p"]]
-        return np.asarray(p[[self._tip, count + self._tip]])
+        return np.asarray(state[at["p"]][2 * self._tip : 2 * self._tip + 2])
 
     def _sizes(self, more_delay: int) -> dict[str, int]:
         points, timing = self._plant.P.shape[0], self._timing

@@ -17,12 +17,12 @@ from controller.kernels.control.tick import Rig
 from controller.kernels.model.polygon import admissible
 from controller.kernels.model.statics import places, points_on, static_pose
 from controller.research.stability.chain_step import (
+    by_state,
     draw,
     largest_modulus,
     move,
     observer_step,
     plant_step,
-    point_slopes,
     rest_of,
 )
 from controller.research.stability.closed_loop import Growth, Loop, Timing, feedback
@@ -32,9 +32,9 @@ from controller.schema.parameters import SENSORS, RigParameters, Settings
 SIDE, FEW_SIDE = 5, 3
 """Torques a side of the grid over the reach, few with more rods than MANY; the corners of the polygon come on top."""
 MANY = 60
-"""With so many rods the loop is looked at where there are more: what they add has died out within a tick."""
+"""The loop is looked at with this many rods where there are more: what they add has died out within a tick."""
 GAIN_MOST, DELAY_MOST = 1000.0, 0.2
-"""A loop that keeps stable with this factor on its torque, or with so many seconds more, has no margin to speak of."""
+"""The largest factor on the torque, and the most additional delay [s], that margins are looked for up to."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ def growth_at(question: Question, rig: Rig, u: Array) -> float:
     """Growth of the observer in its static pose at u (2,) [N m], with markers that fit. In place: rig."""
     observer, theta = rig.observer, own_pose(rig, u)
     points_on(observer.state.q, observer.sensors, observer.points)
-    draw(observer, question.sensed, observer.points[list(question.sensed)], u, (question.K_o, question.B_o))
+    draw(observer, question.sensed, observer.points, u, (question.K_o, question.B_o))
     return largest_modulus(observer_step(observer, theta).A)
 
 
@@ -138,9 +138,10 @@ def every_loop(question: Question) -> Iterator[Loop]:
     tip = question.sensed.index(SENSORS - 1) if SENSORS - 1 in question.sensed else None
     for u in grid(question.parameters, rig):
         plant, markers = plant_step(twin, gain * u, question.sensed)
+        own_pose(rig, u)
         draw(observer, question.sensed, markers, u, (question.K_o, question.B_o))
-        theta = rest_of(observer, own_pose(rig, u))
-        seen = observer_step(observer, theta)._replace(P=point_slopes(observer.model, theta, tip_alone))
+        theta = rest_of(observer)
+        seen = observer_step(observer, theta)._replace(P=by_state(observer.model, theta, tip_alone))
         observer.state.q[2] = theta
         update_sensitivity(rig.control)
         S, share, weak = np.reshape(state["S"][0], (2, 2)), float(state["share"][0]), state["weak"][0]

@@ -5,6 +5,7 @@ from scipy.linalg import LinAlgError
 
 from controller.arrays import Array
 from controller.build.equilibrium import ChainStatics, settle, solve
+from controller.build.stability import point_slopes
 from controller.kernels.model.rod import RodModel
 from controller.kernels.model.statics import Places, points_on, pose
 
@@ -34,7 +35,7 @@ def held_pose(model: RodModel, T: Array, seen: Places, moved: Array, scatter: Ar
     u, theta = np.zeros(scatter.size), model.rest
     for _ in range(ITERATIONS):
         off = (positions(model, theta, seen) - goal).ravel() / NEAR
-        slope = slopes(model, theta, seen) @ solve(body, theta, T) / NEAR * scatter
+        slope = point_slopes(model, theta, seen) @ solve(body, theta, T) / NEAR * scatter
         J, r = np.vstack([slope, np.eye(u.size)]), np.concatenate([off, u / scatter])
         step = np.linalg.lstsq(J, -r, rcond=None)[0]
         step /= max(1.0, float(np.abs(step).max()))
@@ -51,14 +52,6 @@ def positions(model: RodModel, theta: Array, at: Places) -> Array:
     pose(model, theta, q)
     points_on(q, at, points)
     return points
-
-
-def slopes(model: RodModel, theta: Array, at: Places) -> Array:
-    """Derivatives (2 s,N) [m/rad] of the points, x then y of each, by the angles."""
-    rods = np.arange(theta.size)
-    reach = np.where(rods < at.rod[:, None], model.L, 0.0)
-    reach[np.arange(at.rod.size), at.rod] = model.arm[at.rod] + at.offset
-    return np.stack([-reach * np.sin(theta), reach * np.cos(theta)], axis=1).reshape(-1, theta.size)
 
 
 def _settled(body: ChainStatics, model: RodModel, T: Array, theta: Array, u: Array, step: Array) -> tuple[Array, Array]:

@@ -9,11 +9,11 @@ from scipy.optimize import minimize_scalar
 
 from controller.arrays import Array
 from controller.build.rod import build_rod
+from controller.build.stability import point_slopes
 from controller.errors import DataError
 from controller.kernels.model.rod import RodModel
 from controller.kernels.model.statics import places
 from controller.research.identification.motion.damping import log_decrement
-from controller.research.identification.motion.hold import slopes
 from controller.research.identification.motion.small import rest_matrices
 from controller.research.identification.plane import PlaneMotion
 from controller.research.identification.poses import fine
@@ -164,7 +164,7 @@ def first_mode(actuator: Actuator, arcs: Sequence[float]) -> Array:
     model = build_rod(actuator, fine(actuator))
     M, K, G = rest_matrices(model)
     _, modes = eigh(K + G, M, subset_by_index=[0, 0])
-    y = slopes(model, model.rest, places(model, np.array(arcs)))[1::2] @ modes[:, 0]
+    y = point_slopes(model, model.rest, places(model, np.array(arcs)))[1::2] @ modes[:, 0]
     return np.asarray(y[:-1] / y[-1])
 
 
