@@ -126,6 +126,8 @@ class Telemetry(Model):
     """Observer's backbone."""
     twin_backbone: Backbone
     """The twin's true backbone; nan on hardware."""
+    reseats: int
+    """Times that the observer was found wound and was set anew from a static pose (kernels/observer/reseat.py)."""
 
 
 class TwinFaults(Model):

@@ -39,6 +39,7 @@ TITLES = {
     "sensed": "sensors used",
     "saturated": "saturated",
     "reachable": "reachable",
+    "reseats": "observer reseats",
     "t_ns": "time on the rig's clock",
     "command_n": "command number",
     "request_n": "request number",

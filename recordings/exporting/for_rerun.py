@@ -16,7 +16,7 @@ from controller.errors import RecordingError
 from controller.schema.actuator import Actuator
 from recordings.format import plan
 from recordings.format.blueprint import APPLICATION, Look, layout
-from recordings.format.chunks import Chunks, numbers, opened
+from recordings.format.chunks import Chunks, numbers, opened, widened
 from recordings.format.lines import style
 from recordings.format.signals import GROUPS, Group
 from recordings.read.reader import about_of
@@ -79,7 +79,7 @@ def _scaled(chunk: "Chunk", scales: Array) -> "Chunk":
     batch = chunk.to_record_batch()
     place = batch.schema.names.index(VALUES)
     column = batch.column(place)
-    values = (numbers(column).reshape(-1, len(scales)) * scales).ravel()
+    values = (widened(numbers(column), len(batch), len(scales)) * scales).ravel()
     ends = pa.array(np.arange(len(batch) + 1, dtype=np.int32) * len(scales))
     columns = list(batch.columns)
     columns[place] = pa.ListArray.from_arrays(ends, pa.array(values)).cast(column.type)

@@ -188,11 +188,13 @@ def _looked_up(
 
 
 def _known(layout: Layout, signals: Sequence[Signal], survey: Survey) -> set[str]:
-    """The fields of which any value was recorded: a rig without a twin has no backbone of one."""
+    """The fields of which any value was recorded: a rig without a twin has no backbone of one.
+
+    An older recording lacks what was added since, which is last in its entity.
+    """
     places = [(signal.field, layout.place(signal)) for signal in signals]
-    return {
-        field for field, place in places if place.entity in survey.known and survey.known[place.entity][place.column]
-    }
+    known = survey.known
+    return {field for field, place in places if any(known.get(place.entity, ())[place.column : place.column + 1])}
 
 
 def _window(t_ns: Values, choice: Choice) -> slice:

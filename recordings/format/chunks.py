@@ -94,6 +94,12 @@ def numbers(column: Any) -> Values:
     return np.asarray(column.to_numpy(zero_copy_only=False))
 
 
+def widened(flat: Values, rows: int, width: int) -> Values:
+    """The numbers of `rows` as (rows, width): series that an older version did not write are zero."""
+    values = flat.reshape(rows, -1) if rows else flat.reshape(0, width)
+    return np.pad(values, ((0, 0), (0, max(0, width - values.shape[1]))))
+
+
 def common(a: Values, b: Values) -> Values:
     """The times in both `a` (n,) and `b` (m,), each rising."""
     return a if np.array_equal(a, b) else np.intersect1d(a, b, assume_unique=True)  # numpy's unique takes seconds

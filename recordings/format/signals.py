@@ -156,10 +156,14 @@ GROUPS = (
             Series("server_age", None, TWIN),
             *_each("p_ref_dot", (FIRST, SECOND)),
             *_each("integral", (FIRST, SECOND)),
+            Series("reseats", None, OBSERVER),
         ),
     ),
 )
-"""Everything that is written at every tick beside the timelines `t` (from t_ns), `tick` and `time`."""
+"""Everything that is written at every tick beside the timelines `t` (from t_ns), `tick` and `time`.
+
+What a later version adds comes last in the last group, so the columns of older recordings keep their places.
+"""
 
 MARKERS = "/markers"
 """Entity with the markers [m] as they were measured, written whenever they change."""

@@ -16,7 +16,7 @@ from controller.schema.messages import RigInfo, Telemetry
 from controller.schema.modes import Mode
 from controller.schema.parameters import Settings
 from recordings.format.about import word
-from recordings.format.chunks import Batch, Chunks, Part, common, numbers, opened
+from recordings.format.chunks import Batch, Chunks, Part, common, numbers, opened, widened
 from recordings.format.messages import Bookmark, Profile
 from recordings.format.profiles import SLOW_FIELDS, TICKS
 from recordings.format.signals import APPROACH, BACKBONES, BOOKMARKS, GROUPS, MARKERS, Group, flip
@@ -165,12 +165,12 @@ class _Table:
         self.t = _joined([batch.column("t").cast("int64").to_numpy() for batch in moving], np.int64)
         self.tick = _joined([batch.column("tick").to_numpy() for batch in moving], np.int64)
         self._flat = _joined([numbers(batch.column(component)) for batch in moving], np.float64)
-        self._order = np.argsort(self.t, kind="stable")
+        self._rows, self._order = len(self.t), np.argsort(self.t, kind="stable")
         self.t, self.tick = self.t[self._order], self.tick[self._order]
 
     def values(self, width: int) -> Values:
         """The component's numbers, (rows, width)."""
-        return np.asarray(self._flat.reshape(-1, width)[self._order])
+        return np.asarray(widened(self._flat, self._rows, width)[self._order])
 
     def only(self, t: Values) -> "_Table":
         """The rows at the times `t`."""

@@ -9,6 +9,7 @@ import numpy as np
 from controller.arrays import Values
 from controller.errors import RecordingError
 from controller.schema.actuator import Actuator
+from recordings.format.chunks import numbers, widened
 from recordings.format.signals import BACKBONES, GROUPS, MARKERS, flip
 from recordings.read.reader import read_about
 
@@ -76,11 +77,8 @@ def _thinned(batch: Any, entity: str) -> tuple[Values, Values, Values] | None:
     component = "LineStrips2D:strips" if entity in BACKBONES else "Scalars:scalars"
     if component not in batch.schema.names:
         return None
-    flat = batch.column(component)
-    while hasattr(flat.type, "value_type"):
-        flat = flat.flatten()
-    values = np.asarray(flat.to_numpy(zero_copy_only=False), np.float32).reshape(-1, WIDTHS[entity])
     t, tick = batch.column("t").cast("int64").to_numpy(), batch.column("tick").to_numpy()
+    values = widened(np.asarray(numbers(batch.column(component)), np.float32), len(tick), WIDTHS[entity])
     # Markers come when they are measured, not on the grid of ticks.
     keep = np.ones(len(tick), bool) if entity == MARKERS else tick % PERIOD == 0
     return t[keep], tick[keep], values[keep]

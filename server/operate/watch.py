@@ -25,6 +25,7 @@ class Watch:
         self._holder: Identity | None = None
         self._term = lease.term
         self._mode: tuple[Mode, Cause] | None = None
+        self._reseats: int | None = None
         self._trouble = ""
 
     def look(self) -> None:
@@ -33,6 +34,7 @@ class Watch:
         self._look_at_trouble()
         self._look_at_lease()
         self._look_at_mode()
+        self._look_at_observer()
 
     def _look_at_rig(self) -> None:
         boot = self._rig.boot()
@@ -84,6 +86,12 @@ class Watch:
         if mode != Mode.E_STOP and self._mode is not None and self._mode[0] == Mode.E_STOP:
             self._operator.stopper.over()
         self._mode = mode, cause
+
+    def _look_at_observer(self) -> None:
+        newest, before = self._history.newest, self._reseats
+        self._reseats = None if newest is None else int(newest[0]["reseats"])
+        if before is not None and self._reseats is not None and self._reseats > before:
+            self._events.add("the observer was wound: it begins anew from the pose that fits the markers", "warning")
 
     def _why(self, mode: Mode, cause: Cause) -> str:
         """The cause in words; of an E-STOP that was pressed here, by whom."""

@@ -11,6 +11,7 @@ from controller.kernels.control.report import report_command, report_estimate, r
 from controller.kernels.control.timing import begin, feedforward_due
 from controller.kernels.memory import Control, Sensing
 from controller.kernels.observer.observer import Observer, observe
+from controller.kernels.observer.reseat import reseat
 from controller.kernels.observer.sensing import sense
 from controller.kernels.safety.oscillation import note_residual
 from controller.kernels.safety.safety import supervise
@@ -39,6 +40,7 @@ def tick(t_ns: int, command: Record, measurement: Record, status: Record, rig: R
     observe(sensing, settings, periods, state, observer)
     report_estimate(control, sensing, t_ns, measurement, observer, out_telemetry)
     note_residual(out_telemetry.residual, control)
+    reseat(sensing, control, observer, out_telemetry)
     supervise(t_ns, command, status, measurement, observer.u_hat, control)
     due = feedforward_due(control, settings)
     refer(command, due, control)

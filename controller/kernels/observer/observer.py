@@ -3,6 +3,8 @@
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from controller.arrays import Array, Record, Words
 from controller.kernels.compiled import kernel
 from controller.kernels.memory import Sensing
@@ -16,6 +18,31 @@ from controller.schema.modes import Integrator
 
 TIP = 1 << 9
 """The bit of the sensor at the tip."""
+
+
+class Seat(NamedTuple):
+    """Memory of `reseat`: how far it is, and the pose to which it leads."""
+
+    off: Array
+    """(1,) for how long the pose has been off [s]; negative after a fit that was refused."""
+    stage: Words
+    """(1,) 0 while nothing is wrong, then the ticks of the fit, then those of the move."""
+    made: Words
+    """(1,) moves made."""
+    begin: Array
+    """Angles from which the move began (N,) [rad]."""
+    u: Array
+    """Torques of the best pose so far (2,) [N m]."""
+    step: Array
+    """What is tried next from there (2,) [N m]."""
+    cost: Array
+    """(1,) sum of the squared distances that are left there [m^2]."""
+    theta: Array
+    """Angles on the way (N,) [rad]."""
+    q: Array
+    """The pose that is being tried (3,N)."""
+    points: Array
+    """Its points, and those a little beyond along u1 and u2 (3,10,2) [m]."""
 
 
 class Observer(NamedTuple):
@@ -51,6 +78,7 @@ class Observer(NamedTuple):
     """The telemetry's backbone points (21)."""
     points: Array
     """The model's position at the sensors (10,2) [m]."""
+    seat: Seat
 
 
 class Replay(NamedTuple):
@@ -76,6 +104,14 @@ class HeldSample(NamedTuple):
     p: Array
     v: Array
     age: Array
+
+
+def make_seat(rods: int, sensors: int) -> Seat:
+    """Nothing is wrong with a chain of `rods`, tracked at `sensors` points."""
+    off, cost = np.zeros((2, 1))
+    stage, made = np.zeros((2, 1), np.int64)
+    (u, step), (begin, theta) = np.zeros((2, 2)), np.zeros((2, rods))
+    return Seat(off, stage, made, begin, u, step, cost, theta, np.zeros((3, rods)), np.zeros((3, sensors, 2)))
 
 
 @kernel
@@ -207,3 +243,4 @@ def reset_observer(observer: Observer) -> None:
         for slot in range(observer.dead_time.shape[0]):
             observer.dead_time[slot, j] = 0.0
     open_ledger(observer.model, observer.state, observer.ledger)
+    observer.seat.stage[0], observer.seat.off[0] = 0, 0.0

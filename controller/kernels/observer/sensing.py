@@ -6,6 +6,7 @@ from controller.arrays import Array, Record
 from controller.kernels.compiled import kernel
 from controller.kernels.memory import Control, Sensing
 from controller.kernels.observer.observer import Observer
+from controller.kernels.observer.reseat import is_moved_over
 from controller.kernels.safety.safety import is_live, speed_of
 
 WHIP = 2.0
@@ -36,7 +37,7 @@ def sense(
     if usable != 0 or settings.sensed == 0:
         state.seen_ns = sensing.sample_ns[0]
     fresh = sensing.sample_ns[0] > 0 and (t_ns - sensing.sample_ns[0]) * 1e-9 <= control.limits[0].measurement_old
-    state.used = usable if fresh else 0
+    state.used = usable if fresh and not is_moved_over(observer.seat) else 0
     carried = fresh and control.controller[0].carry_on
     sensing.age[0] = (t_ns - sensing.sample_ns[0]) * 1e-9 + 0.5 * control.dt if carried else 0.0
 

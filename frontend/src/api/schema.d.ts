@@ -1976,6 +1976,14 @@ export interface components {
        */
       weak_ratio_live: number;
       /**
+       * Feedback Lag
+       * @description Time constant with which P follows the error, and a quarter of it that with which S follows the pose, but for the
+       *     shapes of the library (ours; paper: 0). It rolls the feedback off below the arm's first mode, whose damping nobody
+       *     measured: with a damping ratio of 0.1 the paper's law swings.
+       * @default 0.2
+       */
+      feedback_lag: number;
+      /**
        * Carry On
        * @description The observer carries a marker on with its last velocity for as long as the sample is old (ours): held, it would
        *     lag by some 9 ms, 2 mm on the 1 Hz circle. The feedback's error is that of the held marker, as in the paper.
@@ -3936,6 +3944,7 @@ export interface components {
        *       "rcond_min": 1e-10,
        *       "weak_ratio": 0.2,
        *       "weak_ratio_live": 0.35,
+       *       "feedback_lag": 0.2,
        *       "carry_on": true,
        *       "dead_time": 0.05,
        *       "pneumatic_lag": 0.05,
