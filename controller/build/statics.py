@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from controller.arrays import Array
+from controller.arrays import Array, Mask, Words
 from controller.build.equilibrium import body_of
 from controller.build.rod import build_rod
 from controller.kernels.model.equilibrium import Scratch, equilibrium, make_scratch
@@ -44,9 +44,11 @@ def build_static_map(model: RodModel, actuator: Actuator, controller: Controller
     statics = build_statics(model, actuator.u_max)
     polygon = build_polygon(actuator, statics)
     side = np.linspace(-actuator.u_max, actuator.u_max, SEED_GRID)
-    grid = np.array([(u1, u2) for u1 in side for u2 in side if admissible(polygon, u1, u2)])
+    inside = np.array([[admissible(polygon, u1, u2) for u2 in side] for u1 in side])
+    grid, beside = side[np.argwhere(inside)], _neighbours(inside)
     tips = np.zeros_like(grid)
     tips_of(statics, grid, make_scratch(model.L.size), tips)
+    ways = np.linalg.norm(tips[beside] - tips[:, None], axis=2)
     return StaticMap(
         statics=statics,
         polygon=polygon,
@@ -54,7 +56,19 @@ def build_static_map(model: RodModel, actuator: Actuator, controller: Controller
         rcond_min=controller.rcond_min,
         seeds=grid,
         seed_tips=tips,
+        beside=beside,
+        spacing=float(side[1] - side[0]),
+        reach=float(ways[beside >= 0].max(initial=0.0)),
     )
+
+
+def _neighbours(inside: Mask) -> Words:
+    """For each point of the grid that is inside (n,n) its neighbours (k,8) among those that are, counted along rows."""
+    number = np.pad(np.where(inside, np.cumsum(inside).reshape(inside.shape) - 1, -1), 1, constant_values=-1)
+    steps = [step for step in itertools.product((0, 1, 2), repeat=2) if step != (1, 1)]
+    rows, columns = inside.shape
+    around = [number[i : i + rows, j : j + columns][inside] for i, j in steps]
+    return np.stack(around, axis=1)
 
 
 def build_polygon(actuator: Actuator, statics: Statics) -> Polygon:

@@ -66,9 +66,11 @@ STATE = np.dtype(
         ("u_fb", "<f8", (2,)),
         ("u", "<f8", (2,)),
         ("S", "<f8", (4,)),  # sensitivity at the observer's pose, row by row
+        ("stands", "<i8"),  # the observer's pose could be an equilibrium: no weight would topple it
         ("weak", "<f8", (2,)),  # unit vector in the task space along which S is weakest
         ("share", "<f8"),  # of the feedback along it that is let through
         ("integral", "<f8", (2,)),
+        ("error_low", "<f8", (2,)),  # the error without what is faster than the first mode [m]
         ("bump", "<f8", (2,)),  # what keeps u continuous at a switch; decays
         ("scheme", "<i8"),  # law, source of the error and gains as of the last tick, to notice a switch
         ("gains", "<f8", (6,)),

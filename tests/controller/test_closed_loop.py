@@ -1,6 +1,7 @@
 """`tendril stability`: what it says of observer and loop is what the tick does, and how runs on the twin come out."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -51,21 +52,34 @@ def test_the_loop_is_stable_with_the_tip_and_with_rod_6_alone(actuator: str) -> 
 @pytest.mark.parametrize("actuator", ["P1", "P3"])
 def test_a_run_swings_up_where_the_loop_does_and_not_where_it_is_stable(actuator: str) -> None:
     """Rod 6 alone on the 1 Hz circle: what lies beyond it must be damped."""
-    case, undamped = Case("circle_1hz", actuator, "rod6"), question(actuator, ROD_6, UNDAMPED)
+    case, undamped = Case("circle_1hz", actuator, "rod6"), replace(question(actuator, ROD_6, UNDAMPED), library=True)
     assert not stable(undamped)
     with pytest.raises(TendrilError, match="OSCILLATION"):
         run_case(case, Setup(controller=UNDAMPED))
-    assert stable(question(actuator, ROD_6))
+    assert stable(replace(question(actuator, ROD_6), library=True))
     assert run_case(case, Setup()).metrics[Window.WHOLE]["rmse"] < 15.0
 
 
 def test_a_plant_with_little_damping_and_more_delay_has_less_margin() -> None:
-    usual = question("P1", ROD_6)
+    usual = replace(question("P1", ROD_6), library=True)
     worse = usual.parameters.model_copy(update={"twin": TwinParameters(zeta=0.15, dead_time=0.07)})
-    most = [
-        max(loop.growth().swings for loop in every_loop(one)) for one in (usual, Question(worse, ROD_6, 100.0, 0.0))
-    ]
+    most = [max(loop.growth().swings for loop in every_loop(one)) for one in (usual, replace(usual, parameters=worse))]
     assert most[0] < 1.0 < most[1]
+
+
+FAMILY = [(zeta, delay) for zeta in (0.1, 0.5) for delay in (0.04, 0.07)]
+
+
+@pytest.mark.parametrize("sensed", [TIP, ROD_6, ROD_6 + TIP])
+@pytest.mark.parametrize("actuator", PRESETS)
+def test_where_the_tip_is_led_by_hand_the_loop_is_stable_whatever_the_arm_s_damping(
+    actuator: str, sensed: tuple[int, ...]
+) -> None:
+    """No damping that nobody measured, nor a longer air line: the feedback rolls off below the first mode."""
+    asked = question(actuator, sensed)
+    for zeta, delay in FAMILY:
+        plant = asked.parameters.model_copy(update={"twin": TwinParameters(zeta=zeta, dead_time=delay)})
+        assert stable(replace(asked, parameters=plant)), f"zeta {zeta}, dead time {delay} s"
 
 
 def test_a_swing_that_grows_or_a_quick_drift_is_no_stability() -> None:

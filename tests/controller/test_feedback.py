@@ -40,6 +40,7 @@ def test_the_feedback_is_the_paper_s_law(law: Law) -> None:
     trial.arm()
     trial.follow(0.10, 0.14, 3.0)
     trial.rig.control.controller["weak_ratio_live"] = 0.0  # begun with it, it saturates on noise
+    trial.rig.control.controller["feedback_lag"] = 0.0
     trial.command["target"] = (0.08, 0.13)
     before, now = trial.run(41)[-2:]
     expected = paper_torque(trial, law, now["error"], before["integral"], now["p_ref_dot"])
@@ -174,7 +175,7 @@ def test_across_a_fold_feedback_does_not_lead_on_into_the_other_pose() -> None:
         shares = []
         for kind, u_ff in [(RowKind.DRAWN, here), (RowKind.DRAWN, across), (RowKind.KNOWN, here)]:
             state["kind"], state["u_ff"] = kind, u_ff
-            update_sensitivity(control)
+            update_sensitivity(1.0, control)
             shares.append(float(state["share"]))
         same, other = (0, 1) if u == here else (1, 0)
         assert shares[same] > 0.0 and shares[other] == 0.0 and shares[2] >= shares[same]

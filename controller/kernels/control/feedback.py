@@ -7,17 +7,20 @@ from controller.kernels.compiled import kernel
 from controller.kernels.control.feedforward import OPEN_LOOP, towards
 from controller.kernels.control.inverse import way_down
 from controller.kernels.memory import Control
+from controller.kernels.model.equilibrium import factor
 from controller.kernels.model.polygon import nearest_admissible
-from controller.kernels.model.statics import sensitivity, side_of
+from controller.kernels.model.statics import is_linear, sensitivity, side_of
 from controller.kernels.observer.observer import TIP
 from controller.kernels.safety.oscillation import note_tracking
-from controller.kernels.safety.safety import E_STOP, FOLLOW, HOLD, NUMBERS, TRACK, is_live, react
+from controller.kernels.safety.safety import E_STOP, FOLLOW, HOLD, NUMBERS, is_live, react
 from controller.schema.modes import Law, RowKind
 
 FF, FF_P, FF_I, FF_PI = int(Law.FF), int(Law.FF_P), int(Law.FF_I), int(Law.FF_PI)
 KNOWN, TRAVEL = int(RowKind.KNOWN), int(RowKind.TRAVEL)
 BUMP_TIME = 0.2
 """Time constant with which the jump of u at a switch fades (ours) [s]."""
+SLOPE_SHARE = 0.25
+"""S follows the pose with this share of the feedback's lag: beyond a fold an old one leads astray (ours)."""
 FORGET_WAY = 0.4
 """On the way to another pose the integral, which fits the one that is left, is forgotten over this way (ours) [m]."""
 EXCESS = 1e-9
@@ -28,11 +31,14 @@ EXCESS = 1e-9
 def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
     """Set the error and u_fb: the law's feedback, plus what keeps u continuous where the law has just been switched.
 
-    Paper, "Task-space PI control": e = p_ref - p_data. In place: control.state, telemetry.error.
+    On the way to another branch nothing is fed back: the way leads through a fold, where S tells nothing. Where the tip
+    may be led anywhere, P and S act on what is slower than the first mode, whose damping nobody measured: P alone there
+    drives a swing that is damped by less than a fifth, and S of an arm that swings turns a constant integral into one.
+    Paper, "Task-space PI control": e = p_ref - p_data; the rest is not in it. In place: control.state, telemetry.error.
     """
     state = control.state[0]
     live = is_live(state.mode) and settings.law != OPEN_LOOP
-    wanted = live and settings.law > FF and settings.sensed != 0
+    wanted = live and settings.law > FF and settings.sensed != 0 and not state.blending
     closed = wanted and state.used != 0
     measured = state.used & TIP
     for j in range(2):
@@ -40,13 +46,15 @@ def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
         telemetry.error[j] = state.p_ref[j] - tip
     how = live + 2 * closed + 4 * (measured != 0) + 8 * (state.kind == KNOWN)
     switched = scheme_changed(settings, how, state)
-    update_sensitivity(control)
-    f_1, f_2 = effort(state, settings, telemetry.error)
+    lag = 0.0 if switched or state.kind == KNOWN else control.controller[0].feedback_lag
+    update_sensitivity(control.dt / (SLOPE_SHARE * lag + control.dt), control)
+    smooth(telemetry.error, control.dt / (lag + control.dt), state)
+    f_1, f_2 = effort(state, settings)
     g_1, g_2 = through_sensitivity(control, f_1, f_2)
     if not closed:
         g_1 = g_2 = 0.0
     fade_bump(g_1, g_2, live, switched, math.exp(-control.dt / BUMP_TIME), state)
-    if not live or settings.law == FF or settings.law == FF_P:
+    if not live or settings.law == FF or settings.law == FF_P or state.blending:
         state.integral[0] = state.integral[1] = 0.0
     if closed == wanted:  # else no marker is in sight for a moment: nothing is known of the error, nothing forgotten
         note_tracking(telemetry.error, closed, control)
@@ -70,37 +78,55 @@ def fade_bump(g_1: float, g_2: float, live: bool, switched: bool, fade: float, s
 
 
 @kernel
-def effort(state: Record, settings: Record, error: Array) -> Pair:
-    """Desired task-space effort f_des [m] of the law in force, for error (2,) [m].
+def effort(state: Record, settings: Record) -> Pair:
+    """Desired task-space effort f_des [m] of the law in force.
 
     Eq. FDES: paper, "Task-space PI control".
     """
     P = settings.law == FF_P or settings.law == FF_PI
     I = settings.law == FF_I or settings.law == FF_PI  # noqa: E741
+    error = state.error_low
     f_1 = P * settings.K_P[0] * error[0] + I * settings.K_I[0] * state.integral[0]
     f_2 = P * settings.K_P[1] * error[1] + I * settings.K_I[1] * state.integral[1]
     return f_1 + settings.K_FF[0] * state.p_ref_dot[0], f_2 + settings.K_FF[1] * state.p_ref_dot[1]  # Eq. FDES
 
 
 @kernel
-def update_sensitivity(control: Control) -> None:
+def smooth(error: Array, share: float, state: Record) -> None:
+    """Let the error that the P part feeds back follow `error` (2,) [m]: by `share` of what is between them.
+
+    Not in the paper: see `feed_back`. In place: state.error_low.
+    """
+    for j in range(2):
+        state.error_low[j] += share * (error[j] - state.error_low[j])
+
+
+@kernel
+def update_sensitivity(share: float, control: Control) -> None:
     """S at the observer's pose, its weakest direction in the task space, and how much feedback is let through along it.
 
     The share is (sigma_2 / (weak_ratio sigma_1))^2, at most 1: the torque per error then goes to zero with sigma_2,
-    where the paper's law alone would ask for 1 / sigma_2. On a drawn path it is 0 where the arm is on the other side
-    of a fold than its feedforward: there S leads on into the other pose, and away from the reference.
-    S online: paper, "Task-space PI control". The share is not in the paper. In place: control.state.
+    where the paper's law alone would ask for 1 / sigma_2. But for the library's shapes it is 0 where the arm is on the
+    other side of a fold than its feedforward: there S leads on into the other pose, and away from the reference. A pose
+    that gravity would topple has no S at all. S follows the present one by `share` of what is between them.
+    S online: paper, "Task-space PI control". The rest is not in the paper. In place: control.
     """
     state, bounds = control.state[0], control.controller[0]
     ratio = bounds.weak_ratio if state.kind == KNOWN else bounds.weak_ratio_live
-    S11, S12, S21, S22 = sensitivity(control.smap.statics, control.q[2], control.scratch)
-    state.S[0], state.S[1], state.S[2], state.S[3] = S11, S12, S21, S22
+    statics = control.smap.statics
+    state.stands = is_linear(statics) or factor(statics.body, control.q[2], control.scratch.pivot)
+    S11, S12, S21, S22 = sensitivity(statics, control.q[2], control.scratch)
+    state.S[0] += share * (S11 - state.S[0])
+    state.S[1] += share * (S12 - state.S[1])
+    state.S[2] += share * (S21 - state.S[2])
+    state.S[3] += share * (S22 - state.S[3])
+    S11, S12, S21, S22 = state.S
     A11, A12, A22 = S11 * S11 + S12 * S12, S11 * S21 + S12 * S22, S21 * S21 + S22 * S22
     det = S11 * S22 - S12 * S21
     strong = 0.5 * (A11 + A22) + math.hypot(0.5 * (A11 - A22), A12)
     state.weak[0], state.weak[1] = way_down(A11, A12, A22, det * det / strong, 0.0, 0.0)
     square = det * det
-    if state.mode == TRACK and state.kind != KNOWN:
+    if is_live(state.mode) and state.kind != KNOWN:
         side = side_of(control.smap.statics, state.u_ff[0], state.u_ff[1], control.scratch)
         square = max(0.0, min(square, det * side))
     state.share = min(1.0, square / (ratio * strong) ** 2) if ratio > 0.0 else 1.0
@@ -112,6 +138,8 @@ def attainable(state: Record, f_1: float, f_2: float) -> Pair:
 
     Not in the paper: see `update_sensitivity`.
     """
+    if not state.stands:
+        return 0.0, 0.0
     cut = (1.0 - state.share) * (state.weak[0] * f_1 + state.weak[1] * f_2)
     return f_1 - cut * state.weak[0], f_2 - cut * state.weak[1]
 

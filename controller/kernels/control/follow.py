@@ -4,14 +4,14 @@ import math
 
 from controller.arrays import Pair, Record
 from controller.kernels.compiled import kernel
-from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE, invert, refine
+from controller.kernels.control.inverse import LOOKS, REFINE_STEPS, TOLERANCE, other_branch, refine
 from controller.kernels.memory import Control
 from controller.kernels.model.statics import static_tip
 from controller.kernels.safety.safety import FOLLOW, HOLD, TRACK, move
 from controller.schema.modes import Cause, RowKind
 
 SEARCH_EVERY = 10
-"""Ticks between two looks at other branches, which cost as much as the rest of the tick."""
+"""Ticks between two looks at another branch, which costs as much as the rest of the tick; all are looked at in turn."""
 DRAWN = int(RowKind.DRAWN)
 REFERENCE_DONE = int(Cause.REFERENCE_DONE)
 
@@ -52,10 +52,12 @@ def aim(x: float, y: float, control: Control) -> None:
 
     Paper, "Task 5: Real-Time User-Defined Tracking": projected onto the workspace. In place: control.state.
     """
-    state = control.state[0]
-    search = state.tick % SEARCH_EVERY == 0
-    u1, u2, distance = invert(control.smap, (x, y), (state.u_goal[0], state.u_goal[1]), search, control.scratch)
-    set_goal((x, y), (u1, u2, distance), control)
+    state, smap = control.state[0], control.smap
+    u1, u2, distance, settled = refine(smap, (x, y), (state.u_goal[0], state.u_goal[1]), REFINE_STEPS, control.scratch)
+    found = (u1, u2, distance)
+    if settled and distance >= TOLERANCE and state.tick % SEARCH_EVERY == 0:
+        found = other_branch(smap, (x, y), found, state.tick // SEARCH_EVERY % LOOKS, control.scratch)
+    set_goal((x, y), found, control)
 
 
 @kernel

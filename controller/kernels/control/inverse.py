@@ -16,9 +16,13 @@ DISTANCE_DONE = 1e-9
 """A residual below this is solved [m]."""
 TOLERANCE = 1e-4
 """A target counts as reached within this [m]."""
-MARGIN_REACHED, MARGIN_NEARER = 5e-4, 30e-3
-"""How much nearer another branch must be to be taken, if it reaches the target, and if it only comes nearer [m]."""
-REFINE_STEPS, SEARCH_STEPS, HALVINGS = 4, 10, 8
+MARGIN = 5e-4
+"""How much nearer to the target another branch must end to be taken [m]."""
+PROMISING, LOOKS = 6, 8
+"""Grid points at a minimum of the distance that are tried at most, and all that is tried: two starts more, beside u."""
+ASIDE = 2.5
+"""How far beside u those two are, along the direction in which the tip moves least [spacings of the grid]."""
+REFINE_STEPS, SEARCH_STEPS, HALVINGS = 4, 20, 8
 STRIDE = 0.25
 """Longest step of one iteration, as a share of u_max: a step must not leap over a fold to another branch."""
 
@@ -156,35 +160,89 @@ def refine(smap: StaticMap, target: Pair, u: Pair, steps: int, scratch: Scratch)
 
 
 @kernel
-def other_seed(smap: StaticMap, target: Pair, u: Pair) -> Pair:
-    """The grid point whose tip is nearest to `target`, among those that are not neighbours of u.
+def promising_seed(smap: StaticMap, target: Pair, u: Pair, within: float, after: float) -> tuple[int, float]:
+    """The grid point that is nearest to `target` among those at a minimum of the distance: place, square of distance.
 
+    Only those farther than `after` (square [m^2]) and nearer than `within` [m] are looked at, and none beside u; place
+    -1 if there is none. Each basin of the distance has such a minimum, unless the grid cannot tell it from another one.
     Not in the paper, whose inverse has one start.
     """
-    nearest, v1, v2 = 1e300, u[0], u[1]
-    apart = STRIDE * smap.polygon.bounds[0]
+    found, nearest = -1, within * within
     for k in range(smap.seeds.shape[0]):
-        d1, d2 = smap.seed_tips[k, 0] - target[0], smap.seed_tips[k, 1] - target[1]
-        distance = d1 * d1 + d2 * d2
-        if distance < nearest:
-            s1, s2 = smap.seeds[k, 0], smap.seeds[k, 1]
-            if max(abs(s1 - u[0]), abs(s2 - u[1])) > apart:
-                nearest, v1, v2 = distance, s1, s2
-    return v1, v2
+        square = square_from(smap, k, target)
+        if after < square < nearest and is_lowest(smap, k, target, square):
+            if max(abs(smap.seeds[k, 0] - u[0]), abs(smap.seeds[k, 1] - u[1])) > smap.spacing:
+                found, nearest = k, square
+    return found, nearest
+
+
+@kernel
+def square_from(smap: StaticMap, k: int, target: Pair) -> float:
+    """Square of the distance [m^2] of `target` [m] from the tip at grid point k. Not in the paper."""
+    d1, d2 = smap.seed_tips[k, 0] - target[0], smap.seed_tips[k, 1] - target[1]
+    return d1 * d1 + d2 * d2
+
+
+@kernel
+def is_lowest(smap: StaticMap, k: int, target: Pair, square: float) -> bool:
+    """Whether no neighbour of grid point k is nearer to `target` [m] than it is itself. Not in the paper."""
+    for j in range(smap.beside.shape[1]):
+        other = smap.beside[k, j]
+        if other >= 0 and square_from(smap, other, target) < square:
+            return False
+    return True
+
+
+@kernel
+def aside(smap: StaticMap, u: Pair, way: float, scratch: Scratch) -> Pair:
+    """Admissible torques beside u, where the tip moves least: to one side (`way` 1) or to the other (-1).
+
+    There the map folds: what ends short on an edge may reach from a little further on. Not in the paper.
+    In place: scratch.
+    """
+    H11, H12, H22 = normal_matrix(expand_tip(smap.statics, u[0], u[1], scratch), 0.0)
+    lowest = 0.5 * (H11 + H22) - math.hypot(0.5 * (H11 - H22), H12)
+    w1, w2 = way_down(H11, H12, H22, lowest, 0.0, 0.0)
+    step = way * ASIDE * smap.spacing
+    return nearest_admissible(smap.polygon, u[0] + step * w1, u[1] + step * w2)
+
+
+@kernel
+def other_branch(
+    smap: StaticMap, target: Pair, now: tuple[float, float, float], rank: int, scratch: Scratch
+) -> tuple[float, float, float]:
+    """The branch that begins at start number `rank` if it ends nearer to `target` than `now` does.
+
+    `now`, which is short of it, and what is returned: u [N m] and the distance that it leaves [m]. A branch that is
+    short as well must be nearer by MARGIN, so that none is left for nothing. Not in the paper, whose inverse has one
+    branch. In place: scratch.
+    """
+    if rank < PROMISING:
+        k, after = -1, -1.0
+        for _ in range(rank + 1):
+            k, after = promising_seed(smap, target, (now[0], now[1]), now[2] + smap.reach, after)
+            if k < 0:
+                return now
+        start = (smap.seeds[k, 0], smap.seeds[k, 1])
+    else:
+        start = aside(smap, (now[0], now[1]), 1.0 if rank % 2 == 0 else -1.0, scratch)
+    v1, v2, other, _ = refine(smap, target, start, SEARCH_STEPS, scratch)
+    nearer = other < TOLERANCE or other < now[2] - MARGIN
+    return (v1, v2, other) if nearer else now
 
 
 @kernel
 def invert(smap: StaticMap, target: Pair, u: Pair, search: bool, scratch: Scratch) -> tuple[float, float, float]:
     """Static inverse from the present branch's u: new u and the distance it leaves [m].
 
-    If the present branch settled short of the target and `search` is set, another branch is tried; it is taken only
-    when it is nearer by a clear margin (hysteresis). Not in the paper, whose inverse has one branch. In place: scratch.
+    If the present branch settled short of the target and `search` is set, the others are tried, the most promising
+    first. Not in the paper, whose inverse has one branch. In place: scratch.
     """
     u1, u2, distance, settled = refine(smap, target, u, REFINE_STEPS, scratch)
-    if distance < TOLERANCE or not settled or not search:
-        return u1, u2, distance
-    v1, v2, other, _ = refine(smap, target, other_seed(smap, target, (u1, u2)), SEARCH_STEPS, scratch)
-    margin = MARGIN_REACHED if other < TOLERANCE else MARGIN_NEARER
-    if other < distance - margin:
-        return v1, v2, other
-    return u1, u2, distance
+    now = (u1, u2, distance)
+    if settled and search:
+        for rank in range(LOOKS):
+            if now[2] < TOLERANCE:
+                break
+            now = other_branch(smap, target, now, rank, scratch)
+    return now

@@ -47,6 +47,12 @@ class StaticMap(NamedTuple):
     """Admissible torques (n,2) [N m]."""
     seed_tips: Array
     """Their tips (n,2) [m]."""
+    beside: Words
+    """Their neighbours in the grid (n,8), -1 where that is not admissible."""
+    spacing: float
+    """Of the grid [N m]."""
+    reach: float
+    """The longest way of the tip from one of them to a neighbour [m]."""
 
 
 class Expansion(NamedTuple):

@@ -8,7 +8,7 @@ from controller.arrays import Array
 from controller.build.statics import scratch_for
 from controller.errors import ParameterError
 from controller.kernels.control.along import invert_along, nearest_of
-from controller.kernels.control.inverse import MARGIN_NEARER, REFINE_STEPS, TOLERANCE
+from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE
 from controller.kernels.model.statics import StaticMap
 from controller.reference.feasible.approach import EVERY, NEAR_SEEDS, SETTLE_STEPS, solutions
 from controller.reference.feasible.reach import static_tips
@@ -16,6 +16,8 @@ from controller.reference.path_file import Samples
 from controller.schema.actuator import Actuator
 from controller.schema.parameters import DT
 
+MARGIN_NEARER = 30e-3
+"""How much nearer another branch must come to a path that it does not reach: on the way to it the path is left [m]."""
 FAR = 3.0
 """A point further from the base than this many lengths is in other units."""
 LOOK = 1e-3

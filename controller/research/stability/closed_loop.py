@@ -6,7 +6,6 @@ counts is the product of the matrices over one period of the camera.
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -14,6 +13,7 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.research.stability.chain_step import ChainStep
+from controller.schema.parameters import Settings
 
 FROZEN = 1e-6
 """A direction of which less than this share is let through: nothing is fed back and nothing collected along it."""
@@ -71,6 +71,8 @@ class Feedback(NamedTuple):
     """(2,)."""
     K_I: Array
     """(2,) [1/s]."""
+    lag: float
+    """Time constant with which P follows the error [s]."""
 
 
 class Loop:
@@ -114,7 +116,8 @@ class Loop:
         )
         error = -self._seen(new, at)
         new[at["integral"]] = _kept(law) @ here[at["integral"]] + timing.dt * law.through @ error
-        u = law.to_torque @ (law.K_P[:, None] * error + law.K_I[:, None] * here[at["integral"]])
+        new[at["low"]] += timing.dt / (law.lag + timing.dt) * (error - here[at["low"]])
+        u = law.to_torque @ (law.K_P[:, None] * new[at["low"]] + law.K_I[:, None] * here[at["integral"]])
         if k == 0:
             new[at["taken"]] = plant.P @ here[at["plant"]]
         delay = timing.plant_delay + more_delay
@@ -144,21 +147,20 @@ class Loop:
             "observer": self._observer.A.shape[0],
             "u_hat": 2,
             "integral": 2,
+            "low": 2,
             "line": line,
             "end": 0,
         }
 
 
-def feedback(
-    S: Array, share: float, weak: Array, epsilon: float, K_P: Sequence[float], K_I: Sequence[float]
-) -> Feedback:
-    """The law at a pose with sensitivity S (2,2): `share` is let through along `weak` (2,).
+def feedback(S: Array, share: float, weak: Array, settings: Settings, epsilon: float, lag: float) -> Feedback:
+    """The law at a pose with sensitivity S (2,2): `share` is let through along `weak` (2,), and P `lag`s [s].
 
     Eq. UFB: paper, "Task-space PI control".
     """
     through = np.eye(2) - (1.0 - share) * np.outer(weak, weak)
     to_torque = np.linalg.solve(S.T @ S + epsilon * np.eye(2), S.T) @ through
-    return Feedback(to_torque, through, np.array(K_P), np.array(K_I))
+    return Feedback(to_torque, through, np.array(settings.K_P), np.array(settings.K_I), lag)
 
 
 def _places(sizes: dict[str, int]) -> dict[str, slice]:

@@ -3,7 +3,7 @@
 import cmath
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +26,7 @@ from controller.research.stability.chain_step import (
     rest_of,
 )
 from controller.research.stability.closed_loop import Growth, Loop, Timing, feedback
-from controller.schema.modes import Integrator
+from controller.schema.modes import Integrator, RowKind
 from controller.schema.parameters import SENSORS, RigParameters, Settings
 
 SIDE, FEW_SIDE = 5, 3
@@ -45,6 +45,8 @@ class Question:
     sensed: tuple[int, ...]
     K_o: float
     B_o: float
+    library: bool = False
+    """Under the law of the library's shapes, whose feedback does not lag."""
 
 
 class Margins(NamedTuple):
@@ -89,7 +91,7 @@ def stability(question: Question) -> Stability:
     observer, controller = rig.observer, parameters.controller
     growth, worst = max((growth_at(question, rig, u), tuple(u.tolist())) for u in grid(parameters, rig))
     K_most, B_most = observer.gain_max.tolist()
-    loops = list(every_loop(question))
+    loops = [loop for library in (False, True) for loop in every_loop(replace(question, library=library))]
     found = [loop.growth() for loop in loops]
     return Stability(
         actuator=parameters.actuator.name,
@@ -134,6 +136,7 @@ def every_loop(question: Question) -> Iterator[Loop]:
     observer, state = rig.observer, rig.control.state
     gain = twin.chambers.torque_per_pascal * np.array(actuator.pressure_map)
     tip_alone = places(observer.model, np.array([float(observer.model.L.sum())]))
+    state["kind"] = RowKind.KNOWN if question.library else RowKind.DRAWN
     timing = loop_timing(parameters, twin.camera.period, twin.camera.latency)
     tip = question.sensed.index(SENSORS - 1) if SENSORS - 1 in question.sensed else None
     for u in grid(question.parameters, rig):
@@ -143,9 +146,11 @@ def every_loop(question: Question) -> Iterator[Loop]:
         theta = rest_of(observer)
         seen = observer_step(observer, theta)._replace(P=by_state(observer.model, theta, tip_alone))
         observer.state.q[2] = theta
-        update_sensitivity(rig.control)
+        update_sensitivity(1.0, rig.control)
         S, share, weak = np.reshape(state["S"][0], (2, 2)), float(state["share"][0]), state["weak"][0]
-        law = feedback(S, share, weak, controller.epsilon, settings.K_P, settings.K_I)
+        law = feedback(
+            S, share, weak, settings, controller.epsilon, 0.0 if question.library else controller.feedback_lag
+        )
         yield Loop(seen, plant._replace(B_u=plant.B_u * gain), law, tip, timing)
 
 

@@ -1,0 +1,144 @@
+"""A target clicked and dragged anywhere, in reach or not, on plants of a family: what stops the rig, and what swings.
+
+`python -m tests.controller.following` makes 500 clicks and 500 drags of each actuator, with each choice of sensors.
+"""
+
+import itertools
+import sys
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+
+from controller.arrays import Rows
+from controller.build.statics import static_map
+from controller.schema.actuator import PRESETS, Actuator
+from controller.schema.modes import Cause, Mode, Request
+from controller.schema.parameters import RigParameters, TwinParameters
+from tests.controller.trial import Trial, true_tip
+
+SENSED = {"tip": 1 << 9, "rod 6": 1 << 5, "rods 6 and 10": 1 << 5 | 1 << 9, "all": 1023, "rod 3": 1 << 2}
+FAMILY = tuple(itertools.product((0.1, 0.352, 0.5), (0.04, 0.05, 0.07)))
+"""Damping ratios, and dead times [s]."""
+BENT_ALREADY = PRESETS["P3"].model_copy(update={"name": "bent already", "rest_curvature": (6.0,)})
+SAGGING = PRESETS["P2"].model_copy(update={"name": "sagging", "gravity": (0.0, -4.0)})
+LOADED = PRESETS["P1"].model_copy(update={"name": "loaded", "gravity": (4.0, 0.0), "tip_load": 0.004})
+ACTUATORS = {**PRESETS, **{one.name: one for one in (BENT_ALREADY, SAGGING, LOADED)}}
+MARGIN = 0.03
+"""Targets lie up to this far outside the box about the reach [m]."""
+STILL, LATE = 3.0, 0.8
+"""After how long a wait the arm must not swing, and for how long that is looked at [s]."""
+SWING = 5e-3
+"""What of the tip's last motion is no even drift, up to which it counts as still [m]."""
+
+
+class Course(NamedTuple):
+    """What is done with the target, on what."""
+
+    actuator: str
+    sensed: str
+    zeta: float
+    dead_time: float
+    dragged: bool
+    seed: int = 0
+
+
+class Came(NamedTuple):
+    """What came of it."""
+
+    stops: list[str]
+    """Cause and target of each stop."""
+    swings: list[str]
+    """Amplitude and target where the arm still swung."""
+
+
+def parameters(course: Course) -> RigParameters:
+    twin = TwinParameters(zeta=course.zeta, dead_time=course.dead_time, seed=course.seed)
+    return RigParameters(actuator=ACTUATORS[course.actuator], twin=twin)
+
+
+def came_of(course: Course, count: int) -> Came:
+    """`count` clicks or drags one after the other; after a stop the rig begins anew."""
+    random, came, goal = np.random.default_rng(course.seed), Came([], []), np.array([0.0, 0.0])
+    trial = fresh(course)
+    for _ in range(count):
+        path = list(way(course, goal, random))
+        goal = path[-1]
+        rows = trial.drag([(float(x), float(y)) for x, y in path], 0.016 * len(path))
+        if random.random() < 0.5:
+            rows = np.concatenate([rows, trial.run(round(1000 * (STILL + LATE)))])
+        else:
+            rows = np.concatenate([rows, trial.run(round(1000 * random.uniform(0.2, 1.5)))])
+        where = np.round(1e3 * goal).astype(int).tolist()
+        stopped = np.flatnonzero(rows["mode"] != Mode.FOLLOW)
+        if stopped.size:
+            came.stops.append(f"{Cause(rows['cause'][stopped[0]]).name} at {where} mm")
+            trial = fresh(course)
+        elif (left := swing(rows)) > SWING:
+            came.swings.append(f"{1e3 * left:.0f} mm at {where} mm")
+    return came
+
+
+def fresh(course: Course) -> Trial:
+    """Armed, and following the tip at rest."""
+    trial = Trial(parameters=parameters(course), sensed=SENSED[course.sensed])
+    trial.arm()
+    x, y = trial.run(1)["p_ref"][-1]
+    trial.ask(Request.FOLLOW, (float(x), float(y)), 200)
+    return trial
+
+
+def way(course: Course, begin: np.ndarray, random: np.random.Generator) -> Iterator[np.ndarray]:
+    """Points (2,) [m], one each 16 ms: a new target at once, or a line of one to three of them."""
+    for _ in range(random.integers(1, 4) if course.dragged else 1):
+        end = target(ACTUATORS[course.actuator], random)
+        steps = max(1, int(np.linalg.norm(end - begin) / random.uniform(0.1, 1.0) / 0.016)) if course.dragged else 1
+        yield from begin + (end - begin) * np.arange(1, steps + 1)[:, None] / steps
+        begin = end
+
+
+def target(actuator: Actuator, random: np.random.Generator) -> np.ndarray:
+    """Anywhere: every other one a point of the reach."""
+    tips = static_map(actuator, RigParameters().controller).seed_tips
+    if random.random() < 0.5:
+        return np.asarray(tips[random.integers(len(tips))])
+    return random.uniform(tips.min(axis=0) - MARGIN, tips.max(axis=0) + MARGIN)
+
+
+def swing(rows: Rows) -> float:
+    """How far the tip still swung about an even drift [m]; 0 where the reference did not stand still for long."""
+    late = rows[-round(1000 * LATE) :]
+    waited = rows["p_ref"][-round(1000 * STILL) :]
+    if len(waited) < 1000 * STILL or np.ptp(waited, axis=0).max() > 1e-3:
+        return 0.0
+    tip, t = true_tip(late), np.arange(len(late)) - 0.5 * (len(late) - 1)
+    return float(np.ptp(tip - np.outer(t, t @ tip / (t @ t)), axis=0).max())
+
+
+def _one(job: tuple[Course, int]) -> tuple[Course, Came]:
+    return job[0], came_of(*job)
+
+
+def measure(count: int) -> None:
+    """Of each actuator, with each choice of sensors, shared out over the family."""
+    each = max(1, count // len(FAMILY))
+    courses = [
+        (Course(name, sensed, *plant, dragged, seed), each)
+        for name, sensed, dragged in itertools.product(ACTUATORS, SENSED, (False, True))
+        for seed, plant in enumerate(FAMILY)
+    ]
+    total: dict[tuple[str, str], list[int]] = {}
+    with ProcessPoolExecutor() as pool:
+        for course, came in pool.map(_one, courses):
+            row = total.setdefault((course.actuator, course.sensed), [0, 0, 0])
+            row[0], row[1], row[2] = row[0] + each, row[1] + len(came.stops), row[2] + len(came.swings)
+            if came.stops or came.swings:
+                print(course, *came.stops, *came.swings, flush=True)
+    print("actuator, sensed: clicks and drags, stops, swings")
+    for (name, sensed), row in total.items():
+        print(f"{name}, {sensed}:", *row)
+
+
+if __name__ == "__main__":
+    measure(int(sys.argv[1]) if len(sys.argv) > 1 else 500)

@@ -1,0 +1,58 @@
+"""A target led by hand: no stop, and no swing that stays, whatever the arm's damping and the length of its air lines.
+
+`python -m tests.controller.following` makes 500 clicks and 500 drags of each actuator.
+"""
+
+import numpy as np
+import pytest
+
+from controller.schema.actuator import PRESETS
+from controller.schema.modes import Mode, Request
+from tests.controller.following import Came, Course, came_of
+from tests.controller.trial import Trial, distance, true_tip, twin_with
+
+CORNERS = ((0.1, 0.07), (0.352, 0.05), (0.5, 0.04))
+
+
+@pytest.mark.parametrize("dragged", [False, True], ids=["clicked", "dragged"])
+@pytest.mark.parametrize("sensed", ["tip", "rod 6", "rods 6 and 10"])
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_target_led_anywhere_stops_no_rig_and_leaves_no_swing(name: str, sensed: str, dragged: bool) -> None:
+    for seed, plant in enumerate(CORNERS):
+        assert came_of(Course(name, sensed, *plant, dragged, seed), 8) == Came([], [])
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_on_the_way_to_another_branch_nothing_is_fed_back(name: str) -> None:
+    """A way through a fold, where S tells nothing: fed back there, the error drove the arm to and fro."""
+    trial = Trial(name, sensed=1 << 5)
+    trial.arm()
+    trial.follow(-0.05, 0.12, 3.0)
+    changed = False
+    for target in [(-0.05, -0.12), (0.0, 0.15), (0.15, 0.0), (-0.06, -0.1), (0.1, 0.12)]:
+        trial.command["target"] = target
+        for _ in range(40):
+            before = trial.rig.control.state[0]["blending"]
+            rows = trial.run(50)
+            after = trial.rig.control.state[0]["blending"]
+            if before and after:
+                changed = True
+                assert np.abs(rows["integral"]).max() == 0.0
+                assert np.abs(rows["u_fb"][-1]).max() <= np.abs(rows["u_fb"][0]).max() + 1e-12
+        assert (rows["mode"] == Mode.FOLLOW).all()
+    assert changed
+
+
+def test_the_drag_that_once_stopped_the_rig_is_followed() -> None:
+    """P1 by its tip to two points, then by rod 6 alone and fast to a third: FAULT in two of four tries, once."""
+    for seed in range(4):
+        trial = Trial(parameters=twin_with(seed=seed))
+        trial.arm()
+        trial.ask(Request.FOLLOW, (0.25, 0.0), 100)
+        rows = [trial.drag([(-0.138, 0.025)], 2.5), trial.drag([(0.16, 0.15)], 2.5)]
+        trial.switch(sensed=1 << 5)
+        rows += [trial.drag([(0.16 + 0.03 * s, 0.15 - 0.12 * s) for s in np.linspace(0.1, 1.0, 10)], 0.16)]
+        rows += [trial.run(6000)]
+        every = np.concatenate(rows)
+        assert (every["mode"] == Mode.FOLLOW).all()
+        assert distance(true_tip(every)[-1000:], every["p_ref"][-1000:]).max() < 15e-3
