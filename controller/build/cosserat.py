@@ -23,6 +23,10 @@ from controller.schema.rigidity import joint_stiffness
 
 SETTLING = 5000
 """Most steps from straight to rest."""
+PACE = 0.15
+"""Such a step over the time of the rod's swing, or of a fall by its length."""
+TINY = 1e-9
+"""Gravity below which nothing falls [m/s^2]."""
 SETTLED = 1e-11
 """Way of a step from which on the rod rests [rad, lengths]."""
 ROUNDS = 20
@@ -44,7 +48,7 @@ def build_cosserat(parameters: RigParameters) -> Cosserat:
 
 def _built(parameters: RigParameters) -> Cosserat:
     twin, actuator, dt = parameters.twin, parameters.actuator, parameters.controller.dt
-    n, pneumatics = twin.cosserat.elements, chambers(parameters)
+    n, pneumatics = twin.cosserat.elements, chambers(parameters, twin.cosserat.torque_gain)
     rod = cosserat_rod(actuator, twin)
     rest = rest_of(rod)
     return Cosserat(
@@ -85,7 +89,7 @@ def cosserat_rod(actuator: Actuator, twin: TwinParameters) -> CosseratRod:
         EA=EA,
         GA=GA,
         k=k,
-        bend=rest_bend(bent(actuator, twin), n),
+        bend=rest_bend(bent(actuator, twin.cosserat.set_curvature), n),
         alpha=0.0,
         beta=0.0,
         g=twin.kappa * np.array(actuator.gravity),
@@ -107,19 +111,21 @@ def still(rod: CosseratRod) -> RodForces:
     return RodForces(rod.k.copy(), np.zeros(rod.m.size), np.zeros((2, rod.m.size)))
 
 
-def rest_of(rod: CosseratRod) -> Array:
-    """The pose (3,n) in which the rod rests: where it creeps to from straight, in steps as long as its slowest swing.
+def rest_of(rod: CosseratRod, forces: RodForces | None = None) -> Array:
+    """The pose (3,n) in which the rod rests: where it creeps to from straight, in steps in which it does not turn far.
 
-    Raises ParameterError where it does not come to rest.
+    Under `forces`, or under gravity alone. Raises ParameterError where it does not come to rest.
     """
     n, length = rod.m.size, rod.l * rod.m.size
-    swing = math.sqrt(rod.m.sum() * length**3 * float(np.sum(1.0 / rod.k)) / length)
-    creeping = rod._replace(alpha=0.0, beta=swing / 2)  # all stress is that at the end of a step: Euler backward
+    swing = length * math.sqrt(rod.m.sum() * float(np.sum(1.0 / rod.k)))
+    fall = math.sqrt(length / max(float(np.hypot(*rod.g)), TINY))
+    h = PACE * min(swing, fall)
+    creeping = rod._replace(alpha=0.0, beta=h / 2)  # all stress is that at the end of a step: Euler backward
     pose = np.stack([rod.l * np.arange(1, n + 1), np.zeros(n), np.zeros(n)])
-    motion, forces, newton = RodMotion(pose, np.zeros((3, n)), np.zeros((3, n))), still(rod), make_newton(n)
+    motion, newton = RodMotion(pose, np.zeros((3, n)), np.zeros((3, n))), make_newton(n)
     for _ in range(SETTLING):
-        motion.v[:] = 0.0
-        rod_step(creeping, forces, swing, motion, newton)
+        motion.v[:] = motion.way[:] = 0.0
+        rod_step(creeping, forces or still(rod), h, motion, newton)
         if np.abs(motion.way / [[length], [length], [1.0]]).max() < SETTLED:
             return pose
     raise ParameterError(f"gravity = {tuple(rod.g.tolist())} m/s^2: the Cosserat plant comes to no rest")
@@ -152,7 +158,7 @@ def damped(rod: CosseratRod, rest: Array, twin: TwinParameters) -> CosseratRod:
 
 
 def pairs(parameters: RigParameters) -> Pairs:
-    """The chamber pairs, empty. In arc length a pair reaches from the end of one rod of the table to that of another."""
+    """The chamber pairs, empty; each reaches from the end of one rod of the table to that of another."""
     actuator, own, dt = parameters.actuator, parameters.twin.cosserat, parameters.controller.dt
     full = actuator.u_max * np.array(actuator.pressure_map)
     return Pairs(

@@ -1,4 +1,4 @@
-"""What every simulated plant has around its rod: chambers behind valves, a camera, faults, and a set in its curvature."""
+"""What every simulated plant has around its rod: chambers behind valves, a camera, faults, a set in its curvature."""
 
 import math
 
@@ -17,7 +17,7 @@ TUNED_PRESSURE = 60e3
 """Gauge pressure at which the pressure loops have their nominal lags: of an ordinary step [Pa]."""
 
 
-def chambers(parameters: RigParameters) -> Chambers:
+def chambers(parameters: RigParameters, torque_gain: tuple[float, float]) -> Chambers:
     """Four empty chambers; their loops have been on for long, so that the spools' offset is made up for."""
     twin, dt = parameters.twin, parameters.controller.dt
     return Chambers(
@@ -28,7 +28,7 @@ def chambers(parameters: RigParameters) -> Chambers:
         line=np.zeros((round(twin.dead_time / dt) + 1, 4)),
         valve=tuned_valve(twin, dt),
         broken=np.zeros(3, np.int64),
-        torque_per_pascal=twin.kappa * np.array(twin.torque_gain) / np.array(parameters.actuator.pressure_map),
+        torque_per_pascal=twin.kappa * np.array(torque_gain) / np.array(parameters.actuator.pressure_map),
     )
 
 
@@ -82,9 +82,9 @@ def faults(twin: TwinParameters, pneumatics: Chambers) -> Faults:
     )
 
 
-def bent(actuator: Actuator, twin: TwinParameters) -> Actuator:
+def bent(actuator: Actuator, set_curvature: tuple[float, float]) -> Actuator:
     """`actuator` with the set of the plant added to its curvature at rest: one number for each half."""
     table = actuator.table_rods
     known = profile(actuator.rest_curvature, table)
-    halves = np.array(twin.set_curvature)[2 * np.arange(table) // table]
+    halves = np.array(set_curvature)[2 * np.arange(table) // table]
     return actuator.model_copy(update={"rest_curvature": tuple(known + halves)})

@@ -31,7 +31,7 @@ def _built(parameters: RigParameters) -> Twin:
     model = twin_model(actuator, twin)
     stiffest = model._replace(k=model.k * (1.0 + sum(twin.creep) + twin.hysteresis))
     rods, length, bends = twin.rods, actuator.length, np.diff(model.rest, prepend=0.0)
-    pneumatics = chambers(parameters)
+    pneumatics = chambers(parameters, twin.torque_gain)
     return Twin(
         model=model,
         state=at_rest(model),
@@ -57,7 +57,7 @@ def twin_model(actuator: Actuator, twin: TwinParameters) -> RodModel:
 
     Its `compliance` maps torques in the model's units, before kappa and the torque gain.
     """
-    model = build_rod(bent(actuator, twin), twin.rods)
+    model = build_rod(bent(actuator, twin.set_curvature), twin.rods)
     k, g = model.k * twin.kappa * twin.stiffness_scale, model.g * twin.kappa
     rest, _ = equilibrium(ChainStatics(model.L, model.arm, model.m, k, model.bend, g), model.T_theta)
     loose = model._replace(k=k, b=np.zeros(twin.rods), alpha=0.0, g=g, rest=rest)

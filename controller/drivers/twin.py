@@ -7,7 +7,7 @@ from controller.schema.parameters import RigParameters
 
 
 class TwinDriver:
-    """The simulated plant, of whichever kind: the loop steps `twin` after every tick and posts what it senses, so nothing runs here."""
+    """The simulated plant, of either kind: the loop steps it after every tick and posts what it senses."""
 
     simulated = True
 

@@ -158,16 +158,20 @@ class CosseratParameters(Model):
     """Share of the first mode's damping that is the material's, by stiffness; the rest is by mass."""
     stiffening: Annotated[float, Bounds(ge=0.0, le=3.0), Q("1")] = 0.3
     """Bending stiffness that a pair adds along its half when its pressures sum up to that of u_max, as a share."""
-    lag: Annotated[tuple[PairLag, PairLag], Q("s", shape=(2,))] = (0.01, 0.02)
+    torque_gain: Annotated[tuple[Mismatch, Mismatch], Q("1", shape=(2,))] = (1.0, 1.0)
+    """As the twin's, whose fitted ones would hide a part of what pressure stiffens."""
+    set_curvature: Annotated[tuple[Set, Set], Q("1/m", shape=(2,))] = (0.0, 0.0)
+    """As the twin's."""
+    lag: Annotated[tuple[PairLag, PairLag], Q("s", shape=(2,))] = (0.005, 0.01)
     """First-order lag from each pair's pressures to its torque, behind valves and lines."""
-    pair_hysteresis: Annotated[tuple[PairLoop, PairLoop], Q("1", shape=(2,))] = (0.02, 0.03)
+    pair_hysteresis: Annotated[tuple[PairLoop, PairLoop], Q("1", shape=(2,))] = (0.01, 0.015)
     """By how much each pair's torque stays behind its pressures, either way, as a share of u_max."""
 
 
 class TwinParameters(Model):
     """The simulated actuator: the same static map as the model, another time scale, and honest flaws (PHYSICS.md).
 
-    Of these numbers a Cosserat plant does not use rods, substeps, creep and the hysteresis of the hinges.
+    A Cosserat plant uses them too, but for rods, substeps, torque gain, set, creep and the hysteresis of hinges.
     """
 
     plant: PlantKind = "rod"

@@ -8,9 +8,9 @@ import time
 import numpy as np
 
 from controller.arrays import Rows
+from controller.build.plant import build_plant
 from controller.build.rig import build_rig
 from controller.build.statics import scratch_for
-from controller.build.plant import build_plant
 from controller.errors import ParameterError
 from controller.kernels.model.statics import static_tip
 from controller.schema.messages import Command

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.arrays import Array
+from controller.arrays import Array, Pair
 from controller.kernels.compiled import inlined, kernel
 from controller.kernels.denormal import flushed
 from controller.kernels.model.rod import sine_cosine
@@ -25,9 +25,6 @@ CONVERGED = 1e-7
 """Correction of angles [rad] and of positions [element lengths] after which Newton's next one is a rounding error."""
 ITERATIONS = 12
 """Most of them in a step; two are usual."""
-
-Strains = tuple[float, float]
-"""Stretch and shear of an element [1]."""
 
 
 class CosseratRod(NamedTuple):
@@ -75,6 +72,26 @@ class RodMotion(NamedTuple):
     """(3,n) [m/s, m/s, rad/s]."""
     way: Array
     """Delta of the last step (3,n)."""
+
+
+class Middle(NamedTuple):
+    """An element in the middle of a step: what its torque, force and their slopes are made of."""
+
+    c: float
+    s: float
+    """Its axis is t = (c, s), its normal n = (-s, c)."""
+    C: float
+    S: float
+    """Cosine and sine of half its turn."""
+    sinc: float
+    sinc_slope: float
+    """sin(half)/half, and half its slope."""
+    along: float
+    across: float
+    """t.d and n.d [m]."""
+    moved: float
+    slid: float
+    """t and n times the way of d [m]."""
 
 
 class Newton(NamedTuple):
@@ -159,11 +176,23 @@ def inertia(rod: CosseratRod, forces: RodForces, h: float, i: int, motion: RodMo
 def resist_element(rod: CosseratRod, h: float, i: int, motion: RodMotion, newton: Newton) -> None:
     """Torque and force of the stretched and sheared element i in the right-hand sides, and their slopes.
 
-    N and V are the mean stresses with damping, theta, d and t, n those at the middle of the step, `half` half the turn:
-    force = cos(half) (N t + V n), torque = sinc(half) (N n.d - V t.d), which are exact differences of the energy. Not in
-    the paper: Simo, Tarnow and Doblare 1995. In place: motion, newton.
+    N and V are the mean stresses of the step, and damping. Not in the paper: Simo, Tarnow and Doblare 1995. In place:
+    motion, newton.
     """
-    q, way = motion.q, motion.way
+    at = middle_of(motion.q, motion.way, i)
+    later = 0.5 + rod.beta / h
+    N = rod.EA * (newton.strain[i, 0] + later * (at.C * at.moved + 2.0 * at.S * at.across) / rod.l)
+    V = rod.GA * (newton.strain[i, 1] + later * (at.C * at.slid - 2.0 * at.S * at.along) / rod.l)
+    push_element(at, N, V, i, newton.row)
+    slope_element(at, N, V, (rod.EA * later / rod.l, rod.GA * later / rod.l), newton.slope[i])
+
+
+@inlined
+def middle_of(q: Array, way: Array, i: int) -> Middle:
+    """Element i in the middle of the step that goes `way` (3,n) from the pose q (3,n).
+
+    Not in the paper: Simo, Tarnow and Doblare 1995.
+    """
     half = 0.5 * way[2, i]
     s, c = sine_cosine(q[2, i] + half)
     S, C = sine_cosine(half)
@@ -175,50 +204,52 @@ def resist_element(rod: CosseratRod, h: float, i: int, motion: RodMotion, newton
         d_x, d_y = d_x - q[0, i - 1] - 0.5 * way[0, i - 1], d_y - q[1, i - 1] - 0.5 * way[1, i - 1]
     along, across = c * d_x + s * d_y, c * d_y - s * d_x
     moved, slid = c * w_x + s * w_y, c * w_y - s * w_x
-    e, g = newton.strain[i, 0], newton.strain[i, 1]
-    e_way, g_way = (C * moved + 2.0 * S * across) / rod.l, (C * slid - 2.0 * S * along) / rod.l
-    later = 0.5 + rod.beta / h
-    N, V = rod.EA * (e + later * e_way), rod.GA * (g + later * g_way)
-    f_t, f_n = C * N, C * V
-    torque = N * across - V * along
-    row = newton.row
-    row[i, 0, 6] -= sinc * torque
-    f_x, f_y = c * f_t - s * f_n, s * f_t + c * f_n
+    return Middle(c, s, C, S, sinc, sinc_slope, along, across, moved, slid)
+
+
+@inlined
+def push_element(at: Middle, N: float, V: float, i: int, row: Array) -> None:
+    """Take force cos(half) (N t + V n) and torque sinc(half) (N n.d - V t.d) of element i off the right-hand sides.
+
+    They are exact differences of the energy. Not in the paper: Simo, Tarnow and Doblare 1995. In place: row (n,3,7).
+    """
+    f_x, f_y = at.C * (at.c * N - at.s * V), at.C * (at.s * N + at.c * V)
+    row[i, 0, 6] -= at.sinc * (N * at.across - V * at.along)
     row[i, 1, 6] -= f_x
     row[i, 2, 6] -= f_y
     if i > 0:
         row[i - 1, 1, 6] += f_x
         row[i - 1, 2, 6] += f_y
-    n_l, v_l = rod.EA * later / rod.l, rod.GA * later / rod.l
+
+
+@inlined
+def slope_element(at: Middle, N: float, V: float, stiff: Pair, out_slope: Array) -> None:
+    """Slopes (3,3) of torque and force by the element's angle and by d; `stiff`: of N and V by their strains.
+
+    Not in the paper: Simo, Tarnow and Doblare 1995.
+    """
+    c, s, C, S, sinc, sinc_slope, along, across, moved, slid = at
+    n_l, v_l = stiff
     end_along, end_across = along + 0.5 * moved, across + 0.5 * slid
     N_turn = n_l * (C * end_across - S * end_along)
     V_turn = -v_l * (C * end_along + S * end_across)
-    slope = newton.slope[i]
-    slope[0, 0] = sinc_slope * torque + sinc * (N_turn * across - V_turn * along - 0.5 * (N * along + V * across))
+    turn = N_turn * across - V_turn * along - 0.5 * (N * along + V * across)
+    out_slope[0, 0] = sinc_slope * (N * across - V * along) + sinc * turn
     m_t = sinc * (n_l * C * across + v_l * S * along - 0.5 * V)
     m_n = sinc * (n_l * S * across - v_l * C * along + 0.5 * N)
-    slope[0, 1], slope[0, 2] = c * m_t - s * m_n, s * m_t + c * m_n
+    out_slope[0, 1], out_slope[0, 2] = c * m_t - s * m_n, s * m_t + c * m_n
     t_turn = C * N_turn - 0.5 * (C * V + S * N)
     n_turn = C * V_turn + 0.5 * (C * N - S * V)
-    slope[1, 0], slope[2, 0] = c * t_turn - s * n_turn, s * t_turn + c * n_turn
-    turned(c, s, C * n_l, C * v_l, C, S, slope)
+    out_slope[1, 0], out_slope[2, 0] = c * t_turn - s * n_turn, s * t_turn + c * n_turn
+    a, b, a2, b2 = C * n_l * C, C * n_l * S, -C * v_l * S, C * v_l * C
+    out_slope[1, 1] = c * (a * c - b * s) - s * (a2 * c - b2 * s)
+    out_slope[1, 2] = c * (a * s + b * c) - s * (a2 * s + b2 * c)
+    out_slope[2, 1] = s * (a * c - b * s) + c * (a2 * c - b2 * s)
+    out_slope[2, 2] = s * (a * s + b * c) + c * (a2 * s + b2 * c)
 
 
 @inlined
-def turned(c: float, s: float, n_l: float, v_l: float, C: float, S: float, slope: Array) -> None:
-    """Slopes of the force by d: n_l t (C t + S n)^T + v_l n (C n - S t)^T, with t = (c, s) and n = (-s, c).
-
-    Not in the paper: Simo, Tarnow and Doblare 1995. In place: slope (3,3).
-    """
-    a, b, a2, b2 = n_l * C, n_l * S, -v_l * S, v_l * C
-    slope[1, 1] = c * (a * c - b * s) - s * (a2 * c - b2 * s)
-    slope[1, 2] = c * (a * s + b * c) - s * (a2 * s + b2 * c)
-    slope[2, 1] = s * (a * c - b * s) + c * (a2 * c - b2 * s)
-    slope[2, 2] = s * (a * s + b * c) + c * (a2 * s + b2 * c)
-
-
-@inlined
-def sinc_of(x: float) -> tuple[float, float]:
+def sinc_of(x: float) -> Pair:
     """sin(x)/x and half its slope, of half a step's turn: a series, exact to 1e-16 for |x| < 0.3.
 
     Not in the paper: 0/0 at rest.

@@ -13,8 +13,10 @@ Plant = Twin | Cosserat
 
 def plant_step(t_ns: int, plant: Plant, telemetry: Record, out_measurement: Record) -> None:
     """One step of `plant`, as `twin_step`; for compiled callers, which know its type when they are compiled."""
-    step = cosserat_step if isinstance(plant, Cosserat) else twin_step
-    step(t_ns, plant, telemetry, out_measurement)  # type: ignore[operator]
+    if isinstance(plant, Cosserat):
+        cosserat_step(t_ns, plant, telemetry, out_measurement)
+    else:
+        twin_step(t_ns, plant, telemetry, out_measurement)
 
 
 @overload(plant_step, inline="always")
