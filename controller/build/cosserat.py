@@ -128,7 +128,7 @@ def rest_of(rod: CosseratRod, forces: RodForces | None = None) -> Array:
         rod_step(creeping, forces or still(rod), h, motion, newton)
         if np.abs(motion.way / [[length], [length], [1.0]]).max() < SETTLED:
             return pose
-    raise ParameterError(f"gravity = {tuple(rod.g.tolist())} m/s^2: the Cosserat plant comes to no rest")
+    raise ParameterError("gravity, mass and k: the Cosserat plant comes to no rest")
 
 
 def first_frequency(rod: CosseratRod, rest: Array) -> float:

@@ -142,7 +142,7 @@ def strains(rod: CosseratRod, q: Array, out_strain: Array) -> None:
 def balance(rod: CosseratRod, forces: RodForces, h: float, motion: RodMotion, newton: Newton) -> None:
     """Equations of the step at the present guess of its way: block rows, and what they are out of balance.
 
-    Not in the paper: Simo, Tarnow and Doblare 1995. In place: motion, newton.
+    Not in the paper: Simo, Tarnow and Doblare 1995. In place: newton.
     """
     n = rod.m.size
     for i in range(n):
@@ -176,8 +176,8 @@ def inertia(rod: CosseratRod, forces: RodForces, h: float, i: int, motion: RodMo
 def resist_element(rod: CosseratRod, h: float, i: int, motion: RodMotion, newton: Newton) -> None:
     """Torque and force of the stretched and sheared element i in the right-hand sides, and their slopes.
 
-    N and V are the mean stresses of the step, and damping. Not in the paper: Simo, Tarnow and Doblare 1995. In place:
-    motion, newton.
+    N and V are the mean stresses of the step, and damping. Not in the paper: Simo, Tarnow and Doblare 1995.
+    In place: newton.
     """
     at = middle_of(motion.q, motion.way, i)
     later = 0.5 + rod.beta / h
@@ -264,7 +264,7 @@ def sinc_of(x: float) -> Pair:
 def resist_bend(rod: CosseratRod, forces: RodForces, h: float, i: int, motion: RodMotion, row: Array) -> None:
     """Moment in the bend before element i on the sections at both of its ends.
 
-    Not in the paper: Reissner 1972. In place: motion, row (n,3,7).
+    Not in the paper: Reissner 1972. In place: row (n,3,7).
     """
     bend, way = motion.q[2, i] - rod.bend[i], motion.way[2, i]
     if i > 0:
