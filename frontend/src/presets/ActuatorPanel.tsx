@@ -19,14 +19,20 @@ const GRAM = 1e3;
 const FILE_MAX = 400_000;
 
 /** What simulates the actuator, in the order in which it is offered. */
-const PLANTS: readonly { readonly plant: Plant; readonly word: string; readonly meaning: string }[] = [
-  { plant: "rod", word: "Rigid rods", meaning: "A finer chain of rods, of the kind that the observer has" },
+const PLANTS = [
+  {
+    plant: "rod",
+    word: "Rigid rods",
+    called: "a plant of rigid rods",
+    meaning: "A finer chain of rods, of the kind that the observer has",
+  },
   {
     plant: "cosserat",
     word: "Cosserat rod",
+    called: "a Cosserat rod as plant",
     meaning: "Foreign to the observer: it stretches, shears, and pressure stiffens it",
   },
-];
+] as const satisfies readonly { readonly plant: Plant; word: string; called: string; meaning: string }[];
 
 /** An actuator or a plant that was chosen: said by name, asked for by its body. */
 interface Wanted {
@@ -159,7 +165,7 @@ function Choice({ choice, current, plant, checked, want }: ChoiceProps) {
       {plant === null ? null : (
         <div className="row" role="group" aria-label="Simulated by">
           <span className="note">Simulated by</span>
-          {PLANTS.map(({ plant: one, word, meaning }) => (
+          {PLANTS.map(({ plant: one, word, called, meaning }) => (
             <ControlButton
               key={one}
               control="settings"
@@ -169,7 +175,7 @@ function Choice({ choice, current, plant, checked, want }: ChoiceProps) {
               testId={`plant-${one}`}
               meaning={`${meaning}; the rig starts again`}
               onClick={() => {
-                want({ name: `the ${word.toLowerCase()}`, body: one });
+                want({ name: called, body: one });
               }}
             >
               {word}
