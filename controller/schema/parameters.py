@@ -171,7 +171,7 @@ class CosseratParameters(Model):
 class TwinParameters(Model):
     """The simulated actuator: the same static map as the model, another time scale, and honest flaws (PHYSICS.md).
 
-    A Cosserat plant uses them too, but for rods, substeps, torque gain, set, creep and the hysteresis of hinges.
+    A Cosserat plant uses them too, but for those in `ROD_ONLY`.
     """
 
     plant: PlantKind = "rod"
@@ -221,6 +221,19 @@ class TwinParameters(Model):
     marker_period: Annotated[float, Bounds(ge=1e-3, le=1.0), Q("s")] = 0.01
     marker_latency: Annotated[float, Bounds(ge=0.0, le=0.1), Q("s")] = 0.004
     seed: Annotated[int, Bounds(ge=0, le=2**31 - 1), Q("1")] = 0
+
+
+ROD_ONLY = (
+    "rods",
+    "substeps",
+    "torque_gain",
+    "set_curvature",
+    "creep",
+    "creep_time",
+    "hysteresis",
+    "hysteresis_bend",
+)
+"""Of `TwinParameters` what a Cosserat plant does not use."""
 
 
 class RigParameters(Model):

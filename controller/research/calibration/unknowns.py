@@ -3,6 +3,8 @@
 import math
 from typing import NamedTuple
 
+from controller.schema.parameters import ROD_ONLY
+
 
 class Unknown(NamedTuple):
     """One number of the fit. Its scale is linear, or logarithmic for what is positive and known by its order."""
@@ -76,10 +78,8 @@ UNKNOWNS = (
     Unknown("K_FF", 0.01, 0.4, 0.07, 0.15, log=True),
 )
 
-ONLY_ROD = ("torque_gain", "set_curvature", "creep", "creep_time", "hysteresis", "hysteresis_bend")
-"""Fields that a Cosserat plant does not use."""
 COSSERAT_UNKNOWNS = (
-    *(one for one in UNKNOWNS if one.name.partition(".")[0] not in ONLY_ROD),
+    *(one for one in UNKNOWNS if one.name.partition(".")[0] not in ROD_ONLY),
     # As of the twin, but what pressure stiffens is not in the gain: around what the model believes.
     Unknown("cosserat.torque_gain.0", 0.8, 1.6, 1.1, 0.15),
     Unknown("cosserat.torque_gain.1", 0.8, 1.6, 1.1, 0.15),

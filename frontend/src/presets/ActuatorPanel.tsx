@@ -171,6 +171,7 @@ function Choice({ choice, current, plant, checked, want }: ChoiceProps) {
               control="settings"
               because={one === plant ? "The rig has it" : because}
               variant="default"
+              className="actuator"
               aria-pressed={one === plant}
               testId={`plant-${one}`}
               meaning={`${meaning}; the rig starts again`}
