@@ -35,7 +35,7 @@ def setup_table(results: Results, fit: Mapping[str, Any]) -> Markup:
     gains, twin = results.setup.gains, results.twin
     foreign = twin.plant == "cosserat"
     left_out = {"plant", "cosserat", "seed", *(ROD_ONLY if foreign else ())}
-    rows = [("plant", twin.plant, "", "")]
+    rows: list[tuple[str, str, str, str]] = [("plant", twin.plant, "", "")]
     rows += [_number(twin, name, name in fit["twin"]) for name in type(twin).model_fields if name not in left_out]
     rows += [_number(twin.cosserat, name, False) for name in type(twin.cosserat).model_fields if foreign]
     rows += [_number(gains, name, name in fit["gains"]) for name in GAINS]
