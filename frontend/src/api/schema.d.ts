@@ -5008,7 +5008,7 @@ export interface components {
      * TwinParameters
      * @description The simulated actuator: the same static map as the model, another time scale, and honest flaws (PHYSICS.md).
      *
-     *     A Cosserat plant uses them too, but for rods, substeps, torque gain, set, creep and the hysteresis of hinges.
+     *     A Cosserat plant uses them too, but for those in `ROD_ONLY`.
      */
     TwinParameters: {
       /**
