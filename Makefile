@@ -82,6 +82,7 @@ test-browser: setup chromium
 	$(BIN)/python -m pytest tests/e2e -rP -m "not long"
 
 test-long: setup chromium
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[engines]'
 	$(BIN)/python -m pytest tests -rP -m long
 
 # The page's types follow the server's OpenAPI; `make types` compares. Tables in docs/ follow the code that acts by them.

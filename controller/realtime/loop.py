@@ -9,7 +9,7 @@ import numpy as np
 
 from controller.arrays import Words
 from controller.kernels.control.tick import Rig, tick
-from controller.kernels.plant.twin import Twin, twin_step
+from controller.kernels.plant.step import Plant, plant_step
 from controller.realtime.clock import now_ns, sleep_until, slots_missed
 from controller.realtime.compiled import compiled, load_acquire, store_release
 from controller.realtime.mailbox import mailbox, post, receive, words
@@ -81,7 +81,7 @@ def loop_memory(header: Words, rows: Words) -> LoopMemory:
 
 
 @compiled
-def run_loop(rig: Rig, twin: Twin, memory: LoopMemory, period_ns: int) -> None:
+def run_loop(rig: Rig, twin: Plant, memory: LoopMemory, period_ns: int) -> None:
     """Tick on the grid until STOP is set, then write one last row with everything vented.
 
     While it is paused the time of tick and twin stands still: `paused_ns` is how far it is behind the clock.
@@ -130,12 +130,12 @@ def step_due(header: Words) -> bool:
 
 
 @compiled
-def advance(t_ns: int, paused_ns: int, clock: Words, rig: Rig, twin: Twin, memory: LoopMemory) -> None:
+def advance(t_ns: int, paused_ns: int, clock: Words, rig: Rig, twin: Plant, memory: LoopMemory) -> None:
     """One tick at `t_ns` by the clock, one step of the twin, and the row into the ring. `clock` is scratch (4,)."""
     status, telemetry = memory.status[0], memory.telemetry[0]
     tick(t_ns - paused_ns, memory.command[0], memory.measurement[0], status, rig, telemetry)
     status.step_ns = now_ns(clock) - t_ns
-    twin_step(t_ns - paused_ns, twin, telemetry, memory.sensed[0])
+    plant_step(t_ns - paused_ns, twin, telemetry, memory.sensed[0])
     post(memory.measurements, memory.sensed_words)
     telemetry.t_ns = t_ns
     ring_push(memory.header, memory.rows, memory.telemetry_words)
@@ -176,7 +176,7 @@ def run_baseline(header: Words, period_ns: int) -> None:
         deadline += (1 + missed) * period_ns
 
 
-def compile_loop(rig: Rig, twin: Twin) -> None:
+def compile_loop(rig: Rig, twin: Plant) -> None:
     """Compile, or load from the cache, all that the loop and its readers call; `rig` and `twin` are spares.
 
     The loop ends at once because STOP is set, and writes its one row into a ring that is thrown away.

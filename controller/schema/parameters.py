@@ -3,7 +3,7 @@
 Live settings (`Settings`) travel in every command; the rest is fixed while a rig process runs.
 """
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field as Bounds
 
@@ -38,6 +38,9 @@ Mismatch = Annotated[float, Bounds(ge=0.5, le=2.0)]
 Set = Annotated[float, Bounds(ge=-10.0, le=10.0)]
 Share = Annotated[float, Bounds(ge=0.0, le=10.0)]
 Relaxation = Annotated[float, Bounds(ge=1e-3, le=1e4)]
+PlantKind = Literal["rod", "cosserat"]
+PairLag = Annotated[float, Bounds(ge=0.0, le=0.5)]
+PairLoop = Annotated[float, Bounds(ge=0.0, le=0.5)]
 Torque = Annotated[float, Bounds(ge=-0.2, le=0.2)]
 
 
@@ -146,9 +149,38 @@ class SafetyLimits(Model):
     """So is one below this: gauge pressure, so a sensor or its wire is broken."""
 
 
-class TwinParameters(Model):
-    """The simulated actuator: the same static map as the model, another time scale, and honest flaws (PHYSICS.md)."""
+class CosseratParameters(Model):
+    """What the Cosserat plant has of its own (ours: neither the paper nor an actuator's file gives any of it)."""
 
+    elements: Annotated[int, Bounds(ge=20, le=100, multiple_of=20), Q("1", "n")] = 20
+    """Of the rod; multiples of 20, so that markers and backbone points are points of its grid."""
+    stretch: Annotated[float, Bounds(ge=50.0, le=1e8), Q("1")] = 850.0
+    """Stiffness to stretch, EA L^2 / EI: 12 (L / width)^2 of a solid section, 850 for P1."""
+    shear: Annotated[float, Bounds(ge=20.0, le=1e8), Q("1")] = 240.0
+    """Stiffness to shear, GA L^2 / EI: 5/6 of a third of that of stretch, as of a rectangle of rubber."""
+    viscosity: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1")] = 0.5
+    """Share of the first mode's damping that is the material's, by stiffness; the rest is by mass."""
+    stiffening: Annotated[float, Bounds(ge=0.0, le=3.0), Q("1")] = 0.3
+    """Bending stiffness that a pair adds along its half when its pressures sum up to that of u_max, as a share."""
+    torque_gain: Annotated[tuple[Mismatch, Mismatch], Q("1", shape=(2,))] = (1.0, 1.0)
+    """As the twin's, whose fitted ones would hide a part of what pressure stiffens."""
+    set_curvature: Annotated[tuple[Set, Set], Q("1/m", shape=(2,))] = (0.0, 0.0)
+    """As the twin's."""
+    lag: Annotated[tuple[PairLag, PairLag], Q("s", shape=(2,))] = (0.005, 0.01)
+    """First-order lag from each pair's pressures to its torque, behind valves and lines."""
+    pair_hysteresis: Annotated[tuple[PairLoop, PairLoop], Q("1", shape=(2,))] = (0.01, 0.015)
+    """By how much each pair's torque stays behind its pressures, either way, as a share of u_max."""
+
+
+class TwinParameters(Model):
+    """The simulated actuator: the same static map as the model, another time scale, and honest flaws (PHYSICS.md).
+
+    A Cosserat plant uses them too, but for those in `ROD_ONLY`.
+    """
+
+    plant: PlantKind = "rod"
+    """A chain of rigid rods, as the model is one, or a Cosserat rod (docs/model.md)."""
+    cosserat: CosseratParameters = CosseratParameters()
     rods: Annotated[int, Bounds(ge=2, le=100), Q("1", "N")] = 14
     substeps: Annotated[int, Bounds(ge=1, le=20), Q("1")] = 4
     kappa: Annotated[float, Bounds(ge=1.0, le=50.0), Q("1", "kappa")] = TWIN["kappa"]
@@ -193,6 +225,19 @@ class TwinParameters(Model):
     marker_period: Annotated[float, Bounds(ge=1e-3, le=1.0), Q("s")] = 0.01
     marker_latency: Annotated[float, Bounds(ge=0.0, le=0.1), Q("s")] = 0.004
     seed: Annotated[int, Bounds(ge=0, le=2**31 - 1), Q("1")] = 0
+
+
+ROD_ONLY = (
+    "rods",
+    "substeps",
+    "torque_gain",
+    "set_curvature",
+    "creep",
+    "creep_time",
+    "hysteresis",
+    "hysteresis_bend",
+)
+"""Of `TwinParameters` what a Cosserat plant does not use."""
 
 
 class RigParameters(Model):

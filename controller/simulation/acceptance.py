@@ -8,9 +8,9 @@ import time
 import numpy as np
 
 from controller.arrays import Rows
+from controller.build.plant import build_plant
 from controller.build.rig import build_rig
 from controller.build.statics import scratch_for
-from controller.build.twin import build_twin
 from controller.errors import ParameterError
 from controller.kernels.model.statics import static_tip
 from controller.schema.messages import Command
@@ -68,7 +68,7 @@ def _run(parameters: RigParameters, settings: Settings, end: float) -> None:
 
 
 def _build(parameters: RigParameters) -> Simulation:
-    return Simulation(build_rig(parameters, BOOT), build_twin(parameters), Command(boot=BOOT))
+    return Simulation(build_rig(parameters, BOOT), build_plant(parameters), Command(boot=BOOT))
 
 
 def _advance(simulation: Simulation, ticks: int, standing: bool, end: float) -> None:

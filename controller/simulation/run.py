@@ -3,8 +3,8 @@
 import numpy as np
 
 from controller.arrays import Rows
+from controller.build.plant import build_plant
 from controller.build.rig import build_rig
-from controller.build.twin import build_twin
 from controller.errors import DataError, TendrilError
 from controller.kernels.memory import Control
 from controller.reference.reference import Reference
@@ -52,7 +52,7 @@ def attempt(
 
 def armed(parameters: RigParameters, settings: Settings, seed: int) -> Simulation:
     """A rig and its twin in HOLD at rest, ready for a run, with the twin's noise from `seed`."""
-    rig, twin = build_rig(parameters, BOOT), build_twin(seeded(parameters, seed))
+    rig, twin = build_rig(parameters, BOOT), build_plant(seeded(parameters, seed))
     simulation = Simulation(rig, twin, Command(boot=BOOT, settings=settings))
     simulation.run(SETTLE)
     request(simulation, Request.ARM)

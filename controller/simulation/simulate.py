@@ -7,7 +7,7 @@ from numba import njit
 
 from controller.arrays import Rows
 from controller.kernels.control.tick import Rig, tick
-from controller.kernels.plant.twin import Twin, twin_step
+from controller.kernels.plant.step import Plant, plant_step
 from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry
 
@@ -21,7 +21,7 @@ class Simulation:
     The operator is present as long as `present` is True, and every number of `command` may be changed between pieces.
     """
 
-    def __init__(self, rig: Rig, twin: Twin, command: Command) -> None:
+    def __init__(self, rig: Rig, twin: Plant, command: Command) -> None:
         self.rig, self.twin, self.present = rig, twin, True
         self.command = to_record(command)
         self.measurement = to_record(Measurement())
@@ -44,7 +44,7 @@ class Simulation:
         return rows
 
 
-def simulate(rig: Rig, twin: Twin, commands: Sequence[tuple[int, Command]], ticks: int) -> Rows:
+def simulate(rig: Rig, twin: Plant, commands: Sequence[tuple[int, Command]], ticks: int) -> Rows:
     """Telemetry (ticks,) of a run in which each of `commands` comes into force at its tick; the operator is present."""
     simulation = Simulation(rig, twin, Command(boot=int(rig.control.state["boot"][0])))
     times = sorted(commands, key=lambda item: item[0])
@@ -67,4 +67,4 @@ def _run(rig, twin, first, records, rows):  # type: ignore[no-untyped-def]
         command.presence += first[2]
         rows[n].slot = slot
         tick(t_ns, command, measurement, status, rig, rows[n])
-        twin_step(t_ns, twin, rows[n], measurement)
+        plant_step(t_ns, twin, rows[n], measurement)

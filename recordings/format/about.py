@@ -30,7 +30,8 @@ def word(value: Mode | Cause) -> str:
 def description(about: About) -> str:
     """The "About" tab: who, what, and every parameter."""
     info = about.info
-    source = "twin (simulated actuator)" if info.twin else "hardware"
+    simulated = "Cosserat rod" if info.parameters.twin.plant == "cosserat" else "chain of rods"
+    source = f"twin (actuator simulated as a {simulated})" if info.twin else "hardware"
     lines = [
         f"# {about.name}",
         f"{info.parameters.actuator.name}, {source}, rig `{info.rig}`, {info.program}, loop {info.policy}.",

@@ -6,10 +6,11 @@ share next to nothing. A part calls its kernels once, with arguments of the type
 
 import os
 import re
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import closing
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from rich.console import Console
@@ -18,6 +19,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from controller import compiled_sources
 from controller.arrays import Record
 from controller.system.work_process import WorkProcess
+
+if TYPE_CHECKING:
+    from controller.schema.parameters import RigParameters
 
 DECLARED = re.compile(r"^@(?:kernel|inlined|compiled|njit\(cache=True)", re.MULTILINE)
 LOOK = 0.2
@@ -81,13 +85,16 @@ def model() -> None:
 
 
 def plant() -> None:
-    """The twin, with the rod and one integrator of `model`, for which it would wait longer than they take."""
+    """Both plants, with the rod and one integrator of `model`, for which they would wait longer than they take."""
+    from controller.build.cosserat import build_cosserat
     from controller.build.twin import build_twin
+    from controller.kernels.plant.cosserat import cosserat_step
     from controller.kernels.plant.twin import twin_step
     from controller.schema.parameters import RigParameters
 
     _, measurement, _, telemetry = _records()
     twin_step(1, build_twin(RigParameters()), telemetry, measurement)
+    cosserat_step(1, build_cosserat(RigParameters()), telemetry, measurement)
 
 
 def estimate() -> None:
@@ -150,21 +157,21 @@ def beside() -> None:
 
 
 def loop() -> None:
-    """The loop of the rig."""
+    """The loop of the rig, with either plant."""
+    from controller.build.plant import build_plant
     from controller.build.rig import build_rig
-    from controller.build.twin import build_twin
     from controller.realtime.loop import compile_loop
-    from controller.schema.parameters import RigParameters
 
-    compile_loop(build_rig(RigParameters(), boot=1), build_twin(RigParameters()))
+    for parameters in _rigs():
+        compile_loop(build_rig(parameters, boot=1), build_plant(parameters))
 
 
 def preview() -> None:
-    """The loop without a clock, and all else that a preview calls."""
-    from controller.schema.parameters import RigParameters
+    """The loop without a clock, and all else that a preview calls, with either plant."""
     from server.runs.preview import warm_up
 
-    warm_up(RigParameters())
+    for parameters in _rigs():
+        warm_up(parameters)
 
 
 ROUNDS = ((model, plant), (estimate, command), (whole_tick, beside), (loop, preview))
@@ -185,6 +192,14 @@ def _given() -> Given:
     from controller.schema.parameters import RigParameters
 
     return Given(*_records(), build_rig(RigParameters(), boot=1))
+
+
+def _rigs() -> "Iterator[RigParameters]":
+    """A rig with each plant."""
+    from controller.schema.parameters import RigParameters, TwinParameters
+
+    yield RigParameters()
+    yield RigParameters(twin=TwinParameters(plant="cosserat"))
 
 
 def _records() -> tuple[Record, Record, Record, Record]:

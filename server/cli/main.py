@@ -14,13 +14,13 @@ from controller.system.complaints import one_line_errors
 from controller.system.logs import LogFormat, log_json
 from server.cli.docs import docs
 from server.cli.recordings import app as recordings_app
-from server.cli.research.commands import ActuatorName
+from server.cli.research.commands import ActuatorName, PlantName
 from server.cli.research.commands import app as research_app
 from server.cli.tokens import app as token_app
 from server.cli.typed import RecordingsFolder, commands
 
 if TYPE_CHECKING:
-    from controller.schema.parameters import RigParameters
+    from controller.schema.parameters import PlantKind, RigParameters
     from server.supervise.ready import Addresses
 
 app = commands(no_args_is_help=True, pretty_exceptions_enable=False)
@@ -96,6 +96,7 @@ def configure(
 def up(
     rig: RigName = "twin",
     actuator: LastActuator = None,
+    plant: PlantName = "rod",
     rods: Rods = 10,
     integrator: Stepping = "implicit",
     loop_gap: LoopGap = 0.05,
@@ -129,7 +130,7 @@ def up(
     )
 
     def parameters() -> "tuple[RigParameters, RigParameters | None]":
-        found = _parameters(actuator or "P1", rods, integrator, loop_gap)
+        found = _parameters(actuator or "P1", plant, rods, integrator, loop_gap)
         return (found, None) if actuator else (with_last_actuator(found, settings), found)
 
     run_up(RigSettings(rig=rig, log_format=log_format), parameters, settings, browser, ready)
@@ -177,6 +178,7 @@ def serve(
 def rig(
     rig: RigName = "twin",
     actuator: ActuatorName = "P1",
+    plant: PlantName = "rod",
     rods: Rods = 10,
     integrator: Stepping = "implicit",
     loop_gap: LoopGap = 0.05,
@@ -191,7 +193,7 @@ def rig(
     from controller.realtime.settings import RigSettings
 
     _start_log("rig", log_format)
-    parameters = _parameters(actuator, rods, integrator, loop_gap)
+    parameters = _parameters(actuator, plant, rods, integrator, loop_gap)
     link = RigSettings(rig=rig, listen=listen, key_file=key_file, link_tls=link_tls, ready=ready)
     run_rig(link.model_copy(update={"parameters": parameters}))
 
@@ -282,16 +284,17 @@ def _say_addresses(at: "Addresses") -> None:
     out.print(f"to operate: {at.operator}\nto look:    {at.viewer}", markup=False, soft_wrap=True)
 
 
-def _parameters(actuator: str, rods: int, integrator: str, loop_gap: float) -> "RigParameters":
+def _parameters(actuator: str, plant: "PlantKind", rods: int, integrator: str, loop_gap: float) -> "RigParameters":
     """Those of a rig, refused here rather than in the process that would run it."""
     from controller.schema.actuator import PRESETS, read_actuator
     from controller.schema.modes import Integrator
-    from controller.schema.parameters import ControllerParameters, RigParameters, SafetyLimits
+    from controller.schema.parameters import ControllerParameters, RigParameters, SafetyLimits, TwinParameters
     from controller.simulation.acceptance import require_built, require_running
 
     controller = ControllerParameters(rods=rods, integrator=Integrator[integrator.upper()])
     limits = SafetyLimits(loop_gap=loop_gap)
-    parameters = RigParameters(actuator=read_actuator(actuator), controller=controller, limits=limits)
+    twin = TwinParameters(plant=plant)
+    parameters = RigParameters(actuator=read_actuator(actuator), controller=controller, limits=limits, twin=twin)
     require = require_built if actuator in PRESETS else require_running
     require(parameters)
     return parameters

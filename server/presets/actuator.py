@@ -1,7 +1,8 @@
-"""Another actuator for the rig: the server writes an order, and `tendril up`, the rig's parent, carries it out.
+"""Another actuator or plant for the rig: the server writes an order, `tendril up`, the rig's parent, carries it out.
 
 Only when the rig has ticked with it the choice is kept beside the settings, for the next `tendril up` to begin with. If
 it does not, the rig goes back to what ticked last. Either way `up` writes an outcome, which the server tells the page.
+A plant is ordered in the same way; the next start has the one it is told.
 """
 
 import time
@@ -12,12 +13,12 @@ from pydantic import ValidationError
 
 from controller.errors import CommandRefused, ParameterError, TendrilError, sentence
 from controller.schema.actuator import PRESETS, Actuator, parse_actuator
-from controller.schema.parameters import RigParameters, Settings
+from controller.schema.parameters import PlantKind, RigParameters, Settings
 from controller.system.whole_file import read_whole, set_aside, write_whole
 from server.access.permit import Permit
 from server.http.given import given
 from server.log.events import EventLog
-from server.presets.messages import ActuatorBody, ActuatorOutcome
+from server.presets.messages import ActuatorBody, ActuatorOutcome, PlantBody
 from server.settings import ServerSettings
 
 ELSEWHERE = "the rig was not started by this server's `tendril up`: start it again with --actuator where it runs"
@@ -50,6 +51,25 @@ def wanted_actuator(body: ActuatorBody, rig: RigParameters) -> Actuator:
         raise ParameterError(f"actuator = {body.name!r} is not one of {', '.join(PRESETS)}")
     require_built(rig.model_copy(update={"actuator": actuator}))
     return actuator
+
+
+def with_plant(rig: RigParameters, plant: PlantKind) -> RigParameters:
+    """The same rig on another plant."""
+    return rig.model_copy(update={"twin": rig.twin.model_copy(update={"plant": plant})})
+
+
+def accepted_plant(plant: PlantKind, rig: RigParameters, in_force: Settings) -> str:
+    """What the rig on `plant` is called; ParameterError unless it stood and moved here."""
+    from controller.simulation.acceptance import require_running  # in the planner only
+
+    wanted = with_plant(rig, plant)
+    require_running(wanted, in_force)
+    return described(wanted)
+
+
+def described(rig: RigParameters) -> str:
+    """The actuator, and the plant where that is not rods: "P1 as a Cosserat rod"."""
+    return rig.actuator.name + (" as a Cosserat rod" if rig.twin.plant == "cosserat" else "")
 
 
 def kept_file(settings: ServerSettings) -> Path:
@@ -90,6 +110,26 @@ def order(path: Path | None, actuator: Actuator, body: ActuatorBody, permit: Per
         raise CommandRefused(f"the rig cannot be started again: {error.strerror}") from error
 
 
+def order_plant(path: Path | None, plant: PlantKind, permit: Permit) -> None:
+    """Have the rig started on `plant`, if `permit` stands; CommandRefused where nobody would do it."""
+    if path is None:
+        raise CommandRefused(ELSEWHERE.replace("--actuator", "--plant"))
+    permit.require()
+    try:
+        write_whole(_plant_file(path), PlantBody(plant=plant).model_dump_json(), lasting=False)
+    except OSError as error:
+        raise CommandRefused(f"the rig cannot be started again: {error.strerror}") from error
+
+
+def take_plant(path: Path | None) -> PlantKind | None:
+    """The plant that was ordered since the last call, if any."""
+    if path is None or not (ordered := _plant_file(path)).exists():
+        return None
+    found = PlantBody.model_validate_json(ordered.read_bytes())
+    ordered.unlink()
+    return found.plant
+
+
 def take_order(path: Path | None) -> Actuator | None:
     """The actuator that was ordered since the last call, if any."""
     if path is None or not path.exists():
@@ -114,6 +154,10 @@ def tell_outcome(path: Path, outcome: ActuatorOutcome) -> None:
 
 def _choice_file(orders: Path) -> Path:
     return orders.with_name("actuator-choice.json")
+
+
+def _plant_file(orders: Path) -> Path:
+    return orders.with_name("plant.json")
 
 
 def _outcome_file(orders: Path) -> Path:

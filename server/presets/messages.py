@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field as Bounds
 
 from controller.schema.layout import Model
-from controller.schema.parameters import Settings
+from controller.schema.parameters import PlantKind, Settings
 from controller.spelled import spelled
 
 PresetName = Annotated[str, spelled(r"^[\w .+-]{1,60}$", "1 to 60 letters, digits, blanks and _ . + -")]
@@ -27,6 +27,13 @@ class ActuatorBody(Model):
     """P1, P2 or P3."""
     toml: Annotated[str, Bounds(max_length=400_000)] | None = None
     """Text of an actuator file (docs/actuators.md)."""
+
+
+class PlantBody(Model):
+    """Body of PUT /api/rig/plant."""
+
+    plant: PlantKind
+    """What simulates the actuator: rigid rods, as in the model, or a Cosserat rod (docs/model.md)."""
 
 
 class ActuatorOutcome(Model):

@@ -1,17 +1,25 @@
-"""What becomes of the server's orders for another actuator, in `tendril up`, the rig's parent."""
+"""What becomes of the server's orders for another actuator or plant, in `tendril up`, the rig's parent."""
 
 import logging
 from pathlib import Path
 
 from controller.realtime.supervisor import Started, Supervisor
-from server.presets.actuator import keep, take_choice, take_order, tell_outcome
+from server.presets.actuator import (
+    described,
+    keep,
+    take_choice,
+    take_order,
+    take_plant,
+    tell_outcome,
+    with_plant,
+)
 from server.presets.messages import ActuatorBody, ActuatorOutcome
 
 log = logging.getLogger(__name__)
 
 
 class Orders:
-    """Orders of the server for another actuator: carried out, kept once the rig ticked with it, and told back."""
+    """Orders of the server for another actuator or plant: carried out, and told back; kept once the rig ticked."""
 
     def __init__(self, path: Path, kept: Path, supervisor: Supervisor) -> None:
         """`path` is where the orders come, `kept` where the choice is for the next start."""
@@ -24,6 +32,8 @@ class Orders:
             self._choice = take_choice(self._path)
             parameters = self._supervisor.settings.parameters
             self._supervisor.replace(parameters.model_copy(update={"actuator": actuator}))
+        if (plant := take_plant(self._path)) is not None:
+            self._supervisor.replace(with_plant(self._supervisor.settings.parameters, plant))
         if (started := self._supervisor.started()) is not None:
             self._settle(started)
 
@@ -32,9 +42,9 @@ class Orders:
         if not started.reason and self._choice is not None:
             unkept = self._keep(self._choice)
         outcome = ActuatorOutcome(
-            actuator=started.parameters.actuator.name,
+            actuator=described(started.parameters),
             reason=started.reason,
-            in_force=self._supervisor.settings.parameters.actuator.name,
+            in_force=described(self._supervisor.settings.parameters),
             unkept=unkept,
         )
         self._choice = None

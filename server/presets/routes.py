@@ -1,4 +1,4 @@
-"""Presets of gains, and the choice of the actuator."""
+"""Presets of gains, and the choice of actuator and plant."""
 
 import asyncio
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from server.operate.settings import GivenKeptSettings
 from server.presets import actuator as actuators
 from server.presets.actuator import GivenOutcomes, OutcomeWatch
 from server.presets.gains import GainPresets
-from server.presets.messages import ActuatorBody, ActuatorChoice, GainPreset, PresetName
+from server.presets.messages import ActuatorBody, ActuatorChoice, GainPreset, PlantBody, PresetName
 from server.rig.client import Rig
 from server.rig.planner import GivenPlanner
 from server.settings import ServerSettings
@@ -103,6 +103,19 @@ async def change_actuator(body: ActuatorBody, change: GivenChange, planner: Give
     actuators.order(change.settings.orders, actuator, body, permit)
     change.outcomes.wait_for(actuator.name, change.rig.boot())
     change.events.add(f"{permit.name}: the rig starts again with actuator {actuator.name}", "warning")
+
+
+@router.put("/api/rig/plant", status_code=202)
+async def change_plant(body: PlantBody, change: GivenChange, planner: GivenPlanner, permit: Permitted) -> None:
+    """Start the rig again on another simulated plant; refused as another actuator is, and on hardware (409)."""
+    info, in_force = change.rig.require_info(), change.operator.settings
+    if not info.twin:
+        raise CommandRefused("only a twin has a plant to choose, and this rig is hardware")
+    name = await planner.do(actuators.accepted_plant, body.plant, info.parameters, in_force)
+    change.require_rest()
+    actuators.order_plant(change.settings.orders, body.plant, permit)
+    change.outcomes.wait_for(name, change.rig.boot())
+    change.events.add(f"{permit.name}: the rig starts again with {name}", "warning")
 
 
 def _presets(settings: ServerSettings) -> GainPresets:

@@ -14,6 +14,8 @@ from numba.core.registry import CPUDispatcher
 from numba.core.runtime import _nrt_python, rtsys
 
 import controller.kernels
+from controller.build.cosserat import build_cosserat
+from controller.build.plant import build_plant
 from controller.build.rig import build_rig
 from controller.build.rod import build_rod
 from controller.build.twin import build_twin
@@ -27,10 +29,11 @@ from controller.kernels.model.rod import make_load
 from controller.kernels.model.statics import at_rest, places, tip_angles_of, tips_of
 from controller.kernels.observer.observer import Replay
 from controller.kernels.observer.replay import RecordedSamples, replay
+from controller.kernels.plant.cosserat import cosserat_step
 from controller.kernels.plant.twin import twin_step
 from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry
-from controller.schema.parameters import RigParameters
+from controller.schema.parameters import PlantKind, RigParameters, TwinParameters
 from controller.simulation.simulate import Simulation
 
 ALLOCATORS = re.compile(r"NRT_\w*alloc\w*|\b[mc]alloc\b|\brealloc\b|\bposix_memalign\b", re.IGNORECASE)
@@ -80,6 +83,7 @@ def outermost() -> dict[str, tuple[Any, ...]]:
     return {
         "tick": (1, command[0], measurement[0], status[0], rig, telemetry[0]),
         "twin_step": (1, twin, telemetry[0], measurement[0]),
+        "cosserat_step": (1, build_cosserat(RigParameters()), telemetry[0], measurement[0]),
         "meet_hinges": (model, state.q, state.v, work),
         "replay": (samples, 1, run, points[None]),
         "invert_along": (smap, points, 0, (0.0, 0.0), 1, 1, np.zeros(1), scratch, points.copy()),
@@ -107,14 +111,25 @@ def calls_hidden(x: np.ndarray) -> float:
 
 def test_the_examples_reach_every_kernel() -> None:
     found = kernels()
-    known = {tick, twin_step, meet_hinges, replay, invert_along, refine_each, fastest_progress, nearest_of}
+    known = {
+        tick,
+        twin_step,
+        cosserat_step,
+        meet_hinges,
+        replay,
+        invert_along,
+        refine_each,
+        fastest_progress,
+        nearest_of,
+    }
     assert known | {out_of_balance, tips_of, tip_angles_of} == {found[name] for name in outermost()}
     called = {inner for kernel in found.values() for inner in called_by(kernel)}
     assert {name for name, kernel in found.items() if kernel not in called} == outermost().keys()
 
 
 @pytest.mark.parametrize(
-    "name", ["tick", "twin_step", "meet_hinges", "replay", "invert_along", "nearest_of", "tip_angles_of"]
+    "name",
+    ["tick", "twin_step", "cosserat_step", "meet_hinges", "replay", "invert_along", "nearest_of", "tip_angles_of"],
 )
 def test_the_machine_code_of_no_kernel_calls_an_allocator(name: str) -> None:
     assert allocators(kernels()[name], outermost()[name]) == set()
@@ -135,9 +150,10 @@ def test_every_kernel_is_compiled_without_the_runtime_that_allocates() -> None:
     assert [name for name, kernel in kernels().items() if kernel.targetoptions.get("_nrt", True)] == []
 
 
-def test_ten_thousand_ticks_take_no_memory() -> None:
-    parameters = RigParameters()
-    simulation = Simulation(build_rig(parameters, 1), build_twin(parameters), Command(boot=1))
+@pytest.mark.parametrize("plant", ["rod", "cosserat"])
+def test_ten_thousand_ticks_take_no_memory(plant: PlantKind) -> None:
+    parameters = RigParameters(twin=TwinParameters(plant=plant))
+    simulation = Simulation(build_rig(parameters, 1), build_plant(parameters), Command(boot=1))
 
     def allocated(ticks: int) -> int:
         before = rtsys.get_allocation_stats().alloc

@@ -14,12 +14,12 @@ from controller.research.calibration.fit_file import FitOrigin, Result, fit_text
 from controller.research.calibration.margins import GAIN_FACTOR, Margin, Trial
 from controller.research.calibration.predictions import BROKEN, row_residual
 from controller.research.calibration.problem import Evaluation, Problem
-from controller.research.calibration.space import Space, place, value_in
+from controller.research.calibration.space import Space, place, space_of, value_in
 from controller.research.calibration.spread import row_spread
 from controller.research.calibration.unknowns import UNKNOWNS, Unknown
 from controller.research.experiments.paper_rows import FITTED, JUDGED
 from controller.schema.fit import FIT, GAIN_NAMES
-from controller.schema.parameters import Settings, TwinParameters
+from controller.schema.parameters import ROD_ONLY, CosseratParameters, Settings, TwinParameters
 from controller.simulation.case import Setup
 from server.cli.main import app
 
@@ -152,3 +152,14 @@ def test_any_command_is_read_back_from_the_file(text: str) -> None:
 def test_a_bool_is_one_in_the_file_too_and_what_is_no_text_does_no_harm() -> None:
     read = tomllib.loads(f"yes = {toml(True)}\nsome = {toml((1, 2.5))}\nbytes = {toml(chr(0xDCFF))}")
     assert read == {"yes": True, "some": [1, 2.5], "bytes": "?"}
+
+
+def test_the_cosserat_plant_has_unknowns_of_its_own_and_its_file_gives_back_its_fit() -> None:
+    space = space_of("cosserat")
+    base = space.decode(space.base_point()).twin
+    assert (base.plant, base.cosserat) == ("cosserat", CosseratParameters())
+    assert {one.name.partition(".")[0] for one in space.unknowns}.isdisjoint(ROD_ONLY)
+    z = np.random.default_rng(4).uniform(size=len(space.unknowns))
+    found = result()
+    found = replace(found, problem=Problem(space), best=replace(found.best, z=z), fits=(replace(found.best, z=z),))
+    assert TwinParameters(**tomllib.loads(fit_text(found))["twin"]) == space.decode(z).twin

@@ -24,7 +24,7 @@ def drags(twin: Any, v: np.ndarray, h: float, forces: np.ndarray) -> None:
     """Friction on the first rod for the velocities v (n,2) [m/s], each for h [s]."""
     for i in range(v.shape[0]):
         twin.state.v[0, 0], twin.state.v[1, 0] = v[i, 0], v[i, 1]
-        rub(twin.model, twin.state.v, h, twin.sheet, twin.load.F)
+        rub(twin.model.m, twin.state.v, h, twin.sheet, twin.load.F)
         forces[i] = twin.load.F[:, 0]
 
 

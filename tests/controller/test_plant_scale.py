@@ -43,3 +43,9 @@ def test_nothing_changes_without_a_change(text: str) -> None:
 def test_what_is_wrong_is_named(text: str, complaint: str) -> None:
     with pytest.raises(ParameterError, match=complaint):
         scaled(TWIN, text)
+
+
+def test_the_torque_of_a_cosserat_plant_is_its_own() -> None:
+    changed = scaled(TwinParameters(plant="cosserat"), "torque=1.2,k=1.1")
+    assert (changed.cosserat.torque_gain, changed.stiffness_scale) == ((1.2, 1.2), 1.1)
+    assert changed.torque_gain == TwinParameters().torque_gain

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from controller.build.twin import chambers, tuned_valve
+from controller.build.plant_parts import chambers, tuned_valve
 from controller.kernels.plant.valve import ATMOSPHERE, Chambers, Valve, fill_chambers, valve_flow
 from controller.schema.parameters import RigParameters, TwinParameters
 from tests.controller.chains import compiled
@@ -31,7 +31,7 @@ def run(twin: TwinParameters, setpoints: np.ndarray) -> tuple[np.ndarray, np.nda
     """Pressures and flows (n,4) of chambers whose four setpoints are `setpoints` (n,) or its columns (n,4)."""
     columns = np.ascontiguousarray(np.broadcast_to(setpoints.reshape(len(setpoints), -1), (len(setpoints), 4)))
     pressures, flows = np.empty_like(columns), np.empty_like(columns)
-    walk(chambers(RigParameters(twin=twin)), columns, pressures, flows)
+    walk(chambers(RigParameters(twin=twin), twin.torque_gain), columns, pressures, flows)
     return pressures, flows
 
 

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from controller.arrays import Rows
+from controller.build.plant import build_plant
 from controller.build.rig import build_rig
-from controller.build.twin import build_twin
 from controller.schema.actuator import PRESETS
 from controller.schema.layout import write_record
 from controller.schema.messages import Command
@@ -24,7 +24,7 @@ class Trial(Simulation):
         parameters = parameters or RigParameters(actuator=PRESETS[name])
         self.settings = Settings(**settings)
         super().__init__(
-            build_rig(parameters, BOOT), build_twin(parameters), Command(boot=BOOT, settings=self.settings)
+            build_rig(parameters, BOOT), build_plant(parameters), Command(boot=BOOT, settings=self.settings)
         )
 
     def ask(self, request: Request, target: tuple[float, float] | None = None, ticks: int = 1) -> Rows:

@@ -20,7 +20,12 @@ class Caretaker:
         self._client.post("/api/session", json={"token": product.url.split("token=")[1]}).raise_for_status()
         wait_until(lambda: self._client.get("/api/rig").is_success, 60.0)
         self._settings = self._read("/api/settings")
-        self._actuator = self._read("/api/rig")["parameters"]["actuator"]["name"]
+        self._actuator, self._plant = self._built()
+
+    def _built(self) -> tuple[str, str]:
+        """Name of the actuator, and the plant that simulates it."""
+        parameters = self._read("/api/rig")["parameters"]
+        return parameters["actuator"]["name"], parameters["twin"]["plant"]
 
     def close(self) -> None:
         """Sign off."""
@@ -33,9 +38,12 @@ class Caretaker:
         wait_until(self._vented, 30.0)
         self._operate("PATCH", "/api/lease", clutch=False)
         self._operate("PUT", "/api/twin/faults")
-        if self._read("/api/rig")["parameters"]["actuator"]["name"] != self._actuator:
+        if self._built()[0] != self._actuator:
             self._operate("PUT", "/api/rig/actuator", name=self._actuator)
-            wait_until(lambda: self._read("/api/rig")["parameters"]["actuator"]["name"] == self._actuator, 60.0)
+            wait_until(lambda: self._built()[0] == self._actuator, 60.0)
+        if self._built()[1] != self._plant:
+            self._operate("PUT", "/api/rig/plant", plant=self._plant)
+            wait_until(lambda: self._built()[1] == self._plant, 60.0)
         for drawing in self._read("/api/drawings"):
             self._operate("DELETE", f"/api/drawings/{drawing['name']}")
         now = self._read("/api/settings")

@@ -139,6 +139,18 @@ def test_the_rig_comes_back_with_another_actuator_and_the_page_follows(page: Pag
     shot(page, "actuator")
 
 
+def test_the_rig_comes_back_on_another_plant_and_the_page_says_so(page: Page) -> None:
+    operate(page, "Actuator")
+    expect(page.get_by_test_id("plant-rod")).to_have_attribute("aria-pressed", "true")
+    page.get_by_test_id("plant-cosserat").click()
+    page.get_by_test_id("actuator-confirm").click()
+    expect(page.get_by_test_id("actuator-status")).to_contain_text("as a Cosserat rod; it comes back vented")
+    expect(page.get_by_test_id("plant-cosserat")).to_have_attribute("aria-pressed", "true", timeout=30_000)
+    expect(page.get_by_test_id("state")).to_contain_text("VENTED", timeout=10_000)
+    expect(page.locator(".rig-name")).to_contain_text("Cosserat twin")
+    shot(page, "plant")
+
+
 def test_an_actuator_of_ones_own_comes_from_a_file_and_a_bad_one_is_refused(page: Page, tmp_path: Path) -> None:
     good, bad = tmp_path / "good.toml", tmp_path / "bad.toml"
     write_actuator(PRESETS["P3"].model_copy(update={"name": "Own"}), good)

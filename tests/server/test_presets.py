@@ -9,13 +9,26 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 
+from controller.realtime.settings import RigSettings
+from controller.realtime.supervisor import Started
 from controller.schema.actuator import PRESETS, write_actuator
 from controller.schema.fit import GAINS
 from controller.schema.modes import Mode
 from controller.schema.parameters import RigParameters
+from server.access.permit import Permit
 from server.log.events import EventLog
-from server.presets.actuator import OutcomeWatch, keep, kept_file, take_choice, take_order, tell_outcome
+from server.presets.actuator import (
+    OutcomeWatch,
+    keep,
+    kept_file,
+    order_plant,
+    take_choice,
+    take_order,
+    take_plant,
+    tell_outcome,
+)
 from server.presets.messages import ActuatorBody, ActuatorOutcome
+from server.presets.orders import Orders
 from server.settings import ServerSettings
 from server.supervise.up import with_last_actuator
 from tests.controller.anything import actuators
@@ -198,3 +211,47 @@ def test_a_rig_that_was_told_to_start_again_is_said_to_start_until_it_is_heard(
     monkeypatch.setattr("server.presets.actuator.LONGEST", -1.0)
     watch.wait_for("P2", 1)
     assert watch.starting(None) == "", "it takes too long to be called a start"
+
+
+def test_another_plant_is_ordered_from_rest_only_and_refused_where_the_rig_is_not_ours(
+    server: TestServer, tmp_path: Path
+) -> None:
+    operator, viewer = server.operator(), server.page().sign_in()
+    server.services.settings.orders = None
+    refused = operator.put("/api/rig/plant", json={"plant": "cosserat"})
+    assert (refused.status_code, "--plant where it runs" in refused.text) == (409, True)
+    orders = tmp_path / "actuator.json"
+    server.services.settings.orders = orders
+    assert viewer.put("/api/rig/plant", json={"plant": "cosserat"}).status_code == 403
+    assert operator.put("/api/rig/plant", json={"plant": "jelly"}).status_code == 422
+    with operator.live() as live:
+        live.operate()
+        assert operator.command("arm").status_code == 200
+        live.wait_mode(Mode.HOLD)
+        armed = operator.put("/api/rig/plant", json={"plant": "cosserat"})
+        assert (armed.status_code, "disarm first" in armed.text) == (409, True)
+        operator.command("e_stop")
+        operator.command("clear")
+        live.wait_mode(Mode.VENTED)
+    assert take_plant(orders) is None
+    assert operator.put("/api/rig/plant", json={"plant": "cosserat"}).status_code == 202
+    assert (take_plant(orders), take_plant(orders), take_order(orders)) == ("cosserat", None, None)
+
+
+def test_an_order_for_a_plant_leaves_the_actuator_and_is_told_by_both_names(tmp_path: Path) -> None:
+    class Double:
+        settings = RigSettings(parameters=RigParameters(actuator=PRESETS["P2"]))
+
+        def replace(self, parameters: RigParameters) -> None:
+            self.settings = self.settings.model_copy(update={"parameters": parameters})
+
+        def started(self) -> Started | None:
+            return Started(self.settings.parameters, "")
+
+    path, double = tmp_path / "actuator.json", Double()
+    order_plant(path, "cosserat", Permit(None, lambda request: ""))
+    Orders(path, tmp_path / "kept.json", double).look()  # type: ignore[arg-type]
+    assert (double.settings.parameters.actuator.name, double.settings.parameters.twin.plant) == ("P2", "cosserat")
+    told = ActuatorOutcome.model_validate_json((tmp_path / "actuator-outcome.json").read_bytes())
+    assert (told.actuator, told.reason) == ("P2 as a Cosserat rod", "")
+    assert not (tmp_path / "kept.json").exists(), "the next start has the plant that it is told"

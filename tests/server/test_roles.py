@@ -56,6 +56,7 @@ NEEDS = {
     ("PUT", "/api/gains/{name}"): LEASE,
     ("DELETE", "/api/gains/{name}"): LEASE,
     ("PUT", "/api/rig/actuator"): LEASE,
+    ("PUT", "/api/rig/plant"): LEASE,
     ("PUT", "/api/layouts/{name}"): ANYONE,
     ("DELETE", "/api/layouts/{name}"): ANYONE,
     ("PUT", "/api/twin/faults"): LEASE,

@@ -50,8 +50,8 @@ def dahl(z: float, way: float, keep: float) -> float:
 
 
 @kernel
-def rub(model: RodModel, v: Array, h: float, sheet: Sheet, out_F: Array) -> None:
-    """Friction against the sheet (2,N) [N] at the rods' centres; the deflections follow v (3,N) for h [s].
+def rub(m: Array, v: Array, h: float, sheet: Sheet, out_F: Array) -> None:
+    """Friction (2,N) [N] of the masses m (N,) [kg] against the sheet; the deflections follow v (3,N) for h [s].
 
     Not in the paper, which only names the sheet ("Hardware setup"). In place: sheet.deflection.
     """
@@ -61,7 +61,7 @@ def rub(model: RodModel, v: Array, h: float, sheet: Sheet, out_F: Array) -> None
             keep = math.exp(-speed * h / sheet.slip)
             z[0, i] = dahl(z[0, i], v[0, i] / speed, keep)
             z[1, i] = dahl(z[1, i], v[1, i] / speed, keep)
-        drag = sheet.friction * model.m[i] * GRAVITY
+        drag = sheet.friction * m[i] * GRAVITY
         out_F[0, i] = -drag * z[0, i]
         out_F[1, i] = -drag * z[1, i]
 

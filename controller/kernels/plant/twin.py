@@ -13,13 +13,10 @@ from controller.kernels.model.friction import Hysteresis, Sheet, resist_hysteres
 from controller.kernels.model.integrate import rk4_step
 from controller.kernels.model.rod import Load, RodModel, RodState, Work
 from controller.kernels.model.statics import Places, points_on
-from controller.kernels.plant.faults import LOST, Faults, sample_lost, spoil
-from controller.kernels.plant.noise import normal_pair
+from controller.kernels.plant.camera import NO_SAMPLE, Camera, deliver, expose, open_slot
+from controller.kernels.plant.faults import Faults
 from controller.kernels.plant.valve import Chambers, dump, fill_chambers
 from controller.kernels.safety.safety import E_STOP
-from controller.schema.modes import Freeze
-
-FREEZE_OFF, FRESH_TIME = int(Freeze.OFF), int(Freeze.FRESH_TIME)
 
 
 class Creep(NamedTuple):
@@ -31,22 +28,6 @@ class Creep(NamedTuple):
     """Relaxation times (2,) [s]."""
     relaxed: Array
     """Bend at which each branch carries no torque (2,N) [rad]."""
-
-
-class Camera(NamedTuple):
-    """Motion capture of the markers; samples wait here until they are due."""
-
-    markers: Places
-    noise: float
-    """Standard deviation of each coordinate [m]."""
-    period: int
-    """Ticks between samples."""
-    latency: int
-    """Ticks from capture to delivery."""
-    t_ns: Words
-    """(n,) time of capture; LOST: this sample is never delivered."""
-    points: Array
-    """(n,10,2) [m]."""
 
 
 class Twin(NamedTuple):
@@ -65,6 +46,8 @@ class Twin(NamedTuple):
     chambers: Chambers
     camera: Camera
     faults: Faults
+    markers: Places
+    """Of the camera (10)."""
     backbone: Places
     """The telemetry's backbone points (21)."""
     ticks: Words
@@ -81,7 +64,10 @@ def twin_step(t_ns: int, twin: Twin, telemetry: Record, out_measurement: Record)
     whose plant is the hardware ("Experimental Platform"). In place: twin, telemetry.twin_backbone.
     """
     points_on(twin.state.q, twin.backbone, telemetry.twin_backbone)
-    capture(t_ns, twin)
+    slot = open_slot(t_ns, twin.ticks[0], twin.faults, twin.camera)
+    if slot != NO_SAMPLE:
+        points_on(twin.state.q, twin.markers, twin.camera.points[slot])
+        expose(slot, twin.faults, twin.camera, twin.seed)
     deliver(twin.camera, twin.ticks[0], out_measurement)
     if telemetry.mode == E_STOP:
         dump(twin.dt, twin.chambers)
@@ -91,64 +77,11 @@ def twin_step(t_ns: int, twin: Twin, telemetry: Record, out_measurement: Record)
         press(twin.model, twin.chambers, twin.load.Q_theta)
         resist_creep(twin.model, twin.state.q, h, twin.creep, twin.load.Q_theta)
         resist_hysteresis(twin.model, twin.state.q, twin.hysteresis, twin.load.Q_theta)
-        rub(twin.model, twin.state.v, h, twin.sheet, twin.load.F)
+        rub(twin.model.m, twin.state.v, h, twin.sheet, twin.load.F)
         rk4_step(twin.model, twin.load, h, twin.state, twin.work)
     for j in range(4):
         out_measurement.pressures[j] = twin.chambers.sensed[j]
     twin.ticks[0] += 1
-
-
-@kernel
-def capture(t_ns: int, twin: Twin) -> None:
-    """Take a noisy sample of all markers if one is due (paper, "Hardware setup": 100 Hz).
-
-    In place: twin.camera, twin.seed, twin.faults.seed.
-    """
-    camera = twin.camera
-    if twin.ticks[0] % camera.period != 0:
-        return
-    slot = twin.ticks[0] // camera.period % camera.t_ns.size
-    if twin.faults.freeze[0] != FREEZE_OFF:
-        repeat(slot, t_ns if twin.faults.freeze[0] == FRESH_TIME else LOST, camera)
-        return
-    camera.t_ns[slot] = t_ns
-    points = camera.points[slot]
-    points_on(twin.state.q, camera.markers, points)
-    for i in range(points.shape[0]):
-        x, y = normal_pair(twin.seed)
-        points[i, 0] += camera.noise * x
-        points[i, 1] += camera.noise * y
-    if sample_lost(twin.faults):
-        camera.t_ns[slot] = LOST
-    spoil(twin.faults, points)
-
-
-@kernel
-def repeat(slot: int, t_ns: int, camera: Camera) -> None:
-    """Put the sample taken last into `slot` under another time of capture; LOST: it says nothing new.
-
-    Not in the paper: a fault. In place: camera.
-    """
-    last = (slot - 1) % camera.t_ns.size
-    camera.t_ns[slot] = t_ns
-    for i in range(camera.points.shape[1]):
-        for j in range(2):
-            camera.points[slot, i, j] = camera.points[last, i, j]
-
-
-@kernel
-def deliver(camera: Camera, tick: int, out_measurement: Record) -> None:
-    """Hand over the sample whose latency has passed in this tick. Not in the paper, which gives no latency."""
-    taken = tick - camera.latency
-    if taken < 0 or taken % camera.period != 0:
-        return
-    slot = taken // camera.period % camera.t_ns.size
-    if camera.t_ns[slot] == LOST:
-        return
-    out_measurement.t_ns = camera.t_ns[slot]
-    for i in range(camera.points.shape[1]):
-        for j in range(2):
-            out_measurement.markers[i, j] = camera.points[slot, i, j]
 
 
 @kernel

@@ -57,11 +57,16 @@ def fit_text(result: Result) -> str:
     Raises TendrilError for a text that nobody could read.
     """
     setup = result.problem.space.decode(result.best.z)
-    names = dict.fromkeys([*TWIN, *twin_fields(result.problem.space)])
+    foreign = setup.twin.plant == "cosserat"
+    fitted = (name for name in twin_fields(result.problem.space) if name != "cosserat")
+    names = dict.fromkeys([*TWIN, *fitted, *(("plant",) if foreign else ())])
     lines = [
         HEADER,
         *table("[fit]", vars(result.origin) | {"cost": shortened(result.best.cost), "fits": len(result.fits)}),
-        *table("[twin]", {name: getattr(setup.twin, name) for name in names}),
+        *table(
+            "[twin]", {name: getattr(setup.twin, name) for name in names} | ({"plant": "cosserat"} if foreign else {})
+        ),
+        *(table("[twin.cosserat]", setup.twin.cosserat.model_dump()) if foreign else ()),
         *table("[gains]", {name: getattr(setup.gains, name)[0] for name in GAIN_NAMES}),
     ]
     for margin in result.best.margins:

@@ -8,9 +8,9 @@ from scipy.stats import norm, qmc
 
 from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.research.calibration.unknowns import UNKNOWNS, Unknown
+from controller.research.calibration.unknowns import COSSERAT_UNKNOWNS, UNKNOWNS, Unknown
 from controller.schema.fit import GAIN_NAMES
-from controller.schema.parameters import Settings, TwinParameters
+from controller.schema.parameters import PlantKind, Settings, TwinParameters
 from controller.simulation.case import Setup
 
 DIGITS = 4
@@ -72,21 +72,31 @@ class Space:
         return np.array([one.share(value) for one, value in zip(self.unknowns, values, strict=True)])
 
 
+def space_of(plant: PlantKind) -> Space:
+    """What is searched of this plant."""
+    unknowns = COSSERAT_UNKNOWNS if plant == "cosserat" else UNKNOWNS
+    return Space(unknowns, Setup(twin=TwinParameters(plant=plant)))
+
+
 def place(fields: dict[str, Any], name: str, value: float) -> None:
     """Put `value` at `name` ("kappa", "creep.0") into `fields`. Raises ParameterError if there is no such place."""
-    key, _, index = name.partition(".")
-    entries: list[Any] = list(fields[key]) if index and key in fields else []
-    if key not in fields or (index and int(index) >= len(entries)):
+    key, _, rest = name.partition(".")
+    if isinstance(fields.get(key), dict):
+        place(fields[key], rest, value)
+        return
+    entries: list[Any] = list(fields[key]) if rest and key in fields else []
+    if key not in fields or (rest and int(rest) >= len(entries)):
         raise ParameterError(f"unknown = {name!r} is no field of the twin")
-    if index:
-        entries[int(index)] = value
-    fields[key] = tuple(entries) if index else value
+    if rest:
+        entries[int(rest)] = value
+    fields[key] = tuple(entries) if rest else value
 
 
 def value_in(setup: Setup, name: str) -> float:
     """The number called `name` in `setup`."""
     if name in GAIN_NAMES:
         return float(getattr(setup.gains, name)[0])
-    key, _, index = name.partition(".")
-    found = getattr(setup.twin, key)
-    return float(found[int(index)] if index else found)
+    found: Any = setup.twin
+    for part in name.split("."):
+        found = found[int(part)] if part.isdecimal() else getattr(found, part)
+    return float(found)

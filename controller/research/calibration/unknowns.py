@@ -3,12 +3,15 @@
 import math
 from typing import NamedTuple
 
+from controller.schema.parameters import ROD_ONLY
+
 
 class Unknown(NamedTuple):
     """One number of the fit. Its scale is linear, or logarithmic for what is positive and known by its order."""
 
     name: str
-    """A field of TwinParameters ("creep.0" is its first entry), or a gain (both axes alike)."""
+    """A field of TwinParameters ("creep.0" is its first entry, "cosserat.stiffening" one of the Cosserat plant's), or a
+    gain (both axes alike)."""
     low: float
     high: float
     prior: float
@@ -74,3 +77,21 @@ UNKNOWNS = (
     # found 0.1.
     Unknown("K_FF", 0.01, 0.4, 0.07, 0.15, log=True),
 )
+
+COSSERAT_UNKNOWNS = (
+    *(one for one in UNKNOWNS if one.name.partition(".")[0] not in ROD_ONLY),
+    # As of the twin, but what pressure stiffens is not in the gain: around what the model believes.
+    Unknown("cosserat.torque_gain.0", 0.8, 1.6, 1.1, 0.15),
+    Unknown("cosserat.torque_gain.1", 0.8, 1.6, 1.1, 0.15),
+    Unknown("cosserat.set_curvature.0", -2.0, 2.0, 0.0, 0.5),
+    Unknown("cosserat.set_curvature.1", -2.0, 2.0, 0.0, 0.5),
+    # Pneumatic actuators of rubber stiffen by some tens of a percent over their range.
+    Unknown("cosserat.stiffening", 0.0, 1.0, 0.3, 0.15),
+    # Behind the lag of valves and lines, so a small part of the observer's 50 ms.
+    Unknown("cosserat.lag.0", 0.001, 0.05, 0.005, 0.6, log=True),
+    Unknown("cosserat.lag.1", 0.001, 0.05, 0.01, 0.6, log=True),
+    # Loops of printed TPU, as of the twin: some percent of the torque.
+    Unknown("cosserat.pair_hysteresis.0", 0.0, 0.1, 0.01, 0.01),
+    Unknown("cosserat.pair_hysteresis.1", 0.0, 0.1, 0.015, 0.01),
+)
+"""The same of the Cosserat plant."""

@@ -31,6 +31,8 @@ CHANGES = {
     "latency": Change("marker_latency", adds=True),
 }
 """k is the stiffness, b (or zeta) the damping ratio of the first mode, both as factors; delay and latency are in s."""
+OWN = ("torque_gain",)
+"""Fields that a Cosserat plant has of its own."""
 
 
 def scaled(twin: TwinParameters, text: str) -> TwinParameters:
@@ -43,10 +45,11 @@ def scaled(twin: TwinParameters, text: str) -> TwinParameters:
     changed: set[str] = set()
     for part in filter(str.strip, text.split(",")):
         change, number = parse(part)
+        plant = values["cosserat"] if twin.plant == "cosserat" and change.field in OWN else values
         if change.field in changed:
             raise ParameterError(f"plant-scale: {part.strip()} changes {change.field} a second time")
         changed.add(change.field)
-        values[change.field] = applied(values[change.field], change, number)
+        plant[change.field] = applied(plant[change.field], change, number)
     try:
         return TwinParameters.model_validate(values)
     except ValidationError as error:

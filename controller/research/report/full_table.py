@@ -13,6 +13,7 @@ from controller.research.report.main_table import windows
 from controller.research.report.wording import METRICS, metric_name, raised, run_name
 from controller.schema.fit import GAIN_NAMES
 from controller.schema.layout import quantity
+from controller.schema.parameters import ROD_ONLY
 from controller.simulation.metrics import UNITS
 
 GAINS = (*GAIN_NAMES, "K_o", "B_o")
@@ -31,10 +32,12 @@ def full_table(results: Results) -> Markup:
 
 def setup_table(results: Results, fit: Mapping[str, Any]) -> Markup:
     """Numbers of the twin and gains of the controller; which of them were fitted, and how firmly the loop is stable."""
-    gains = results.setup.gains
-    rows = [
-        _number(results.twin, name, name in fit["twin"]) for name in type(results.twin).model_fields if name != "seed"
-    ]
+    gains, twin = results.setup.gains, results.twin
+    foreign = twin.plant == "cosserat"
+    left_out = {"plant", "cosserat", "seed", *(ROD_ONLY if foreign else ())}
+    rows: list[tuple[str, str, str, str]] = [("plant", twin.plant, "", "")]
+    rows += [_number(twin, name, name in fit["twin"]) for name in type(twin).model_fields if name not in left_out]
+    rows += [_number(twin.cosserat, name, False) for name in type(twin.cosserat).model_fields if foreign]
     rows += [_number(gains, name, name in fit["gains"]) for name in GAINS]
     return dense(table(("number", "value", "unit", ""), rows)) + margins_table(fit)
 

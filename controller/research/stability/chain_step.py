@@ -112,8 +112,8 @@ def plant_step(twin: Twin, torque: Array, used: tuple[int, ...]) -> tuple[ChainS
     D, nothing = slopes(after, 2 * rods + 2), np.zeros((2 * rods, 0))
     move(model, theta, np.zeros(2 * rods), state)
     markers = np.zeros((SENSORS, 2))
-    points_on(state.q, twin.camera.markers, markers)
-    P = by_state(model, theta, chosen(twin.camera.markers, used))
+    points_on(state.q, twin.markers, markers)
+    P = by_state(model, theta, chosen(twin.markers, used))
     return ChainStep(D[:, : 2 * rods], D[:, 2 * rods :], nothing, nothing, P), markers
 
 

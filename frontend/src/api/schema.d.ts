@@ -1302,6 +1302,26 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/rig/plant": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    /**
+     * Change Plant
+     * @description Start the rig again on another simulated plant; refused as another actuator is, and on hardware (409).
+     */
+    put: operations["change_plant"];
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/twin/faults": {
     parameters: {
       query?: never;
@@ -2030,6 +2050,78 @@ export interface components {
        * @default 25
        */
       reference_acceleration_max: number;
+    };
+    /**
+     * CosseratParameters
+     * @description What the Cosserat plant has of its own (ours: neither the paper nor an actuator's file gives any of it).
+     */
+    CosseratParameters: {
+      /**
+       * Elements
+       * @description Of the rod; multiples of 20, so that markers and backbone points are points of its grid.
+       * @default 20
+       */
+      elements: number;
+      /**
+       * Stretch
+       * @description Stiffness to stretch, EA L^2 / EI: 12 (L / width)^2 of a solid section, 850 for P1.
+       * @default 850
+       */
+      stretch: number;
+      /**
+       * Shear
+       * @description Stiffness to shear, GA L^2 / EI: 5/6 of a third of that of stretch, as of a rectangle of rubber.
+       * @default 240
+       */
+      shear: number;
+      /**
+       * Viscosity
+       * @description Share of the first mode's damping that is the material's, by stiffness; the rest is by mass.
+       * @default 0.5
+       */
+      viscosity: number;
+      /**
+       * Stiffening
+       * @description Bending stiffness that a pair adds along its half when its pressures sum up to that of u_max, as a share.
+       * @default 0.3
+       */
+      stiffening: number;
+      /**
+       * Torque Gain
+       * @description As the twin's, whose fitted ones would hide a part of what pressure stiffens.
+       * @default [
+       *       1,
+       *       1
+       *     ]
+       */
+      torque_gain: [number, number];
+      /**
+       * Set Curvature
+       * @description As the twin's.
+       * @default [
+       *       0,
+       *       0
+       *     ]
+       */
+      set_curvature: [number, number];
+      /**
+       * Lag
+       * @description First-order lag from each pair's pressures to its torque, behind valves and lines.
+       * @default [
+       *       0.005,
+       *       0.01
+       *     ]
+       */
+      lag: [number, number];
+      /**
+       * Pair Hysteresis
+       * @description By how much each pair's torque stays behind its pressures, either way, as a share of u_max.
+       * @default [
+       *       0.01,
+       *       0.015
+       *     ]
+       */
+      pair_hysteresis: [number, number];
     };
     /**
      * DistanceLimit
@@ -3005,6 +3097,18 @@ export interface components {
        * @description What the last ping and its answer took [s]; null before the first.
        */
       round_trip?: number | null;
+    };
+    /**
+     * PlantBody
+     * @description Body of PUT /api/rig/plant.
+     */
+    PlantBody: {
+      /**
+       * Plant
+       * @description What simulates the actuator: rigid rods, as in the model, or a Cosserat rod (docs/model.md).
+       * @enum {string}
+       */
+      plant: "rod" | "cosserat";
     };
     /**
      * Playback
@@ -3989,6 +4093,30 @@ export interface components {
       limits: components["schemas"]["SafetyLimits"];
       /**
        * @default {
+       *       "plant": "rod",
+       *       "cosserat": {
+       *         "elements": 20,
+       *         "lag": [
+       *           0.005,
+       *           0.01
+       *         ],
+       *         "pair_hysteresis": [
+       *           0.01,
+       *           0.015
+       *         ],
+       *         "set_curvature": [
+       *           0,
+       *           0
+       *         ],
+       *         "shear": 240,
+       *         "stiffening": 0.3,
+       *         "stretch": 850,
+       *         "torque_gain": [
+       *           1,
+       *           1
+       *         ],
+       *         "viscosity": 0.5
+       *       },
        *       "rods": 14,
        *       "substeps": 4,
        *       "kappa": 39.93,
@@ -4888,8 +5016,43 @@ export interface components {
     /**
      * TwinParameters
      * @description The simulated actuator: the same static map as the model, another time scale, and honest flaws (PHYSICS.md).
+     *
+     *     A Cosserat plant uses them too, but for those in `ROD_ONLY`.
      */
     TwinParameters: {
+      /**
+       * Plant
+       * @description A chain of rigid rods, as the model is one, or a Cosserat rod (docs/model.md).
+       * @default rod
+       * @enum {string}
+       */
+      plant: "rod" | "cosserat";
+      /**
+       * @default {
+       *       "elements": 20,
+       *       "stretch": 850,
+       *       "shear": 240,
+       *       "viscosity": 0.5,
+       *       "stiffening": 0.3,
+       *       "torque_gain": [
+       *         1,
+       *         1
+       *       ],
+       *       "set_curvature": [
+       *         0,
+       *         0
+       *       ],
+       *       "lag": [
+       *         0.005,
+       *         0.01
+       *       ],
+       *       "pair_hysteresis": [
+       *         0.01,
+       *         0.015
+       *       ]
+       *     }
+       */
+      cosserat: components["schemas"]["CosseratParameters"];
       /**
        * Rods
        * @default 14
@@ -8174,6 +8337,43 @@ export interface operations {
     requestBody: {
       content: {
         "application/json": components["schemas"]["ActuatorBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      202: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": unknown;
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  change_plant: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["PlantBody"];
       };
     };
     responses: {

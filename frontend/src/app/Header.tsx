@@ -86,7 +86,7 @@ function RigName() {
     >
       <span className="rig-name">
         {rig.rig} · {name}
-        {rig.twin ? " · twin" : ""}
+        {rig.twin ? ` · ${rig.parameters.twin.plant === "cosserat" ? "Cosserat twin" : "twin"}` : ""}
       </span>
     </Tooltip>
   );

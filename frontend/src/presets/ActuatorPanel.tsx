@@ -11,17 +11,33 @@ import { kilopascals, millimetres, plain, seconds } from "../ui/format";
 import { LiveText } from "../ui/LiveText";
 import { useService } from "../ui/services";
 import { AskActuator } from "./AskActuator";
-import { presets, type ActuatorBody, type ActuatorChoice } from "./presets";
+import { presets, type ActuatorBody, type ActuatorChoice, type Plant } from "./presets";
 
 type Actuator = RigInfo["parameters"]["actuator"];
 const GRAM = 1e3;
 /** Longest file that is read. */
 const FILE_MAX = 400_000;
 
-/** An actuator that was chosen: said by name, asked for by its body. */
+/** What simulates the actuator, in the order in which it is offered. */
+const PLANTS = [
+  {
+    plant: "rod",
+    word: "Rigid rods",
+    called: "a plant of rigid rods",
+    meaning: "A finer chain of rods, of the kind that the observer has",
+  },
+  {
+    plant: "cosserat",
+    word: "Cosserat rod",
+    called: "a Cosserat rod as plant",
+    meaning: "Foreign to the observer: it stretches, shears, and pressure stiffens it",
+  },
+] as const satisfies readonly { readonly plant: Plant; word: string; called: string; meaning: string }[];
+
+/** An actuator or a plant that was chosen: said by name, asked for by its body. */
 interface Wanted {
   readonly name: string;
-  readonly body: ActuatorBody;
+  readonly body: ActuatorBody | Plant;
 }
 
 /** The rig's actuator, and others to start it with. */
@@ -45,12 +61,20 @@ export function ActuatorPanel() {
   const change = async ({ name, body }: Wanted) => {
     setAsked(null);
     setChecked(name);
-    await operations.attempt("Actuator not changed", () => presets.change(body));
+    await operations.attempt(typeof body === "string" ? "Plant not changed" : "Actuator not changed", () =>
+      typeof body === "string" ? presets.plant(body) : presets.change(body),
+    );
     setChecked(null);
   };
   return (
     <div className="panel">
-      <Choice choice={choice} current={rig.parameters.actuator.name} checked={checked} want={setAsked} />
+      <Choice
+        choice={choice}
+        current={rig.parameters.actuator.name}
+        plant={rig.twin ? rig.parameters.twin.plant : null}
+        checked={checked}
+        want={setAsked}
+      />
       <Facts facts={actuatorFacts(rig.parameters.actuator)} testId="actuator-facts" />
       <AskActuator
         wanted={asked?.name ?? null}
@@ -81,12 +105,14 @@ function useWhyNot(choice: ActuatorChoice | null, checked: string | null): strin
 interface ChoiceProps {
   readonly choice: ActuatorChoice | null;
   readonly current: string;
+  /** What simulates it; null on hardware. */
+  readonly plant: Plant | null;
   /** The actuator that the server looks at before the rig is ended. */
   readonly checked: string | null;
   readonly want: (wanted: Wanted) => void;
 }
 
-function Choice({ choice, current, checked, want }: ChoiceProps) {
+function Choice({ choice, current, plant, checked, want }: ChoiceProps) {
   const operations = useService(Operations);
   const starting = usePage((page) => page.starting);
   const because = useWhyNot(choice, checked);
@@ -136,6 +162,28 @@ function Choice({ choice, current, checked, want }: ChoiceProps) {
         </FileButton>
         {waiting ? <Loader size="xs" aria-hidden /> : null}
       </div>
+      {plant === null ? null : (
+        <div className="row" role="group" aria-label="Simulated by">
+          <span className="note">Simulated by</span>
+          {PLANTS.map(({ plant: one, word, called, meaning }) => (
+            <ControlButton
+              key={one}
+              control="settings"
+              because={one === plant ? "The rig has it" : because}
+              variant="default"
+              className="actuator"
+              aria-pressed={one === plant}
+              testId={`plant-${one}`}
+              meaning={`${meaning}; the rig starts again`}
+              onClick={() => {
+                want({ name: called, body: one });
+              }}
+            >
+              {word}
+            </ControlButton>
+          ))}
+        </div>
+      )}
       {choice && choice.failure !== "" && !waiting ? (
         <p className="note" role="alert" data-testid="actuator-failure">
           {choice.failure}

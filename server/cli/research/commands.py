@@ -12,6 +12,9 @@ from server.cli.typed import Comments, commands
 app = commands()
 out = Console()
 
+PlantName = Annotated[
+    Literal["rod", "cosserat"], typer.Option(help="Simulated plant: rigid rods as in the model, or a Cosserat rod.")
+]
 ActuatorName = Annotated[str, typer.Option(help="P1, P2, P3 or a .toml file (`tendril docs actuators`).")]
 
 
@@ -79,16 +82,18 @@ def calibrate(
     quick: Annotated[
         bool, typer.Option(help="A look at whether it runs: few points, no margins, no good fit.")
     ] = False,
+    plant: PlantName = "rod",
 ) -> None:
     """Fit the twin's unknowns and the gains to the paper's fit rows (`tendril docs calibration`)."""
     from controller.research.calibration.calibrate import CalibrationTask
     from controller.research.calibration.margins import TRIALS
     from controller.research.calibration.problem import Problem
     from controller.research.calibration.search import QUICK, Effort, effort_of
+    from controller.research.calibration.space import space_of
     from server.cli.research.calibrate import run_calibrate
 
     effort = effort_of(QUICK if quick else Effort(), screen, starts, minutes)
-    problem = Problem(trials=() if quick else TRIALS, seed=seed)
+    problem = Problem(space_of(plant), trials=() if quick else TRIALS, seed=seed)
     run_calibrate(CalibrationTask(problem, effort, seed, workers, command_line()), out_file, out)
 
 
@@ -156,6 +161,7 @@ def track(
         str, typer.Option(help="ff, ff+p, ff+i, ff+pi; or sensors of ff+pi: rod6, rod10, rod6+10.")
     ] = "ff+pi",
     controller: Annotated[str, typer.Option(help="Only paper so far.")] = "paper",
+    plant: PlantName = "rod",
     plant_scale: Annotated[
         str, typer.Option(help="Another plant: factors k, b, torque, friction, noise; added seconds delay, latency.")
     ] = "",
@@ -186,7 +192,7 @@ def track(
 
     require_controller(controller)
     wish = Wish(project, frequency, velocity_feedforward, start)
-    setup = Setup(twin=scaled(TwinParameters(), plant_scale))
+    setup = Setup(twin=scaled(TwinParameters(plant=plant), plant_scale))
     task = TrackTask(reference, read_actuator(actuator), law, seed, wish, setup)
     run_track(task, Wanted(json_file, out_file, plot, comments), out)
 
@@ -199,14 +205,18 @@ def reproduce(
     controller: Annotated[str, typer.Option(help="Only paper so far.")] = "paper",
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 6, help="Of the first run; the next ones count on.")] = 0,
     workers: Annotated[int | None, typer.Option(min=1, max=256, help="Processes; one a core without it.")] = None,
+    plant: PlantName = "rod",
 ) -> None:
     """Run every experiment of the paper on the twin and compare (`tendril docs reproduction`)."""
     from controller.research.experiments.catalogue import catalogue
     from controller.research.experiments.pool import cores
     from controller.research.experiments.reproduce import Order
     from controller.research.track import require_controller
+    from controller.schema.parameters import TwinParameters
+    from controller.simulation.case import Setup
     from server.cli.research.reproduce import run_reproduce
 
     require_controller(controller)
-    order = Order(catalogue(seed, quick), workers=workers or cores(), quick=quick)
+    setup = Setup(twin=TwinParameters(plant=plant))
+    order = Order(catalogue(seed, quick), setup, workers=workers or cores(), quick=quick)
     run_reproduce(order, report, json_file, out)

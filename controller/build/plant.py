@@ -1,0 +1,11 @@
+"""Whichever plant the parameters ask for."""
+
+from controller.build.cosserat import build_cosserat
+from controller.build.twin import build_twin
+from controller.kernels.plant.step import Plant
+from controller.schema.parameters import RigParameters
+
+
+def build_plant(parameters: RigParameters) -> Plant:
+    """The simulated plant that `parameters` name, at rest; raises ParameterError where it cannot be built."""
+    return build_cosserat(parameters) if parameters.twin.plant == "cosserat" else build_twin(parameters)
