@@ -16,7 +16,9 @@ from controller.kernels.observer.replay import RecordedSamples, replay
 from controller.research.identification.motion.hold import held_pose, positions, torques_to
 from controller.research.identification.plane import PlaneMotion
 from controller.schema.actuator import Actuator, Tracking
-from controller.schema.parameters import DT
+from controller.schema.parameters import DT, SafetyLimits
+
+OLD = SafetyLimits().measurement_old
 
 
 class Offline(NamedTuple):
@@ -91,8 +93,8 @@ def _start(offline: Offline, moved: Array) -> tuple[RodState, Array]:
 
 
 def _samples(t: Array, p: Array) -> RecordedSamples:
-    """Samples at t (n,) [s], each held until the next one comes; the last one as long as the one before it."""
+    """Samples at t (n,) [s], each carried on until the next one comes."""
     v = np.zeros_like(p)
     v[1:] = np.diff(p, axis=0) / np.diff(t)[:, None, None]
-    grid = np.round(np.append(t, 2 * t[-1] - t[-2]) / DT).astype(np.int64)
-    return RecordedSamples(p, v, np.diff(grid), np.zeros(1))
+    grid = np.round(t / DT).astype(np.int64)
+    return RecordedSamples(p, v, np.diff(grid, append=grid[-1]), OLD, np.zeros(1))
