@@ -36,8 +36,10 @@ def replay(samples: RecordedSamples, used: int, run: Replay, out_points: Array) 
     for k in range(samples.ticks.size):
         points_on(run.state.q, run.sensors, out_points[k])
         for step in range(samples.ticks[k]):
-            samples.age[0] = (step + 0.5) * run.dt
-            attach(HeldSample(samples.p[k], samples.v[k], samples.age), used if step * run.dt <= samples.old else 0, run)
+            samples.age[0] = step * run.dt + 0.5 * run.dt
+            attach(
+                HeldSample(samples.p[k], samples.v[k], samples.age), used if step * run.dt <= samples.old else 0, run
+            )
             fade_hold(tick * run.dt, run)
             implicit_step(run.model, run.load, run.dt, run.state, run.work)
             tick += 1
