@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.rod import build_rod
+from controller.build.rod import build_rod, profile
 from controller.errors import ParameterError
 from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.rod import RodModel, RodState, make_load
@@ -51,6 +51,25 @@ def offline_observer(actuator: Actuator, sensed: Sequence[int], rods: int | None
     sensors = places(model, np.minimum(arcs, actuator.length))
     rest = positions(model, model.rest, sensors)
     return Offline(model, sensors, rest, torques_to(model, arcs), tracking, tuple(sensed))
+
+
+def in_plane(actuator: Actuator, direction: Array) -> Actuator:
+    """`actuator` as it bends in the plane of `direction` (dims,), a unit vector in the file's coordinates.
+
+    Bending stiffness is a tensor of the cross-section: k cos^2 + k_across sin^2 of the angle to the principal
+    direction. Damping b = beta k goes with it.
+    """
+    tracking = actuator.tracking
+    if tracking is None or tracking.k_across is None:
+        return actuator
+    along = np.array(tracking.principal) / np.linalg.norm(tracking.principal)
+    share = float(np.clip(along @ direction, -1.0, 1.0) ** 2)
+    own = np.array(actuator.k)
+    k = share * own + (1.0 - share) * np.array(tracking.k_across)
+    damped = profile(actuator.b, own.size) if own.size > 1 else np.array(actuator.b[:1])
+    flat = tracking.model_copy(update={"principal": (), "k_across": None})
+    update = {"k": tuple(k.tolist()), "b": tuple((damped * k / own).tolist()), "tracking": flat}
+    return actuator.model_copy(update=update)
 
 
 def estimate(offline: Offline, motion: PlaneMotion) -> Array:
