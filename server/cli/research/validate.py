@@ -8,7 +8,7 @@ from rich.console import Console
 from controller.research.identification.motion.decays import long_ones, read_decays
 from controller.research.identification.observe import starts
 from controller.research.identification.score import ScoringTask
-from controller.research.identification.validate import validate
+from controller.research.identification.validate import trials, validate
 from controller.schema.actuator import Actuator, by_joints
 from controller.schema.origin import hashes, origin
 from controller.system.origin import command_line
@@ -26,6 +26,10 @@ class ValidationTask(NamedTuple):
     score: tuple[int, ...]
     ids: str | None
     from_s: float
+    rate: float | None
+    """Of the observer's springs [rad/s]."""
+    every: bool
+    """Every stiffness profile, not only what is identified."""
 
 
 def run_validate(request: ValidationTask, json_file: Path | None, console: Console) -> None:
@@ -36,7 +40,7 @@ def run_validate(request: ValidationTask, json_file: Path | None, console: Conso
     sensed, scored = (tuple(sorted({body - 1 for body in some})) for some in (request.sense, request.score))
     task = ScoringTask(sensed, scored, starts(request.from_s))
     with progress(console, "Leaving decays out") as told:
-        found = validate(decays, by_joints(request.base), task, told)
+        found = validate(decays, by_joints(request.base), task, trials(request.rate, every=request.every), told)
     for one in found:
         console.print(scores_table(f"Stiffness {one['form']}", one["bodies"]))
     if json_file is not None:

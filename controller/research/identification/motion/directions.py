@@ -8,6 +8,8 @@ SURE = 1e-4
 """Standard error of a ratio, at least."""
 FEWEST = 6
 """Decays: three coefficients of the law, and as many to judge it by."""
+GAIN = 0.1
+"""What directions must take off the squared errors of left-out decays: less is a tie, which the simpler form wins."""
 DECISIVE = 0.05
 """A decay whose own ratio decides its prediction by more than all but this share is not predicted by the others."""
 
@@ -36,9 +38,9 @@ def law_scatter(law: Array, ratios: Array) -> Array:
 def is_directional(ratios: Array, directions: Array, axis: Array) -> bool:
     """Whether decays that are left out one by one say that stiffness depends on the direction of bending.
 
-    Their `ratios` (d,bodies-1) are predicted from the other decays, by a constant and by `direction_law`; the squared
-    errors, over each ratio's variance, must fall by more than the standard error of how much they do on average. Less
-    than FEWEST decays, or decays in few directions, cannot say.
+    Their `ratios` (d,bodies-1) are predicted from the other decays, by a constant and by `direction_law`; the sum of
+    squared errors, over each ratio's variance, must fall by GAIN. Less than FEWEST decays, or decays in few directions,
+    cannot say.
     """
     if len(ratios) < FEWEST or axis.size < 3:
         return False
@@ -46,8 +48,7 @@ def is_directional(ratios: Array, directions: Array, axis: Array) -> bool:
     if plain is None or law is None:
         return False
     spread = np.maximum(ratios.std(axis=0), SURE)
-    gain = np.square(plain / spread).sum(axis=1) - np.square(law / spread).sum(axis=1)
-    return bool(gain.mean() > gain.std(ddof=1) / np.sqrt(len(gain)))
+    return bool(np.square(law / spread).sum() < (1.0 - GAIN) * np.square(plain / spread).sum())
 
 
 def left_out(law: Array, ratios: Array) -> Array | None:

@@ -31,10 +31,10 @@ STEEPEST = 5.0
 SMALL = 0.03
 """A motion of the last body below this share of its arc length is small."""
 
-TRACKING_RATE = 240.0
-"""Rate at which the offline observer's springs draw the last body to its samples, critically damped [rad/s]: slower
-than 100 Hz sampling, faster than the modes that a trunk shows. Half and twice of it predict the trunk's left-out decays
-as well (docs/identification.md)."""
+TRACKING_RATE = 120.0
+"""Rate at which the offline observer's springs draw the last body to its samples, critically damped [rad/s]: faster
+than the modes that a trunk shows, slow enough to smooth marker noise. Of 60, 120, 240 and 480 chosen by the trunk's
+identification decays, each left out once (docs/identification.md)."""
 
 
 class FirstMode(NamedTuple):
@@ -65,7 +65,7 @@ class Form(NamedTuple):
     geometric: bool = False
     """From base to tip stiffness falls by the same factor from joint to joint, else by the same amount."""
     directional: bool = False
-    """One profile for each of two directions of bending at right angles, else one for all."""
+    """One stiffness profile for each of two directions of bending at right angles, else one for all."""
 
 
 PLAIN = Form()
@@ -135,11 +135,13 @@ class IdentifiedBody:
     actuator's mass does. Its tip load is taken as known, too, if it has one.
     """
 
-    def __init__(self, base: Actuator, frame: Tracking, mode: FirstMode, form: Form = PLAIN) -> None:
-        """`base` says masses and gravity, `frame` where the bodies sit."""
+    def __init__(
+        self, base: Actuator, frame: Tracking, mode: FirstMode, form: Form = PLAIN, rate: float = TRACKING_RATE
+    ) -> None:
+        """`base` says masses and gravity, `frame` where the bodies sit, `rate` how fast its observer is [rad/s]."""
         known = {"length": frame.arcs[-1], "rest_curvature": (0.0,), "tracking": None, "alpha": 0.0}
         self._base = base.model_copy(update=known)
-        self._frame, self.mode, self.form = frame, mode, form
+        self._frame, self.mode, self.form, self._rate = frame, mode, form, rate
         law = direction_law(mode.directions, np.array(frame.axis), directional=form.directional)
         self._scatter = law_scatter(law, mode.ratios)
 
@@ -150,7 +152,7 @@ class IdentifiedBody:
         damping = 2.0 * mode.zeta * mode.omega
         beta, alpha = share * damping / elastic_share(body), (1.0 - share) * damping
         b = tuple(beta * k for k in body.k)
-        return body.model_copy(update={"b": b, "alpha": alpha, "tracking": _tracking(body, shape)})
+        return body.model_copy(update={"b": b, "alpha": alpha, "tracking": _tracking(body, shape, self._rate)})
 
     def ratios_off(self, shape: Shape) -> Array:
         """Ratios of the shape's first mode in each decay's plane minus the measured ones, in their scatter (d,)."""
@@ -228,7 +230,7 @@ def stiffness_scale(model: RodModel, omega: float) -> float:
     return scale
 
 
-def _tracking(body: Actuator, shape: Shape) -> Tracking:
+def _tracking(body: Actuator, shape: Shape, rate: float) -> Tracking:
     """The body's frame with gains that suit the moved mass (a cantilever's first mode has it), release and scatter."""
     frame, mass, load = body.tracking, body.mass, body.tip_load
     assert frame is not None
@@ -236,8 +238,8 @@ def _tracking(body: Actuator, shape: Shape) -> Tracking:
     hold = np.exp(shape.hold + shape.slope * np.linspace(-1.0, 1.0, len(frame.arcs)))
     return frame.model_copy(
         update={
-            "K_o": (0.0, moved * TRACKING_RATE**2),
-            "B_o": (0.0, 2.0 * moved * TRACKING_RATE),
+            "K_o": (0.0, moved * rate**2),
+            "B_o": (0.0, 2.0 * moved * rate),
             "hold": tuple((hold * (mass + load) * 9.81 * frame.arcs[-1]).tolist()),
             "release": (shape.delay, float(np.exp(shape.fade))),
         }

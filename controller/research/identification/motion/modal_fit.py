@@ -13,6 +13,7 @@ from controller.research.identification.motion.directions import is_directional
 from controller.research.identification.motion.modal import (
     LATE,
     SMALL,
+    TRACKING_RATE,
     Form,
     IdentifiedBody,
     Shape,
@@ -56,7 +57,7 @@ def fit_modes(decays: Sequence[Decay], base: Actuator) -> Fit:
 
 
 def identified(
-    decays: Sequence[Decay], base: Actuator, form: Form | None = None
+    decays: Sequence[Decay], base: Actuator, form: Form | None = None, rate: float = TRACKING_RATE
 ) -> tuple[IdentifiedBody, Found, list[PlaneMotion]]:
     """The body, its fitted shape and the motions it was fitted to; without a `form`, of the one that the decays bear.
 
@@ -71,10 +72,10 @@ def identified(
     base = hanging(base, decays[0].points.shape[2])
     mode = small_mode(motions, frame.arcs[-1])
     if form is not None:
-        body = IdentifiedBody(base, frame, mode, form)
+        body = IdentifiedBody(base, frame, mode, form, rate)
         return body, fit_shape(motions, body), motions
     directional = is_directional(mode.ratios, mode.directions, np.array(frame.axis))
-    bodies = [IdentifiedBody(base, frame, mode, Form(geometric, directional)) for geometric in (False, True)]
+    bodies = [IdentifiedBody(base, frame, mode, Form(geometric, directional), rate) for geometric in (False, True)]
     return min(((body, fit_shape(motions, body), motions) for body in bodies), key=lambda one: one[1].cost)
 
 
