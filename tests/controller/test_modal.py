@@ -67,7 +67,7 @@ def test_the_confidence_interval_of_the_taper_contains_the_truth_and_is_narrow(f
 def test_tracked_bodies_and_their_inner_motion_are_found_within_a_few_times_the_noise(fit: Fit) -> None:
     assert fit.actuator.tracking is not None
     assert fit.actuator.tracking.arcs == pytest.approx(ARCS, abs=2e-4)
-    assert max(one.rms for one in fit.misfits) < 3.0 * 0.2
+    assert max(one.rms for one in fit.misfits if not one.name.endswith("sensed")) < 3.0 * 0.2
 
 
 def test_the_stiffness_scale_gives_the_chain_the_frequency_asked_for() -> None:

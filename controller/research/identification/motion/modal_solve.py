@@ -16,8 +16,9 @@ from controller.research.identification.plane import PlaneMotion
 FITTED = 1.5
 """Time after the first sample that is fitted [s]: the rest is noise."""
 START = Shape(taper=0.0, load=0.7, stiff=0.0, delay=0.05, fade=-3.2, hold=-1.2, slope=0.0)
-SPREAD = Shape(taper=1.5, load=0.3, stiff=1.5, delay=0.05, fade=0.5, hold=1.0, slope=1.0, cos2=0.7, sin2=0.7)
-"""What is expected before any data, and how widely."""
+SPREAD = Shape(taper=1.5, load=0.3, stiff=1.5, delay=0.05, fade=0.5, hold=1.0, slope=1.0, cos2=0.15, sin2=0.15)
+"""What is expected before any data, and how widely. Two tapers are apart only as far as decays insist: a few decays in
+a few planes would be met by any, and the trunk's left-out decays are predicted as well from 0.15 as from 0.7."""
 BELIEF = 0.03
 """Weight of that expectation, beside errors of about 0.3 for each decay."""
 MEASURED = 0.05
