@@ -76,6 +76,10 @@ class Tracking(Model):
     """Direction of the backbone at the clamp, in the file's coordinates; any length but zero."""
     arcs: Annotated[tuple[Annotated[float, Bounds(gt=0.0, le=2.0)], ...], Bounds(min_length=1), Q("m", "s")]
     """Arc length of each tracked body."""
+    principal: Annotated[tuple[Coordinate, ...], Q("1")] = ()
+    """Direction of bending in which the actuator's k holds, in the file's coordinates; none: k holds in every one."""
+    k_across: Annotated[Profile[Stiffness] | None, Q("N m/rad", "k")] = None
+    """Joint stiffness for bending at right angles to `principal`, as many values as the actuator's k."""
     K_o: Annotated[tuple[ReplayGain, ReplayGain], Q("N/m", "K_o", (2,))] = (0.0, 0.0)
     """Gain of the offline observer along the body at rest and across it."""
     B_o: Annotated[tuple[ReplayDamping, ReplayDamping], Q("N s/m", "B_o", (2,))] = (0.0, 0.0)
@@ -97,6 +101,10 @@ class Tracking(Model):
             raise ValueError(f"base has {len(self.base)} coordinates, axis has {len(self.axis)}")
         if math.hypot(*self.axis) < SHORTEST:
             raise ValueError(f"axis = {self.axis} has no direction: its length must be at least {SHORTEST}")
+        if (self.k_across is None) != (not self.principal):
+            raise ValueError("principal and k_across go together")
+        if self.principal and (len(self.principal) != len(self.base) or math.hypot(*self.principal) < SHORTEST):
+            raise ValueError(f"principal = {self.principal} is no direction in {len(self.base)} coordinates")
         if any(inner >= outer for inner, outer in pairwise(self.arcs)):
             raise ValueError(f"arcs = {self.arcs} do not rise from the clamp to the tip")
         if len(self.hold) not in (0, bodies):
@@ -186,6 +194,8 @@ class Actuator(Model):
             raise ValueError(
                 f"length = {self.length} m: tracking.arcs ends at {self.tracking.arcs[-1]} m, beyond the tip"
             )
+        if self.tracking is not None and self.tracking.k_across and len(self.tracking.k_across) != len(self.k):
+            raise ValueError(f"k has {len(self.k)} values, tracking.k_across {len(self.tracking.k_across)}")
         needed = self.u_max * max(self.pressure_map)
         if needed > self.pressure_max:
             raise ValueError(

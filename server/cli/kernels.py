@@ -152,7 +152,7 @@ def beside() -> None:
     model, state, work = observer.model, observer.state, observer.implicit_work
     meet_hinges(model, state.q, state.v, work)
     run = Replay(model, state, observer.load, work, observer.sensors, model.rest, np.ones(2), 1e-3)
-    samples = RecordedSamples(nothing, nothing, np.ones(1, np.int64), np.zeros(1))
+    samples = RecordedSamples(nothing, nothing, np.ones(1, np.int64), 0.05, np.zeros(1))
     replay(samples, 0, run, np.zeros((1, observer.points.shape[0], 2)))
 
 

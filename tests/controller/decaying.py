@@ -10,7 +10,7 @@ from controller.kernels.model.statics import at_rest, pose
 from controller.kernels.observer.observer import Replay
 from controller.kernels.observer.replay import RecordedSamples, replay
 from controller.research.identification.motion.decays import Decay
-from controller.research.identification.offline import offline_observer
+from controller.research.identification.offline import in_plane, offline_observer
 from controller.schema.actuator import PRESETS, Actuator, Tracking
 
 ARCS = (0.11, 0.21, 0.32)
@@ -39,9 +39,9 @@ def decays_of(actuator: Actuator, torques: Array, seed: int = 1, samples: int = 
 
 
 def _decay(actuator: Actuator, number: int, u: Array, noise: Array) -> Decay:
-    points = _swing(actuator, u, len(noise))
     angle = 0.9 * number
     across = np.array([np.cos(angle), 0.0, np.sin(angle)])
+    points = _swing(in_plane(actuator, across), u, len(noise))
     base = np.array([0.1, 0.0, 0.1])
     seen = base + points[..., :1] * np.array([0.0, -1.0, 0.0]) + points[..., 1:] * across
     return Decay(number, 0.01 * np.arange(len(noise)), seen + noise)
@@ -61,5 +61,5 @@ def _swing(actuator: Actuator, u: Array, samples: int) -> Array:
     nothing = np.zeros((samples, u.size, 2))
     ticks = np.full(samples, 10 * SUBSTEPS, np.int64)
     out = np.empty_like(nothing)
-    replay(RecordedSamples(nothing, nothing, ticks, np.zeros(1)), 0, run, out)
-    return np.concatenate([out[:1], out[:-1]])
+    replay(RecordedSamples(nothing, nothing, ticks, 0.0, np.zeros(1)), 0, run, out)
+    return out

@@ -1,4 +1,4 @@
-"""The observer over recorded data: samples held, virtual forces at the sensed bodies, a held pose released."""
+"""The observer over recorded data: samples carried on, virtual forces at the sensed bodies, a held pose released."""
 
 from typing import NamedTuple
 
@@ -17,29 +17,32 @@ class RecordedSamples(NamedTuple):
     v: Array
     """Velocities by difference from the sample before (n,m,2) [m/s]."""
     ticks: Words
-    """For how many steps each sample is held (n,)."""
+    """Steps from each sample to the next (n,)."""
+    old: float
+    """Age from which on a sample pulls no more [s]."""
     age: Array
-    """(1,) by how long it is carried on: 0, it is held [s]."""
+    """Scratch (1,)."""
 
 
 @kernel
 def replay(samples: RecordedSamples, used: int, run: Replay, out_points: Array) -> None:
     """Advance `run` through all samples, pulled to the bodies with a bit in `used`; estimates (n,m,2) [m].
 
-    A held sample is its signal half a hold late, and so is the model that it draws along: the estimate for a sample is
-    the model's position in the middle of its hold. Paper, "Dynamic observer"; of recordings it says nothing.
-    In place: run.
+    As `sense` and `observe` do it live, a sample is carried on with its last velocity to the middle of each step.
+    The estimate is the model at the very time of the sample, before the sample has pulled: samples up to the one before
+    made it. Paper, "Dynamic observer"; of recordings it says nothing. In place: run, samples.age.
     """
     tick = 0
     for k in range(samples.ticks.size):
-        points_on(run.state.q, run.sensors, out_points[k])  # stays where samples come faster than ticks
-        attach(HeldSample(samples.p[k], samples.v[k], samples.age), used, run)
+        points_on(run.state.q, run.sensors, out_points[k])
         for step in range(samples.ticks[k]):
+            samples.age[0] = step * run.dt + 0.5 * run.dt
+            attach(
+                HeldSample(samples.p[k], samples.v[k], samples.age), used if step * run.dt <= samples.old else 0, run
+            )
             fade_hold(tick * run.dt, run)
             implicit_step(run.model, run.load, run.dt, run.state, run.work)
             tick += 1
-            if step == samples.ticks[k] // 2:
-                points_on(run.state.q, run.sensors, out_points[k])
 
 
 @inlined

@@ -1,6 +1,5 @@
 """The offline observer over the decays of a file: what is asked for, checked, and what comes out."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypedDict
@@ -10,9 +9,10 @@ import numpy as np
 from controller.arrays import Array
 from controller.errors import DataError, ParameterError
 from controller.research.identification.motion.decays import Decay, long_ones, read_decays
-from controller.research.identification.offline import estimate, offline_observer
+from controller.research.identification.motion.modal import first_mode
+from controller.research.identification.offline import estimate, in_plane, offline_observer
 from controller.research.identification.plane import PlaneMotion, project
-from controller.research.identification.score import Score, ScoringTask, score
+from controller.research.identification.score import Score, Scored, ScoringTask, score
 from controller.schema.actuator import Actuator, Tracking
 from controller.system.progress import Told, untold
 
@@ -57,7 +57,7 @@ def observe_decays(request: ObserverTask, told: Told = untold) -> Observed:
     Raises DataError or ParameterError that names field, value and bound.
     """
     tracking = _tracking(request.actuator)
-    offline = offline_observer(request.actuator, _bodies("sense", request.sense, tracking), request.rods)
+    offline_observer(request.actuator, sensed := _bodies("sense", request.sense, tracking), request.rods)
     scored = _bodies("score", request.score, tracking)
     if both := sorted(set(request.sense) & set(request.score)):
         raise ParameterError(f"score = {both[0]} is sensed, too: only bodies that the observer does not see are scored")
@@ -65,22 +65,35 @@ def observe_decays(request: ObserverTask, told: Told = untold) -> Observed:
     for one in decays:
         _check(one, tracking, request.data)
     axis = np.array(tracking.axis) / np.linalg.norm(tracking.axis)
-    motions = [project(one, axis, max(offline.sensed)) for one in decays]
-    estimates = []
+    motions, estimates, found = [project(one, axis, max(sensed)) for one in decays], [], []
     for done, motion in enumerate(motions, 1):
-        estimates.append(estimate(offline, motion))
+        estimates.append(observed_motion(request.actuator, sensed, motion, request.rods))
+        found.append(to_score(request.actuator, motion, estimates[-1]))
         told(done / len(motions))
-    _refuse_runaway(motions, estimates)
-    task = ScoringTask(offline.sensed, scored, _starts(request.from_s))
     return Observed(
         tuple(motions),
         tuple(estimates),
         Scores(
-            bodies=score(motions, [one[..., 1] for one in estimates], tracking, task),
+            bodies=score(found, ScoringTask(sensed, scored, starts(request.from_s))),
             samples=sum(len(one.t) for one in motions),
-            sensed=[body + 1 for body in offline.sensed],
+            sensed=[body + 1 for body in sensed],
         ),
     )
+
+
+def observed_motion(actuator: Actuator, sensed: tuple[int, ...], motion: PlaneMotion, rods: int | None = None) -> Array:
+    """Displacements (n,bodies,2) [m] of the model in the plane of `motion`, given its bodies `sensed` (from 0)."""
+    found = estimate(offline_observer(in_plane(actuator, motion.direction), sensed, rods), motion)
+    if not np.isfinite(found).all():  # a kernel cannot raise: it returns nan
+        raise ParameterError(f"the observer diverged on ID {motion.id}: tracking.K_o or B_o is too large")
+    return found
+
+
+def to_score(actuator: Actuator, motion: PlaneMotion, found: Array) -> Scored:
+    """What was found about `motion` (n,bodies,2) [m], beside the first mode of the model in its plane."""
+    tracking = _tracking(actuator)
+    inner = first_mode(in_plane(actuator, motion.direction), tracking.arcs)
+    return Scored(motion, found[..., 1], np.append(inner, 1.0), tracking)
 
 
 def _tracking(actuator: Actuator) -> Tracking:
@@ -99,17 +112,11 @@ def _bodies(field: str, chosen: tuple[int, ...], tracking: Tracking) -> tuple[in
     return tuple(sorted({body - 1 for body in chosen}))
 
 
-def _starts(from_s: float) -> tuple[float, ...]:
+def starts(from_s: float) -> tuple[float, ...]:
+    """From when on to score: whole, and from `from_s` [s] on; ParameterError where that is no time."""
     if not 0.0 <= from_s < float("inf"):
         raise ParameterError(f"from = {from_s} s is negative or not finite")
     return (0.0, from_s) if from_s else (0.0,)
-
-
-def _refuse_runaway(motions: Sequence[PlaneMotion], estimates: Sequence[Array]) -> None:
-    """A kernel cannot raise: it returns nan."""
-    for motion, found in zip(motions, estimates, strict=True):
-        if not np.isfinite(found).all():
-            raise ParameterError(f"the observer diverged on ID {motion.id}: tracking.K_o or B_o is too large")
 
 
 def _check(decay: Decay, tracking: Tracking, path: Path) -> None:

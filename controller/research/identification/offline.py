@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.rod import build_rod
+from controller.build.rod import build_rod, profile
 from controller.errors import ParameterError
 from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.rod import RodModel, RodState, make_load
@@ -16,7 +16,9 @@ from controller.kernels.observer.replay import RecordedSamples, replay
 from controller.research.identification.motion.hold import held_pose, positions, torques_to
 from controller.research.identification.plane import PlaneMotion
 from controller.schema.actuator import Actuator, Tracking
-from controller.schema.parameters import DT
+from controller.schema.parameters import DT, SafetyLimits
+
+OLD = SafetyLimits().measurement_old
 
 
 class Offline(NamedTuple):
@@ -49,6 +51,25 @@ def offline_observer(actuator: Actuator, sensed: Sequence[int], rods: int | None
     sensors = places(model, np.minimum(arcs, actuator.length))
     rest = positions(model, model.rest, sensors)
     return Offline(model, sensors, rest, torques_to(model, arcs), tracking, tuple(sensed))
+
+
+def in_plane(actuator: Actuator, direction: Array) -> Actuator:
+    """`actuator` as it bends in the plane of `direction` (dims,), a unit vector in the file's coordinates.
+
+    Bending stiffness is a tensor of the cross-section: k cos^2 + k_across sin^2 of the angle to the principal
+    direction. Damping b = beta k goes with it.
+    """
+    tracking = actuator.tracking
+    if tracking is None or tracking.k_across is None:
+        return actuator
+    along = np.array(tracking.principal) / np.linalg.norm(tracking.principal)
+    share = float(np.clip(along @ direction, -1.0, 1.0) ** 2)
+    own = np.array(actuator.k)
+    k = share * own + (1.0 - share) * np.array(tracking.k_across)
+    damped = profile(actuator.b, own.size) if own.size > 1 else np.array(actuator.b[:1])
+    flat = tracking.model_copy(update={"principal": (), "k_across": None})
+    update = {"k": tuple(k.tolist()), "b": tuple((damped * k / own).tolist()), "tracking": flat}
+    return actuator.model_copy(update=update)
 
 
 def estimate(offline: Offline, motion: PlaneMotion) -> Array:
@@ -91,8 +112,8 @@ def _start(offline: Offline, moved: Array) -> tuple[RodState, Array]:
 
 
 def _samples(t: Array, p: Array) -> RecordedSamples:
-    """Samples at t (n,) [s], each held until the next one comes; the last one as long as the one before it."""
+    """Samples at t (n,) [s], each carried on until the next one comes."""
     v = np.zeros_like(p)
     v[1:] = np.diff(p, axis=0) / np.diff(t)[:, None, None]
-    grid = np.round(np.append(t, 2 * t[-1] - t[-2]) / DT).astype(np.int64)
-    return RecordedSamples(p, v, np.diff(grid), np.zeros(1))
+    grid = np.round(t / DT).astype(np.int64)
+    return RecordedSamples(p, v, np.diff(grid, append=grid[-1]), OLD, np.zeros(1))

@@ -27,6 +27,8 @@ class PlaneMotion:
     """(n,bodies,2) along x (down the hanging body) and y (lateral) [m]."""
     outside: float
     """Share of the leading body's lateral motion that lies outside the plane, rms over rms [1]."""
+    direction: Array
+    """Unit vector (dims,) of y in the file's coordinates."""
 
     @property
     def lateral(self) -> Array:
@@ -78,8 +80,8 @@ def project(decay: Decay, axis: Array, body: int) -> PlaneMotion:
     along = moved @ axis
     across = moved - along[..., None] * axis
     _, size, directions = np.linalg.svd(across[:, body], full_matrices=False)
-    lateral = across @ directions[0]
+    lateral, direction = across @ directions[0], directions[0]
     if lateral[np.argmax(np.abs(lateral[:, body])), body] < 0.0:
-        lateral = -lateral
+        lateral, direction = -lateral, -direction
     outside = float(size[1] / size[0]) if size[0] > 0.0 else 0.0
-    return PlaneMotion(decay.id, decay.t, np.stack([along, lateral], axis=-1), outside)
+    return PlaneMotion(decay.id, decay.t, np.stack([along, lateral], axis=-1), outside, direction)

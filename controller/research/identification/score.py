@@ -30,15 +30,32 @@ class ScoringTask(NamedTuple):
 
 
 class Score(TypedDict):
-    """One scored body in one window."""
+    """One scored body in one window; each percentage is an rms error over the rms motion."""
 
     body: int
     from_s: float
     rms_error_mm: float
     rms_motion_mm: float
     percent_of_motion: float
+    """Of the observer."""
     constant_curvature_percent: float
     fixed_ratio_percent: float
+    mode_shape_percent: float
+    """Of the model's first mode, scaled to the outermost sensed body: the observer without its dynamics."""
+    own_ratio_percent: float
+    """Of the sensed motions times what was best for this very decay: less no fixed shape can have."""
+
+
+class Scored(NamedTuple):
+    """One motion and what is compared with it."""
+
+    motion: PlaneMotion
+    estimate: Array
+    """Lateral motions (n,bodies) [m] that the observer gives."""
+    mode: Array
+    """Lateral motions of the bodies in the model's first mode (bodies,)."""
+    tracking: Tracking
+    """Of the actuator that observed it: its products are those of the identified decays."""
 
 
 def products(motions: Sequence[PlaneMotion]) -> tuple[tuple[float, ...], ...]:
@@ -69,52 +86,59 @@ def constant_curvature(sensed: int, body: int) -> float:
     return ((body + 1) / (sensed + 1)) ** 2
 
 
-def score(
-    motions: Sequence[PlaneMotion], estimates: Sequence[Array], tracking: Tracking, task: ScoringTask
-) -> list[Score]:
-    """Each scored body from each start; `estimates` are the lateral motions (n,bodies) [m] that the model gives.
+def score(scored: Sequence[Scored], task: ScoringTask) -> list[Score]:
+    """Each scored body from each start.
 
     Errors and motions of all decays are pooled before their rms is taken. Raises ParameterError when no decay lasts
     until a start.
     """
-    return [_score(motions, estimates, tracking, task, body, at) for body in task.scored for at in task.starts]
+    return [_score(scored, task, body, at) for body in task.scored for at in task.starts]
 
 
-def _score(
-    motions: Sequence[PlaneMotion],
-    estimates: Sequence[Array],
-    tracking: Tracking,
-    task: ScoringTask,
-    body: int,
-    start: float,
-) -> Score:
-    true = np.concatenate([_late(one, one.lateral, start) for one in motions])
-    if not len(true):
+def _score(scored: Sequence[Scored], task: ScoringTask, body: int, start: float) -> Score:
+    lasting = [one for one in scored if one.motion.t[-1] >= start - SAME]
+    if not lasting:
         raise ParameterError(f"from = {start} s is after the end of every decay")
-    found = np.concatenate([_late(one, y, start) for one, y in zip(motions, estimates, strict=True)])
-    ratios = fixed_ratios(tracking, task.sensed, body, start)
-    outer = max(task.sensed)
-    motion = _rms(true[:, body])
+    off = [_errors(one, task.sensed, body, start) for one in lasting]
+    motion = _rms([one["motion"] for one in off])
     if motion < STILL:
         raise ParameterError(f"score = {body + 1}: this body moves less than {STILL} m from {start} s on")
 
-    def percent(guess: Array) -> float:
-        return 100.0 * _rms(guess - true[:, body]) / motion
+    def percent(name: str) -> float:
+        return 100.0 * _rms([one[name] for one in off]) / motion
 
     return Score(
         body=body + 1,
         from_s=start,
-        rms_error_mm=1e3 * _rms(found[:, body] - true[:, body]),
+        rms_error_mm=1e3 * _rms([one["observer"] for one in off]),
         rms_motion_mm=1e3 * motion,
-        percent_of_motion=percent(found[:, body]),
-        constant_curvature_percent=percent(constant_curvature(outer, body) * true[:, outer]),
-        fixed_ratio_percent=percent(true[:, list(task.sensed)] @ ratios),
+        percent_of_motion=percent("observer"),
+        constant_curvature_percent=percent("curvature"),
+        fixed_ratio_percent=percent("ratio"),
+        mode_shape_percent=percent("mode"),
+        own_ratio_percent=percent("own"),
     )
+
+
+def _errors(one: Scored, sensed: Sequence[int], body: int, start: float) -> dict[str, Array]:
+    """The body's lateral motion (n,) [m] from `start` on, and what each prediction gets wrong about it."""
+    late, outer = one.motion.t >= start - SAME, max(sensed)
+    y = one.motion.lateral[late]
+    given, true = y[:, list(sensed)], y[:, body]
+    own, *_ = np.linalg.lstsq(given, true, rcond=None)
+    return {
+        "motion": true,
+        "observer": one.estimate[late, body] - true,
+        "curvature": constant_curvature(outer, body) * y[:, outer] - true,
+        "ratio": given @ fixed_ratios(one.tracking, sensed, body, start) - true,
+        "mode": one.mode[body] / one.mode[outer] * y[:, outer] - true,
+        "own": given @ own - true,
+    }
 
 
 def _late(motion: PlaneMotion, values: Array, start: float) -> Array:
     return np.asarray(values[motion.t >= start - SAME])
 
 
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
+def _rms(parts: Sequence[Array]) -> float:
+    return float(np.sqrt(np.mean(np.square(np.concatenate(parts)))))

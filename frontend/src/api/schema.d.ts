@@ -4843,6 +4843,17 @@ export interface components {
        */
       arcs: number[];
       /**
+       * Principal
+       * @description Direction of bending in which the actuator's k holds, in the file's coordinates; none: k holds in every one.
+       * @default []
+       */
+      principal: number[];
+      /**
+       * K Across
+       * @description Joint stiffness for bending at right angles to `principal`, as many values as the actuator's k.
+       */
+      k_across: number[] | null;
+      /**
        * K O
        * @description Gain of the offline observer along the body at rest and across it.
        * @default [

@@ -61,6 +61,29 @@ def observe(
 
 
 @app.command()
+def validate(
+    data: Annotated[Path, typer.Argument(help="CSV file of free decays of several bodies.")],
+    sense: Annotated[str, typer.Option(help="Bodies that the observer is given, as in 2,3.")],
+    score: Annotated[str, typer.Option(help="Bodies whose estimates are scored, as in 1,2.")],
+    ids: Annotated[str | None, typer.Option(help="Decays to use, as in 0-16; all without it.")] = None,
+    actuator: Annotated[str, typer.Option(help="Says what the data do not: P1, P2, P3 or a .toml file.")] = "P1",
+    from_s: Annotated[float, typer.Option("--from", help="Score from here on, too [s].")] = 0.3,
+    rate: Annotated[
+        float | None, typer.Option(help="Of the observer's springs [rad/s]; the usual one if none.")
+    ] = None,
+    every: Annotated[bool, typer.Option(help="Every stiffness profile, not only what is identified.")] = False,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
+) -> None:
+    """Leave each decay out, identify from the others, and score what the observer says of it."""
+    from controller.schema.actuator import read_actuator
+    from server.cli.research.observe import numbers
+    from server.cli.research.validate import ValidationTask, run_validate
+
+    bodies = numbers("sense", sense), numbers("score", score)
+    run_validate(ValidationTask(data, read_actuator(actuator), *bodies, ids, from_s, rate, every), json_file, out)
+
+
+@app.command()
 def calibrate(
     out_file: Annotated[Path | None, typer.Option("--out", help="TOML file to write; only shown without it.")] = None,
     starts: Annotated[

@@ -1,5 +1,6 @@
 """`tendril observe` at the command line: the offline observer's figures beside those that need no model."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
@@ -7,6 +8,7 @@ from rich.table import Table
 
 from controller.errors import ParameterError
 from controller.research.identification.observe import ObserverTask, Scores, observe_decays
+from controller.research.identification.score import Score
 from controller.schema.origin import hashes, origin
 from controller.system.origin import command_line
 from controller.system.progress import progress
@@ -42,19 +44,29 @@ def numbers(field: str, text: str) -> tuple[int, ...]:
 def show(scores: Scores, console: Console) -> None:
     """Errors of every scored body, in mm and as a share of its motion."""
     sensed = ", ".join(map(str, scores["sensed"]))
-    table = Table(title=f"Lateral errors with body {sensed} sensed", title_justify="left", box=None, pad_edge=False)
-    heads = ("body", "from [s]", "error [mm]", "motion [mm]", "observer", "constant curvature", "fixed ratio")
+    console.print(scores_table(f"Lateral errors with body {sensed} sensed", scores["bodies"]))
+    console.print(f"{scores['samples']} samples", highlight=False)
+
+
+def scores_table(title: str, bodies: Sequence[Score]) -> Table:
+    """One row for each body and window."""
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
+    heads = ("body", "from [s]", "error [mm]", "motion [mm]", "observer", "curvature", "ratio", "mode", "own ratio")
     for head in heads:
         table.add_column(head, justify="right")
-    for one in scores["bodies"]:
+    for one in bodies:
+        shares = (
+            one["percent_of_motion"],
+            one["constant_curvature_percent"],
+            one["fixed_ratio_percent"],
+            one["mode_shape_percent"],
+            one["own_ratio_percent"],
+        )
         table.add_row(
             str(one["body"]),
             f"{one['from_s']:g}",
             f"{one['rms_error_mm']:.2f}",
             f"{one['rms_motion_mm']:.2f}",
-            f"{one['percent_of_motion']:.1f} %",
-            f"{one['constant_curvature_percent']:.1f} %",
-            f"{one['fixed_ratio_percent']:.1f} %",
+            *(f"{share:.1f} %" for share in shares),
         )
-    console.print(table)
-    console.print(f"{scores['samples']} samples", highlight=False)
+    return table

@@ -1,5 +1,6 @@
 """The first mode of small motion, and the model of a body that has it: what a modal fit varies, and what it keeps."""
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -14,24 +15,26 @@ from controller.errors import DataError
 from controller.kernels.model.rod import RodModel
 from controller.kernels.model.statics import places
 from controller.research.identification.motion.damping import log_decrement
+from controller.research.identification.motion.directions import SURE, across_body, direction_law, law_scatter
 from controller.research.identification.motion.small import rest_matrices
+from controller.research.identification.offline import in_plane
 from controller.research.identification.plane import PlaneMotion
 from controller.research.identification.poses import fine
 from controller.schema.actuator import Actuator, Tracking
 
 LATE = 0.3
 """Release and higher modes are over by then [s]."""
-SURE, UNSURE = 1e-4, 1e-2
-"""Standard error of a ratio, at least; and that of one decay alone, which shows no spread."""
+UNSURE = 1e-2
+"""Standard error of a ratio from one decay alone, which shows no spread."""
 STEEPEST = 5.0
 """Tapers are looked for up to k tip / k base = exp(5) or exp(-5)."""
 SMALL = 0.03
 """A motion of the last body below this share of its arc length is small."""
 
-TRACKING_RATE = 240.0
-"""Rate at which the offline observer's springs draw the last body to its samples, critically damped [rad/s]: slower
-than 100 Hz sampling, faster than the modes that a trunk shows. Chosen on the real trunk, its
-scored decays in view (docs/identification.md)."""
+TRACKING_RATE = 120.0
+"""Rate at which the offline observer's springs draw the last body to its samples, critically damped [rad/s]: faster
+than the modes that a trunk shows, slow enough to smooth marker noise. Of 60, 120, 240 and 480 chosen by the trunk's
+identification decays, each left out once (docs/identification.md)."""
 
 
 class FirstMode(NamedTuple):
@@ -41,7 +44,9 @@ class FirstMode(NamedTuple):
     """Undamped [rad/s]."""
     zetas: Array
     ratios: Array
-    """Lateral motions of the inner bodies over the last one's (n,bodies-1)."""
+    """Lateral motions of the inner bodies over the last one's (d,bodies-1), of all decays."""
+    directions: Array
+    """Unit vectors of these motions in the file's coordinates (d,dims)."""
 
     @property
     def omega(self) -> float:
@@ -52,6 +57,18 @@ class FirstMode(NamedTuple):
     def zeta(self) -> float:
         """Median [1]."""
         return float(np.median(self.zetas))
+
+
+class Form(NamedTuple):
+    """Which stiffness profiles are looked for."""
+
+    geometric: bool = False
+    """From base to tip stiffness falls by the same factor from joint to joint, else by the same amount."""
+    directional: bool = False
+    """One stiffness profile for each of two directions of bending at right angles, else one for all."""
+
+
+PLAIN = Form()
 
 
 class Shape(NamedTuple):
@@ -71,6 +88,10 @@ class Shape(NamedTuple):
     """ln of these torques' scatter over (mass + tip load) 9.81 m/s^2 length."""
     slope: float
     """ln of the ratio of the scatter at the outermost and the innermost body, halved."""
+    cos2: float = 0.0
+    sin2: float = 0.0
+    """Tapers for bending along the body's principal directions are taper +- |(cos2, sin2)|, and twice the angle of the
+    first direction is that of (cos2, sin2). Only for a directional body."""
 
 
 def small_mode(motions: Sequence[PlaneMotion], length: float) -> FirstMode:
@@ -85,7 +106,7 @@ def small_mode(motions: Sequence[PlaneMotion], length: float) -> FirstMode:
             f"({100 * SMALL:.0f} % of the last body's arc length): no mode can be read"
         )
     omegas, zetas = np.array(found).T
-    return FirstMode(omegas, zetas, mode_ratios(motions))
+    return FirstMode(omegas, zetas, *mode_ratios(motions))
 
 
 def _mode_of(motion: PlaneMotion, small: float) -> tuple[float, float] | None:
@@ -99,11 +120,12 @@ def _mode_of(motion: PlaneMotion, small: float) -> tuple[float, float] | None:
     return found.omega, found.zeta.value
 
 
-def mode_ratios(motions: Sequence[PlaneMotion]) -> Array:
-    """Lateral motions of the inner bodies over the last one's in each decay (n,bodies-1), from LATE on."""
-    late = [one.lateral[one.t >= LATE] for one in motions]
-    moving = [y for y in late if np.any(y[:, -1])]
-    return np.array([y[:, :-1].T @ y[:, -1] / (y[:, -1] @ y[:, -1]) for y in moving])
+def mode_ratios(motions: Sequence[PlaneMotion]) -> tuple[Array, Array]:
+    """Lateral motions of the inner bodies over the last one's in each decay (d,bodies-1), from LATE on; directions."""
+    moving = [one for one in motions if np.any(one.lateral[one.t >= LATE, -1])]
+    late = [one.lateral[one.t >= LATE] for one in moving]
+    ratios = np.array([y[:, :-1].T @ y[:, -1] / (y[:, -1] @ y[:, -1]) for y in late])
+    return ratios, np.array([one.direction for one in moving])
 
 
 class IdentifiedBody:
@@ -113,27 +135,35 @@ class IdentifiedBody:
     actuator's mass does. Its tip load is taken as known, too, if it has one.
     """
 
-    def __init__(self, base: Actuator, frame: Tracking, mode: FirstMode) -> None:
-        """`base` says masses and gravity, `frame` where the bodies sit."""
+    def __init__(
+        self, base: Actuator, frame: Tracking, mode: FirstMode, form: Form = PLAIN, rate: float = TRACKING_RATE
+    ) -> None:
+        """`base` says masses and gravity, `frame` where the bodies sit, `rate` how fast its observer is [rad/s]."""
         known = {"length": frame.arcs[-1], "rest_curvature": (0.0,), "tracking": None, "alpha": 0.0}
         self._base = base.model_copy(update=known)
-        self._frame, self._mode = frame, mode
+        self._frame, self.mode, self.form, self._rate = frame, mode, form, rate
+        law = direction_law(mode.directions, np.array(frame.axis), directional=form.directional)
+        self._scatter = law_scatter(law, mode.ratios)
 
     def shaped(self, shape: Shape) -> Actuator:
         """The actuator of this shape. DataError when its mode is slower than a pendulum of this load."""
-        mode, body = self._mode, self._elastic(shape.taper, shape.load)
+        mode, body = self.mode, self._elastic(shape)
         share = float(1.0 / (1.0 + np.exp(-shape.stiff)))
         damping = 2.0 * mode.zeta * mode.omega
         beta, alpha = share * damping / elastic_share(body), (1.0 - share) * damping
         b = tuple(beta * k for k in body.k)
-        return body.model_copy(update={"b": b, "alpha": alpha, "tracking": _tracking(self._frame, shape, body)})
+        return body.model_copy(update={"b": b, "alpha": alpha, "tracking": _tracking(body, shape, self._rate)})
 
     def ratios_off(self, shape: Shape) -> Array:
-        """Ratios of the shape's first mode minus the measured ones, in standard errors (bodies-1,)."""
-        measured = self._mode.ratios
-        error = np.maximum(measured.std(axis=0) / np.sqrt(len(measured)), SURE if len(measured) > 1 else UNSURE)
-        off = first_mode(self._elastic(shape.taper, shape.load), self._frame.arcs) - measured.mean(axis=0)
-        return np.asarray(off / error)
+        """Ratios of the shape's first mode in each decay's plane minus the measured ones, in their scatter (d,)."""
+        measured, directions = self.mode.ratios, self.mode.directions
+        body, count = self._elastic(shape), len(measured)
+        if body.tracking is None or body.tracking.k_across is None:
+            known = np.tile(first_mode(body, self._frame.arcs), (count, 1))
+        else:
+            known = np.array([first_mode(in_plane(body, one), self._frame.arcs) for one in directions])
+        off = (known - measured) / np.maximum(self._scatter, np.sqrt(count) * SURE if count > 1 else UNSURE)
+        return np.asarray(off.ravel())
 
     def start(self, shape: Shape) -> Shape:
         """`shape` with the taper that suits the measured ratios best."""
@@ -144,16 +174,25 @@ class IdentifiedBody:
         best = minimize_scalar(misfit, bounds=(-STEEPEST, STEEPEST), method="bounded")
         return shape._replace(taper=float(best.x))
 
-    def _elastic(self, taper: float, load: float) -> Actuator:
+    def _elastic(self, shape: Shape) -> Actuator:
         base = self._base
         if not base.tip_load:
-            base = base.model_copy(update={"tip_load": base.mass * float(np.exp(load))})
-        return tapered(base, self._mode.omega, taper)
+            base = base.model_copy(update={"tip_load": base.mass * float(np.exp(shape.load))})
+        apart = math.hypot(shape.cos2, shape.sin2)
+        geometric = self.form.geometric
+        body = tapered(base, self.mode.omega, shape.taper + apart, geometric=geometric)
+        frame = self._frame
+        if apart:
+            angle = math.atan2(shape.sin2, shape.cos2) / 2
+            principal = np.array([math.cos(angle), math.sin(angle)]) @ across_body(np.array(frame.axis))
+            other = tapered(base, self.mode.omega, shape.taper - apart, geometric=geometric)
+            frame = frame.model_copy(update={"principal": tuple(principal.tolist()), "k_across": other.k})
+        return body.model_copy(update={"tracking": frame})
 
 
-def tapered(base: Actuator, omega: float, taper: float) -> Actuator:
-    """`base` with stiffness linear from base to tip, ln(k tip / k base) = taper, and a first mode of omega [rad/s]."""
-    k = np.exp([-taper / 2, taper / 2])
+def tapered(base: Actuator, omega: float, taper: float, *, geometric: bool = False) -> Actuator:
+    """`base` with ln(k tip / k base) = taper, linear or geometric in between, and a first mode of omega [rad/s]."""
+    k = np.exp(np.linspace(-taper / 2, taper / 2, base.table_rods if geometric else 2))
     loose = base.model_copy(update={"k": tuple(k.tolist())})
     k *= stiffness_scale(build_rod(loose, fine(base)), omega)
     return base.model_copy(update={"k": tuple(k.tolist())})
@@ -191,15 +230,16 @@ def stiffness_scale(model: RodModel, omega: float) -> float:
     return scale
 
 
-def _tracking(frame: Tracking, shape: Shape, body: Actuator) -> Tracking:
-    """`frame` with gains that suit the moved mass (that of a cantilever's first mode), release and scatter."""
-    mass, load = body.mass, body.tip_load
+def _tracking(body: Actuator, shape: Shape, rate: float) -> Tracking:
+    """The body's frame with gains that suit the moved mass (a cantilever's first mode has it), release and scatter."""
+    frame, mass, load = body.tracking, body.mass, body.tip_load
+    assert frame is not None
     moved = load + mass / 4
     hold = np.exp(shape.hold + shape.slope * np.linspace(-1.0, 1.0, len(frame.arcs)))
     return frame.model_copy(
         update={
-            "K_o": (0.0, moved * TRACKING_RATE**2),
-            "B_o": (0.0, 2.0 * moved * TRACKING_RATE),
+            "K_o": (0.0, moved * rate**2),
+            "B_o": (0.0, 2.0 * moved * rate),
             "hold": tuple((hold * (mass + load) * 9.81 * frame.arcs[-1]).tolist()),
             "release": (shape.delay, float(np.exp(shape.fade))),
         }

@@ -9,9 +9,18 @@ from controller.arrays import Array
 from controller.errors import DataError
 from controller.research.identification.fit import Estimate, Fit, Misfit
 from controller.research.identification.motion.decays import Decay
-from controller.research.identification.motion.modal import LATE, SMALL, FirstMode, IdentifiedBody, small_mode
-from controller.research.identification.motion.modal_solve import Found, at_limit, fit_shape
-from controller.research.identification.offline import estimate, offline_observer
+from controller.research.identification.motion.directions import is_directional
+from controller.research.identification.motion.modal import (
+    LATE,
+    SMALL,
+    TRACKING_RATE,
+    Form,
+    IdentifiedBody,
+    Shape,
+    small_mode,
+)
+from controller.research.identification.motion.modal_solve import Found, at_limit, fit_shape, unknowns
+from controller.research.identification.offline import estimate, in_plane, offline_observer
 from controller.research.identification.plane import PlaneMotion, body_arcs, hanging_axis, project, rest_of
 from controller.research.identification.report.modal_plots import modal_plots
 from controller.research.identification.score import STARTS, products
@@ -30,6 +39,31 @@ def fit_modes(decays: Sequence[Decay], base: Actuator) -> Fit:
     Its first mode is measured; what that leaves open is fitted. Every decay counts the same, however far it swings.
     Raises DataError for less than two bodies and for bodies that do not hang from the clamp in order.
     """
+    body, found, motions = identified(decays, base)
+    actuator = body.shaped(found.shape)
+    lateral = [
+        estimate(offline_observer(in_plane(actuator, one.direction), [decays[0].points.shape[1] - 1]), one)[..., 1]
+        for one in motions
+    ]
+    return Fit(
+        title="Stiffness taper and modes from free decays",
+        method=_method(motions, decays[0].points.shape[1]),
+        actuator=actuator,
+        parameters=_estimates(body, found, actuator, base.tip_load > 0.0),
+        misfits=_misfits(motions, lateral),
+        plots=modal_plots(motions, lateral, actuator),
+        notes=(*_notes(motions), *_load_note(found, base), *_search_note(found)),
+    )
+
+
+def identified(
+    decays: Sequence[Decay], base: Actuator, form: Form | None = None, rate: float = TRACKING_RATE
+) -> tuple[IdentifiedBody, Found, list[PlaneMotion]]:
+    """The body, its fitted shape and the motions it was fitted to; without a `form`, of the one that the decays bear.
+
+    Whether stiffness depends on the direction, left-out decays decide (`is_directional`). Linear and geometric profiles
+    have as many unknowns: the smaller cost decides.
+    """
     if decays[0].points.shape[1] < 2:
         raise DataError("one tracked body says nothing about the others: a modal fit needs at least 2")
     axis = hanging_axis(decays)
@@ -37,19 +71,12 @@ def fit_modes(decays: Sequence[Decay], base: Actuator) -> Fit:
     frame = _frame(decays, motions, axis)
     base = hanging(base, decays[0].points.shape[2])
     mode = small_mode(motions, frame.arcs[-1])
-    body = IdentifiedBody(base, frame, mode)
-    found = fit_shape(motions, body)
-    actuator = body.shaped(found.shape)
-    lateral = [estimate(offline_observer(actuator, [len(frame.arcs) - 1]), one)[..., 1] for one in motions]
-    return Fit(
-        title="Stiffness taper and modes from free decays",
-        method=_method(motions, frame),
-        actuator=actuator,
-        parameters=_estimates(mode, found, actuator, base.tip_load > 0.0),
-        misfits=_misfits(motions, lateral),
-        plots=modal_plots(motions, lateral, actuator),
-        notes=(*_notes(motions), *_load_note(found, base), *_search_note(found)),
-    )
+    if form is not None:
+        body = IdentifiedBody(base, frame, mode, form, rate)
+        return body, fit_shape(motions, body), motions
+    directional = is_directional(mode.ratios, mode.directions, np.array(frame.axis))
+    bodies = [IdentifiedBody(base, frame, mode, Form(geometric, directional), rate) for geometric in (False, True)]
+    return min(((body, fit_shape(motions, body), motions) for body in bodies), key=lambda one: one[1].cost)
 
 
 def hanging(base: Actuator, dims: int) -> Actuator:
@@ -70,8 +97,7 @@ def _frame(decays: Sequence[Decay], motions: Sequence[PlaneMotion], axis: Array)
     )
 
 
-def _method(motions: Sequence[PlaneMotion], frame: Tracking) -> str:
-    last = len(frame.arcs)
+def _method(motions: Sequence[PlaneMotion], last: int) -> str:
     return (
         f"{len(motions)} decays, each in the plane in which body {last} moves most. Frequency and damping ratio: "
         f"medians of what peaks below {100 * SMALL:.0f} % of the length say. The rest: least squares of what the "
@@ -81,9 +107,10 @@ def _method(motions: Sequence[PlaneMotion], frame: Tracking) -> str:
     )
 
 
-def _estimates(mode: FirstMode, found: Found, actuator: Actuator, load_known: bool) -> tuple[Estimate, ...]:
+def _estimates(body: IdentifiedBody, found: Found, actuator: Actuator, load_known: bool) -> tuple[Estimate, ...]:
     shape, tracking = found.shape, actuator.tracking
-    half = dict(zip(shape._fields, found.t * np.sqrt(np.diag(found.covariance)), strict=True))
+    names = unknowns(body.form)
+    half = dict(zip(names, found.t * np.sqrt(np.diag(found.covariance)), strict=True))
 
     def log(name: str, field: str, value: float, unit: str) -> Estimate:
         width = float(half[field])
@@ -98,17 +125,44 @@ def _estimates(mode: FirstMode, found: Found, actuator: Actuator, load_known: bo
     if not load_known:
         load = log(load.name, "load", load.value, "1")
     return (
-        _median("frequency, undamped", mode.omegas / math.tau, "Hz"),
-        _median("zeta", mode.zetas, "1"),
-        log("taper, k tip / k base", "taper", math.exp(shape.taper), "1"),
-        fixed("k, base joint", actuator.k[0], "N m/rad", "from frequency and taper"),
-        fixed("k, tip joint", actuator.k[-1], "N m/rad", "from frequency and taper"),
+        _median("frequency, undamped", body.mode.omegas / math.tau, "Hz"),
+        _median("zeta", body.mode.zetas, "1"),
+        *_tapers(shape, found, names),
+        *_stiffness(actuator, body.form),
         load,
         fixed("beta", actuator.b[0] / actuator.k[0], "s", "from zeta and its share in the damping"),
         fixed("alpha", actuator.alpha, "1/s", "the rest"),
         Estimate("release, delay", delay, max(0.0, delay - half["delay"]), delay + half["delay"], "s"),
         log("release, fade", "fade", fade, "s"),
     )
+
+
+def _tapers(shape: Shape, found: Found, names: Sequence[str]) -> tuple[Estimate, ...]:
+    """One taper, or those of the two principal directions of bending: taper +- |(cos2, sin2)|."""
+    apart = math.hypot(shape.cos2, shape.sin2)
+    if not apart:
+        return (_taper("taper, k tip / k base", shape.taper, found, np.array([name == "taper" for name in names])),)
+    slopes = {"taper": 1.0, "cos2": shape.cos2 / apart, "sin2": shape.sin2 / apart}
+    both = []
+    for name, sign in (("taper, principal direction", 1.0), ("taper, across it", -1.0)):
+        way = np.array([slopes.get(one, 0.0) * (1.0 if one == "taper" else sign) for one in names])
+        both.append(_taper(name, shape.taper + sign * apart, found, way))
+    return tuple(both)
+
+
+def _taper(name: str, value: float, found: Found, way: Array) -> Estimate:
+    half = found.t * math.sqrt(way @ found.covariance @ way)
+    return Estimate(name, math.exp(value), math.exp(value - half), math.exp(value + half), "1")
+
+
+def _stiffness(actuator: Actuator, form: Form) -> list[Estimate]:
+    """Ends of the profiles, which follow from frequency and taper."""
+    note = f"from frequency and taper, {'geometric' if form.geometric else 'linear'} in between"
+    profiles = {"": actuator.k}
+    if actuator.tracking is not None and actuator.tracking.k_across is not None:
+        profiles[" across"] = actuator.tracking.k_across
+    ends = [(f"k{of}, {end} joint", k[at]) for of, k in profiles.items() for end, at in (("base", 0), ("tip", -1))]
+    return [Estimate(name, k, k, k, "N m/rad", note) for name, k in ends]
 
 
 def _median(name: str, values: Array, unit: str) -> Estimate:

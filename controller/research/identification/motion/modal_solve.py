@@ -9,15 +9,16 @@ from scipy.optimize import least_squares
 
 from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.research.identification.motion.modal import LATE, IdentifiedBody, Shape
-from controller.research.identification.offline import estimate, offline_observer
+from controller.research.identification.motion.modal import LATE, Form, IdentifiedBody, Shape
+from controller.research.identification.offline import estimate, in_plane, offline_observer
 from controller.research.identification.plane import PlaneMotion
 
 FITTED = 1.5
 """Time after the first sample that is fitted [s]: the rest is noise."""
 START = Shape(taper=0.0, load=0.7, stiff=0.0, delay=0.05, fade=-3.2, hold=-1.2, slope=0.0)
-SPREAD = Shape(taper=1.5, load=0.3, stiff=1.5, delay=0.05, fade=0.5, hold=1.0, slope=1.0)
-"""What is expected before any data, and how widely."""
+SPREAD = Shape(taper=1.5, load=0.3, stiff=1.5, delay=0.05, fade=0.5, hold=1.0, slope=1.0, cos2=0.15, sin2=0.15)
+"""What is expected before any data, and how widely. Two tapers are apart only as far as decays insist: a few decays in
+a few planes would be met by any, and the trunk's left-out decays are predicted as well from 0.15 as from 0.7."""
 BELIEF = 0.03
 """Weight of that expectation, beside errors of about 0.3 for each decay."""
 MEASURED = 0.05
@@ -35,7 +36,7 @@ LIMIT = 5.0
 
 
 class Found(NamedTuple):
-    """The fitted shape and the covariance of its unknowns."""
+    """The fitted shape and the covariance of its `unknowns`."""
 
     shape: Shape
     covariance: Array
@@ -43,18 +44,24 @@ class Found(NamedTuple):
     """Half-width of a 95 % confidence interval per standard error; 0 for one decay, which has no spread."""
     settled: bool
     """Whether the search moved and came to an end by itself; if not, covariance and interval mean nothing."""
+    cost: float
+    """Half the sum of squares."""
 
 
 def fit_shape(motions: Sequence[PlaneMotion], body: IdentifiedBody) -> Found:
     """Least squares of `errors`, drawn a little to the first mode's ratios and the expected shape."""
     motions = [_cut(one) for one in motions]
-    start, spread = np.array(body.start(START)), np.array(SPREAD)
+    begin, free = body.start(START), unknowns(body.form)
+    start, spread = (np.array([getattr(one, name) for name in free]) for one in (begin, SPREAD))
+
+    def shape_of(z: Array) -> Shape:
+        return begin._replace(**dict(zip(free, (start + spread * z).tolist(), strict=True)))
 
     def residual(z: Array) -> Array:
-        shape = _shape(start + spread * z)
+        shape = shape_of(z)
         return np.concatenate([*errors(motions, body, shape), MEASURED * body.ratios_off(shape), BELIEF * z])
 
-    delay = np.arange(start.size) == Shape._fields.index("delay")
+    delay = np.array(free) == "delay"
     low = np.where(delay, -start / spread, -LIMIT)
     found = least_squares(
         residual,
@@ -65,13 +72,18 @@ def fit_shape(motions: Sequence[PlaneMotion], body: IdentifiedBody) -> Found:
         xtol=SETTLED,
         max_nfev=EVALUATIONS,
     )
-    shape = _shape(start + spread * found.x)
+    shape = shape_of(found.x)
     sizes = [rows.size for rows in errors(motions, body, shape)]
     alone = np.full(found.fun.size - sum(sizes) - start.size, MEASURED)
     off = np.concatenate([found.fun[: sum(sizes)], alone, np.full(start.size, BELIEF)])
     covariance = clustered(np.asarray(found.jac), off, sizes) * np.outer(spread, spread)
     t = float(stats.t.ppf(0.975, len(sizes) - 1)) if len(sizes) > 1 else 0.0
-    return Found(shape, covariance, t, settled=found.status > 0 and bool(np.any(found.x != 0.0)))
+    return Found(shape, covariance, t, found.status > 0 and bool(np.any(found.x != 0.0)), float(found.cost))
+
+
+def unknowns(form: Form) -> tuple[str, ...]:
+    """The fields of Shape that are fitted."""
+    return tuple(name for name in Shape._fields if form.directional or name not in ("cos2", "sin2"))
 
 
 def at_limit(shape: Shape, field: str) -> bool:
@@ -88,8 +100,9 @@ def errors(motions: Sequence[PlaneMotion], body: IdentifiedBody, shape: Shape) -
     try:
         actuator = body.shaped(shape)
         bodies = motions[0].moved.shape[1]
-        offline = offline_observer(actuator, [bodies - 1])
-        return [_error(one, estimate(offline, one)[..., 1]) for one in motions]
+        tip = [bodies - 1]
+        observers = [offline_observer(in_plane(actuator, one.direction), tip) for one in motions]
+        return [_error(one, estimate(offline, one)[..., 1]) for offline, one in zip(observers, motions, strict=True)]
     except ParameterError:
         return [np.full_like(_error(one, one.lateral), FAILED / np.sqrt(one.t.size)) for one in motions]
 
@@ -122,8 +135,4 @@ def _error(motion: PlaneMotion, lateral: Array) -> Array:
 
 def _cut(motion: PlaneMotion) -> PlaneMotion:
     keep = motion.t <= motion.t[0] + FITTED
-    return PlaneMotion(motion.id, motion.t[keep], motion.moved[keep], motion.outside)
-
-
-def _shape(values: Array) -> Shape:
-    return Shape(*values.tolist())
+    return PlaneMotion(motion.id, motion.t[keep], motion.moved[keep], motion.outside, motion.direction)
