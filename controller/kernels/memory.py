@@ -51,6 +51,9 @@ STATE = np.dtype(
         ("followed", "<i8"),  # rows of it taken so far
         ("guided", "<i8"),  # the row in force names its torques
         ("kind", "<i8"),  # RowKind of the row in force; DRAWN in any other mode than TRACK
+        ("aimed", "<f8", (2,)),  # where the goal has stood still [m]
+        ("aimed_tick", "<i8"),  # since this tick
+        ("aimed_time", "<f8"),  # for so long [s]
         ("reachable", "<i8"),  # the goal is in reach
         ("reached", "<i8"),  # the static tip of u_ff is at the wish
         ("blending", "<i8"),  # u_ff is on its way to another branch

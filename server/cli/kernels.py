@@ -143,17 +143,22 @@ def whole_tick() -> None:
 
 
 def beside() -> None:
-    """What no part of the tick calls: the replay of recordings, and the velocity that the implicit step leaves open."""
+    """What no part of the tick calls: the replay of recordings, the velocity that the implicit step leaves open, and
+    the inverse of one point alone.
+    """
+    from controller.kernels.control.inverse import invert
     from controller.kernels.model.implicit import meet_hinges
     from controller.kernels.observer.observer import Replay
     from controller.kernels.observer.replay import RecordedSamples, replay
 
-    observer, nothing = _given().rig.observer, np.zeros((1, 1, 2))
+    control, observer = _given().rig.control, _given().rig.observer
+    nothing = np.zeros((1, 1, 2))
+    invert(control.smap, (0.0, 0.0), (0.0, 0.0), True, control.scratch)
     model, state, work = observer.model, observer.state, observer.implicit_work
     meet_hinges(model, state.q, state.v, work)
     run = Replay(model, state, observer.load, work, observer.sensors, model.rest, np.ones(2), 1e-3)
     samples = RecordedSamples(nothing, nothing, np.ones(1, np.int64), 0.05, np.zeros(1))
-    replay(samples, 0, run, np.zeros((1, observer.points.shape[0], 2)))
+    replay(0, samples, run, np.zeros((1, observer.points.shape[0], 2)))
 
 
 def loop() -> None:

@@ -20,7 +20,8 @@ from controller.build.rig import build_rig
 from controller.build.rod import build_rod
 from controller.build.twin import build_twin
 from controller.kernels.compiled import OPTIONS
-from controller.kernels.control.along import invert_along, nearest_of, refine_each
+from controller.kernels.control.along import invert_along, refine_each
+from controller.kernels.control.inverse import invert
 from controller.kernels.control.retime import fastest_progress
 from controller.kernels.control.tick import tick
 from controller.kernels.model.equilibrium import make_scratch, out_of_balance
@@ -85,11 +86,11 @@ def outermost() -> dict[str, tuple[Any, ...]]:
         "twin_step": (1, twin, telemetry[0], measurement[0]),
         "cosserat_step": (1, build_cosserat(RigParameters()), telemetry[0], measurement[0]),
         "meet_hinges": (model, state.q, state.v, work),
-        "replay": (samples, 1, run, points[None]),
+        "replay": (1, samples, run, points[None]),
         "invert_along": (smap, points, 0, (0.0, 0.0), 1, 1, np.zeros(1), scratch, points.copy()),
         "refine_each": (smap, 1, points.copy(), points.copy(), scratch),
         "fastest_progress": (points, points, np.ones(1), 1.0, np.ones(1)),
-        "nearest_of": (smap, (0.0, 0.0), np.zeros(1, np.int64), 1, scratch),
+        "invert": (smap, (0.0, 0.0), (0.0, 0.0), True, scratch),
         "out_of_balance": (smap.statics.body, 0.0, 0.0, scratch),
         "tips_of": (smap.statics, points, scratch, points.copy()),
         "tip_angles_of": (smap.statics, points, scratch, np.zeros(1)),
@@ -120,7 +121,7 @@ def test_the_examples_reach_every_kernel() -> None:
         invert_along,
         refine_each,
         fastest_progress,
-        nearest_of,
+        invert,
     }
     assert known | {out_of_balance, tips_of, tip_angles_of} == {found[name] for name in outermost()}
     called = {inner for kernel in found.values() for inner in called_by(kernel)}
@@ -129,7 +130,7 @@ def test_the_examples_reach_every_kernel() -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["tick", "twin_step", "cosserat_step", "meet_hinges", "replay", "invert_along", "nearest_of", "tip_angles_of"],
+    ["tick", "twin_step", "cosserat_step", "meet_hinges", "replay", "invert_along", "invert", "tip_angles_of"],
 )
 def test_the_machine_code_of_no_kernel_calls_an_allocator(name: str) -> None:
     assert allocators(kernels()[name], outermost()[name]) == set()

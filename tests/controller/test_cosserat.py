@@ -169,7 +169,7 @@ def test_a_target_is_followed_on_the_cosserat_plant_and_the_tip_comes_to_it(actu
     trial.arm()
     x, y = (0.13, 0.12) if actuator != "P3" else (0.10, 0.09)
     rows = [trial.follow(x, y, 3.0), trial.drag(line((x, y), (x - 0.08, y + 0.02), 100), 4.0), trial.run(4000)]
-    rows += [trial.drag(line((x - 0.08, y + 0.02), (x, -y), 100), 4.0), trial.run(4000)]
+    rows += [trial.drag(line((x - 0.08, y + 0.02), (x, -y), 100), 4.0), trial.run(5000)]
     assert all((part["mode"] == Mode.FOLLOW).all() for part in rows)
     for still_there in (rows[2], rows[4]):
         tips = true_tip(still_there[-1000:])

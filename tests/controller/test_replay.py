@@ -53,7 +53,7 @@ def recorded(tip: np.ndarray, ticks: int = PERIOD, old: float = OLD) -> np.ndarr
     )  # fmt: skip
     p, v, out = np.full((COUNT, 10, 2), np.nan), np.zeros((COUNT, 10, 2)), np.empty((COUNT, 10, 2))
     p[:, TIP], v[:, TIP] = tip, speed(tip)
-    replay(RecordedSamples(p, v, np.full(COUNT, ticks, np.int64), old, np.zeros(1)), 1 << TIP, run, out)
+    replay(1 << TIP, RecordedSamples(p, v, np.full(COUNT, ticks, np.int64), old, np.zeros(1)), run, out)
     return out
 
 

@@ -1,8 +1,6 @@
-"""The static inverse along a path, and from many starts at once."""
+"""The static inverse along a path, and of many points at once."""
 
-import math
-
-from controller.arrays import Array, Pair, Words
+from controller.arrays import Array, Pair
 from controller.kernels.compiled import kernel
 from controller.kernels.control.inverse import TOLERANCE, refine
 from controller.kernels.model.equilibrium import Scratch
@@ -48,19 +46,3 @@ def refine_each(smap: StaticMap, steps: int, p: Array, torques: Array, scratch: 
         torques[i, 0], torques[i, 1] = u1, u2
         if distance >= TOLERANCE:
             p[i, 0], p[i, 1] = static_tip(smap.statics, u1, u2, scratch)
-
-
-@kernel
-def nearest_of(
-    smap: StaticMap, target: Pair, starts: Words, steps: int, scratch: Scratch
-) -> tuple[float, float, float]:
-    """The best that comes of the seeds `starts` (m,) for `target` [m]: torques [N m], and the distance [m].
-
-    Not in the paper, whose inverse has one start. In place: scratch.
-    """
-    best, u1, u2 = math.inf, 0.0, 0.0
-    for k in starts:
-        v1, v2, distance, _ = refine(smap, target, (smap.seeds[k, 0], smap.seeds[k, 1]), steps, scratch)
-        if distance < best:
-            best, u1, u2 = distance, v1, v2
-    return u1, u2, best

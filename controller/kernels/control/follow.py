@@ -4,7 +4,7 @@ import math
 
 from controller.arrays import Pair, Record
 from controller.kernels.compiled import kernel
-from controller.kernels.control.inverse import LOOKS, REFINE_STEPS, TOLERANCE, other_branch, refine
+from controller.kernels.control.inverse import LOOKS, MARGIN, REFINE_STEPS, TOLERANCE, other_branch, refine
 from controller.kernels.memory import Control
 from controller.kernels.model.statics import static_tip
 from controller.kernels.safety.safety import FOLLOW, HOLD, TRACK, move
@@ -12,6 +12,9 @@ from controller.schema.modes import Cause, RowKind
 
 SEARCH_EVERY = 10
 """Ticks between two looks at another branch, which costs as much as the rest of the tick; all are looked at in turn."""
+HELD, PATIENCE, MARGIN_MOVING = 2e-3, 0.3, 30e-3
+"""A goal that stays within HELD [m] for PATIENCE [s] is gone to in whichever pose comes nearest; one that moves on may
+soon be back in the reach of the present pose: for it only a branch that is nearer by MARGIN_MOVING [m] is taken."""
 DRAWN = int(RowKind.DRAWN)
 REFERENCE_DONE = int(Cause.REFERENCE_DONE)
 
@@ -53,11 +56,25 @@ def aim(x: float, y: float, control: Control) -> None:
     Paper, "Task 5: Real-Time User-Defined Tracking": projected onto the workspace. In place: control.state.
     """
     state, smap = control.state[0], control.smap
+    note_aim(x, y, control.dt, state)
     u1, u2, distance, settled = refine(smap, (x, y), (state.u_goal[0], state.u_goal[1]), REFINE_STEPS, control.scratch)
     found = (u1, u2, distance)
     if settled and distance >= TOLERANCE and state.tick % SEARCH_EVERY == 0:
-        found = other_branch(smap, (x, y), found, state.tick // SEARCH_EVERY % LOOKS, control.scratch)
+        margin = MARGIN if state.aimed_time >= PATIENCE else MARGIN_MOVING
+        found = other_branch(smap, (x, y), found, margin, state.tick // SEARCH_EVERY % LOOKS, control.scratch)
     set_goal((x, y), found, control)
+
+
+@kernel
+def note_aim(x: float, y: float, dt: float, state: Record) -> None:
+    """Count the ticks for which the goal (x, y) [m] has stood still, in seconds. Not in the paper.
+
+    In place: state.aimed, state.aimed_tick, state.aimed_time.
+    """
+    if math.hypot(x - state.aimed[0], y - state.aimed[1]) > HELD:
+        state.aimed[0], state.aimed[1] = x, y
+        state.aimed_tick = state.tick
+    state.aimed_time = (state.tick - state.aimed_tick) * dt
 
 
 @kernel

@@ -17,7 +17,7 @@ DISTANCE_DONE = 1e-9
 TOLERANCE = 1e-4
 """A target counts as reached within this [m]."""
 MARGIN = 5e-4
-"""How much nearer to the target another branch must end to be taken [m]."""
+"""How much nearer to a target that is out of reach another branch must end to be taken [m]."""
 PROMISING, LOOKS = 6, 8
 """Grid points at a minimum of the distance that are tried at most, and all that is tried: two starts more, beside u."""
 ASIDE = 2.5
@@ -209,13 +209,12 @@ def aside(smap: StaticMap, u: Pair, way: float, scratch: Scratch) -> Pair:
 
 @kernel
 def other_branch(
-    smap: StaticMap, target: Pair, now: tuple[float, float, float], rank: int, scratch: Scratch
+    smap: StaticMap, target: Pair, now: tuple[float, float, float], margin: float, rank: int, scratch: Scratch
 ) -> tuple[float, float, float]:
     """The branch that begins at start number `rank` if it ends nearer to `target` than `now` does.
 
-    `now`, which is short of it, and what is returned: u [N m] and the distance that it leaves [m]. A branch that is
-    short as well must be nearer by MARGIN, so that none is left for nothing. Not in the paper, whose inverse has one
-    branch. In place: scratch.
+    `now`, which is short of it, and what is returned: u [N m] and the distance that it leaves [m]. It must reach the
+    target, or be nearer by `margin` [m]. Not in the paper, whose inverse has one branch. In place: scratch.
     """
     if rank < PROMISING:
         k, after = -1, -1.0
@@ -227,7 +226,7 @@ def other_branch(
     else:
         start = aside(smap, (now[0], now[1]), 1.0 if rank % 2 == 0 else -1.0, scratch)
     v1, v2, other, _ = refine(smap, target, start, SEARCH_STEPS, scratch)
-    nearer = other < TOLERANCE or other < now[2] - MARGIN
+    nearer = other < TOLERANCE or other < now[2] - margin
     return (v1, v2, other) if nearer else now
 
 
@@ -244,5 +243,5 @@ def invert(smap: StaticMap, target: Pair, u: Pair, search: bool, scratch: Scratc
         for rank in range(LOOKS):
             if now[2] < TOLERANCE:
                 break
-            now = other_branch(smap, target, now, rank, scratch)
+            now = other_branch(smap, target, now, MARGIN, rank, scratch)
     return now

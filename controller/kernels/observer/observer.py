@@ -24,7 +24,7 @@ class Seat(NamedTuple):
     """Memory of `reseat`: how far it is, and the pose to which it leads."""
 
     off: Array
-    """(1,) for how long the pose has been off [s]; negative after a fit that was refused."""
+    """(1,) for how long the pose has been off, since a fit that was no better [s]."""
     stage: Words
     """(1,) 0 while nothing is wrong, then the ticks of the fit, then those of the move."""
     made: Words

@@ -25,7 +25,7 @@ class RecordedSamples(NamedTuple):
 
 
 @kernel
-def replay(samples: RecordedSamples, used: int, run: Replay, out_points: Array) -> None:
+def replay(used: int, samples: RecordedSamples, run: Replay, out_points: Array) -> None:
     """Advance `run` through all samples, pulled to the bodies with a bit in `used`; estimates (n,m,2) [m].
 
     As `sense` and `observe` do it live, a sample is carried on with its last velocity to the middle of each step.

@@ -18,8 +18,8 @@ from controller.kernels.observer.observer import Observer, Seat
 
 LOOK_EVERY = 0.1
 """From one look at the pose to the next [s]."""
-KNOTTED_TIME, REFUSED_TIME = 0.5, 5.0
-"""For how long it must be off before a pose is fitted, and how long none is after one that was no better [s]."""
+KNOTTED_TIME = 0.5
+"""For how long it must be off before a pose is fitted, and again after one that was no better [s]."""
 APART = 1.0
 """A pose with every angle nearer than this to that of the torques alone is not knotted [rad]."""
 SLOW = 0.5
@@ -46,7 +46,7 @@ def reseat(sensing: Sensing, control: Control, observer: Observer, out_telemetry
     elif stage <= FIT_TICKS:
         fit(state.used, sensing, observer, control, seat)
         if stage == FIT_TICKS and not better(state.used, sensing, control, observer, seat):
-            seat.stage[0], seat.off[0] = 0, -REFUSED_TIME
+            seat.stage[0], seat.off[0] = 0, 0.0
     else:
         move_over(observer, seat)
     out_telemetry.reseats = seat.made[0]
@@ -77,7 +77,7 @@ def wound(state: Record, sensing: Sensing, observer: Observer, control: Control,
     apart = 0.0
     for i in range(theta.size):
         apart = max(apart, abs(theta[i] - control.scratch.theta[i]))
-    seat.off[0] = min(0.0, seat.off[0] + LOOK_EVERY) if not apart > APART else seat.off[0] + LOOK_EVERY
+    seat.off[0] = seat.off[0] + LOOK_EVERY if apart > APART else 0.0
     return seat.off[0] > KNOTTED_TIME
 
 

@@ -1,5 +1,6 @@
 """Which part of a path is within reach, and the nearest path that is."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -7,10 +8,10 @@ import numpy as np
 from controller.arrays import Array
 from controller.build.statics import scratch_for
 from controller.errors import ParameterError
-from controller.kernels.control.along import invert_along, nearest_of
-from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE
+from controller.kernels.control.along import invert_along
+from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE, invert
 from controller.kernels.model.statics import StaticMap
-from controller.reference.feasible.approach import EVERY, NEAR_SEEDS, SETTLE_STEPS, solutions
+from controller.reference.feasible.approach import EVERY, solutions
 from controller.reference.feasible.reach import static_tips
 from controller.reference.path_file import Samples
 from controller.schema.actuator import Actuator
@@ -22,6 +23,8 @@ FAR = 3.0
 """A point further from the base than this many lengths is in other units."""
 LOOK = 1e-3
 """Out of reach another branch is looked for once in so much of the path [m], or at every this many rows."""
+NEAREST_CALLS = 20
+"""Most steps of the inverse to the nearest point: each tries all branches."""
 JUST = 1e-9
 """Rounding of times [s]."""
 
@@ -96,7 +99,7 @@ def is_rest(smap: StaticMap, p: Array) -> bool:
 def carried(smap: StaticMap, p: Array, begin: Array) -> Carried:
     """The path p (n, 2) [m] from torques `begin` (2,) [N m] on: on one branch as long as another is no better.
 
-    Another is taken as the tick does (`kernels.control.inverse.invert`), but looked for among all seeds.
+    Another is taken as the tick does (`kernels.control.inverse.invert`), but looked for from rest.
     """
     length = float(np.hypot(*np.diff(p, axis=0).T).sum())
     every = max(EVERY, int(len(p) * LOOK / length)) if length > LOOK else len(p)
@@ -117,6 +120,11 @@ def carried(smap: StaticMap, p: Array, begin: Array) -> Carried:
 
 def nearest(smap: StaticMap, p: Array) -> tuple[tuple[float, float], float]:
     """Torques [N m] of the point of the reach that is nearest to p (2,) [m], and its distance [m]."""
-    starts = np.argsort(np.linalg.norm(smap.seed_tips - p, axis=1))[:NEAR_SEEDS]
-    u1, u2, distance = nearest_of(smap, (p[0], p[1]), starts, SETTLE_STEPS, scratch_for(smap))
-    return (u1, u2), distance
+    u, scratch, before, distance = (0.0, 0.0), scratch_for(smap), math.inf, math.inf
+    for _ in range(NEAREST_CALLS):
+        u1, u2, distance = invert(smap, (p[0], p[1]), u, True, scratch)
+        u = (u1, u2)
+        if distance < TOLERANCE or distance == before:
+            break
+        before = distance
+    return u, distance

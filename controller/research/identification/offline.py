@@ -96,7 +96,7 @@ def estimate(offline: Offline, motion: PlaneMotion) -> Array:
         dt=DT,
     )
     out = np.empty_like(p)
-    replay(_samples(motion.t, p), sum(1 << body for body in pulled), run, out)
+    replay(sum(1 << body for body in pulled), _samples(motion.t, p), run, out)
     return np.asarray(out - offline.rest)
 
 
