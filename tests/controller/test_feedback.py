@@ -196,3 +196,12 @@ def test_on_the_way_to_another_pose_the_integral_of_the_one_that_is_left_is_forg
     grown = 5e-3 * way
     assert after["integral"] == pytest.approx(share * before["integral"], abs=grown)
     assert (1.0 - math.exp(-way / FORGET_WAY)) * np.hypot(*before["integral"]) > 2.0 * grown
+
+
+def test_what_was_no_number_before_an_arming_is_none_after_it() -> None:
+    trial = Trial()
+    trial.run(100)
+    state = trial.rig.control.state[0]
+    state["S"] = state["error_low"] = math.nan
+    rows = np.concatenate([trial.ask(Request.ARM, ticks=100), trial.follow(0.2, 0.1, 1.0)])
+    assert (rows["mode"][-1000:] == Mode.FOLLOW).all() and np.isfinite(rows["u"]).all()

@@ -12,7 +12,7 @@ from controller.kernels.model.polygon import nearest_admissible
 from controller.kernels.model.statics import is_linear, sensitivity, side_of
 from controller.kernels.observer.observer import TIP
 from controller.kernels.safety.oscillation import note_tracking
-from controller.kernels.safety.safety import E_STOP, FOLLOW, HOLD, NUMBERS, is_live, react
+from controller.kernels.safety.safety import E_STOP, FOLLOW, HOLD, NUMBERS, TRACK, is_live, react
 from controller.schema.modes import Law, RowKind
 
 FF, FF_P, FF_I, FF_PI = int(Law.FF), int(Law.FF_P), int(Law.FF_I), int(Law.FF_PI)
@@ -32,7 +32,7 @@ def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
     """Set the error and u_fb: the law's feedback, plus what keeps u continuous where the law has just been switched.
 
     On the way to another branch nothing is fed back: the way leads through a fold, where S tells nothing. Where the tip
-    may be led anywhere, P and S act on what is slower than the first mode, whose damping nobody measured: P alone there
+    is led by hand, P and S act on what is slower than the first mode, whose damping nobody measured: P alone there
     drives a swing that is damped by less than a fifth, and S of an arm that swings turns a constant integral into one.
     Paper, "Task-space PI control": e = p_ref - p_data; the rest is not in it. In place: control.state, telemetry.error.
     """
@@ -46,7 +46,7 @@ def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
         telemetry.error[j] = state.p_ref[j] - tip
     how = live + 2 * closed + 4 * (measured != 0) + 8 * (state.kind == KNOWN)
     switched = scheme_changed(settings, how, state)
-    lag = 0.0 if switched or state.kind == KNOWN else control.controller[0].feedback_lag
+    lag = 0.0 if switched or state.mode == TRACK else control.controller[0].feedback_lag
     update_sensitivity(control.dt / (SLOPE_SHARE * lag + control.dt), control)
     smooth(telemetry.error, control.dt / (lag + control.dt), state)
     f_1, f_2 = effort(state, settings)
@@ -98,7 +98,16 @@ def smooth(error: Array, share: float, state: Record) -> None:
     Not in the paper: see `feed_back`. In place: state.error_low.
     """
     for j in range(2):
-        state.error_low[j] += share * (error[j] - state.error_low[j])
+        state.error_low[j] = followed(state.error_low[j], error[j], share)
+
+
+@kernel
+def followed(before: float, now: float, share: float) -> float:
+    """`before`, moved on towards `now` by `share`; of 1, what was before counts no more, number or not.
+
+    Not in the paper: see `feed_back`.
+    """
+    return before + share * (now - before) if share < 1.0 else now
 
 
 @kernel
@@ -116,10 +125,8 @@ def update_sensitivity(share: float, control: Control) -> None:
     statics = control.smap.statics
     state.stands = is_linear(statics) or factor(statics.body, control.q[2], control.scratch.pivot)
     S11, S12, S21, S22 = sensitivity(statics, control.q[2], control.scratch)
-    state.S[0] += share * (S11 - state.S[0])
-    state.S[1] += share * (S12 - state.S[1])
-    state.S[2] += share * (S21 - state.S[2])
-    state.S[3] += share * (S22 - state.S[3])
+    state.S[0], state.S[1] = followed(state.S[0], S11, share), followed(state.S[1], S12, share)
+    state.S[2], state.S[3] = followed(state.S[2], S21, share), followed(state.S[3], S22, share)
     S11, S12, S21, S22 = state.S
     A11, A12, A22 = S11 * S11 + S12 * S12, S11 * S21 + S12 * S22, S21 * S21 + S22 * S22
     det = S11 * S22 - S12 * S21

@@ -46,7 +46,7 @@ class Question:
     K_o: float
     B_o: float
     library: bool = False
-    """Under the law of the library's shapes, whose feedback does not lag."""
+    """Under the law of the library's shapes; else that of FOLLOW and HOLD, whose feedback lags."""
 
 
 class Margins(NamedTuple):

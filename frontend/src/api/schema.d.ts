@@ -1997,9 +1997,9 @@ export interface components {
       weak_ratio_live: number;
       /**
        * Feedback Lag
-       * @description Time constant with which P follows the error, and a quarter of it that with which S follows the pose, but for the
-       *     shapes of the library (ours; paper: 0). It rolls the feedback off below the arm's first mode, whose damping nobody
-       *     measured: with a damping ratio of 0.1 the paper's law swings.
+       * @description Time constant with which P follows the error in FOLLOW and HOLD, and a quarter of it that with which S follows
+       *     the pose (ours; paper: 0). It rolls the feedback off below the arm's first mode, whose damping nobody measured: with
+       *     a damping ratio of 0.1 the paper's law swings.
        * @default 0.2
        */
       feedback_lag: number;
