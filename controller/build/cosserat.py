@@ -161,10 +161,11 @@ def pairs(parameters: RigParameters) -> Pairs:
     """The chamber pairs, empty; each reaches from the end of one rod of the table to that of another."""
     actuator, own, dt = parameters.actuator, parameters.twin.cosserat, parameters.controller.dt
     full = actuator.u_max * np.array(actuator.pressure_map)
+    known = np.array(actuator.stiffening) * full
     return Pairs(
-        share=np.column_stack([covered(own.elements, *ends, actuator.table_rods) for ends in actuator.chambers]),
+        share=np.column_stack([covered(own.elements, *ends) for ends in chamber_ends(actuator)]),
         full=full,
-        stiffening=own.stiffening,
+        stiffening=known if known.any() else np.full(2, own.stiffening),
         slack=np.array(own.pair_hysteresis) * full / STICKING,
         keep=np.array([math.exp(-dt / lag) if lag > 0.0 else 0.0 for lag in own.lag]),
         difference=np.zeros(2),
@@ -173,8 +174,15 @@ def pairs(parameters: RigParameters) -> Pairs:
     )
 
 
-def covered(n: int, first: int, last: int, table: int) -> Array:
-    """Share (n,) of the cell about each bend of n elements that lies between the ends of two rods of the table."""
+def chamber_ends(actuator: Actuator) -> Array:
+    """Where each pair begins and ends (2,2), as shares of the length: by the table at the ends of two of its rods."""
+    if actuator.chamber_arcs is not None:
+        return np.array(actuator.chamber_arcs) / actuator.length
+    return np.array(actuator.chambers) / actuator.table_rods
+
+
+def covered(n: int, first: float, last: float) -> Array:
+    """Share (n,) of the cell about each bend of n elements that lies between two shares of the length."""
     edges = np.concatenate([[0.0], (np.arange(n) + 0.5) / n])
-    within = np.clip(edges, first / table, last / table)
+    within = np.clip(edges, first, last)
     return np.asarray(np.diff(within) / np.diff(edges))

@@ -55,10 +55,14 @@ def settle(body: ChainStatics | RodModel, theta: Array) -> Array:
     raise np.linalg.LinAlgError("no convergence")
 
 
-def body_of(chain: ChainStatics | RodModel, T_theta: Array | None = None) -> Body:
-    """What the kernels want to know of a chain on whose angles u acts by T_theta (N,2); without it by nothing."""
+def body_of(chain: ChainStatics | RodModel, T_theta: Array | None = None, stiffening: Array | None = None) -> Body:
+    """What the kernels want to know of a chain on whose angles u acts by T_theta (N,2); without it by nothing.
+
+    `stiffening` (N,2) [1/(N m)] as in Body; without it no pressure stiffens the chain.
+    """
     T = np.zeros((chain.k.size, 2)) if T_theta is None else T_theta
-    return Body(chain.k, chain.bend, T, gravity_arms(chain) * chain.g[:, None])
+    by_pressure = np.zeros((0, 2)) if stiffening is None else stiffening
+    return Body(chain.k, chain.bend, T, gravity_arms(chain) * chain.g[:, None], by_pressure)
 
 
 def gravity_arms(body: ChainStatics | RodModel) -> Array:

@@ -8,4 +8,5 @@ from controller.schema.parameters import RigParameters
 
 def build_plant(parameters: RigParameters) -> Plant:
     """The simulated plant that `parameters` name, at rest; raises ParameterError where it cannot be built."""
-    return build_cosserat(parameters) if parameters.twin.plant == "cosserat" else build_twin(parameters)
+    true = parameters.model_copy(update={"actuator": parameters.plant_actuator or parameters.actuator})
+    return build_cosserat(true) if parameters.twin.plant == "cosserat" else build_twin(true)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from controller.build.rod import build_rod, computable
+from controller.build.rod import build_rod, computable, stiffest
 from controller.build.stability import largest_gains, sensor_places
 from controller.build.statics import build_static_map
 from controller.errors import ParameterError
@@ -105,7 +105,8 @@ def observer_gains_max(model: RodModel, parameters: RigParameters) -> tuple[floa
     controller = parameters.controller
     if controller.integrator == Integrator.IMPLICIT:
         return OBSERVER_GAIN_MAX, OBSERVER_DAMPING_MAX
-    return largest_gains(model, controller.dt, parameters.actuator.u_max)
+    u_max = parameters.actuator.u_max
+    return largest_gains(model._replace(k=stiffest(model, u_max)), controller.dt, u_max)
 
 
 def build_observer(model: RodModel, controller: ControllerParameters, gains_max: tuple[float, float]) -> Observer:
@@ -115,7 +116,7 @@ def build_observer(model: RodModel, controller: ControllerParameters, gains_max:
     open_ledger(model, state, ledger)
     least = controller.observer_beta * model.k if controller.integrator == Integrator.IMPLICIT else 0.0
     observer = Observer(
-        model=model._replace(b=model.b.copy()),
+        model=model._replace(k=model.k.copy(), b=model.b.copy()),
         state=state,
         load=make_load(rods, SENSORS),
         integrator=int(controller.integrator),
@@ -130,6 +131,8 @@ def build_observer(model: RodModel, controller: ControllerParameters, gains_max:
         head=np.zeros(1, np.int64),
         lag=controller.pneumatic_lag,
         u_hat=np.zeros(2),
+        level=np.zeros(2),
+        soft=model.k,
         sensors=sensor_places(model),
         backbone=places(model, length * np.arange(BACKBONE_POINTS) / (BACKBONE_POINTS - 1)),
         points=np.zeros((SENSORS, 2)),

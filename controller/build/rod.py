@@ -61,6 +61,7 @@ def build_rod(actuator: Actuator, rods: int, *, omega_B: float = 100.0, zeta_B: 
         T_theta=T_theta,
         rest=rest,
         compliance=compliance,
+        stiffening=stiffening(actuator, T_theta),
         m_inv=1 / m,
         I_inv=1 / I,
     )
@@ -126,14 +127,41 @@ def torque_map(actuator: Actuator, rods: int) -> Array:
     For another number of rods than the table's, a torque is shared by the two rods whose middles enclose the middle of
     that rod of the table: on the nearest rod alone, the angle behind it would be wrong by up to 10 %.
     """
-    table = actuator.table_rods
-    columns = [spread_torque(end, table, rods) - spread_torque(start, table, rods) for start, end in actuator.chambers]
-    return np.column_stack(columns)
+    table, length = actuator.table_rods, actuator.length
+    if actuator.chamber_arcs is not None:
+        ends = [[shared_torque(s / length, rods) for s in pair] for pair in actuator.chamber_arcs]
+    else:
+        ends = [[spread_torque(rod, table, rods) for rod in pair] for pair in actuator.chambers]
+    return np.column_stack([end - start for start, end in ends])
+
+
+def stiffening(actuator: Actuator, T_theta: Array) -> Array:
+    """Share of the hinges' stiffness that |u1| and |u2| add (N,2) [1/(N m)], by their pressures; (0,2) for none.
+
+    A hinge is stiffened by as much of a pair's pressure as it has of the pair's torque.
+    """
+    if not any(actuator.stiffening):
+        return np.zeros((0, 2))
+    reached = np.cumsum(T_theta[::-1], axis=0)[::-1]
+    return np.asarray(np.array(actuator.stiffening) * np.array(actuator.pressure_map) * reached)
+
+
+def stiffest(model: RodModel, u_max: float) -> Array:
+    """Stiffness (N,) [N m/rad] of the hinges under both torques of u_max [N m]."""
+    return np.asarray(model.k * (1.0 + u_max * model.stiffening.sum(axis=1)) if model.stiffening.size else model.k)
 
 
 def spread_torque(rod: int, table: int, rods: int) -> Array:
     """Unit torque (N,) at the middle of `rod` of `table` rods, as shares on a chain of `rods`; rod 0 is the clamp."""
-    if rod == 0:
-        return np.zeros(rods)
-    at = np.clip((rod - 0.5) / table * rods - 0.5, 0.0, rods - 1.0)
-    return np.asarray(np.maximum(0.0, 1.0 - np.abs(np.arange(rods) - at)))
+    return np.zeros(rods) if rod == 0 else shared_torque((rod - 0.5) / table, rods)
+
+
+def shared_torque(share: float, rods: int) -> Array:
+    """Unit torque (N,) at this share of the length, on the two rods whose middles enclose it, or on one and the clamp.
+
+    The joint between them then carries as much of it as reaches into the joint's part of the backbone.
+    """
+    at = np.clip(share * rods - 0.5, -0.5, rods - 1.0)
+    weights = np.maximum(0.0, 1.0 - np.abs(np.arange(rods) - at))
+    weights[0] = 1.0 + 2.0 * at if at < 0.0 else weights[0]
+    return np.asarray(weights)

@@ -32,7 +32,7 @@ def build_statics(model: RodModel, u_max: float) -> Statics:
         L=model.L,
         rest=model.rest,
         compliance=model.compliance,
-        body=body_of(model, model.T_theta),
+        body=body_of(model, model.T_theta, model.stiffening),
         u_max=u_max,
         starts=np.zeros((0, 0, model.L.size)),
     )

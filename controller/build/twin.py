@@ -4,7 +4,7 @@ import numpy as np
 
 from controller.build.equilibrium import ChainStatics, equilibrium
 from controller.build.plant_parts import bent, camera, chambers, faults
-from controller.build.rod import build_rod, computable
+from controller.build.rod import build_rod, computable, stiffest
 from controller.build.stability import natural_modes, sensor_places, stable_substeps
 from controller.kernels.model.friction import Hysteresis, Sheet
 from controller.kernels.model.rod import RodModel, make_load, make_work
@@ -29,16 +29,18 @@ def build_twin(parameters: RigParameters) -> Twin:
 def _built(parameters: RigParameters) -> Twin:
     twin, actuator, dt = parameters.twin, parameters.actuator, parameters.controller.dt
     model = twin_model(actuator, twin)
-    stiffest = model._replace(k=model.k * (1.0 + sum(twin.creep) + twin.hysteresis))
+    tightest = model._replace(k=stiffest(model, actuator.u_max) * (1.0 + sum(twin.creep) + twin.hysteresis))
     rods, length, bends = twin.rods, actuator.length, np.diff(model.rest, prepend=0.0)
     pneumatics = chambers(parameters, twin.torque_gain)
     return Twin(
-        model=model,
+        model=model._replace(k=model.k.copy()),
+        soft=model.k,
+        torque_per_pascal=1.0 / np.array(actuator.pressure_map),
         state=at_rest(model),
         load=make_load(rods),
         work=make_work(rods),
         dt=dt,
-        substeps=max(twin.substeps, stable_substeps(stiffest, dt, actuator.u_max)),
+        substeps=max(twin.substeps, stable_substeps(tightest, dt, actuator.u_max)),
         sheet=Sheet(twin.friction, twin.slip, np.zeros((2, rods))),
         creep=Creep(np.array(twin.creep), np.array(twin.creep_time), np.tile(bends, (2, 1))),
         hysteresis=Hysteresis(twin.hysteresis, twin.hysteresis_bend / rods, np.zeros(rods), bends.copy()),

@@ -43,6 +43,8 @@ class TrackTask:
     wish: Wish = field(default_factory=Wish)
     setup: Setup = field(default_factory=Setup)
     """The plant with its changes; its controller's period is the reference's."""
+    body: Actuator | None = None
+    """What is simulated, where it is another body than the model's `actuator`."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +120,9 @@ def track(task: TrackTask, told: Told = untold) -> Tracked:
     """
     begin = time.perf_counter()
     setup = task.setup
-    parameters = RigParameters(actuator=task.actuator, controller=setup.controller, twin=setup.twin)
+    parameters = RigParameters(
+        actuator=task.actuator, controller=setup.controller, twin=setup.twin, plant_actuator=task.body
+    )
     samples = read_samples(task.file)
     reference, path = drawn(samples, task.actuator, task.wish)
     case = Case(reference.name, task.actuator.name, task.law, task.seed)
@@ -201,6 +205,7 @@ def figures(tracked: Tracked) -> dict[str, Any]:
         "rows": [row_json(row) for row in result_rows(tracked)],
         "seconds": tracked.seconds,
         "twin": twin.model_dump(mode="json"),
+        "plant_actuator": tracked.task.body and tracked.task.body.name,
         "reference": asdict(tracked.reference),
         "windows": {str(window): metrics for window, metrics in tracked.windows.items()},
         "gains": {name: getattr(tracked.task.setup.gains, name) for name in GAIN_NAMES},

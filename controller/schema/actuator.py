@@ -48,6 +48,8 @@ ROUNDING = 1e-9
 """Share by which a number that was written and read may differ."""
 LIGHTEST = 1e-3
 """Least mass of a body [kg]: a gram."""
+STIFFER_MAX = 20.0
+"""Most that pressure may add to a joint's stiffness, as a share of it."""
 RATIO_MAX = 1e4
 """Largest over smallest value of a profile, and tip load over mass: beyond it the chain's equations lose digits."""
 
@@ -59,6 +61,7 @@ Damping = Annotated[float, Bounds(ge=0.0, le=1e3)]
 Density = Annotated[float, Bounds(ge=1e-3, le=1e3)]
 Curvature = Annotated[float, Bounds(ge=-100.0, le=100.0)]
 Acceleration = Annotated[float, Bounds(ge=-20.0, le=20.0)]
+Stiffening = Annotated[float, Bounds(ge=0.0, le=1e-3)]
 PressureSlope = Annotated[float, Bounds(ge=1e4, le=1e9)]
 Rod = Annotated[int, Bounds(ge=0, le=1000)]
 ReplayGain = Annotated[float, Bounds(ge=0.0, le=1e5)]
@@ -154,6 +157,10 @@ class Actuator(Model):
     chambers: Annotated[tuple[tuple[Rod, Rod], tuple[Rod, Rod]], Q("1", "T_theta")] = ((0, 5), (5, 10))
     """For u1 and for u2 the rods between which its chamber pair acts: net torque -u on the first, +u on the second.
     0 is the clamp. ((1, 5), (5, 10)) is the other reading of the paper's "proximal, distal, and mid-chamber rod"."""
+    chamber_arcs: Annotated[tuple[tuple[Arc, Arc], tuple[Arc, Arc]] | None, Q("m", "s")] = None
+    """The same by arc length, where a pair begins and ends at no middle of a rod; takes the place of `chambers`."""
+    stiffening: Annotated[tuple[Stiffening, Stiffening], Q("1/Pa", "", (2,))] = (0.0, 0.0)
+    """Share of k that the pressures of a chamber pair, added, give to it where the pair reaches."""
     u_max: Annotated[float, Bounds(ge=1e-4, le=0.2), Q("N m", "u_max")] = 0.060
     bend_max: Annotated[float, Bounds(ge=0.01, le=12.0), Q("rad")] = 5.6
     """Coupled limit on the static tip angle, counted from rest: beyond it the body would touch itself (ours)."""
@@ -190,6 +197,16 @@ class Actuator(Model):
         for first, second in self.chambers:
             if not first < second <= self.table_rods:
                 raise ValueError(f"chambers ({first}, {second}): first < second <= table_rods = {self.table_rods}")
+        for begin, end in self.chamber_arcs or ():
+            if not begin < end <= self.length * (1 + ROUNDING):
+                raise ValueError(f"chamber_arcs ({begin} m, {end} m): first < second <= length = {self.length} m")
+        for j, share in enumerate(self.stiffening):
+            if 2.0 * self.pressure_max * share > STIFFER_MAX:
+                most = STIFFER_MAX / (2.0 * self.pressure_max)
+                raise ValueError(
+                    f"stiffening of pair {j + 1} = {share:g} /Pa is above {most:.3g} /Pa, with which two chambers at "
+                    f"pressure_max = {self.pressure_max:g} Pa stiffen {1 + STIFFER_MAX:g} times"
+                )
         if self.tracking is not None and self.tracking.arcs[-1] > BEYOND * self.length:
             raise ValueError(
                 f"length = {self.length} m: tracking.arcs ends at {self.tracking.arcs[-1]} m, beyond the tip"

@@ -247,3 +247,5 @@ class RigParameters(Model):
     controller: ControllerParameters = ControllerParameters()
     limits: SafetyLimits = SafetyLimits()
     twin: TwinParameters = TwinParameters()
+    plant_actuator: Actuator | None = None
+    """What is simulated, where it is another body than the one that observer and controller believe in."""

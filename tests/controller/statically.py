@@ -2,9 +2,11 @@
 
 from controller.arrays import Array, Pair
 from controller.kernels.control import inverse
+from controller.kernels.model import sensitivity as slopes
 from controller.kernels.model import statics as kernels
 from controller.kernels.model.equilibrium import make_scratch
-from controller.kernels.model.statics import Expansion, StaticMap, Statics
+from controller.kernels.model.sensitivity import Expansion
+from controller.kernels.model.statics import StaticMap, Statics
 
 
 def static_tip(statics: Statics, u1: float, u2: float) -> Pair:
@@ -18,15 +20,15 @@ def static_angles(statics: Statics, u1: float, u2: float) -> Array:
 
 
 def expand_tip(statics: Statics, u1: float, u2: float) -> Expansion:
-    return Expansion(*kernels.expand_tip(statics, u1, u2, make_scratch(statics.L.size)))
+    return Expansion(*slopes.expand_tip(statics, u1, u2, make_scratch(statics.L.size)))
 
 
-def sensitivity(statics: Statics, theta: Array) -> tuple[float, float, float, float]:
-    return kernels.sensitivity(statics, theta, make_scratch(statics.L.size))
+def sensitivity(statics: Statics, theta: Array, u: Pair = (0.0, 0.0)) -> tuple[float, float, float, float]:
+    return slopes.sensitivity(statics, theta, *u, make_scratch(statics.L.size))
 
 
 def side_of(statics: Statics, u1: float, u2: float) -> float:
-    return kernels.side_of(statics, u1, u2, make_scratch(statics.L.size))
+    return slopes.side_of(statics, u1, u2, make_scratch(statics.L.size))
 
 
 def refine(smap: StaticMap, target: Pair, u: Pair, steps: int) -> tuple[float, float, float, bool]:

@@ -1,6 +1,7 @@
 """The Cosserat plant: what its flaws do, and the real controller on it."""
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,9 @@ from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Measurement, Telemetry
 from controller.schema.modes import Mode
 from controller.schema.parameters import CosseratParameters, PlantKind, RigParameters, TwinParameters
-from controller.simulation.case import Case, Outcome, Setup, run_case
+from controller.simulation.case import Case, Setup, run_case
 from controller.simulation.metrics import Window
+from tests.controller.foreign import BODIES, backbone_miss, followed, identified
 from tests.controller.trial import Trial, distance, line, true_tip
 
 FULL = PRESETS["P1"].u_max * PRESETS["P1"].pressure_map[0]
@@ -136,13 +138,6 @@ def test_markers_are_points_of_the_true_backbone_and_come_late() -> None:
     assert measured["markers"][i] == pytest.approx(rows["twin_backbone"][200, 2::2], abs=1e-7)
 
 
-def backbone_miss(outcome: Outcome) -> float:
-    """RMS distance of the observer's backbone from the true one, after the approach [mm]."""
-    rows = outcome.rows[outcome.reference.start :]
-    off = np.asarray(rows["backbone"], np.float64) - np.asarray(rows["twin_backbone"], np.float64)
-    return 1e3 * math.sqrt(float((off**2).sum(axis=-1).mean()))
-
-
 @pytest.mark.parametrize("actuator", ["P1", "P2", "P3"])
 def test_on_the_slow_circle_the_observer_misses_a_plant_that_stiffens_by_some_four_millimetres(
     actuator: str,
@@ -151,6 +146,20 @@ def test_on_the_slow_circle_the_observer_misses_a_plant_that_stiffens_by_some_fo
     assert backbone_miss(twin) < 1.0
     assert 3.5 < backbone_miss(foreign) < 5.0
     assert foreign.metrics[Window.WHOLE]["rmse"] < 13.0
+
+
+@pytest.mark.parametrize("actuator", BODIES)
+def test_static_tests_teach_the_model_what_stiffens_and_the_observer_sees_the_backbone(
+    actuator: str, tmp_path: Path
+) -> None:
+    body = BODIES[actuator]
+    model = identified(body, tmp_path)
+    full = body.u_max * body.pressure_map[0]
+    assert [share * full for share in model.stiffening] == pytest.approx([0.3, 0.3], rel=0.06)
+    assert model.chamber_arcs is not None
+    assert model.chamber_arcs[1][0] == pytest.approx(body.length / 2, rel=0.01)
+    assert backbone_miss(followed(Case("circle_0.25hz", actuator), model, body)) < 2.0
+    assert backbone_miss(followed(Case("circle_0.25hz", actuator, "rod6"), model, body)) < 5.0
 
 
 @pytest.mark.parametrize("plant", ["rod", "cosserat"])

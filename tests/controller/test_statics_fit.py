@@ -1,5 +1,6 @@
 """Stiffness from poses that another computation made: the dynamic engine at rest, a dense solve, an energy minimum."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +35,9 @@ def poses_of(angles: Array, model: RodModel, actuator: Actuator, u: Array, seed:
     points = np.array([[[np.interp(s, ends, joints[axis, n]) for axis in (0, 1)] for s in ARCS] for n in range(len(u))])
     points += np.random.default_rng(seed).normal(0.0, NOISE, points.shape)
     pressure = u * np.array(actuator.pressure_map)
-    return Poses(Path("made.csv"), np.arange(2.0, len(u) + 2), pressure, points, np.array(ARCS))
+    return Poses(
+        Path("made.csv"), np.arange(2.0, len(u) + 2), pressure, np.abs(pressure), False, points, np.array(ARCS)
+    )
 
 
 def settled(actuator: Actuator, u: Array, rods: int = 14) -> Poses:
@@ -141,4 +144,31 @@ def test_poses_that_leave_an_unknown_free_are_refused() -> None:
 
 def poses_with_one_value() -> Poses:
     arcs = marker_arcs(PRESETS["P1"], 1)
-    return Poses(Path("made.csv"), np.array([2.0]), np.array([[8e4, 0.0]]), np.array([[[0.2, 0.1]]]), arcs)
+    return Poses(
+        Path("made.csv"),
+        np.array([2.0]),
+        np.array([[8e4, 0.0]]),
+        np.array([[8e4, 0.0]]),
+        False,
+        np.array([[[0.2, 0.1]]]),
+        arcs,
+    )
+
+
+def test_a_body_that_no_pressure_stiffens_and_no_arc_describes_better_keeps_its_table() -> None:
+    u = torques(16)
+    poses = solved(TAPERED, u, seed=3)
+    held = np.random.default_rng(4).uniform(0.0, 1e5, u.shape)
+    fit = fit_statics(replace(poses, level=poses.level + 2 * held, by_chamber=True), PRESETS["P1"], "linear")
+    assert fit.actuator.k == pytest.approx(TAPERED.k, rel=0.02)
+    assert (fit.actuator.stiffening, fit.actuator.chamber_arcs, fit.actuator.EI) == ((0.0, 0.0), None, None)
+
+
+def test_a_base_by_bending_stiffness_stays_one() -> None:
+    truth = Actuator.model_validate(
+        {"name": "rod", "mass": 0.1, "length": 0.25, "EI": (3e-3, 2e-3, 1e-3), "beta": 2e-3}
+    )
+    base = Actuator.model_validate(truth.model_dump(exclude={"k", "b"}) | {"EI": (1.5e-3, 1e-3, 0.5e-3)})
+    fit = fit_statics(solved(truth, torques(12), seed=0), base)
+    assert fit.actuator.EI == pytest.approx(truth.EI, rel=0.02)
+    assert Actuator.model_validate(fit.actuator.model_dump()).k == pytest.approx(truth.k, rel=0.02)

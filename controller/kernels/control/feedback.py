@@ -7,9 +7,10 @@ from controller.kernels.compiled import kernel
 from controller.kernels.control.feedforward import OPEN_LOOP, towards
 from controller.kernels.control.inverse import way_down
 from controller.kernels.memory import Control
-from controller.kernels.model.equilibrium import factor
+from controller.kernels.model.equilibrium import factor, under_pressure
 from controller.kernels.model.polygon import nearest_admissible
-from controller.kernels.model.statics import is_linear, sensitivity, side_of
+from controller.kernels.model.sensitivity import sensitivity, side_of
+from controller.kernels.model.statics import is_linear
 from controller.kernels.observer.observer import TIP
 from controller.kernels.safety.oscillation import note_tracking
 from controller.kernels.safety.safety import E_STOP, FOLLOW, HOLD, NUMBERS, TRACK, is_live, react
@@ -123,8 +124,10 @@ def update_sensitivity(share: float, control: Control) -> None:
     state, bounds = control.state[0], control.controller[0]
     ratio = bounds.weak_ratio if state.kind == KNOWN else bounds.weak_ratio_live
     statics = control.smap.statics
-    state.stands = is_linear(statics) or factor(statics.body, control.q[2], control.scratch.pivot)
-    S11, S12, S21, S22 = sensitivity(statics, control.q[2], control.scratch)
+    u1, u2 = state.u[0], state.u[1]
+    body = under_pressure(statics.body, u1, u2, control.scratch)
+    state.stands = is_linear(statics) or factor(body, control.q[2], control.scratch.pivot)
+    S11, S12, S21, S22 = sensitivity(statics, control.q[2], u1, u2, control.scratch)
     state.S[0], state.S[1] = followed(state.S[0], S11, share), followed(state.S[1], S12, share)
     state.S[2], state.S[3] = followed(state.S[2], S21, share), followed(state.S[3], S22, share)
     S11, S12, S21, S22 = state.S

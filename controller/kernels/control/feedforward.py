@@ -8,7 +8,8 @@ from controller.kernels.control.follow import anchor
 from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE, refine
 from controller.kernels.memory import Control
 from controller.kernels.model.polygon import nearest_admissible
-from controller.kernels.model.statics import expand_tip, static_tip
+from controller.kernels.model.sensitivity import expand_tip
+from controller.kernels.model.statics import static_tip
 from controller.kernels.safety.safety import FAULT, FOLLOW, REST, TRACK, is_live
 from controller.schema.modes import Law
 

@@ -10,7 +10,8 @@ from controller.arrays import Pair
 from controller.kernels.compiled import kernel
 from controller.kernels.model.equilibrium import Scratch
 from controller.kernels.model.polygon import admissible, lowest_on_edges, nearest_admissible
-from controller.kernels.model.statics import Expansion, StaticMap, expand_tip, static_tip
+from controller.kernels.model.sensitivity import Expansion, expand_tip
+from controller.kernels.model.statics import StaticMap, static_tip
 
 DISTANCE_DONE = 1e-9
 """A residual below this is solved [m]."""

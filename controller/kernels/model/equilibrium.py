@@ -11,7 +11,7 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.kernels.compiled import kernel
-from controller.kernels.model.rod import sine_cosine
+from controller.kernels.model.rod import sine_cosine, stiffened
 
 ITERATIONS, HALVINGS = 60, 12
 LONGEST = 0.5
@@ -35,6 +35,8 @@ class Body(NamedTuple):
     """Torque map (N,2) [1]."""
     weight: Array
     """Torque on theta_i of gravity along x and along y where the rod stands across it (2,N) [N m]."""
+    stiffening: Array
+    """Share of k that |u1| and |u2| add to it (N,2) [1/(N m)]; (0,2) where pressure does not stiffen."""
 
 
 class Scratch(NamedTuple):
@@ -48,11 +50,26 @@ class Scratch(NamedTuple):
     """Right-hand sides, solved in place (2,N)."""
     trial: Array
     """Angles that a step leads to (N,) [rad]."""
+    k: Array
+    """Stiffness under pressure (N,) [N m/rad]."""
 
 
 def make_scratch(rods: int) -> Scratch:
     """Scratch of one caller for chains of `rods`."""
-    return Scratch(np.zeros(rods), np.zeros(rods), np.zeros((2, rods)), np.zeros(rods))
+    return Scratch(np.zeros(rods), np.zeros(rods), np.zeros((2, rods)), np.zeros(rods), np.zeros(rods))
+
+
+@kernel
+def under_pressure(body: Body, u1: float, u2: float, scratch: Scratch) -> Body:
+    """The body as stiff as the pressures of u [N m] make it: itself where they make nothing of it.
+
+    k_i = k_i(0) (1 + sum_j stiffening_ij |u_j|). Not in the paper, whose stiffness no pressure changes.
+    In place: scratch.k.
+    """
+    if body.stiffening.shape[0] == 0:
+        return body
+    stiffened(body.k, body.stiffening, abs(u1), abs(u2), scratch.k)
+    return Body(scratch.k, body.bend, body.T_theta, body.weight, body.stiffening)
 
 
 @kernel
@@ -63,7 +80,7 @@ def equilibrium(body: Body, u1: float, u2: float, scratch: Scratch) -> None:
     Not in the paper, which has no gravity. In place: scratch.
     """
     theta, trial, x = scratch.theta, scratch.trial, scratch.x
-    rods = theta.size
+    rods, body = theta.size, under_pressure(body, u1, u2, scratch)
     level = lower = energy(body, u1, u2, theta)
     for _ in range(ITERATIONS):
         imbalance(body, u1, u2, theta, x[0])
@@ -95,9 +112,9 @@ def equilibrium(body: Body, u1: float, u2: float, scratch: Scratch) -> None:
 def out_of_balance(body: Body, u1: float, u2: float, scratch: Scratch) -> float:
     """Largest torque out of balance [N m] in the pose scratch.theta.
 
-    Not in the paper, which has no gravity. In place: scratch.x.
+    Not in the paper, which has no gravity. In place: scratch.x, scratch.k.
     """
-    imbalance(body, u1, u2, scratch.theta, scratch.x[0])
+    imbalance(under_pressure(body, u1, u2, scratch), u1, u2, scratch.theta, scratch.x[0])
     worst = 0.0
     for i in range(scratch.theta.size):
         worst = max(worst, abs(scratch.x[0, i]))

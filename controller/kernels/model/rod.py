@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Array
-from controller.kernels.compiled import inlined
+from controller.kernels.compiled import inlined, kernel
 from controller.kernels.model.springs import Springs, make_springs, pull_of
 
 ROUND = 6755399441055744.0
@@ -71,7 +71,9 @@ class RodModel(NamedTuple):
     rest: Array
     """Angles of the unactuated equilibrium (N,) [rad]: zero without gravity and rest bend."""
     compliance: Array
-    """K_theta^-1 T_theta (N,2): static angles are rest + compliance u [rad/(N m)]."""
+    """K_theta^-1 T_theta (N,2) at rest [rad/(N m)]: static angles are rest + compliance u where that is linear."""
+    stiffening: Array
+    """Share of k that |u1| and |u2| add to it, by the pressures that they need (N,2) [1/(N m)]; (0,2) for none."""
     m_inv: Array
     """1/m (N,)."""
     I_inv: Array
@@ -129,6 +131,17 @@ def make_work(rods: int) -> Work:
 def make_load(rods: int, springs: int = 0) -> Load:
     """No load on a chain of `rods`, and room for `springs`."""
     return Load(np.zeros(rods), np.zeros((2, rods)), make_springs(springs))
+
+
+@kernel
+def stiffened(k: Array, stiffening: Array, level_1: float, level_2: float, out_k: Array) -> None:
+    """Stiffness (N,) [N m/rad] of hinges whose own is k (N,), under the two pairs' pressures.
+
+    A level is what a pair's pressures, added, would make of torque if all of them acted one way [N m]: |u_j| where one
+    chamber of each pair is empty. Not in the paper, whose stiffness no pressure changes.
+    """
+    for i in range(k.size):
+        out_k[i] = k[i] * (1.0 + stiffening[i, 0] * level_1 + stiffening[i, 1] * level_2)
 
 
 @inlined

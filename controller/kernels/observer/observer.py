@@ -8,11 +8,11 @@ import numpy as np
 from controller.arrays import Array, Record, Words
 from controller.kernels.compiled import kernel
 from controller.kernels.memory import Sensing
-from controller.kernels.model.energy import Ledger, ledger_step, open_ledger
+from controller.kernels.model.energy import Ledger, bent_energy, ledger_step, open_ledger
 from controller.kernels.model.implicit import ImplicitWork, book_implicit_step, implicit_step
 from controller.kernels.model.integrate import rk4_step
 from controller.kernels.model.pneumatics import delay, first_order_lag
-from controller.kernels.model.rod import Load, RodModel, RodState, Work
+from controller.kernels.model.rod import Load, RodModel, RodState, Work, stiffened
 from controller.kernels.model.statics import Places, points_on, pose
 from controller.schema.modes import Integrator
 
@@ -72,6 +72,10 @@ class Observer(NamedTuple):
     """Time constant of the chambers [s]."""
     u_hat: Array
     """Torques that act on the model (2,) [N m]."""
+    level: Array
+    """Levels of the pairs' pressures in it, as of `stiffened` (2,) [N m]."""
+    soft: Array
+    """Stiffness of its hinges without pressure (N,) [N m/rad]."""
     sensors: Places
     """The markers' material points (10)."""
     backbone: Places
@@ -118,19 +122,38 @@ def make_seat(rods: int, sensors: int) -> Seat:
 def advance_pneumatics(u1: float, u2: float, observer: Observer) -> None:
     """Pass u [N m] through dead time and lag: the torques that act on the model now (paper, "Dynamic observer").
 
-    In place: observer.dead_time, observer.head, observer.u_hat.
+    In place: observer.dead_time, observer.head, observer.u_hat, observer.level.
     """
     late_1, late_2, observer.head[0] = delay(u1, u2, observer.head[0], observer.dead_time)
     observer.u_hat[0] = first_order_lag(observer.u_hat[0], late_1, observer.lag, observer.dt)
     observer.u_hat[1] = first_order_lag(observer.u_hat[1], late_2, observer.lag, observer.dt)
+    observer.level[0] = first_order_lag(observer.level[0], abs(late_1), observer.lag, observer.dt)
+    observer.level[1] = first_order_lag(observer.level[1], abs(late_2), observer.lag, observer.dt)
 
 
 @kernel
 def pressurise(observer: Observer) -> None:
-    """Load of the chambers alone: Q_theta = T_theta u_hat (paper, "Parameter Estimation"). In place: observer.load."""
+    """Load of the chambers alone: Q_theta = T_theta u_hat (paper, "Parameter Estimation"), and how stiff they make it.
+
+    In place: observer.load, observer.model.k, observer.ledger.
+    """
     load, T = observer.load, observer.model.T_theta
+    if observer.model.stiffening.shape[0] > 0:
+        stiffen_hinges(observer)
     for i in range(T.shape[0]):
         load.Q_theta[i] = T[i, 0] * observer.u_hat[0] + T[i, 1] * observer.u_hat[1]
+
+
+@kernel
+def stiffen_hinges(observer: Observer) -> None:
+    """Stiffness of the hinges under the pairs' pressures, which thereby do work on what is bent: the ledger has it.
+
+    Not in the paper, whose stiffness no pressure changes. In place: observer.model.k, observer.ledger.
+    """
+    model, q = observer.model, observer.state.q
+    before = bent_energy(model, q)
+    stiffened(observer.soft, model.stiffening, observer.level[0], observer.level[1], model.k)
+    observer.ledger.given[0] += bent_energy(model, q) - before
 
 
 @kernel
@@ -238,8 +261,10 @@ def reset_observer(observer: Observer) -> None:
     for row in range(3):
         for i in range(observer.model.L.size):
             observer.state.v[row, i] = 0.0
+    if observer.model.stiffening.shape[0] > 0:
+        stiffened(observer.soft, observer.model.stiffening, 0.0, 0.0, observer.model.k)
     for j in range(2):
-        observer.u_hat[j] = 0.0
+        observer.u_hat[j] = observer.level[j] = 0.0
         for slot in range(observer.dead_time.shape[0]):
             observer.dead_time[slot, j] = 0.0
     open_ledger(observer.model, observer.state, observer.ledger)

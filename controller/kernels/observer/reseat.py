@@ -11,7 +11,7 @@ from controller.arrays import Array, Pair, Record
 from controller.kernels.compiled import kernel
 from controller.kernels.memory import Control, Sensing
 from controller.kernels.model.energy import open_ledger
-from controller.kernels.model.equilibrium import energy
+from controller.kernels.model.equilibrium import energy, under_pressure
 from controller.kernels.model.polygon import nearest_admissible
 from controller.kernels.model.statics import points_on, pose, static_pose
 from controller.kernels.observer.observer import Observer, Seat
@@ -161,17 +161,18 @@ def better(used: int, sensing: Sensing, control: Control, observer: Observer, se
         seat.begin[i] = observer.state.q[2, i]
         apart = max(apart, abs(seat.q[2, i] - seat.begin[i]))
     points_on(observer.state.q, observer.sensors, observer.points)
-    there = potential(used, seat.q[2], seat.points[0], control, sensing, observer)
-    return apart > APART and there < potential(used, seat.begin, observer.points, control, sensing, observer)
+    there = potential(used, seat.q[2], seat.points[0], sensing, observer, control)
+    return apart > APART and there < potential(used, seat.begin, observer.points, sensing, observer, control)
 
 
 @kernel
-def potential(used: int, theta: Array, points: Array, control: Control, sensing: Sensing, observer: Observer) -> float:
+def potential(used: int, theta: Array, points: Array, sensing: Sensing, observer: Observer, control: Control) -> float:
     """Energy [J], but for a constant, of the pose theta (N,) under the model's torques and springs; its points (10,2).
 
-    Not in the paper: see `reseat`.
+    Not in the paper: see `reseat`. In place: control.scratch.
     """
-    total = energy(control.smap.statics.body, observer.u_hat[0], observer.u_hat[1], theta)
+    u_1, u_2 = observer.u_hat[0], observer.u_hat[1]
+    total = energy(under_pressure(control.smap.statics.body, u_1, u_2, control.scratch), u_1, u_2, theta)
     for j in range(points.shape[0]):
         if used >> j & 1:
             for axis in range(2):

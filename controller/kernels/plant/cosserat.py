@@ -27,8 +27,8 @@ class Pairs(NamedTuple):
     """Of the cell about each bend the part along which each pair acts (n,2) [1]."""
     full: Array
     """Sum of the pressures of a pair at which it stiffens the rod by `stiffening` (2,) [Pa]."""
-    stiffening: float
-    """Bending stiffness that full pressure adds, as a share [1]."""
+    stiffening: Array
+    """Bending stiffness that full pressure of each adds, as a share (2,) [1]."""
     slack: Array
     """Difference of the pressures over which a pair's slider sticks, half of it to either side (2,) [Pa]."""
     keep: Array
@@ -120,9 +120,9 @@ def stiffen(rod: CosseratRod, pressure: Array, pairs: Pairs, out_forces: RodForc
 
     Not in the paper, whose stiffness no pressure changes: a flaw of the plant.
     """
-    level_1 = (pressure[0] + pressure[1]) / pairs.full[0]
-    level_2 = (pressure[2] + pressure[3]) / pairs.full[1]
+    level_1 = pairs.stiffening[0] * (pressure[0] + pressure[1]) / pairs.full[0]
+    level_2 = pairs.stiffening[1] * (pressure[2] + pressure[3]) / pairs.full[1]
     for i in range(rod.k.size):
         first, second = pairs.share[i, 0], pairs.share[i, 1]
-        out_forces.k[i] = rod.k[i] * (1.0 + pairs.stiffening * (first * level_1 + second * level_2))
+        out_forces.k[i] = rod.k[i] * (1.0 + first * level_1 + second * level_2)
         out_forces.moment[i] = first * pairs.torque[0] + second * pairs.torque[1]

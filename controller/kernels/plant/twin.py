@@ -11,7 +11,7 @@ from controller.arrays import Array, Record, Seed, Words
 from controller.kernels.compiled import kernel
 from controller.kernels.model.friction import Hysteresis, Sheet, resist_hysteresis, rub
 from controller.kernels.model.integrate import rk4_step
-from controller.kernels.model.rod import Load, RodModel, RodState, Work
+from controller.kernels.model.rod import Load, RodModel, RodState, Work, stiffened
 from controller.kernels.model.statics import Places, points_on
 from controller.kernels.plant.camera import NO_SAMPLE, Camera, deliver, expose, open_slot
 from controller.kernels.plant.faults import Faults
@@ -40,6 +40,10 @@ class Twin(NamedTuple):
     dt: float
     """Period of the loop [s]."""
     substeps: int
+    soft: Array
+    """Stiffness of the hinges without pressure (N,) [N m/rad]."""
+    torque_per_pascal: Array
+    """Of each pair in the model's units (2,) [N m/Pa]: by it pressures make the levels of `stiffened`."""
     sheet: Sheet
     creep: Creep
     hysteresis: Hysteresis
@@ -72,6 +76,10 @@ def twin_step(t_ns: int, twin: Twin, telemetry: Record, out_measurement: Record)
     if telemetry.mode == E_STOP:
         dump(twin.dt, twin.chambers)
     fill_chambers(twin.ticks[0], telemetry.pressure_cmd, twin.dt, twin.chambers)
+    if twin.model.stiffening.shape[0] > 0:
+        p, per_pascal = twin.chambers.pressure, twin.torque_per_pascal
+        level_1, level_2 = per_pascal[0] * (p[0] + p[1]), per_pascal[1] * (p[2] + p[3])
+        stiffened(twin.soft, twin.model.stiffening, level_1, level_2, twin.model.k)
     h = twin.dt / twin.substeps
     for _ in range(twin.substeps):
         press(twin.model, twin.chambers, twin.load.Q_theta)

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -37,7 +37,6 @@ class IdentificationTask:
 
 def identify(task: IdentificationTask) -> list[Fit]:
     """The fits that the data of `task` allow, each upon the one before: the last one's actuator has them all."""
-    task = replace(task, base=by_joints(task.base))
     tables = [read_measured(path) for path in task.data]
     statics, decays = [t for t in tables if is_static(t)], [t for t in tables if is_decay(t)]
     _refuse(tables, statics, decays, task)
@@ -46,10 +45,11 @@ def identify(task: IdentificationTask) -> list[Fit]:
         with _naming(table.path):
             table.need_rows(1, "a static test")
             fits.append(fit_statics(read_poses(table, task.base), task.base, task.profile, robust=task.robust))
+    base = by_joints(task.base)
     for table in decays:
         with _naming(table.path):
             chosen = long_ones(decays_in(table, task.ids), "fit", table.path)
-            fits += decay_fits(chosen, task.base) if not fits else [fit_damping(outermost(chosen), fits[-1].actuator)]
+            fits += [fit_damping(outermost(chosen), fits[-1].actuator)] if fits else decay_fits(chosen, base)
     return fits
 
 

@@ -32,6 +32,10 @@ class Poses:
     """Line of the file (n,)."""
     pressure: Array
     """Differential pressure of both chamber pairs (n,2) [Pa]; positive bends towards +y."""
+    level: Array
+    """Sum of the pressures of each pair (n,2) [Pa]: where the file has differences alone, one chamber is empty."""
+    by_chamber: bool
+    """Whether the file has all four pressures."""
     points: Array
     """(n,m,2) [m]."""
     arcs: Array
@@ -49,13 +53,20 @@ def read_poses(table: MeasuredTable, actuator: Actuator) -> Poses:
     known = {f"{axis}{i + 1}" for axis in "xy" for i in range(points.shape[1])} | {"p1", "p2", "p3", "p4"}
     if strange := [name for name in table.columns if name not in known]:
         raise DataError(f"{table.path}: column {strange[0]} is unknown in a static test (p1, p2[, p3, p4], x1, y1, ..)")
-    pressure = np.stack([table.need("p1"), table.need("p2")], axis=-1)
-    if "p3" in table.columns or "p4" in table.columns:
-        pressure = np.stack([table.need("p1") - table.need("p2"), table.need("p3") - table.need("p4")], axis=-1)
+    pressure, level, by_chamber = _pressures(table)
     arcs = marker_arcs(actuator, points.shape[1])
-    poses = Poses(table.path, table.lines, pressure, _in_frame(points, actuator), arcs)
+    poses = Poses(table.path, table.lines, pressure, level, by_chamber, _in_frame(points, actuator), arcs)
     _check(poses, actuator)
     return poses
+
+
+def _pressures(table: MeasuredTable) -> tuple[Array, Array, bool]:
+    """Differences and sums (n,2) [Pa] of the pairs' pressures, and whether both are known; DataError for p < 0."""
+    if "p3" not in table.columns and "p4" not in table.columns:
+        pressure = np.stack([table.need("p1"), table.need("p2")], axis=-1)
+        return pressure, np.abs(pressure), False
+    p = np.stack([table.need(f"p{chamber}") for chamber in range(1, 5)], axis=-1)
+    return p[:, ::2] - p[:, 1::2], p[:, ::2] + p[:, 1::2], True
 
 
 def marker_arcs(actuator: Actuator, markers: int) -> Array:
@@ -76,19 +87,23 @@ def fine(actuator: Actuator) -> int:
 def predict(actuator: Actuator, poses: Poses) -> Array:
     """Markers (n,m,2) [m] where the static model of `fine(actuator)` rods puts them under the same pressures."""
     model = build_rod(actuator, fine(actuator))
-    backbone = backbones(model, poses.pressure / np.array(actuator.pressure_map))
+    slope = np.array(actuator.pressure_map)
+    backbone = backbones(model, poses.pressure / slope, poses.level / slope)
     ends = np.concatenate([[0.0], np.cumsum(model.L)])
     return np.array([[[np.interp(s, ends, axis) for axis in pose] for s in poses.arcs] for pose in backbone])
 
 
-def backbones(model: RodModel, u: Array) -> Array:
-    """Joints and tip (n,2,N+1) [m] of the static poses under u (n,2) [N m]."""
+def backbones(model: RodModel, u: Array, level: Array) -> Array:
+    """Joints and tip (n,2,N+1) [m] of the static poses under u (n,2) [N m], as stiff as of `level` (n,2) [N m]."""
     joint_torque = np.cumsum(model.T_theta[::-1], axis=0)[::-1] @ u.T
-    bends = model.bend[:, None] + joint_torque / model.k[:, None]
+    more = model.stiffening @ level.T if model.stiffening.size else np.zeros(joint_torque.shape)
+    k = model.k[:, None] * (1.0 + more)
+    bends = model.bend[:, None] + joint_torque / k
     body = ChainStatics(model.L, model.arm, model.m, model.k, model.bend, model.g)
     theta = np.cumsum(bends, axis=0)
     if model.g.any():
-        theta = np.stack([_loaded(body, model.rest, bend) for bend in bends.T], axis=1)
+        poses = zip(k.T, bends.T, strict=True)
+        theta = np.stack([_loaded(body._replace(k=stiff), model.rest, bend) for stiff, bend in poses], axis=1)
     steps = model.L[:, None] * np.stack([np.cos(theta), np.sin(theta)])
     joints = np.concatenate([np.zeros((2, 1, len(u))), np.cumsum(steps, axis=1)], axis=1)
     return np.moveaxis(joints, -1, 0)

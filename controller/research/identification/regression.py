@@ -1,4 +1,4 @@
-"""Non-linear least squares with confidence intervals: of logarithms, for what must stay positive."""
+"""Non-linear least squares with confidence intervals, of unknowns or, for what must stay positive, logarithms."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -54,6 +54,13 @@ def _jacobian(residual: Callable[[Array], Array], x: Array, h: float = 1e-5) -> 
 def spread(residual: Array) -> float:
     """Standard deviation of the bulk, whatever the outliers."""
     return float(np.median(np.abs(residual))) / 0.6745
+
+
+def plain(name: str, unit: str, solution: Solution, direction: Array) -> Estimate:
+    """A sum of unknowns itself, with its interval."""
+    middle = float(direction @ solution.x)
+    half = solution.t * float(np.sqrt(direction @ solution.covariance @ direction))
+    return Estimate(name, middle, middle - half, middle + half, unit)
 
 
 def exponential(name: str, unit: str, solution: Solution, direction: Array) -> Estimate:

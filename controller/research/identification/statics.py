@@ -1,40 +1,49 @@
-"""Joint stiffness by least squares on static deflections (paper, "Parameter Estimation")."""
+"""Joint stiffness by least squares on static deflections (paper, "Parameter Estimation").
 
-from typing import Literal, get_args
+Beyond the paper: what pressure adds to it, and a continuous form of the actuator, each only if the data bear it.
+"""
+
+from dataclasses import replace
 
 import numpy as np
+from scipy import stats
 
 from controller.arrays import Array
 from controller.errors import ParameterError
-from controller.research.identification.fit import Estimate, Fit
+from controller.research.identification.fit import Fit
 from controller.research.identification.poses import Poses, fine, predict
-from controller.research.identification.regression import Solution, exponential, solve
+from controller.research.identification.regression import Solution, solve
 from controller.research.identification.report.static_plots import marker_misfits, outlier_notes, static_plots
+from controller.research.identification.static_form import SHAPES, Shape, StaticForm
 from controller.schema.actuator import Actuator
-
-Shape = Literal["uniform", "linear", "scaled"]
-"""Profile of k: one value, two ends of a line, or the base actuator's own profile times one factor."""
-
-SHAPES: tuple[Shape, ...] = get_args(Shape)
 
 SCAN = np.logspace(-1.5, 1.5, 31)
 """Factors on the base's stiffness that are tried first: far from the truth the body curls, and has other minima."""
+CERTAIN = 0.999
+"""With which what a form has more must explain more than chance does (F-test)."""
+WORTH = 0.1
+"""By which share the squares must fall besides: of a body that is known to the noise nothing is gained."""
 
 
 def fit_statics(poses: Poses, base: Actuator, shape: str = "auto", *, robust: bool = False) -> Fit:
-    """Stiffness profile of `base` that puts its static poses nearest to the measured markers, in metres.
+    """Stiffness of `base` that puts its static poses nearest to the measured markers, in metres.
 
-    Unknown is ln k, so that k stays positive; `robust` weighs values down that lie far out (soft L1).
+    Unknown is its logarithm, so that it stays positive; `robust` weighs values down that lie far out (soft L1).
     """
-    kind = chosen_shape(base, shape)
-    start = _start(base, poses, kind)
-    solution = solve(lambda x: _residual(with_stiffness(base, kind, x), poses), start, robust=robust)
-    actuator = with_stiffness(base, kind, solution.x)
+    level = poses.level.max(axis=0)
+    form = StaticForm(base, chosen_shape(base, shape), (float(level[0]), float(level[1])))
+    factor = min(SCAN, key=lambda factor: _squares(form, form.start(factor), poses))
+    solution = _solved(form, form.start(float(factor)), poses, robust)
+    for richer in _richer(form, poses):
+        better = _solved(richer, richer.start_from(form, solution.x), poses, robust)
+        if _is_worth(better, solution) and richer.is_possible(better.x):
+            form, solution = richer, better
+    actuator = form.actuator(solution.x)
     return Fit(
         title="Stiffness from static deflections",
-        method=_method(poses, actuator, kind, robust),
+        method=_method(poses, actuator, form, robust),
         actuator=actuator,
-        parameters=_estimates(base, kind, solution),
+        parameters=form.estimates(solution),
         misfits=marker_misfits(poses, solution.residual),
         plots=static_plots(poses, actuator, solution.residual),
         notes=outlier_notes(poses, solution.residual, robust),
@@ -48,49 +57,56 @@ def chosen_shape(base: Actuator, name: str) -> Shape:
             return shape
     if name != "auto":
         raise ParameterError(f"profile = {name!r} is not one of auto, {', '.join(SHAPES)}")
-    return SHAPES[min(len(base.k), len(SHAPES)) - 1]
+    return SHAPES[min(len(base.EI or base.k), len(SHAPES)) - 1]
 
 
-def with_stiffness(base: Actuator, shape: Shape, x: Array) -> Actuator:
-    """`base` with the stiffness that the unknowns ln k (p,) mean."""
-    k = tuple(np.exp(x).tolist())
-    return base.model_copy(update={"k": tuple(k[0] * value for value in base.k) if shape == "scaled" else k})
+def _richer(form: StaticForm, poses: Poses) -> list[StaticForm]:
+    """What more might be fitted: what pressure adds, a backbone that begins at the clamp, or both."""
+    pressed = poses.by_chamber and min(form.level) > 0.0
+    (begin, first), (second, end) = form.base.chambers
+    meet = begin == 0 and first == second and end == form.base.table_rods
+    by_table = form.base.EI is None and form.base.chamber_arcs is None
+    more = meet and by_table and form.shape != "scaled" and len(poses.arcs) > 1
+    stiffer = [replace(form, stiffens=True)] if pressed else []
+    return [*stiffer, *(replace(one, continuous=True) for one in (form, *stiffer) if more)]
 
 
-def _method(poses: Poses, actuator: Actuator, shape: Shape, robust: bool) -> str:
-    form = {"uniform": "One stiffness for all joints", "linear": "Stiffness linear from base to tip joint"}
+def _is_worth(richer: Solution, form: Solution) -> bool:
+    """Whether a form that has more unknowns explains more than that alone does."""
+    values, more = richer.residual.size, richer.x.size - form.x.size
+    squares, less = float(form.residual @ form.residual), float(richer.residual @ richer.residual)
+    if less > (1.0 - WORTH) * squares:
+        return False
+    if more <= 0:
+        return True
+    left = values - richer.x.size
+    return (squares - less) / more > float(stats.f.ppf(CERTAIN, more, left)) * less / left
+
+
+def _method(poses: Poses, actuator: Actuator, form: StaticForm, robust: bool) -> str:
+    shapes = {"uniform": "One stiffness everywhere", "linear": "Stiffness linear from base to tip"}
+    added = ", to which each pair's pressures add a share where it reaches" if form.stiffens else ""
+    where = "on a backbone that begins at the clamp, with chambers that meet where they fit best, " * form.continuous
     slopes = ", ".join(f"{slope:.4g}" for slope in actuator.pressure_map)
     return (
-        f"{form.get(shape, 'The stiffness profile of the base file times one factor')}, fitted by least squares"
-        f"{' with a soft L1 loss' if robust else ''} to {poses.points.shape[1]} markers in {len(poses.points)} static "
-        f"poses on a chain of {fine(actuator)} rods; torques follow from pressures by pressure_map = ({slopes}) "
-        "Pa/(N m). Intervals: s^2 (J^T J)^-1, Student's t."
+        f"{shapes.get(form.shape, 'The stiffness profile of the base file times one factor')}{added}, {where}fitted by "
+        f"least squares{' with a soft L1 loss' if robust else ''} to {poses.points.shape[1]} markers in "
+        f"{len(poses.points)} static poses on a chain of {fine(actuator)} rods; torques follow from pressures by "
+        f"pressure_map = ({slopes}) Pa/(N m). Intervals: s^2 (J^T J)^-1, Student's t."
     )
 
 
-def _residual(actuator: Actuator, poses: Poses) -> Array:
-    return (predict(actuator, poses) - poses.points).ravel()
+def _solved(form: StaticForm, start: Array, poses: Poses, robust: bool) -> Solution:
+    return solve(lambda x: _residual(form, x, poses), start, robust=robust)
 
 
-def _squares(actuator: Actuator, poses: Poses) -> float:
+def _residual(form: StaticForm, x: Array, poses: Poses) -> Array:
+    return (predict(form.actuator(x), poses) - poses.points).ravel()
+
+
+def _squares(form: StaticForm, x: Array, poses: Poses) -> float:
     """Sum of squares; infinite where gravity leaves so soft a body no pose."""
     try:
-        return float(np.square(_residual(actuator, poses)).sum())
+        return float(np.square(_residual(form, x, poses)).sum())
     except ParameterError:
         return float("inf")
-
-
-def _start(base: Actuator, poses: Poses, shape: Shape) -> Array:
-    """Best of SCAN, as unknowns of `shape`."""
-    factor = float(min(SCAN, key=lambda factor: _squares(with_stiffness(base, "scaled", np.log([factor])), poses)))
-    values = {"uniform": [np.mean(base.k)], "linear": [base.k[0], base.k[-1]], "scaled": [1.0]}[shape]
-    return np.log(factor * np.array(values))
-
-
-def _estimates(base: Actuator, shape: Shape, solution: Solution) -> tuple[Estimate, ...]:
-    names = {"uniform": ["k"], "linear": ["k, base joint", "k, tip joint"], "scaled": ["k / k of the base file"]}[shape]
-    unit = "1" if shape == "scaled" else "N m/rad"
-    found = [exponential(name, unit, solution, np.eye(len(names))[i]) for i, name in enumerate(names)]
-    if shape == "linear":
-        found.append(exponential("taper, k tip / k base", "1", solution, np.array([-1.0, 1.0])))
-    return tuple(found)

@@ -9,9 +9,9 @@ from controller.arrays import Array
 from controller.build.equilibrium import imbalance, settle
 from controller.build.stability import point_slopes
 from controller.kernels.model.integrate import rk4_step
-from controller.kernels.model.rod import RodModel, RodState
+from controller.kernels.model.rod import RodModel, RodState, stiffened
 from controller.kernels.model.statics import Places, chosen, points_on, pose
-from controller.kernels.observer.observer import HeldSample, Observer, attach, damp_beyond, step_observer
+from controller.kernels.observer.observer import HeldSample, Observer, attach, damp_beyond, pressurise, step_observer
 from controller.kernels.plant.twin import Twin
 from controller.realtime.compiled import compiled
 from controller.schema.parameters import SENSORS
@@ -42,13 +42,14 @@ class ChainStep(NamedTuple):
 def draw(observer: Observer, used: tuple[int, ...], measured: Array, u: Array, gains: tuple[float, float]) -> None:
     """Let the sensors `used`, counted from 0, be drawn to `measured` (10,2) [m] by K_o and B_o, under u (2,) [N m].
 
-    Eq. OBS: paper, "Dynamic observer". In place: observer.load.
+    Eq. OBS: paper, "Dynamic observer". In place: observer.
     """
     springs, bits = observer.load.springs, sum(1 << sensor for sensor in used)
     springs.K[:], springs.B[:] = gains
     attach(HeldSample(measured, np.zeros_like(measured), np.zeros(1)), bits, observer)
     damp_beyond(bits, observer)
-    observer.load.Q_theta[:] = observer.model.T_theta @ u
+    observer.u_hat[:], observer.level[:] = u, np.abs(u)
+    pressurise(observer)
 
 
 def rest_of(observer: Observer) -> Array:
@@ -76,11 +77,12 @@ def observer_step(observer: Observer, theta: Array) -> ChainStep:
     model, springs, rods = observer.model, observer.load.springs, theta.size
     count = int(springs.active[0])
     measured, torque = springs.anchor[:count].copy(), observer.load.Q_theta.copy()
+    T_theta = model.T_theta - stiffer(model, observer.soft, theta, observer.u_hat)
 
     def after(deviation: Array) -> Array:
         x, u, p, v = np.split(deviation, np.cumsum([2 * rods, 2, 2 * count]))
         move(model, theta, x, observer.state)
-        observer.load.Q_theta[:] = torque + model.T_theta @ u
+        observer.load.Q_theta[:] = torque + T_theta @ u
         springs.anchor[:count] = measured + p.reshape(count, 2)
         springs.rate[:count] = v.reshape(count, 2)
         step_observer(observer)
@@ -91,20 +93,24 @@ def observer_step(observer: Observer, theta: Array) -> ChainStep:
     return ChainStep(A, B_u, B_p, B_v, by_state(model, theta, Places(springs.rod[:count], springs.offset[:count])))
 
 
-def plant_step(twin: Twin, torque: Array, used: tuple[int, ...]) -> tuple[ChainStep, Array]:
-    """A tick of the twin's chain about its static pose under the chambers' `torque` (2,) [N m]; the markers (10,2) [m].
+def plant_step(twin: Twin, u: Array, used: tuple[int, ...]) -> tuple[ChainStep, Array]:
+    """A tick of the twin's chain about its static pose under u (2,) [N m]; the markers (10,2) [m].
 
-    Without friction, creep and hysteresis, which damp. In place: twin.state, twin.load.
+    Without friction, creep and hysteresis, which damp. In place: twin.
     """
     model, rods, state, load = twin.model, twin.model.L.size, twin.state, twin.load
-    theta = settled(model, model.T_theta @ torque)
+    gain = twin.chambers.torque_per_pascal / twin.torque_per_pascal
+    if model.stiffening.size:
+        stiffened(twin.soft, model.stiffening, abs(u[0]), abs(u[1]), model.k)
+    theta = settled(model, model.T_theta @ (gain * u))
+    T_theta = model.T_theta * gain - stiffer(model, twin.soft, theta, u)
     balance = holding(model, theta)
     load.F[:] = 0.0
 
     def after(deviation: Array) -> Array:
         x, more = np.split(deviation, [2 * rods])
         move(model, theta, x, state)
-        load.Q_theta[:] = balance + model.T_theta @ more
+        load.Q_theta[:] = balance + T_theta @ more
         for _ in range(twin.substeps):
             rk4_step(model, load, twin.dt / twin.substeps, state, twin.work)
         return np.concatenate([state.q[2] - theta, state.v[2]])
@@ -115,6 +121,15 @@ def plant_step(twin: Twin, torque: Array, used: tuple[int, ...]) -> tuple[ChainS
     points_on(state.q, twin.markers, markers)
     P = by_state(model, theta, chosen(twin.markers, used))
     return ChainStep(D[:, : 2 * rods], D[:, 2 * rods :], nothing, nothing, P), markers
+
+
+def stiffer(model: RodModel, soft: Array, theta: Array, u: Array) -> Array:
+    """Torques (N,2) per u that hinges of `soft` (N,) resist more in the pose theta (N,), by the pressures of u (2,)."""
+    if not model.stiffening.size:
+        return np.zeros((theta.size, 2))
+    bend = np.diff(theta, prepend=0.0) - model.bend
+    more = (soft * bend)[:, None] * model.stiffening * np.sign(u)
+    return np.asarray(more - np.concatenate([more[1:], np.zeros((1, 2))]))
 
 
 def largest_modulus(A: Array) -> float:

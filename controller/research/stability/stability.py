@@ -132,26 +132,26 @@ def every_loop(question: Question) -> Iterator[Loop]:
     controller = question.parameters.controller
     fewer = controller.model_copy(update={"rods": min(controller.rods, MANY)})
     parameters = question.parameters.model_copy(update={"controller": fewer})
-    rig, twin, actuator, settings = build_rig(parameters, 1), build_twin(parameters), parameters.actuator, Settings()
+    rig, twin, settings = build_rig(parameters, 1), build_twin(parameters), Settings()
     observer, state = rig.observer, rig.control.state
-    gain = twin.chambers.torque_per_pascal * np.array(actuator.pressure_map)
     tip_alone = places(observer.model, np.array([float(observer.model.L.sum())]))
     state["kind"] = RowKind.KNOWN if question.library else RowKind.DRAWN
     timing = loop_timing(parameters, twin.camera.period, twin.camera.latency)
     tip = question.sensed.index(SENSORS - 1) if SENSORS - 1 in question.sensed else None
     for u in grid(question.parameters, rig):
-        plant, markers = plant_step(twin, gain * u, question.sensed)
+        plant, markers = plant_step(twin, u, question.sensed)
         own_pose(rig, u)
         draw(observer, question.sensed, markers, u, (question.K_o, question.B_o))
         theta = rest_of(observer)
         seen = observer_step(observer, theta)._replace(P=by_state(observer.model, theta, tip_alone))
         observer.state.q[2] = theta
+        state["u"] = u
         update_sensitivity(1.0, rig.control)
         S, share, weak = np.reshape(state["S"][0], (2, 2)), float(state["share"][0]), state["weak"][0]
         law = feedback(
             S, share, weak, settings, controller.epsilon, 0.0 if question.library else controller.feedback_lag
         )
-        yield Loop(seen, plant._replace(B_u=plant.B_u * gain), law, tip, timing)
+        yield Loop(seen, plant, law, tip, timing)
 
 
 def grid(parameters: RigParameters, rig: Rig) -> Array:

@@ -1596,6 +1596,20 @@ export interface components {
        */
       chambers: [[number, number], [number, number]];
       /**
+       * Chamber Arcs
+       * @description The same by arc length, where a pair begins and ends at no middle of a rod; takes the place of `chambers`.
+       */
+      chamber_arcs: [[number, number], [number, number]] | null;
+      /**
+       * Stiffening
+       * @description Share of k that the pressures of a chamber pair, added, give to it where the pair reaches.
+       * @default [
+       *       0,
+       *       0
+       *     ]
+       */
+      stiffening: [number, number];
+      /**
        * U Max
        * @default 0.06
        */
@@ -4026,6 +4040,10 @@ export interface components {
        *           10
        *         ]
        *       ],
+       *       "stiffening": [
+       *         0,
+       *         0
+       *       ],
        *       "u_max": 0.06,
        *       "bend_max": 5.6,
        *       "pressure_map": [
@@ -4159,6 +4177,8 @@ export interface components {
        *     }
        */
       twin: components["schemas"]["TwinParameters"];
+      /** @description What is simulated, where it is another body than the one that observer and controller believe in. */
+      plant_actuator: components["schemas"]["Actuator"] | null;
     };
     /**
      * RunBody

@@ -185,6 +185,9 @@ def track(
     ] = "ff+pi",
     controller: Annotated[str, typer.Option(help="Only paper so far.")] = "paper",
     plant: PlantName = "rod",
+    plant_actuator: Annotated[
+        str | None, typer.Option(help="What is simulated, where it is another body than the model's --actuator.")
+    ] = None,
     plant_scale: Annotated[
         str, typer.Option(help="Another plant: factors k, b, torque, friction, noise; added seconds delay, latency.")
     ] = "",
@@ -216,7 +219,8 @@ def track(
     require_controller(controller)
     wish = Wish(project, frequency, velocity_feedforward, start)
     setup = Setup(twin=scaled(TwinParameters(plant=plant), plant_scale))
-    task = TrackTask(reference, read_actuator(actuator), law, seed, wish, setup)
+    body = read_actuator(plant_actuator) if plant_actuator else None
+    task = TrackTask(reference, read_actuator(actuator), law, seed, wish, setup, body)
     run_track(task, Wanted(json_file, out_file, plot, comments), out)
 
 

@@ -12,7 +12,8 @@ from controller.build.statics import scratch_for, static_map
 from controller.errors import ParameterError
 from controller.kernels.model.equilibrium import out_of_balance
 from controller.kernels.model.polygon import admissible
-from controller.kernels.model.statics import sensitivity, static_tip
+from controller.kernels.model.sensitivity import sensitivity
+from controller.kernels.model.statics import static_tip
 from controller.schema.origin import origin
 from controller.schema.parameters import RigParameters
 from controller.system.origin import command_line
@@ -82,7 +83,7 @@ def figures(parameters: RigParameters, u: tuple[float, float]) -> Equilibrium:
         admissible=bool(admissible(smap.polygon, *u)),
         tip=tip,
         angles=scratch.theta.tolist(),
-        S=np.reshape(sensitivity(statics, scratch.theta, scratch), (2, 2)).tolist(),
+        S=np.reshape(sensitivity(statics, scratch.theta, *u, scratch), (2, 2)).tolist(),
         residual=float(out_of_balance(statics.body, *u, scratch)),
     )
 

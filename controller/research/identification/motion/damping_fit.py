@@ -62,7 +62,8 @@ def fit_damping(motions: Sequence[FreeDecay], base: Actuator) -> Fit:
     measured = _described(motions, decays, found, base)
     first, second = model_modes(base)
     band = rayleigh(found.zeta.value, first, second)
-    actuator = base.model_copy(update={"alpha": band.alpha, "b": tuple(band.beta * k for k in base.k)})
+    beta = {} if base.EI is None else {"beta": band.beta}
+    actuator = base.model_copy(update={"alpha": band.alpha, "b": tuple(band.beta * k for k in base.k), **beta})
     modes = f"{first / math.tau:.3g} and {second / math.tau:.3g} Hz"
     return replace(
         measured,

@@ -56,7 +56,8 @@ def _shapes(poses: Poses, actuator: Actuator) -> Plot:
     """Backbones of some poses, one line with gaps, and their markers."""
     chosen = np.unique(np.linspace(0, len(poses.points) - 1, SHAPES).round().astype(int))
     model = build_rod(actuator, fine(actuator))
-    joints = backbones(model, poses.pressure[chosen] / np.array(actuator.pressure_map))
+    slope = np.array(actuator.pressure_map)
+    joints = backbones(model, poses.pressure[chosen] / slope, poses.level[chosen] / slope)
     gaps = MILLI * np.pad(joints, ((0, 0), (0, 0), (0, 1)), constant_values=np.nan)
     points = MILLI * poses.points[chosen]
     return Plot(

@@ -1,0 +1,198 @@
+"""Hinges that pressure stiffens: statics, observer, twin and the loop's figures, against energies written down anew."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+from scipy.optimize import minimize
+
+from controller.arrays import Array
+from controller.build.cosserat import chamber_ends, covered
+from controller.build.rig import build_rig
+from controller.build.rod import build_rod
+from controller.build.statics import build_static_map, build_statics, static_map
+from controller.build.twin import build_twin
+from controller.kernels.control.inverse import TOLERANCE
+from controller.kernels.model.equilibrium import make_scratch, out_of_balance
+from controller.kernels.model.rod import RodModel
+from controller.kernels.model.sensitivity import sensitivity
+from controller.kernels.model.statics import is_linear, static_pose
+from controller.kernels.observer.observer import Observer, advance_pneumatics, pressurise, step_observer
+from controller.kernels.plant.twin import twin_step
+from controller.realtime.compiled import compiled
+from controller.reference.feasible.reach import static_tips
+from controller.schema.actuator import PRESETS, Actuator
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Measurement, Telemetry
+from controller.schema.modes import Mode
+from controller.schema.parameters import ControllerParameters, RigParameters, TwinParameters
+from tests.controller.statically import expand_tip, invert, static_angles, static_tip
+
+U_MAX = 0.06
+STIFF = (1.6e-6, 2.4e-6)
+"""Half and three quarters more at u_max [1/Pa]."""
+CALLS = 12
+"""Of the inverse, until it has settled."""
+LOADS: dict[str, dict[str, Any]] = {
+    "on a sheet": {},
+    "bent at rest": {"rest_curvature": (2.0, -1.0)},
+    "hanging": {"gravity": (9.81, 0.0), "tip_load": 0.03, "rest_curvature": (2.0, -1.0)},
+    "lying": {"gravity": (0.0, -4.0)},
+}
+
+
+def actuator(name: str = "P1", **changes: Any) -> Actuator:
+    return Actuator.model_validate(PRESETS[name].model_dump() | {"stiffening": STIFF} | changes)
+
+
+def stiffness(body: Actuator, model: RodModel, u: Array) -> Array:
+    """Stiffness of each hinge, from the file's numbers and where its pairs reach."""
+    inner = np.arange(model.k.size) < model.k.size // 2
+    pressures = np.abs(u) * np.array(body.pressure_map)
+    return np.asarray(model.k * (1.0 + np.where(inner, STIFF[0] * pressures[0], STIFF[1] * pressures[1])))
+
+
+def lowest(body: Actuator, model: RodModel, u: Array, start: Array) -> Array:
+    """The minimum of energy nearest to `start`, by a quasi-Newton method with numerical slopes."""
+    k, scale = stiffness(body, model, u), 1.0 / model.k.mean()
+
+    def energy(theta: Array) -> float:
+        along = np.array([np.cos(theta), np.sin(theta)])
+        centres = np.cumsum(model.L * along, axis=1) - (model.L - model.arm) * along
+        turns = np.diff(theta, prepend=0.0) - model.bend
+        return scale * float(0.5 * k @ turns**2 - model.m @ (model.g @ centres) - theta @ model.T_theta @ u)
+
+    return np.asarray(minimize(energy, start, method="BFGS", options={"gtol": 1e-9}).x)
+
+
+@pytest.mark.parametrize("load", LOADS)
+@pytest.mark.parametrize("name", PRESETS)
+def test_the_static_pose_is_the_least_energy_of_hinges_as_stiff_as_their_pressures(name: str, load: str) -> None:
+    body = actuator(name, **LOADS[load])
+    model, scratch = build_rod(body, 10), make_scratch(10)
+    statics = build_statics(model, U_MAX)
+    assert not is_linear(statics)
+    for u in np.random.default_rng(1).uniform(-U_MAX, U_MAX, (4, 2)):
+        theta = static_angles(statics, *u)
+        assert theta == pytest.approx(lowest(body, model, u, theta + 0.01), abs=2e-5)
+        scratch.theta[:] = theta
+        assert out_of_balance(statics.body, *u, scratch) < 1e-9
+
+
+@pytest.mark.parametrize("load", LOADS)
+def test_sensitivity_and_curvature_are_differences_of_the_tip(load: str) -> None:
+    statics, h = build_statics(build_rod(actuator("P2", **LOADS[load]), 10), U_MAX), 1e-5
+    for u in np.random.default_rng(3).uniform(-U_MAX, U_MAX, (6, 2)):
+        at = expand_tip(statics, *u)
+        scratch = make_scratch(10)
+        static_pose(statics, *u, scratch)
+        S = np.array(sensitivity(statics, scratch.theta, *u, scratch)).reshape(2, 2)
+        assert S.ravel() == pytest.approx(at[2:6], rel=1e-9)
+        for j, step in enumerate(h * np.eye(2)):
+            ahead, behind = (np.array(static_tip(statics, *(u + sign * step))) for sign in (1, -1))
+            assert S[:, j] == pytest.approx((ahead - behind) / (2 * h), abs=1e-4)
+            more, less = (expand_tip(statics, *(u + sign * step)) for sign in (1, -1))
+            slopes = np.array(more[2:6]) - np.array(less[2:6])
+            curved = (at.x_11, at.x_12, at.y_11, at.y_12) if j == 0 else (at.x_12, at.x_22, at.y_12, at.y_22)
+            assert slopes / (2 * h) == pytest.approx(curved, rel=1e-3, abs=0.5)
+
+
+@pytest.mark.parametrize("load", ["on a sheet", "bent at rest"])
+@pytest.mark.parametrize("name", PRESETS)
+def test_every_point_within_reach_is_found_from_anywhere(name: str, load: str) -> None:
+    smap = static_map(actuator(name, **LOADS[load]), ControllerParameters())
+    random, now = np.random.default_rng(5), (0.0, 0.0)
+    somewhere = smap.seeds[random.integers(len(smap.seeds), size=600)] * random.uniform(0.5, 1.0, (600, 1))
+    missed = []
+    for goal in static_tips(smap, somewhere):
+        for _ in range(CALLS):
+            *now, distance = invert(smap, (goal[0], goal[1]), (now[0], now[1]), True)
+        if distance > TOLERANCE:
+            missed.append((goal, distance))
+    assert not missed
+
+
+def test_no_pose_within_the_admissible_torques_bends_beyond_the_limit() -> None:
+    body = actuator("P1", bend_max=3.0)
+    smap = build_static_map(build_rod(body, 10), body, ControllerParameters())
+    bends = [abs(static_angles(smap.statics, *u)[-1]) for u in smap.seeds]
+    assert 2.5 < max(bends) <= 3.0
+
+
+@compiled
+def run(observer: Observer, u_1: float, u_2: float, ticks: int, excess: Array) -> None:
+    """Let the observer go on under u; the most by which its energy exceeds what it was given."""
+    for _ in range(ticks):
+        advance_pneumatics(u_1, u_2, observer)
+        pressurise(observer)
+        step_observer(observer)
+        excess[0] = max(excess[0], observer.ledger.energy[0] - observer.ledger.given[0])
+
+
+@pytest.mark.parametrize("load", ["on a sheet", "hanging"])
+def test_the_observer_rests_where_the_static_map_says_and_its_ledger_holds_on_the_way(load: str) -> None:
+    rig = build_rig(RigParameters(actuator=actuator("P1", **LOADS[load])), 1)
+    excess = np.full(1, -1.0)
+    for u in [(0.05, -0.03), (-0.04, -0.02), (0.03, 0.05)]:
+        run(rig.observer, *u, 6000, excess)
+        expected = static_angles(rig.control.smap.statics, *u)
+        assert rig.observer.state.q[2] == pytest.approx(expected, abs=1e-4)
+    assert excess[0] < 1e-9
+
+
+def test_the_twin_of_a_stiffening_actuator_rests_where_its_static_map_says() -> None:
+    twin = TwinParameters(
+        rods=10,
+        friction=0.0,
+        hysteresis=0.0,
+        creep=(0.0, 0.0),
+        set_curvature=(0.0, 0.0),
+        torque_gain=(1.0, 1.0),
+        stiffness_scale=1.0,
+        marker_noise=0.0,
+    )
+    body, u = actuator(), np.array([0.04, -0.03])
+    parameters = RigParameters(actuator=body, twin=twin)
+    plant = build_twin(parameters)
+    rows, seen = np.zeros(1, record_dtype(Telemetry)), np.zeros(1, record_dtype(Measurement))
+    rows["mode"] = Mode.HOLD
+    rows["pressure_cmd"][0] = np.array([u[0], 0.0, 0.0, -u[1]]) * np.repeat(body.pressure_map, 2)
+    for tick in range(8000):
+        twin_step(1_000_000 * tick, plant, rows[0], seen[0])
+    expected = static_angles(build_statics(build_rod(body, 10), U_MAX), *u)
+    assert plant.state.q[2] == pytest.approx(expected, abs=5e-3)
+    assert plant.state.q[2] != pytest.approx(build_rod(body, 10).compliance @ u, abs=0.1)
+
+
+@pytest.mark.parametrize("rods", [10, 20, 33])
+def test_chambers_by_arc_give_each_hinge_the_share_of_them_that_its_part_of_the_backbone_has(rods: int) -> None:
+    length = PRESETS["P1"].length
+    arcs = ((0.0, 0.4 * length), (0.43 * length, length))
+    body = actuator(chamber_arcs=arcs)
+    moments = np.cumsum(build_rod(body, rods).T_theta[::-1], axis=0)[::-1]
+    assert moments == pytest.approx(np.column_stack([covered(rods, *ends) for ends in chamber_ends(body)]))
+
+
+def test_chambers_by_arc_at_the_middles_of_rods_are_those_of_the_table() -> None:
+    length = PRESETS["P1"].length
+    body = actuator(chamber_arcs=((0.0, 0.45 * length), (0.45 * length, 0.95 * length)))
+    for rods in (5, 10, 17):
+        assert build_rod(body, rods).T_theta == pytest.approx(build_rod(PRESETS["P1"], rods).T_theta)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"stiffening": (-1e-6, 0.0)}, "stiffening.*greater than or equal to 0"),
+        ({"stiffening": (1e-6, 1e-4)}, r"stiffening of pair 2 = 0.0001 /Pa is above 4.14e-05 /Pa"),
+        (
+            {"chamber_arcs": ((0.0, 0.1), (0.1, 0.3))},
+            r"chamber_arcs \(0.1 m, 0.3 m\): .* length = 0.253 m",
+        ),
+        ({"chamber_arcs": ((0.1, 0.1), (0.1, 0.2))}, r"chamber_arcs \(0.1 m, 0.1 m\): first < second"),
+    ],
+)
+def test_what_no_actuator_can_have_is_refused_by_field_value_and_bound(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValidationError, match=f"(?s){message}"):
+        actuator(**changes)
