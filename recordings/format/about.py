@@ -38,7 +38,7 @@ def description(about: About) -> str:
         f"Profile {about.profile}: {meaning(about.profile)}. SI units.",
         "Plan view: grid 50 mm; rerun's y points down, so y is negated there. Observer blue, measured green, reference "
         "amber with a trail of 2 s, target pale amber, twin grey.",
-        *(_table(title, part) for title, part in (("Settings at the start", about.settings), *info.parameters)),
+        *(_table(title, part) for title, part in (("Settings at the start", about.settings), *info.parameters) if part),
         f"Record layout `{info.layout}` ({len(Telemetry.model_fields)} fields), boot `{info.boot}`.",
     ]
     return "\n\n".join(lines)
