@@ -59,7 +59,7 @@ def require_followable(rows: PlannedRows, u: Array, control: Control, bounds: Co
 
 def _require_held(p: Array, u: Array, control: Control) -> None:
     polygon = control.smap.polygon
-    over = np.abs(u @ polygon.normals.T) > polygon.bounds * (1.0 + ADMISSIBLE)
+    over = u @ polygon.normals.T > polygon.bounds * (1.0 + ADMISSIBLE)
     bad = np.flatnonzero(over.any(axis=1) | ~np.isfinite(u).all(axis=1))
     if bad.size:
         raise ParameterError(f"torques[{bad[0]}] = ({u[bad[0], 0]:g}, {u[bad[0], 1]:g}) N m is not admissible")

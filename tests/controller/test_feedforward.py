@@ -56,7 +56,7 @@ def test_the_step_is_the_paper_s_gauss_newton_step() -> None:
 @pytest.mark.parametrize("name", PRESETS)
 def test_projection_finds_the_nearest_admissible_torque(name: str) -> None:
     polygon = static_map(name).polygon
-    limits = LinearConstraint(1e2 * polygon.normals / polygon.bounds[:, None] / 1e2, -1, 1)
+    limits = LinearConstraint(1e2 * polygon.normals / polygon.bounds[:, None] / 1e2, -np.inf, 1)
     for u in np.random.default_rng(3).uniform(-0.2, 0.2, (40, 2)):
         nearest = nearest_admissible(polygon, u[0], u[1])
         best = minimize(lambda v, u=u: 1e3 * np.sum((v - u) ** 2), np.zeros(2), constraints=limits, tol=1e-12).x
@@ -67,7 +67,7 @@ def test_projection_finds_the_nearest_admissible_torque(name: str) -> None:
 @pytest.mark.parametrize("name", PRESETS)
 def test_the_inverse_settles_at_a_local_minimum_of_the_distance(name: str) -> None:
     smap = static_map(name)
-    limits = LinearConstraint(1e-2 * smap.polygon.normals / smap.polygon.bounds[:, None], -1, 1)
+    limits = LinearConstraint(1e-2 * smap.polygon.normals / smap.polygon.bounds[:, None], -np.inf, 1)
     targets = np.random.default_rng(5).uniform(-0.3, 0.3, (60, 2))
     for target, start in zip(targets, random_torques(smap, 60, 6), strict=True):
         u1, u2, left = settle(smap, (target[0], target[1]), start)

@@ -219,7 +219,7 @@ def judge_command(rows: Any, world: World) -> None:
     stopped = np.isin(rows["mode"][1:], STOPPED)
     assert np.isfinite(u).all() and np.isfinite(p).all()
     assert not u[stopped].any() and not p[stopped].any()
-    assert (np.abs(u @ polygon.normals.T) <= polygon.bounds + 1e-9).all()
+    assert ((u @ polygon.normals.T) <= polygon.bounds + 1e-9).all()
     assert (p >= 0.0).all() and (p <= RigParameters().actuator.pressure_max * (1 + 1e-9)).all()
     assert not (p[:, ::2] * p[:, 1::2]).any()
 

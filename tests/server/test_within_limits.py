@@ -93,7 +93,7 @@ def beyond(p: Array, u: Array, rig: RigParameters, bounds: Settings = LIVE) -> l
         f"{bend} m/s^2": bend > bounds.acceleration_max * TOLERANCE,
         f"{rate} N m/s": rate > TORQUE_RATE * TOLERANCE,
         f"{off} m off": off > 1.5e-4,
-        "not admissible": (np.abs(u @ smap.polygon.normals.T) > smap.polygon.bounds * (1.0 + 1e-9)).any(),
+        "not admissible": ((u @ smap.polygon.normals.T) > smap.polygon.bounds * (1.0 + 1e-9)).any(),
     }
     return [text for text, bad in found.items() if bad]
 

@@ -1,4 +1,4 @@
-"""The admissible torques: a convex polygon, the box |u_j| <= u_max cut by the bend limit |c . u| <= bend_max.
+"""The admissible torques: a convex polygon, the box |u_j| <= u_max cut by the bend limit |c . u| <= bend_max and more.
 
 Paper, "Hardware setup": saturation keeps to the operating range and prevents self-collision; its bounds are ours.
 """
@@ -10,12 +10,12 @@ from controller.kernels.compiled import kernel
 
 
 class Polygon(NamedTuple):
-    """{u : |normals u| <= bounds}, symmetric about zero, and its corners."""
+    """{u : normals u <= bounds}, with zero inside, and its corners."""
 
     normals: Array
-    """(3,2)."""
+    """Of its m sides (m,2), the first that of u_1 <= u_max."""
     bounds: Array
-    """(3,)."""
+    """(m,) > 0; the first is u_max [N m]."""
     corners: Array
     """(n,2) counter-clockwise [N m]."""
 
@@ -27,7 +27,7 @@ def admissible(polygon: Polygon, u1: float, u2: float) -> bool:
     Paper, "Hardware setup": the operating range.
     """
     for k in range(polygon.bounds.size):
-        if not abs(polygon.normals[k, 0] * u1 + polygon.normals[k, 1] * u2) <= polygon.bounds[k] * (1.0 + 1e-12):
+        if not polygon.normals[k, 0] * u1 + polygon.normals[k, 1] * u2 <= polygon.bounds[k] * (1.0 + 1e-12):
             return False
     return True
 

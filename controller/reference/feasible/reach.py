@@ -41,12 +41,13 @@ def extent(polygon: Polygon) -> tuple[float, float]:
 
 
 def span(polygon: Polygon, u1: Array) -> tuple[Array, Array]:
-    """Lowest and highest admissible u2 (n,) for each u1 (n,) [N m]: every side |a u1 + b u2| <= c that bounds u2."""
+    """Lowest and highest admissible u2 (n,) for each u1 (n,) [N m]: every side a u1 + b u2 <= c that bounds u2."""
     low, high = np.full(u1.shape, -np.inf), np.full(u1.shape, np.inf)
     for (a, b), c in zip(polygon.normals, polygon.bounds, strict=True):
-        if b != 0.0:
-            low = np.maximum(low, (-c - a * u1) / b)
+        if b > 0.0:
             high = np.minimum(high, (c - a * u1) / b)
+        elif b < 0.0:
+            low = np.maximum(low, (c - a * u1) / b)
     return low, high
 
 
