@@ -41,6 +41,7 @@ from server.operate.messages import Presence
 from server.operate.stop_lane import StopLane
 from server.plots import routes as plots
 from server.presets import routes as presets
+from server.presets.first_mode import routes as first_mode
 from server.recorder import bookmark_routes, export_routes, rerun_routes
 from server.recorder import routes as recorder
 from server.rig import reach, twin_routes
@@ -68,6 +69,7 @@ ROUTES = (
     export_routes,
     plots,
     presets,
+    first_mode,
     presence,
     page,
     rerun_routes,

@@ -40,6 +40,8 @@ from server.operate.watch import Watch
 from server.plots.feed import Plots
 from server.plots.layouts import Layouts
 from server.presets.actuator import OutcomeWatch
+from server.presets.first_mode.measurement import FirstModeMeasurement, Parts
+from server.presets.first_mode.store import FirstModes, modes_file
 from server.presets.gains import GainPresets
 from server.recorder.automatic import Automatic
 from server.recorder.by_hand import RecordingByHand
@@ -103,6 +105,8 @@ class Services:
     layouts: Layouts
     alarms: Alarms
     outcomes: OutcomeWatch
+    modes: FirstModes
+    first_mode: FirstModeMeasurement
     scene: Scene
     turning: LoopWatchdog
     soundness: Soundness
@@ -199,6 +203,8 @@ def open_services(
         events,
     )
     outcomes = OutcomeWatch(settings, events)
+    modes = FirstModes(modes_file(settings.state, settings.rig))
+    first_mode = FirstModeMeasurement(Parts(rig, history, operator, kept, planner, modes, events))
     webhook = Webhook(settings.webhook.get_secret_value()) if settings.webhook else None
     notices = NotifyWatch(settings.rig, runs.last, webhook, events)
     if webhook:
@@ -210,7 +216,8 @@ def open_services(
     workers += [webhook.worker] if webhook else []
     workers += [writer.worker for writer in (events.writer, audit.writer) if writer is not None]
     soundness = Soundness(workers, looks, turning, events)
-    view = StatusView(rig, lease, people, pages, operator, recorder, runs, macros, outcomes, lambda: soundness.trouble)
+    doing = (recorder, runs, macros, outcomes, first_mode)
+    view = StatusView(rig, lease, people, pages, operator, *doing, lambda: soundness.trouble)
     hub = Hub(history, pages, lease, view, looks)
     beat = Beat(
         looks,
@@ -220,6 +227,7 @@ def open_services(
             outcomes,
             runs,
             macros,
+            first_mode,
             automatic,
             RecorderWatch(recorder, events),
             QuotaWatch(store, settings.recordings_quota, events),
@@ -271,6 +279,8 @@ def open_services(
         layouts=Layouts(UserFiles(settings.state / "layouts", "the layout")),
         alarms=alarms,
         outcomes=outcomes,
+        modes=modes,
+        first_mode=first_mode,
         scene=scene,
         turning=turning,
         soundness=soundness,

@@ -21,6 +21,7 @@ from server.access.messages import Lease, Session
 from server.log.events import Event
 from server.operate.messages import EStop, People, Presence, Release, Target
 from server.plots.messages import PlotChoice
+from server.presets.first_mode.messages import FirstModeState
 from server.rig.messages import PlotChannel
 from server.runs.macros.messages import MacroState
 from server.runs.messages import RunResult, RunState
@@ -77,6 +78,8 @@ class Status(Model):
     """Of the last run that ended, this server's or an earlier one's."""
     macro: MacroState | None
     """The macro under way, or how the last one ended; null before this server's first."""
+    first_mode: FirstModeState | None
+    """The measurement of the first mode that goes on, or how the last one ended; null before this server's first."""
 
 
 class Reply(Model):

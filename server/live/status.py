@@ -13,6 +13,7 @@ from server.operate.operator import Operator
 from server.operate.pages import Pages
 from server.operate.people import PeopleHere
 from server.presets.actuator import OutcomeWatch
+from server.presets.first_mode.measurement import FirstModeMeasurement
 from server.rig.client import Rig
 from server.runs.macros.macros import Macros
 from server.runs.runs import Runs
@@ -31,6 +32,7 @@ class StatusView:
     runs: Runs
     macros: Macros
     outcomes: OutcomeWatch
+    first_mode: FirstModeMeasurement
     trouble: Callable[[], str]
 
     def health(self) -> Health:
@@ -59,6 +61,7 @@ class StatusView:
             run=self.runs.state(),
             result=self.runs.last(),
             macro=self.macros.state(),
+            first_mode=self.first_mode.state(),
         )
 
     def sight(self, who: Identity) -> str:
@@ -78,6 +81,7 @@ class StatusView:
             len(self.pages.open),
             self.runs.key(),
             self.macros.state(),
+            self.first_mode.state(),
             self.outcomes.starting(self.rig.boot()),
             self.trouble(),
         )

@@ -48,12 +48,17 @@ class KeptSettings:
             strong = too_strong(wanted, info) if (info := self._info()) else {}
             if why := [text for name, text in strong.items() if name in body.changes]:
                 raise ParameterError("; ".join(why))
-            reply = await asyncio.wrap_future(operator.change(wanted, permit))
-            if not reply.accepted:
-                raise CommandRefused(reply.detail)
+            await put_in_force(wanted, operator, permit)
             await self.keep(operator.settings)
         self._events.add(f"{permit.name}: {', '.join(f'{name} = {value}' for name, value in body.changes.items())}")
         return operator.settings
+
+
+async def put_in_force(wanted: Settings, operator: Operator, permit: Permit) -> None:
+    """Let the rig have them, and keep them nowhere; CommandRefused where it does not take them."""
+    reply = await asyncio.wrap_future(operator.change(wanted, permit))
+    if not reply.accepted:
+        raise CommandRefused(reply.detail)
 
 
 def too_strong(settings: Settings, info: RigInfo) -> dict[str, str]:

@@ -127,14 +127,20 @@ class History:
 
     def samples(self, start: float, stop: float, channels: list[PlotChannel]) -> npt.NDArray[np.float64] | None:
         """Time [s] and the channels of every row in [start, stop] s, (n, 1 + channels); None if older ones are gone."""
+        rows = self.rows(start, stop)
+        if rows is None:
+            return None
+        return np.column_stack([rows["t_ns"] * 1e-9, *(column(rows, channel) for channel in channels)])
+
+    def rows(self, start: float, stop: float) -> Rows | None:
+        """A copy of every row in [start, stop] s on the rig's clock; None if older ones are gone."""
         with self._lock:
             oldest = self._oldest_row()
             t_ns = self._rows.column("t_ns", oldest, self._rows.count)
             if oldest > self._first and start < t_ns[0] * 1e-9:
                 return None
             begin, end = np.searchsorted(t_ns, (start * 1e9, stop * 1e9))
-            rows = self._rows.between(oldest + int(begin), oldest + int(end))
-        return np.column_stack([rows["t_ns"] * 1e-9, *(column(rows, channel) for channel in channels)])
+            return self._rows.between(oldest + int(begin), oldest + int(end))
 
     def _oldest_row(self) -> int:
         return max(self._first, self._rows.oldest)

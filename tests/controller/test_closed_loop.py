@@ -18,6 +18,7 @@ from controller.schema.parameters import ControllerParameters, RigParameters, Se
 from controller.simulation.case import Case, Setup, run_case
 from controller.simulation.metrics import Window
 from server.cli.main import app
+from server.cli.research.stability import Wanted, plant_of
 from tests.controller.test_observer import growth
 
 TIP, ROD_6 = (9,), (5,)
@@ -101,9 +102,22 @@ def test_the_command_gives_growths_bounds_and_margins(tmp_path: Path) -> None:
     assert found["closed_loop_stable"] and found["closed_loop_growth"] < 1.0001  # type: ignore[operator]
     margins = found["margins"]
     assert isinstance(margins, dict) and set(margins) == {"gain", "phase_deg", "delay_ms"}
+    plant = found["plant"]
+    assert isinstance(plant, dict) and plant["zeta"]["value"] == TwinParameters().zeta
+    assert [(plant[name]["source"], plant[name]["note"]) for name in ("zeta", "kappa")] == [
+        ("assumed", "fit to the paper")
+    ] * 2
     assert (
         1.2 < margins["gain"] < 1000.0 and 20.0 < margins["phase_deg"] <= 180.0 and 5.0 < margins["delay_ms"] <= 200.0
     )
+
+
+def test_the_plant_s_numbers_are_those_that_are_given_and_the_twin_s_else() -> None:
+    plant = plant_of(RigParameters(), Wanted("10", 100.0, 0.0, zeta=0.1))
+    assert [(number.value, number.source) for number in plant.values()] == [
+        (0.1, "given"),
+        (TwinParameters().kappa, "assumed"),
+    ]
 
 
 def test_the_command_says_what_rk4_does_not_take(tmp_path: Path) -> None:
@@ -119,6 +133,9 @@ def test_the_command_says_what_rk4_does_not_take(tmp_path: Path) -> None:
         (["--k-o", "-1"], "k-o = -1 is outside [0, 1e+06]"),
         (["--b-o", "nan"], "b-o = nan is outside"),
         (["--integrator", "rk4", "--rods", "40"], "too long for RK4"),
+        (["--zeta", "2.5"], "zeta = 2.5 is outside [0, 2]"),
+        (["--kappa", "nan"], "kappa = nan is outside [0.1, 500]"),
+        (["--rig", "nowhere"], "rig = nowhere: no first mode of actuator P1 is kept in"),
     ],
 )
 def test_wrong_words_are_named_with_their_bounds(words: list[str], complaint: str) -> None:

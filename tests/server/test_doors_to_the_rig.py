@@ -36,6 +36,8 @@ DOORS = {
     "operate/people.py": ["request"],
     "operate/settings.py": ["change"],
     "operate/watch.py": ["hold_left"],
+    "presets/first_mode/measurement.py": ["hold_left", "request", "request"],
+    "presets/first_mode/routes.py": ["present"],
     "presets/routes.py": ["order"],
     "rig/client.py": ["command", "faults", "faults", "plan", "stop"],
     "rig/twin_routes.py": ["inject"],

@@ -57,6 +57,8 @@ NEEDS = {
     ("DELETE", "/api/gains/{name}"): LEASE,
     ("PUT", "/api/rig/actuator"): LEASE,
     ("PUT", "/api/rig/plant"): LEASE,
+    ("POST", "/api/first-mode/measure"): LEASE,
+    ("POST", "/api/first-mode/stop"): LEASE,
     ("PUT", "/api/layouts/{name}"): ANYONE,
     ("DELETE", "/api/layouts/{name}"): ANYONE,
     ("PUT", "/api/twin/faults"): LEASE,

@@ -1322,6 +1322,66 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/first-mode": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read First Mode
+     * @description Damping ratio and kappa of the rig's actuator, measured or assumed; 503 before the first contact.
+     */
+    get: operations["read_first_mode"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/first-mode/measure": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Measure First Mode
+     * @description Measure them by small steps in open loop, some 25 s; 409 unless the rig holds or follows, 422 for too far.
+     */
+    post: operations["measure_first_mode"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/first-mode/stop": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Stop First Mode
+     * @description End the measurement, and hold; 409 when none goes on.
+     */
+    post: operations["stop_first_mode"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/twin/faults": {
     parameters: {
       query?: never;
@@ -2492,6 +2552,71 @@ export interface components {
       symbol: string;
     };
     /**
+     * FirstModeBody
+     * @description Body of POST /api/first-mode/measure.
+     */
+    FirstModeBody: {
+      /**
+       * Travel
+       * @description How far the tip is to move from one side of its rest to the other [m].
+       * @default 0.1
+       */
+      travel: number;
+      /**
+       * Repeats
+       * @description Steps there and back.
+       * @default 3
+       */
+      repeats: number;
+    };
+    /**
+     * FirstModeInForce
+     * @description What is known of the first mode of the rig's actuator.
+     */
+    FirstModeInForce: {
+      /** Actuator */
+      actuator: string;
+      zeta: components["schemas"]["PlantNumber"];
+      kappa: components["schemas"]["PlantNumber"];
+      /** @description The last measurement of this actuator on this plant; null before the first. */
+      mode: components["schemas"]["MeasuredMode"] | null;
+    };
+    /**
+     * FirstModeState
+     * @description How the last measurement goes, or how it ended.
+     */
+    FirstModeState: {
+      /**
+       * By
+       * @description Who asked for it.
+       */
+      by: string;
+      /**
+       * State
+       * @description Done: measured; ended: before that, or nothing could be told.
+       * @enum {string}
+       */
+      state: "running" | "done" | "ended";
+      /**
+       * Doing
+       * @description What is done now, or was done last.
+       */
+      doing: string;
+      /**
+       * Step
+       * @description Steps that were begun.
+       */
+      step: number;
+      /** Steps */
+      steps: number;
+      /**
+       * Reason
+       * @description Why it ended, "" otherwise.
+       * @default
+       */
+      reason: string;
+    };
+    /**
      * Freeze
      * @description How the twin's motion capture is frozen.
      * @enum {integer}
@@ -2745,6 +2870,18 @@ export interface components {
      * @enum {integer}
      */
     Integrator: 0 | 1;
+    /**
+     * Interval
+     * @description A measured number with its 95 % interval over the repeats.
+     */
+    Interval: {
+      /** Value */
+      value: number;
+      /** Low */
+      low: number;
+      /** High */
+      high: number;
+    };
     JsonValue: unknown;
     /**
      * Lag
@@ -2958,6 +3095,45 @@ export interface components {
       cycles: components["schemas"]["Metrics"][];
     };
     /**
+     * MeasuredMode
+     * @description What one measurement came to.
+     */
+    MeasuredMode: {
+      /** @description Undamped [Hz]. */
+      frequency: components["schemas"]["Interval"];
+      /** @description Damping ratio. */
+      zeta: components["schemas"]["Interval"];
+      /** @description By which the model's stiffness, torque and gravity are multiplied for that frequency. */
+      kappa: components["schemas"]["Interval"];
+      /**
+       * Friction
+       * @description By how much dry friction shifts the rest, either way [m]; zeta is without it.
+       */
+      friction: number;
+      /**
+       * Delay
+       * @description Of the tip behind the torques of the chambers [s].
+       */
+      delay: number;
+      /**
+       * Misfit
+       * @description Share of the motion (rms) that such a mode leaves over.
+       */
+      misfit: number;
+      /**
+       * Pressures
+       * @description Whether measured pressures were the input; else what was sent, delayed and lagged as the observer has it.
+       */
+      pressures: boolean;
+      /**
+       * Travel
+       * @description That was asked for [m].
+       */
+      travel: number;
+      /** Repeats */
+      repeats: number;
+    };
+    /**
      * Metrics
      * @description What a run's rows come to (`recordings.read.metrics`); null where there is nothing to measure. SI units.
      */
@@ -3123,6 +3299,34 @@ export interface components {
        * @enum {string}
        */
       plant: "rod" | "cosserat";
+    };
+    /**
+     * PlantNumber
+     * @description A number of the plant that stability rests on.
+     */
+    PlantNumber: {
+      /** Value */
+      value: number;
+      /**
+       * Source
+       * @enum {string}
+       */
+      source: "assumed" | "measured" | "given";
+      /**
+       * Low
+       * @description Of the 95 % interval; null where it was not measured.
+       */
+      low: number | null;
+      /** High */
+      high: number | null;
+      /** Measured */
+      measured: string | null;
+      /**
+       * Note
+       * @description Where an assumed one comes from.
+       * @default
+       */
+      note: string;
     };
     /**
      * Playback
@@ -4730,6 +4934,8 @@ export interface components {
       result: components["schemas"]["RunResult"] | null;
       /** @description The macro under way, or how the last one ended; null before this server's first. */
       macro: components["schemas"]["MacroState"] | null;
+      /** @description The measurement of the first mode that goes on, or how the last one ended; null before this server's first. */
+      first_mode: components["schemas"]["FirstModeState"] | null;
     };
     /**
      * Stretch
@@ -8415,6 +8621,109 @@ export interface operations {
         };
         content: {
           "application/json": unknown;
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  read_first_mode: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["FirstModeInForce"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  measure_first_mode: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["FirstModeBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      202: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["FirstModeState"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  stop_first_mode: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["FirstModeState"];
         };
       };
       400: components["responses"]["Refused400"];

@@ -57,6 +57,7 @@ export type RunResult = Schemas["RunResult"];
 export type Macro = Schemas["Macro"];
 export type MacroStep = Macro["steps"][number];
 export type MacroState = Schemas["MacroState"];
+export type FirstModeState = Schemas["FirstModeState"];
 
 export type FromServer =
   | Schemas["Hello"]

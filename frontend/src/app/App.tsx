@@ -11,6 +11,7 @@ import { Asking } from "../operate/lease/Asking";
 import { PlanView } from "../plan/PlanView";
 import { PlotStrip } from "../plots/PlotStrip";
 import { ActuatorPanel } from "../presets/ActuatorPanel";
+import { FirstModeBar } from "../presets/FirstMode";
 import { GainsPanel } from "../presets/GainsPanel";
 import { MacroBar } from "../runs/macros/MacroBar";
 import { MacroPanel } from "../runs/macros/MacroPanel";
@@ -90,6 +91,9 @@ function Bench() {
         </Part>
         <Part name="Macro">
           <MacroBar />
+        </Part>
+        <Part name="First mode">
+          <FirstModeBar />
         </Part>
       </div>
       <Live hidden={view !== "live"} />

@@ -181,6 +181,7 @@ export class Connection {
           run: keep(page.run, message.run),
           result: keep(page.result, message.result),
           macro: keep(page.macro, message.macro),
+          firstMode: keep(page.firstMode, message.first_mode),
           stoppedBy: message.stopped_by,
         });
         if (page.lease.mine !== message.lease.mine)

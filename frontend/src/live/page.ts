@@ -3,6 +3,7 @@ import type {
   Bookmark,
   Cause,
   Event,
+  FirstModeState,
   Health,
   Lease,
   MacroState,
@@ -75,6 +76,8 @@ export interface Page {
   readonly result: RunResult | null;
   /** The macro under way, or how the last one ended. */
   readonly macro: MacroState | null;
+  /** The measurement of the first mode, or how the last one ended. */
+  readonly firstMode: FirstModeState | null;
   readonly mode: Mode | null;
   readonly cause: Cause;
   /** Who pressed the E-STOP in which the rig is, "" where that is not known. */
@@ -132,6 +135,7 @@ export const EMPTY_PAGE: Page = {
   run: null,
   result: null,
   macro: null,
+  firstMode: null,
   mode: null,
   cause: 0,
   stoppedBy: "",

@@ -19,6 +19,7 @@ import {
 import { LAW_TEXT } from "../rig/modes";
 import { rounded } from "../ui/format";
 import { useService } from "../ui/services";
+import { FirstMode } from "./FirstMode";
 import { GainPresets } from "./GainPresets";
 
 const OPEN: Law = 0;
@@ -28,6 +29,7 @@ const AXES = ["x", "y"] as const;
 /** Law, gains and limits as the rig has them; every change is sent at once. */
 export function GainsPanel() {
   const settings = usePage((page) => page.settings);
+  const measuring = usePage((page) => page.firstMode?.state === "running");
   const operations = useService(Operations);
   if (!settings) return <p className="panel note">Waiting for the settings.</p>;
   return (
@@ -45,7 +47,7 @@ export function GainsPanel() {
         </ControlButton>
         <GainPresets />
       </div>
-      {settings.law === OPEN ? <OpenLoop settings={settings} /> : null}
+      {settings.law === OPEN && !measuring ? <OpenLoop settings={settings} /> : null}
       <div className="gains">
         <div className="gain-table">
           <span />
@@ -61,6 +63,7 @@ export function GainsPanel() {
           ))}
         </div>
       </div>
+      <FirstMode />
     </div>
   );
 }

@@ -49,11 +49,17 @@ export function bytes(size: number): string {
 
 // Made once: making one takes longer than many of its answers.
 const LOCAL = new Intl.DateTimeFormat(undefined, { dateStyle: "medium", timeStyle: "medium" });
+const DATE = new Intl.DateTimeFormat(undefined, { dateStyle: "medium" });
 const OF_DAY = new Intl.DateTimeFormat(undefined, { timeStyle: "medium", hour12: false });
 
 /** Local date and time of an ISO time stamp. */
 export function localTime(iso: string): string {
   return LOCAL.format(new Date(iso));
+}
+
+/** Local date of an ISO time stamp. */
+export function localDate(iso: string): string {
+  return DATE.format(new Date(iso));
 }
 
 /** Local time of day of an ISO time stamp. */

@@ -163,6 +163,9 @@ def stability(
     integrator: Annotated[
         Literal["rk4", "implicit"], typer.Option(help="The observer's step, as of `tendril up`.")
     ] = "implicit",
+    zeta: Annotated[float | None, typer.Option(help="The arm's damping ratio, where it is known.")] = None,
+    kappa: Annotated[float | None, typer.Option(help="Its stiffness factor; that of the fit without it.")] = None,
+    rig: Annotated[str | None, typer.Option(help="Take both as they were measured on this rig.")] = None,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
 ) -> None:
     """Whether the observer, and the loop around it, are stable over the whole reach (`tendril docs observer`)."""
@@ -173,7 +176,7 @@ def stability(
 
     controller = ControllerParameters(rods=rods, integrator=Integrator[integrator.upper()])
     parameters = RigParameters(actuator=read_actuator(actuator), controller=controller)
-    run_stability(parameters, Wanted(sense, k_o, b_o), json_file, out)
+    run_stability(parameters, Wanted(sense, k_o, b_o, zeta, kappa, rig), json_file, out)
 
 
 @app.command()

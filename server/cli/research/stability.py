@@ -12,17 +12,27 @@ from controller.schema.parameters import SENSORS, RigParameters
 from controller.system.origin import command_line
 from controller.system.progress import progress
 from server.cli.files import require_file, write_json
+from server.presets.first_mode.messages import KeptMode, PlantNumber, in_force
+from server.presets.first_mode.store import FirstModes, modes_file
+from server.settings import ServerSettings
 
 GAIN_MOST = 1e6
 """Larger gains are not asked about [N/m, N s/m]."""
 
 
+BOUNDS = {"zeta": (0.0, 2.0), "kappa": (0.1, 500.0)}
+"""Of the plant's numbers."""
+
+
 class Wanted(NamedTuple):
-    """What is observed, and how strongly."""
+    """What is observed, how strongly, and what is known of the plant."""
 
     sense: str
     k_o: float
     b_o: float
+    zeta: float | None = None
+    kappa: float | None = None
+    rig: str | None = None
 
 
 def run_stability(parameters: RigParameters, wanted: Wanted, json_file: Path | None, console: Console) -> None:
@@ -32,14 +42,56 @@ def run_stability(parameters: RigParameters, wanted: Wanted, json_file: Path | N
     for name, value in (("k-o", wanted.k_o), ("b-o", wanted.b_o)):
         if not 0.0 <= value <= GAIN_MOST:
             raise ParameterError(f"{name} = {value:g} is outside [0, {GAIN_MOST:g}]")
-    question = Question(parameters, sensors(wanted.sense), wanted.k_o, wanted.b_o)
+    plant = plant_of(parameters, wanted)
+    twin = parameters.twin.model_copy(update={name: number.value for name, number in plant.items()})
+    known = parameters.model_copy(update={"twin": twin})
+    question = Question(known, sensors(wanted.sense), wanted.k_o, wanted.b_o)
     with progress(console, "Looking at every pose"):
         found = stability(question)
-    for line in described(found):
+    for line in [*described(found), f"plant: {', '.join(plant_words(plant))}"]:
         console.print(line, markup=False, soft_wrap=True, highlight=False)
     if json_file is not None:
         made = origin(command_line(), actuators=(parameters.actuator,), controller=parameters.controller)
-        write_json(json_file, found._asdict() | {"margins": found.margins._asdict()}, made)
+        numbers = {name: number.model_dump(mode="json") for name, number in plant.items()}
+        write_json(json_file, found._asdict() | {"margins": found.margins._asdict(), "plant": numbers}, made)
+
+
+def plant_of(parameters: RigParameters, wanted: Wanted) -> dict[str, PlantNumber]:
+    """Damping ratio and kappa: those given, else those that `rig` measured of this actuator, else the twin's.
+
+    Raises ParameterError for numbers out of bounds, and where that rig has measured nothing of it.
+    """
+    given = {"zeta": wanted.zeta, "kappa": wanted.kappa}
+    for name, value in given.items():
+        least, most = BOUNDS[name]
+        if value is not None and not least <= value <= most:
+            raise ParameterError(f"{name} = {value:g} is outside [{least:g}, {most:g}]")
+    known = in_force(parameters, kept_of(parameters, wanted.rig) if wanted.rig is not None else None)
+    return {
+        name: getattr(known, name) if value is None else PlantNumber(value=value, source="given")
+        for name, value in given.items()
+    }
+
+
+def kept_of(parameters: RigParameters, rig: str) -> KeptMode:
+    """The last measurement of this very actuator on `rig`; ParameterError where there is none."""
+    path, actuator = modes_file(ServerSettings(rig=rig).state, rig), parameters.actuator
+    kept = FirstModes(path).of(actuator)
+    if kept is None:
+        raise ParameterError(f"rig = {rig}: no first mode of actuator {actuator.name} is kept in {path}")
+    return kept
+
+
+def plant_words(plant: dict[str, PlantNumber]) -> list[str]:
+    """Each number, and where it comes from."""
+    words = {"zeta": "damping ratio", "kappa": "kappa"}
+    return [f"{words[name]} {number.value:.4g} ({_origin(number)})" for name, number in plant.items()]
+
+
+def _origin(number: PlantNumber) -> str:
+    if number.measured is None:
+        return ": ".join(word for word in (number.source, number.note) if word)
+    return f"{number.low:.3g} to {number.high:.3g}, measured {number.measured:%Y-%m-%d}"
 
 
 def sensors(words: str) -> tuple[int, ...]:

@@ -1,0 +1,334 @@
+"""The measurement of the first mode: small steps to either side of the rest, in open loop, under who asked for them.
+
+The law and the open-loop torques are the measurement's while it lasts, and put back whatever ends it; no file ever has
+them. It ends by whatever else is asked of the rig, as a macro does: its requests have a permit of their own.
+"""
+
+import asyncio
+import contextlib
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
+from typing import Annotated
+
+import numpy as np
+
+from controller.errors import CommandRefused, RigUnreachable, TendrilError
+from controller.schema.messages import RigInfo
+from controller.schema.modes import Cause, Law, Mode, Request
+from controller.schema.parameters import Settings
+from controller.system.tasks import Tasks
+from server.access.permit import Permit, own
+from server.http.given import given
+from server.log.events import EventLog, words
+from server.operate.operator import Operator, Target
+from server.operate.settings import KeptSettings, put_in_force
+from server.presets.first_mode import planning
+from server.presets.first_mode.messages import FirstModeBody, FirstModeState, KeptMode, MeasuredMode
+from server.presets.first_mode.store import FirstModes, plant_of
+from server.rig.client import Rig
+from server.rig.history import History
+from server.rig.planner import Planner
+
+POLL = 0.05
+"""Between two looks at the arm, and between two torques on the way to where it swings [s]."""
+STILL, WINDOW = 1e-3, 0.4
+"""The arm rests where its tip swings by less than STILL (rms) [m] for WINDOW [s]."""
+SHORTEST, LONGEST = 1.5, 4.0
+"""A step is given so long at least, and at most [s]."""
+ANSWER = 5.0
+"""Longest wait for a row that shows what was asked for [s]."""
+AGAIN = 1.0
+"""Between two tries to put the settings back [s]."""
+Torques = tuple[float, float]
+
+
+@dataclass
+class _Run:
+    """One measurement as it goes."""
+
+    body: FirstModeBody
+    permit: Permit
+    """Of who asked for it."""
+    info: RigInfo
+    torque: float
+    before: Settings
+    leave: Permit = field(init=False)
+    """Of its requests."""
+    moves: bool = True
+    """It has the rig; from then on it only computes, and nothing ends it any more."""
+    follows: bool = False
+    """A row has shown FOLLOW: another mode ends it."""
+    ours: Settings | None = None
+    """Settings that it has asked for last."""
+    state: FirstModeState = field(init=False)
+    overtaken: str = ""
+    """What else was asked for."""
+    starts: list[tuple[float, int]] = field(default_factory=list)
+    """Clock [s] and slot at which each step began, and the last one ended."""
+    task: asyncio.Task[None] | None = None
+
+    def __post_init__(self) -> None:
+        self.leave = replace(self.permit, objection=self._objection)
+        steps = 2 * self.body.repeats
+        self.state = FirstModeState(by=self.permit.name, state="running", doing="goes to its rest", step=0, steps=steps)
+
+    @property
+    def running(self) -> bool:
+        return self.state.state == "running"
+
+    def say(self, **changes: object) -> None:
+        """Let pages know."""
+        self.state = self.state.model_copy(update=changes)
+
+    def _objection(self, request: Request | None) -> str:
+        if why := self.state.reason or self.overtaken:
+            return f"the measurement of the first mode has ended: {why}"
+        return self.permit.objection(request)
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What it works through."""
+
+    rig: Rig
+    history: History
+    operator: Operator
+    kept: KeptSettings
+    planner: Planner
+    modes: FirstModes
+    events: EventLog
+
+
+class FirstModeMeasurement:
+    """One at a time. Only the event loop uses it, but for `hear`."""
+
+    watched = "the measurement of the first mode"
+
+    def __init__(self, parts: Parts) -> None:
+        self._parts = parts
+        self._tasks = Tasks(lambda text: parts.events.add(text, "error"))
+        self._run: _Run | None = None
+        parts.operator.listen(self.hear)
+
+    async def start(self, body: FirstModeBody, permit: Permit) -> FirstModeState:
+        """Begin; CommandRefused while one runs and unless the rig holds or follows, ParameterError for too far."""
+        self._require_ready()
+        info = self._parts.rig.require_info()
+        torque = await self._parts.planner.do(planning.torque, body.travel, info.parameters)
+        self._require_ready()
+        permit.require(Request.FOLLOW)
+        run = self._run = _Run(body, permit, info, torque, self._parts.operator.settings)
+        self._parts.events.add(f"{permit.name}: measurement of the first mode started, {run.state.steps} steps")
+        self._tasks.begin("the measurement of the first mode", self._go(run))
+        return run.state
+
+    def stop(self, permit: Permit) -> FirstModeState:
+        """End it, and hold; raises CommandRefused when none runs."""
+        run = self._run
+        if run is None or not run.running:
+            raise CommandRefused("no first mode is being measured")
+        self._end(run, f"stopped by {permit.name}")
+        return run.state
+
+    def state(self) -> FirstModeState | None:
+        """How the last one goes, or ended; None before the first."""
+        return self._run.state if self._run else None
+
+    def hear(self, request: Request, permit: Permit | None) -> None:
+        """Something is about to be asked of the rig, in any thread: what the measurement does not ask for ends it."""
+        run = self._run
+        if run is None or not (run.running and run.moves) or permit is run.leave or run.overtaken:
+            return
+        what = request.name.replace("_", "-") if request != Request.NONE else "another target"
+        run.overtaken = what if permit is None else f"{what}, asked for by {permit.name}"
+
+    def look(self) -> None:
+        """Called at every beat: end it where it may not go on."""
+        run = self._run
+        if run is not None and run.running and run.moves and (why := self._why_over(run)):
+            self._end(run, why)
+
+    def _require_ready(self) -> None:
+        rig, newest = self._parts.rig, self._parts.rig.newest
+        if self._run is not None and (self._run.running or self._run.ours is not None):
+            raise CommandRefused("the first mode is being measured already; stop that first")
+        if newest is None or rig.boot() is None:
+            raise RigUnreachable("the rig does not answer")
+        if rig.paused:
+            raise CommandRefused("the twin is paused; continue it first")
+        if (mode := Mode(int(newest[0]["mode"]))) not in (Mode.HOLD, Mode.FOLLOW):
+            raise CommandRefused(f"the first mode is measured from HOLD or FOLLOW, and the rig is in {words(mode)}")
+        if not np.isfinite(newest[0]["p_meas"]).all():
+            raise CommandRefused("the first mode is measured at the tip, whose marker is not seen")
+
+    def _why_over(self, run: _Run) -> str:
+        """Why it may not go on, "" while it may."""
+        rig, newest = self._parts.rig, self._parts.rig.newest
+        if not run.permit.stands():
+            return f"{run.permit.name} no longer operates"
+        if (boot := rig.boot()) != run.info.boot or newest is None:
+            return "the rig is gone" if boot is None or newest is None else "the rig restarted"
+        if run.overtaken:
+            return run.overtaken
+        mode, cause = Mode(int(newest[0]["mode"])), Cause(int(newest[0]["cause"]))
+        if run.follows and mode != Mode.FOLLOW:
+            return f"the rig is in {words(mode)} ({words(cause)})"
+        found = self._parts.operator.settings
+        if run.ours is not None and found != run.ours and not self._parts.kept.changing.locked():
+            return "the settings were changed"
+        return ""
+
+    async def _go(self, run: _Run) -> None:
+        run.task = asyncio.current_task()
+        try:
+            await self._swing(run)
+            run.moves = False
+            await self._put_back(run)
+            run.say(doing="finds the mode that fits")
+            await self._keep(run, await self._fitted(run))
+        except TendrilError as error:
+            self._end(run, (run.moves and self._why_over(run)) or str(error))
+        except asyncio.CancelledError:
+            if run.running:
+                raise
+        except Exception:
+            self._end(run, "it failed")
+            raise
+        finally:
+            await self._put_back(run)
+
+    async def _swing(self, run: _Run) -> None:
+        """The steps, from the pose in which the rig holds and back to it."""
+        held = await self._asked(run, Request.HOLD)
+        here = (float(held["u"][0]), float(held["u"][1]))
+        there, back = (run.torque, run.torque), (-run.torque, -run.torque)
+        await self._send(run, here)
+        await self._asked(run, Request.FOLLOW, (float(held["p_ref"][0]), float(held["p_ref"][1])))
+        run.follows = True
+        await self._lead(run, here, back)
+        await self._rest()
+        for step in range(1, run.state.steps + 1):
+            run.say(step=step, doing=f"step {step} of {run.state.steps}")
+            run.starts.append(self._now())
+            await self._send(run, there if step % 2 else back)
+            await self._rest()
+        run.starts.append(self._now())
+        run.say(doing="goes back to where it held")
+        await self._lead(run, back, here)
+        run.follows = False
+        await self._asked(run, Request.HOLD)
+
+    async def _lead(self, run: _Run, begin: Torques, end: Torques) -> None:
+        """From one pair of torques to another as slowly as the rig comes to rest, and wait until it rests."""
+        rate = run.info.parameters.controller.rest_rate
+        steps = max(1, int(max(abs(b - a) for a, b in zip(begin, end, strict=True)) / (rate * POLL)))
+        for u in np.linspace(begin, end, steps + 1)[1:]:
+            await self._send(run, (float(u[0]), float(u[1])))
+            await asyncio.sleep(POLL)
+
+    async def _send(self, run: _Run, u: Torques) -> None:
+        operator = self._parts.operator
+        async with self._parts.kept.changing:
+            if run.ours is not None and operator.settings != run.ours:
+                raise CommandRefused("the settings were changed")
+            run.ours = operator.settings.model_copy(update={"law": Law.OPEN_LOOP, "u_open": u})
+            await put_in_force(run.ours, operator, run.leave)
+
+    async def _asked(self, run: _Run, request: Request, target: Target | None = None) -> np.void:
+        """Ask the rig; the first row that came of it."""
+        reply = await asyncio.wrap_future(self._parts.operator.request(request, run.leave, target))
+        if not reply.accepted:
+            raise CommandRefused(reply.detail)
+        loop = asyncio.get_running_loop()
+        end = loop.time() + ANSWER
+        while (newest := self._newest())["command_n"] < reply.n:
+            if loop.time() > end:
+                raise RigUnreachable("the rig does not answer")
+            await asyncio.sleep(POLL)
+        return newest
+
+    async def _rest(self) -> None:
+        """Wait until the arm rests, or for as long as a step is given."""
+        loop = asyncio.get_running_loop()
+        begin = loop.time()
+        while (passed := loop.time() - begin) < LONGEST:
+            if passed > SHORTEST and self._is_still():
+                return
+            await asyncio.sleep(POLL)
+
+    def _now(self) -> tuple[float, int]:
+        """Clock [s] and slot of the newest row."""
+        newest = self._newest()
+        return float(newest["t_ns"]) * 1e-9, int(newest["slot"])
+
+    def _is_still(self) -> bool:
+        now, _ = self._now()
+        rows = self._parts.history.rows(now - WINDOW, now)
+        if rows is None or not len(rows):
+            return False
+        return bool(np.linalg.norm(rows["p_meas"].std(axis=0)) < STILL)  # not of nan
+
+    async def _fitted(self, run: _Run) -> MeasuredMode:
+        rows = self._parts.history.rows(run.starts[0][0], run.starts[-1][0])
+        if rows is None or not len(rows):
+            raise CommandRefused("telemetry of the steps was lost")
+        slots = tuple(slot for _, slot in run.starts)
+        return await self._parts.planner.do(planning.measured, rows, slots, run.body, run.info.parameters)
+
+    async def _keep(self, run: _Run, mode: MeasuredMode) -> None:
+        info, events = run.info, self._parts.events
+        kept = KeptMode(actuator=info.parameters.actuator, plant=plant_of(info), measured=datetime.now(UTC), mode=mode)
+        try:
+            await asyncio.to_thread(self._parts.modes.keep, kept)
+        except OSError as error:
+            return self._end(run, f"it cannot be kept: {error.strerror}")
+        run.say(state="done", doing="done")
+        zeta, kappa = mode.zeta, mode.kappa
+        events.add(
+            f"first mode of {info.parameters.actuator.name} measured: {mode.frequency.value:.2f} Hz, damping ratio "
+            f"{zeta.value:.3f} ({zeta.low:.3f} to {zeta.high:.3f}), kappa {kappa.value:.1f} "
+            f"({kappa.low:.1f} to {kappa.high:.1f})"
+        )
+
+    def _end(self, run: _Run, reason: str) -> None:
+        if not run.running:
+            return
+        run.say(state="ended", reason=reason)
+        self._parts.events.add(f"measurement of the first mode ended, {run.state.doing}: {reason}", "warning")
+        if run.task is not None and run.task is not asyncio.current_task():
+            run.task.cancel()
+
+    async def _put_back(self, run: _Run) -> None:
+        """Hold what still moves by it, then give back law and torques, unless somebody has changed them meanwhile."""
+        operator, newest = self._parts.operator, self._parts.rig.newest
+        if run.follows and not run.overtaken and newest is not None and newest[0]["mode"] == Mode.FOLLOW:
+            if run.permit.stands():
+                operator.request(Request.HOLD, own())
+            else:
+                operator.hold_left()
+        while (ours := run.ours) is not None:
+            async with self._parts.kept.changing:
+                found = operator.settings
+                lent = [name for name in ("law", "u_open") if getattr(found, name) == getattr(ours, name)]
+                given_back = found.model_copy(update={name: getattr(run.before, name) for name in lent})
+                with contextlib.suppress(TendrilError):
+                    await put_in_force(given_back, operator, _giving_back())
+                    await self._parts.kept.keep(operator.settings)
+                    run.ours = None
+            if run.ours is not None:
+                await asyncio.sleep(AGAIN)
+
+    def _newest(self) -> np.void:
+        newest = self._parts.rig.newest
+        if newest is None:
+            raise RigUnreachable("the rig does not answer")
+        row: np.void = newest[0]
+        return row
+
+
+def _giving_back() -> Permit:
+    """For the settings that the measurement found; it covers no request."""
+    return Permit(None, lambda request: "", frozenset({Request.NONE}))
+
+
+GivenMeasurement = Annotated[FirstModeMeasurement, given(FirstModeMeasurement)]
