@@ -164,7 +164,9 @@ def stability(
         Literal["rk4", "implicit"], typer.Option(help="The observer's step, as of `tendril up`.")
     ] = "implicit",
     zeta: Annotated[float | None, typer.Option(help="The arm's damping ratio, where it is known.")] = None,
-    kappa: Annotated[float | None, typer.Option(help="Factor on stiffness and torque: its first mode goes with the root; the fit's without it.")] = None,
+    kappa: Annotated[
+        float | None, typer.Option(help="Factor on stiffness and torque, which its first mode's square shows.")
+    ] = None,
     rig: Annotated[str | None, typer.Option(help="Take both as they were measured on this rig.")] = None,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
 ) -> None:
