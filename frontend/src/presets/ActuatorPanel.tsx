@@ -210,7 +210,8 @@ function Elapsed() {
 
 /** What is said about an actuator: name and value of each fact. */
 function actuatorFacts(actuator: Actuator): [string, string][] {
-  const { name, length, width, height, mass, u_max, pressure_max, tip_load, k } = actuator;
+  const { name, length, width, height, mass, u_max, pressure_max, pressure_map, stiffening, tip_load, k } =
+    actuator;
   const facts: [string, string][] = [
     ["Name", name],
     ["Length", millimetres(length, 0)],
@@ -220,6 +221,8 @@ function actuatorFacts(actuator: Actuator): [string, string][] {
     ["Torque limit", `${plain(u_max * 1e3, 0)} mN m`],
     ["Highest pressure", kilopascals(pressure_max)],
   ];
+  const stiffer = stiffening.map((share, j) => `${plain(100 * share * u_max * pressure_map[j], 0)} %`);
+  if (stiffening.some((share) => share > 0)) facts.push(["Stiffer at that torque by", stiffer.join(", ")]);
   if (tip_load > 0) facts.push(["Tip load", `${plain(tip_load * GRAM, 0)} g`]);
   return facts;
 }
