@@ -27,7 +27,7 @@ def result_json(results: Results) -> dict[str, Any]:
 
 
 def row_json(row: ResultRow) -> dict[str, Any]:
-    """The ten keys of every row, and what we add to them; `failed` and `remark` where there is something to say."""
+    """The ten keys of every row, and what we add: `interval`, `inside`, `failed` and `remark` where there are any."""
     found = {
         **asdict(row.about),
         "ours": row.ours,
@@ -37,6 +37,8 @@ def row_json(row: ResultRow) -> dict[str, Any]:
         "seeds": row.seeds,
         **row.extra,
     }
+    if row.interval is not None:
+        found |= {"interval": list(row.interval), "inside": row.inside}
     notes = {"failed": row.failed, "remark": remark(row, known_remarks())}
     return found | {name: text for name, text in notes.items() if text}
 

@@ -1,0 +1,39 @@
+"""The intervals that the near-equal fits of a calibration give the paper's rows (docs/conventions.md)."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from controller.research.experiments.results import ResultRow
+from controller.simulation.case import Setup
+
+Key = tuple[str, str, str, str]
+Interval = tuple[float, float]
+
+
+def with_intervals(rows: Sequence[ResultRow], setup: Setup, fit: Mapping[str, Any]) -> tuple[ResultRow, ...]:
+    """`rows`, each with its interval where the file has one and `setup` is the plant and the gains of that fit."""
+    found = intervals_of(fit) if is_fitted(setup, fit) else {}
+    return tuple(replace(row, interval=found.get(row.about.key)) for row in rows)
+
+
+def intervals_of(fit: Mapping[str, Any]) -> dict[Key, Interval]:
+    """Interval by row; empty before there are any."""
+    return {
+        (one["experiment"], one["actuator"], one["law"], one["metric"]): (one["low"], one["high"])
+        for one in fit.get("spread", ())
+    }
+
+
+def is_fitted(setup: Setup, fit: Mapping[str, Any]) -> bool:
+    """Whether `setup` has every number that was fitted, on the plant that it was fitted on."""
+    twin = setup.twin
+    numbers = ((getattr(twin, name), value) for name, value in fit["twin"].items())
+    gains = ((getattr(setup.gains, name), [value] * 2) for name, value in fit["gains"].items())
+    same = all(as_list(ours) == as_list(theirs) for ours, theirs in (*numbers, *gains))
+    return twin.plant == "rod" and same
+
+
+def as_list(value: Any) -> Any:
+    """A tuple as a list: as the file has it."""
+    return list(value) if isinstance(value, tuple) else value
