@@ -201,6 +201,20 @@ class ObserverGain:
 
 
 @dataclass(frozen=True)
+class LetterRow:
+    """RMSE of one run by our law and by the paper's equations to the letter [mm], in the paper's window."""
+
+    experiment: str
+    actuator: str
+    paper: float | None
+    ours: float | None
+    """None, as the next, where the rig broke the run off."""
+    letter: float | None
+    failed: str = ""
+    """Why the letter's run was broken off."""
+
+
+@dataclass(frozen=True)
 class Results:
     """A whole reproduction."""
 
@@ -220,7 +234,9 @@ class Results:
     workers: int
     quick: bool
     runs: int
-    """All that were made, those with other gains included, which are not in `outcomes`."""
+    """All that were made, those with other gains or laws included, which are not in `outcomes`."""
+    letter: tuple[LetterRow, ...] = ()
+    """The paper's equations to the letter beside ours; empty where they were not run."""
 
     @property
     def twin(self) -> TwinParameters:

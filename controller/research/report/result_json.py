@@ -22,6 +22,7 @@ def result_json(results: Results) -> dict[str, Any]:
         "sensing": [_sensing(one) for one in results.sensing],
         "pressure_steps": [_pressure(one) for one in results.pressure],
         "observer_gains": [asdict(one) for one in results.observer],
+        "paper_law": [asdict(one) for one in results.letter],
     }
     return {name: _without_nan(value) for name, value in found.items()}
 

@@ -204,7 +204,7 @@ def track(
     reference: Annotated[Path, typer.Option(help="CSV file with columns t, x, y [s, m] (`tendril docs tables`).")],
     actuator: ActuatorName = "P1",
     law: Annotated[
-        str, typer.Option(help="ff, ff+p, ff+i, ff+pi; or sensors of ff+pi: rod6, rod10, rod6+10.")
+        str, typer.Option(help="ff, ff+p, ff+i, ff+pi; paper: to its letter; sensors of ff+pi: rod6, rod10, rod6+10.")
     ] = "ff+pi",
     controller: Annotated[str, typer.Option(help="Only paper so far.")] = "paper",
     plant: PlantName = "rod",
@@ -249,6 +249,9 @@ def reproduce(
     json_file: Annotated[Path | None, typer.Option("--json", help="Write all rows to this file.")] = None,
     quick: Annotated[bool, typer.Option(help="Run every case once instead of 3 times (Task 4: 5).")] = False,
     controller: Annotated[str, typer.Option(help="Only paper so far.")] = "paper",
+    law: Annotated[
+        Literal["ours", "paper"], typer.Option(help="paper: its equations to the letter as well, beside ours.")
+    ] = "ours",
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 6, help="Of the first run; the next ones count on.")] = 0,
     workers: Annotated[int | None, typer.Option(min=1, max=256, help="Processes; one a core without it.")] = None,
     plant: PlantName = "rod",
@@ -264,5 +267,5 @@ def reproduce(
 
     require_controller(controller)
     setup = Setup(twin=TwinParameters(plant=plant))
-    order = Order(catalogue(seed, quick), setup, workers or cores(), quick)
+    order = Order(catalogue(seed, quick), setup, workers or cores(), quick, letter=law == "paper")
     run_reproduce(order, report, json_file, out)
