@@ -10,13 +10,15 @@ from controller.research.calibration.ensemble import Ensemble, walk
 from controller.research.calibration.evolve import evolve
 from controller.research.calibration.fit_file import FitOrigin, Result
 from controller.research.calibration.problem import Evaluation, Problem
-from controller.research.calibration.search import Effort, Report, Search, Stage, ending
+from controller.research.calibration.search import Effort, Report, Search, Stage, ending, ranked
 from controller.research.calibration.spread import RowSpread, intervals
 from controller.research.experiments.pool import Pool, cores
 from controller.system.origin import our_version
 
 SPREAD_SHARE = 1.0
 """Time for the walk of the near-equal fits, as a share of the search's budget."""
+LAST_STEPS = 2
+"""The best of all is polished by so many times the steps of a start."""
 CUT_SHORT = ("interrupted", "a worker died")
 
 
@@ -66,9 +68,10 @@ def calibrate(task: CalibrationTask, report: Report) -> Result:
 
 
 def find(search: Search, seed: int) -> None:
-    """Screen, polish, evolve. Raises OutOfTime when the budget is spent."""
+    """Screen, polish, evolve, polish the best of all. Raises OutOfTime when the budget is spent."""
     search.run(seed)
     evolve(search, seed)
+    search.polish(ranked(search.found)[0], "last polish", LAST_STEPS * search.effort.steps)
 
 
 def require_best(search: Search, ended: str) -> Evaluation:

@@ -13,16 +13,16 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.research.calibration.problem import Evaluation, keeps_margins
-from controller.research.calibration.search import Search, Stage, apart
+from controller.research.calibration.search import Search, Stage, neighbours
 
 WALKERS, FITS_MIN = 24, 20
 """Near-equal fits, and below how many of them an interval says little."""
-APART = 0.02
-"""Walkers begin no nearer to one another than this, rms over the cube."""
-AROUND = 0.05
-"""Where the search has left too few fits, more are tried this far around the best, rms over the cube."""
+BELIEVED = 18.0
+"""A drawn fit may cost this much more than the best; 9 is the mean of 18 unknowns, and one in twenty is beyond 14."""
 ATTEMPTS = 6
-"""How often."""
+"""How often fits are drawn, each time nearer to the best, until there are enough walkers."""
+NEARER = 0.7
+"""By how much nearer."""
 JITTER = 1e-3
 """What is added to every step, so that no direction is left out."""
 LEAP = 10
@@ -45,22 +45,36 @@ class Ensemble:
 
 
 def gather(search: Search, ensemble: Ensemble, seed: int) -> None:
-    """Put the walkers where the search found fits that keep the margins; more around the best where these are few.
+    """Put the walkers where a normal distribution about the best fit has them: that of its own Jacobian.
 
-    Raises OutOfTime when the budget is spent.
+    It is what exp(-cost) would be if residuals were linear; the walk corrects it. Raises OutOfTime when the budget is
+    spent.
     """
-    random = np.random.default_rng([seed, 1])
-    for _ in range(ATTEMPTS):
-        kept = sorted(
-            (one for one in search.found if keeps_margins(search.problem, one)),
-            key=lambda one: (one.cost, one.z.tobytes()),
-        )
-        ensemble.walkers = apart(kept, WALKERS, APART)
-        if len(ensemble.walkers) == WALKERS or not kept:
+    best = search.best()
+    if best is None:
+        return
+    random, spread = np.random.default_rng([seed, 1]), root_of_covariance(search, best)
+    ensemble.walkers = [best]
+    for attempt in range(ATTEMPTS):
+        far = NEARER**attempt
+        points = [reflected(best.z + far * spread @ random.standard_normal(best.z.size)) for _ in range(WALKERS)]
+        tried = search.evaluate(points, Stage("first walkers", ATTEMPTS * WALKERS), best.cost + BELIEVED)
+        good = [one for one in tried if one.cost <= best.cost + BELIEVED and keeps_margins(search.problem, one)]
+        ensemble.walkers = [*ensemble.walkers, *good][:WALKERS]
+        if len(ensemble.walkers) == WALKERS:
             return
-        size = kept[0].z.size
-        points = [reflected(kept[0].z + AROUND * random.standard_normal(size)) for _ in range(WALKERS)]
-        search.evaluate(points, Stage("first walkers", ATTEMPTS * WALKERS))
+
+
+def root_of_covariance(search: Search, best: Evaluation) -> Array:
+    """R (n,n) with R R^T = (J^T J)^-1, J the slopes of the residuals of rows and priors at the best fit.
+
+    Priors are among the residuals, so that J^T J has an inverse.
+    """
+    points, steps = neighbours(best.z)
+    tried = search.evaluate(points, Stage("slopes", len(points)), -np.inf)
+    count = min(one.residuals.size for one in tried)
+    J = (np.array([one.residuals[:count] for one in tried]) - best.residuals[:count]).T / steps
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(J.T @ J)).T)
 
 
 def walk(search: Search, ensemble: Ensemble, seed: int) -> None:

@@ -43,7 +43,7 @@ class Effort:
     screen: int = 100
     """Points of the screening."""
     starts: int = 2
-    steps: int = 5
+    steps: int = 8
     """Points of each polish at most, with a Jacobian at every one that is better."""
     generations: int = 60
     """Of the evolution that follows."""
@@ -89,10 +89,11 @@ class Search:
         screened = self.evaluate(points, Stage("screening", len(points)), HOPELESS)
         return apart(ranked(screened), self.effort.starts, APART)
 
-    def polish(self, start: Evaluation, name: str) -> None:
-        """Bounded least squares from `start`; everything it evaluates is kept."""
+    def polish(self, start: Evaluation, name: str, steps: int | None = None) -> None:
+        """Bounded least squares from `start`, in `steps` or the effort's; everything it evaluates is kept."""
         seen = {start.z.tobytes(): start.residuals} if start.margins else {}
-        stage = Stage(name, self.effort.steps * (start.z.size + 1))
+        most = self.effort.steps if steps is None else steps
+        stage = Stage(name, most * (start.z.size + 1))
 
         def residuals(z: Array) -> Array:
             if z.tobytes() not in seen:
@@ -112,7 +113,7 @@ class Search:
             ftol=TOLERANCE,
             xtol=TOLERANCE,
             gtol=None,
-            max_nfev=self.effort.steps,
+            max_nfev=most,
         )
 
     def evaluate(
