@@ -49,11 +49,13 @@ def attempt(
     total = len(reference.p)
     rows = np.zeros(total, record_dtype(Telemetry))
     every = total if told is untold else PIECE
-    for begin, end in pairwise(sorted({*range(0, total, every), min(reference.start, total), total})):
-        if begin == reference.start:  # where the approach has come to rest: the command does not jump
+    arrived = min(max(reference.start - 1, 0), total)  # the approach is at rest there: the command does not jump
+    for begin, end in pairwise(sorted({*range(0, total, every), arrived, total})):
+        if begin == arrived:
             simulation.command["settings"]["K_FF"] = for_reference(settings, reference).K_FF
         simulation.fill(rows[begin:end])
-        told(end / total)
+        if end % every == 0 or end == total:
+            told(end / total)
     return rows
 
 
