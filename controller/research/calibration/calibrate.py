@@ -17,8 +17,6 @@ from controller.system.origin import our_version
 
 SPREAD_SHARE = 1.0
 """Time for the walk of the near-equal fits, as a share of the search's budget."""
-LAST_STEPS = 2
-"""The best of all is polished by so many times the steps of a start."""
 CUT_SHORT = ("interrupted", "a worker died")
 
 
@@ -71,7 +69,7 @@ def find(search: Search, seed: int) -> None:
     """Screen, polish, evolve, polish the best of all. Raises OutOfTime when the budget is spent."""
     search.run(seed)
     evolve(search, seed)
-    search.polish(ranked(search.found)[0], "last polish", LAST_STEPS * search.effort.steps)
+    search.polish(ranked(search.found)[0], "last polish")
 
 
 def require_best(search: Search, ended: str) -> Evaluation:

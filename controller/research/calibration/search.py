@@ -89,11 +89,10 @@ class Search:
         screened = self.evaluate(points, Stage("screening", len(points)), HOPELESS)
         return apart(ranked(screened), self.effort.starts, APART)
 
-    def polish(self, start: Evaluation, name: str, steps: int | None = None) -> None:
-        """Bounded least squares from `start`, in `steps` or the effort's; everything it evaluates is kept."""
+    def polish(self, start: Evaluation, name: str) -> None:
+        """Bounded least squares from `start`; everything it evaluates is kept."""
         seen = {start.z.tobytes(): start.residuals} if start.margins else {}
-        most = self.effort.steps if steps is None else steps
-        stage = Stage(name, most * (start.z.size + 1))
+        stage = Stage(name, self.effort.steps * (start.z.size + 1))
 
         def residuals(z: Array) -> Array:
             if z.tobytes() not in seen:
@@ -113,7 +112,7 @@ class Search:
             ftol=TOLERANCE,
             xtol=TOLERANCE,
             gtol=None,
-            max_nfev=most,
+            max_nfev=self.effort.steps,
         )
 
     def evaluate(
