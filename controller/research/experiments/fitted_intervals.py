@@ -1,14 +1,28 @@
-"""The intervals that the near-equal fits of a calibration give the paper's rows (docs/conventions.md)."""
+"""The fit with which the paper's experiments are run, and the intervals that its near-equal fits give the paper's rows.
 
+It is a file of its own: what a rig is driven with by hand is that of controller/schema/fit.toml (docs/reproduction.md).
+"""
+
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from controller.research.experiments.results import ResultRow
+from controller.schema.parameters import PlantKind, Settings, TwinParameters
 from controller.simulation.case import Setup
 
 Key = tuple[str, str, str, str]
 Interval = tuple[float, float]
+PAPER_FIT: dict[str, Any] = tomllib.loads((Path(__file__).parents[1] / "paper_fit.toml").read_text("utf-8"))
+"""As `tendril calibrate` wrote it."""
+
+
+def paper_setup(plant: PlantKind = "rod") -> Setup:
+    """Plant and gains of PAPER_FIT; of another plant than its own the numbers that both have."""
+    gains = {name: (value,) * 2 for name, value in PAPER_FIT["gains"].items()}
+    return Setup(TwinParameters(plant=plant, **PAPER_FIT["twin"]), gains=Settings(**gains))
 
 
 def with_intervals(rows: Sequence[ResultRow], setup: Setup, fit: Mapping[str, Any]) -> tuple[ResultRow, ...]:

@@ -258,14 +258,12 @@ def reproduce(
 ) -> None:
     """Run every experiment of the paper on the twin and compare (`tendril docs reproduction`)."""
     from controller.research.experiments.catalogue import catalogue
+    from controller.research.experiments.fitted_intervals import paper_setup
     from controller.research.experiments.pool import cores
     from controller.research.experiments.reproduce import Order
     from controller.research.track import require_controller
-    from controller.schema.parameters import TwinParameters
-    from controller.simulation.case import Setup
     from server.cli.research.reproduce import run_reproduce
 
     require_controller(controller)
-    setup = Setup(twin=TwinParameters(plant=plant))
-    order = Order(catalogue(seed, quick), setup, workers or cores(), quick, letter=law == "paper")
+    order = Order(catalogue(seed, quick), paper_setup(plant), workers or cores(), quick, letter=law == "paper")
     run_reproduce(order, report, json_file, out)

@@ -66,7 +66,7 @@ def interval_text(row: ResultRow) -> str:
     """The interval of the near-equal fits, red where the paper's number is outside."""
     if row.interval is None:
         return "-"
-    return f"[{COLOURS[row.inside]}]{number(row.interval[0])} .. {number(row.interval[1])}[/]"
+    return f"[{COLOURS[row.inside]}]{number(row.interval[0])}..{number(row.interval[1])}[/]"
 
 
 def sensing_table(trajectories: tuple[SensedTrajectory, ...]) -> Table:
