@@ -7,10 +7,12 @@ from controller.build.plant_parts import bent, camera, chambers, faults
 from controller.build.rod import build_rod, computable, stiffest
 from controller.build.stability import natural_modes, sensor_places, stable_substeps
 from controller.kernels.model.friction import Hysteresis, Sheet
+from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.rod import RodModel, make_load, make_work
 from controller.kernels.model.statics import at_rest, places
 from controller.kernels.plant.twin import Creep, Twin
 from controller.schema.actuator import Actuator
+from controller.schema.modes import Integrator
 from controller.schema.parameters import BACKBONE_POINTS, RigParameters, TwinParameters
 
 TWIN_BETA = 1.5e-4
@@ -39,8 +41,11 @@ def _built(parameters: RigParameters) -> Twin:
         state=at_rest(model),
         load=make_load(rods),
         work=make_work(rods),
+        integrator=twin.integrator,
+        creeping=model._replace(k=model.k * (1.0 + sum(twin.creep))),
+        implicit_work=make_implicit_work(rods),
         dt=dt,
-        substeps=max(twin.substeps, stable_substeps(tightest, dt, actuator.u_max)),
+        substeps=substeps_of(twin, tightest, dt, actuator.u_max),
         sheet=Sheet(twin.friction, twin.slip, np.zeros((2, rods))),
         creep=Creep(np.array(twin.creep), np.array(twin.creep_time), np.tile(bends, (2, 1))),
         hysteresis=Hysteresis(twin.hysteresis, twin.hysteresis_bend / rods, np.zeros(rods), bends.copy()),
@@ -52,6 +57,13 @@ def _built(parameters: RigParameters) -> Twin:
         ticks=np.zeros(1, np.int64),
         seed=np.array([twin.seed], np.uint64),
     )
+
+
+def substeps_of(twin: TwinParameters, stiffest: RodModel, dt: float, u_max: float) -> int:
+    """One implicit step a tick; of RK4 as many as are wanted, and as its fastest mode needs."""
+    if twin.integrator == Integrator.IMPLICIT:
+        return 1
+    return max(twin.substeps, stable_substeps(stiffest, dt, u_max))
 
 
 def twin_model(actuator: Actuator, twin: TwinParameters) -> RodModel:

@@ -24,10 +24,10 @@ CENTRE = (30e-3, 140e-3)
 """Centre of every shape but VU [m] (ours)."""
 VU_CORNER = (-50e-3, 125e-3)
 """Lower left corner of VU [m] (paper, Task 1)."""
-SHIFT = {"P3": -36e-3}
+SHIFT = {"P3": -33e-3}
 """Shift in y by the actuator's name [m] (the paper shifts for P3 but does not say how far); 0 for any other.
 
-Ours lies between the fold of the inverse, to which P3 is near further up, and the torque limit."""
+Ours puts the centre as many arm lengths from the rest axis as P1's: 140 mm (1 - 193/253)."""
 APPROACH, DIGIT, VU, PERIODIC, FAST, STEP = 2.0, 10.0, 25.0, 7.0, 4.0, 3.0
 """Durations [s] of the paper; FAST ends the 2 Hz circle of P3 at 6 s."""
 SWEEP_HZ = 0.125

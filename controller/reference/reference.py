@@ -23,7 +23,7 @@ class Reference:
     frequency: float | None = None
     """[Hz], of a periodic shape."""
     velocity_feedforward: bool = False
-    """Whether K_FF is on: in all of Task 2 and for the circles of Task 3."""
+    """Whether K_FF is on after the approach: in all of Task 2 and for the circles of Task 3."""
     led: int = 0
     """Ticks of the approach from rest to where the path itself begins; it may wait or approach until `start`."""
     u: Array | None = None

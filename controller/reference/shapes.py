@@ -71,8 +71,8 @@ def along(path: Array, share: Array) -> Array:
 
 
 def circle(phase: Array) -> Array:
-    """Points (m, 2) at the phases (m,) [turns], clockwise from the top, as the paper's steps go (ours)."""
-    return 0.5 * SIZE * np.column_stack([np.sin(2.0 * math.pi * phase), np.cos(2.0 * math.pi * phase)])
+    """Points (m, 2) at the phases (m,) [turns], counter-clockwise from the top, as a 0 is written (ours)."""
+    return 0.5 * SIZE * np.column_stack([-np.sin(2.0 * math.pi * phase), np.cos(2.0 * math.pi * phase)])
 
 
 def vertical(phase: Array) -> Array:

@@ -20,7 +20,7 @@ from controller.research.report.result_json import row_json
 from controller.schema.actuator import Actuator
 from controller.schema.fit import GAIN_NAMES
 from controller.schema.parameters import DT, RigParameters, Settings
-from controller.simulation.case import Case, Setup, settings_of
+from controller.simulation.case import Case, Setup, controller_of, settings_of
 from controller.simulation.metrics import UNITS, Window, measure
 from controller.simulation.run import for_reference, run, seeded
 from controller.system.progress import Told, untold
@@ -121,7 +121,10 @@ def track(task: TrackTask, told: Told = untold) -> Tracked:
     begin = time.perf_counter()
     setup = task.setup
     parameters = RigParameters(
-        actuator=task.actuator, controller=setup.controller, twin=setup.twin, plant_actuator=task.body
+        actuator=task.actuator,
+        controller=controller_of(task.law, setup.controller),
+        twin=setup.twin,
+        plant_actuator=task.body,
     )
     samples = read_samples(task.file)
     reference, path = drawn(samples, task.actuator, task.wish)

@@ -182,7 +182,10 @@ class TwinParameters(Model):
     """A chain of rigid rods, as the model is one, or a Cosserat rod (docs/model.md)."""
     cosserat: CosseratParameters = CosseratParameters()
     rods: Annotated[int, Bounds(ge=2, le=100), Q("1", "N")] = 14
+    integrator: Integrator = Integrator.RK4
+    """The implicit step, once a tick, simulates twice as much in the same time: what the calibration does with it."""
     substeps: Annotated[int, Bounds(ge=1, le=20), Q("1")] = 4
+    """Of RK4 in a tick, at least."""
     kappa: Annotated[float, Bounds(ge=1.0, le=50.0), Q("1", "kappa")] = TWIN["kappa"]
     """Stiffness and torque gain are scaled together: the static map stays, the first mode rises to about 2.3 Hz."""
     zeta: Annotated[float, Bounds(ge=0.0, le=2.0), Q("1", "zeta")] = TWIN["zeta"]
@@ -229,6 +232,7 @@ class TwinParameters(Model):
 
 ROD_ONLY = (
     "rods",
+    "integrator",
     "substeps",
     "torque_gain",
     "set_curvature",

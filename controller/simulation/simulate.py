@@ -1,11 +1,12 @@
 """The real tick and the real twin without a clock: every experiment, bench and preview runs through here."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
-from numba import njit
 
-from controller.arrays import Rows
+from controller.arrays import Rows, Words
+from controller.kernels.compiled import kernel
 from controller.kernels.control.tick import Rig, tick
 from controller.kernels.plant.step import Plant, plant_step
 from controller.schema.layout import record_dtype, to_record
@@ -37,11 +38,15 @@ class Simulation:
     def run(self, ticks: int) -> Rows:
         """Telemetry (ticks,) of the next `ticks` periods."""
         rows = np.zeros(ticks, record_dtype(Telemetry))
+        self.fill(rows)
+        return rows
+
+    def fill(self, out_rows: Rows) -> None:
+        """Telemetry of the next periods, one for each of `out_rows` (ticks,)."""
         period_ns = round(self.rig.control.dt * 1e9)
         first = np.array([self._ticks, period_ns, self.present], np.int64)
-        _run(self.rig, self.twin, first, (self.command, self.measurement, self._status), rows)
-        self._ticks += ticks
-        return rows
+        _run(self.rig, self.twin, first, (self.command, self.measurement, self._status), out_rows)
+        self._ticks += len(out_rows)
 
 
 def simulate(rig: Rig, twin: Plant, commands: Sequence[tuple[int, Command]], ticks: int) -> Rows:
@@ -56,8 +61,8 @@ def simulate(rig: Rig, twin: Plant, commands: Sequence[tuple[int, Command]], tic
     return np.concatenate(rows)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _run(rig, twin, first, records, rows):  # type: ignore[no-untyped-def]
+@kernel
+def _run(rig: Rig, twin: Plant, first: Words, records: tuple[Any, Any, Any], rows: Rows) -> None:
     """Tick and plant in turn, like the real loop: the measurement of a step is seen by the next tick."""
     command, measurement, status = records[0][0], records[1][0], records[2][0]
     for n in range(rows.size):

@@ -16,6 +16,7 @@ from controller.kernels.model.statics import tip_of
 from controller.research.bench.bench import mujoco_tip_difference, time_beside_mujoco
 from controller.research.bench.dense import dense_step, stage_matrix
 from controller.research.bench.elastica_rod import beside_elastica
+from controller.research.bench.ensemble_bench import time_ensembles
 from controller.research.bench.scaling import RELEASED_AT, bent, run_steps, stable_step, step_us, time_chains
 from controller.research.bench.tick_bench import closed_loop
 from controller.schema.actuator import PRESETS
@@ -41,6 +42,8 @@ def test_every_time_is_a_positive_number() -> None:
     ours, theirs = time_beside_mujoco(1)
     assert theirs and min(*times, ours, theirs, *closed_loop(RigParameters(), 0.1)) > 0.0
     assert step_us(rows, "implicit", 400) == rows[3]["step_us"]
+    found = time_ensembles(1)
+    assert found["implicit_over_rk4"] == found["seconds_per_second"] / found["rk4_seconds_per_second"] > 0.0
 
 
 def test_the_dense_step_of_the_benchmark_is_the_same_step() -> None:

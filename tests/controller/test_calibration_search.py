@@ -7,13 +7,13 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from controller.research.calibration.ensemble import FITS_MIN, WALKERS, Ensemble, reflected, walk
 from controller.research.calibration.evolve import BROKEN_MARGIN, MEMBERS, evolve, guarded
 from controller.research.calibration.margins import Margin, Trial
 from controller.research.calibration.predictions import predict
 from controller.research.calibration.problem import Evaluation, Problem, evaluate, keeps_margins
 from controller.research.calibration.search import QUICK, Effort, Search, apart, effort_of, ending, neighbours
 from controller.research.calibration.space import Space
-from controller.research.calibration.spread import FITS_MIN, NEAR, is_near, near_equal, walk
 from controller.research.calibration.unknowns import Unknown
 from controller.research.experiments.paper_rows import FITTED
 from controller.research.experiments.pool import OutOfTime, Pool, WorkerDied
@@ -92,9 +92,9 @@ def test_what_cuts_a_search_short_is_told_and_loses_nothing(problem: Problem, er
 
 
 def test_quick_changes_only_what_is_not_given() -> None:
-    assert effort_of(QUICK, None, None, None) == QUICK
-    assert effort_of(QUICK, 5, None, 0.5) == replace(QUICK, screen=5, minutes=0.5)
-    assert effort_of(Effort(), None, 3, None) == replace(Effort(), starts=3)
+    assert effort_of(QUICK, screen=None, minutes=None) == QUICK
+    assert effort_of(QUICK, screen=5, minutes=0.5) == replace(QUICK, screen=5, minutes=0.5)
+    assert effort_of(Effort(), starts=3, rounds=None) == replace(Effort(), starts=3)
 
 
 def test_differences_stay_in_the_box() -> None:
@@ -109,38 +109,34 @@ def test_starts_are_the_best_that_are_apart() -> None:
     assert apart(ranked, 1, 0.0) == ranked[:1]
 
 
-def test_near_equal_fits_are_the_best_and_others_within_the_bound_far_from_one_another(problem: Problem) -> None:
-    best, beside = evaluation([0.5, 0.5], 1.0), evaluation([0.501, 0.5], 1.1)
-    far, worse = evaluation([0.8, 0.5], 1.0 + 0.9 * NEAR), evaluation([0.1, 0.5], 1.0 + 1.1 * NEAR)
-    with Pool(1) as pool:
-        search = Search(problem, pool, SMALL, found=[worse, beside, far, best])
-    assert search.best() is best
-    assert near_equal(search, best) == [best, far]
-    as_far = [evaluation([0.5, share], 1.0) for share in (0.75, 0.25)]
-    chosen = [near_equal(replace(search, found=[best, *found]), best) for found in (as_far, as_far[::-1])]
-    assert len(chosen[0]) == 3 and all(one is other for one, other in zip(*chosen, strict=True))
-    assert is_near(problem, beside, best) and not is_near(problem, worse, best)
-
-
 class Bowl:
     """A pool whose every cost is a bowl about the middle of the box, so that the walk can be looked at alone."""
 
     def map(self, work: Any, calls: list[Any], done: Any, over: Any) -> list[Evaluation]:
-        found = [evaluation(list(z), 40.0 * float(np.sum((z - 0.5) ** 2))) for _, z, _ in calls]
+        found = [Evaluation(z, (), (), np.sqrt(80.0) * (z - 0.5)) for _, z, _ in calls]
         for one in found:
             done(one)
         return found
 
 
-def test_the_walk_fills_the_bowl_up_to_the_bound_and_does_the_same_again(problem: Problem) -> None:
-    best, runs = evaluation([0.5, 0.5], 0.0), []
+def test_the_walkers_come_to_lie_as_what_they_cost_says_and_do_the_same_again(problem: Problem) -> None:
+    """exp(-cost) of the bowl is a normal distribution: its deviation along each axis is the root of 1/80."""
+    middle = np.full(2, 0.5)
+    best, runs = Evaluation(middle, (), (), 0.0 * middle), []
     for _ in range(2):
-        search = Search(problem, cast(Pool, Bowl()), SMALL, found=[best])
-        walk(search, best, seed=1)
-        runs.append(near_equal(search, best))
-    assert len(runs[0]) >= FITS_MIN and max(one.cost for one in runs[0]) > 0.5 * NEAR
-    assert all(one.cost <= NEAR for one in runs[0])
-    assert [one.z.tobytes() for one in runs[0]] == [one.z.tobytes() for one in runs[1]]
+        search, ensemble = Search(problem, cast(Pool, Bowl()), SMALL, found=[best]), Ensemble()
+        walk(search, ensemble, seed=1)
+        runs.append(ensemble.fits(best))
+    places = np.array([one.z for one in ensemble.walkers])
+    assert len(ensemble.walkers) == WALKERS >= FITS_MIN and ensemble.rounds == SMALL.rounds
+    assert places.std(axis=0) == pytest.approx(np.full(2, 80.0**-0.5), rel=0.4)
+    assert places.mean(axis=0) == pytest.approx(np.full(2, 0.5), abs=0.1)
+    assert 0.15 < ensemble.accepted / ensemble.tried < 0.85
+    assert runs[0][0] is best and [one.z.tobytes() for one in runs[0]] == [one.z.tobytes() for one in runs[1]]
+
+
+def test_a_step_beyond_a_wall_is_thrown_back() -> None:
+    assert reflected(np.array([-0.2, 0.3, 1.2, 2.1])) == pytest.approx([0.2, 0.3, 0.8, 0.1])
 
 
 def test_the_evolution_goes_on_from_the_best_points_and_does_the_same_again(problem: Problem) -> None:

@@ -13,11 +13,13 @@ from controller.research.experiments.paper_rows import (
     FITTED,
     JUDGED,
     PAPER_ROWS,
+    SEEN,
     STEP_TABLE,
     paper_row,
     window_of,
 )
 from controller.simulation.metrics import UNITS, Window
+from controller.system.origin import ROOT
 
 STEP_LATEX = r"""
 FF & 30.5 & 15.7 & 3309 \\ \hline
@@ -48,7 +50,7 @@ def test_the_steps_are_those_of_the_paper_table() -> None:
     for law, *printed in cells(STEP_LATEX):
         rows = [paper_row("step", "P1", law.lower(), metric) for metric in ("rmse", "sse", "ise")]
         assert [found.paper for found in rows] == [float(number) for number in printed]
-        assert [found.role for found in rows] == ["fit", "fit", "held-out"]
+        assert [found.role for found in rows] == ["fit", "fit", "consulted"]
 
 
 def test_tasks_1_and_2_are_those_of_the_paper_table() -> None:
@@ -73,11 +75,34 @@ def test_the_paper_ise_is_no_less_than_its_mean_rmse_squared_times_three_seconds
         assert 3.0 * (rmse - 0.05) ** 2 <= ise < 1.25 * 3.0 * rmse**2
 
 
-def test_ten_rows_are_fitted_and_eleven_others_judged() -> None:
-    assert len(FITTED) == 10 and {row.role for row in FITTED} == {"fit"}
-    assert len(JUDGED) == 11 and {row.role for row in JUDGED} == {"held-out"}
+def test_twelve_rows_are_fitted_ten_were_consulted_and_three_are_judged() -> None:
+    assert len(FITTED) == 12 and {row.role for row in FITTED} == {"fit"}
+    assert len(JUDGED) == 3 and {row.role for row in JUDGED} == {"held-out"}
+    assert len(SEEN) == 6 and len(BESIDE) == 4 and {row.role for row in (*SEEN, *BESIDE)} == {"consulted"}
     assert {row.actuator for row in FITTED} == {"P1"}
     assert {row.metric for row in BESIDE} == {"ise"}
+
+
+def test_the_conventions_name_every_row_with_its_role() -> None:
+    """docs/conventions.md was written first: what the code does is held to it."""
+    lines = (ROOT / "docs" / "conventions.md").read_text().splitlines()
+    for role, rows in (("fit", FITTED), ("consulted", (*SEEN, *BESIDE)), ("held-out", JUDGED)):
+        [said] = [line for line in lines if line.startswith(f"| `{role}` | ")]
+        assert {row.experiment for row in rows} == {name for name in SAID if SAID[name] in said.lower()}, role
+
+
+SAID = {
+    "step": "steps",
+    "vu": "vu",
+    "circle_1hz": "circle at 1 hz",
+    "circle_2hz": "circle at 2 hz",
+    "vertical_0.25hz": "lines at 0.25 hz",
+    "horizontal_0.25hz": "lines at 0.25 hz",
+    "vertical_1hz": "lines at 1 hz",
+    "horizontal_1hz": "lines at 1 hz",
+    "digits": "digits",
+}
+"""What the page calls an experiment."""
 
 
 def test_a_row_has_a_role_if_and_only_if_the_paper_gives_a_number() -> None:

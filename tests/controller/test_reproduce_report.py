@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from controller.errors import TendrilError
+from controller.research.experiments.fitted_intervals import with_intervals
 from controller.research.experiments.paper_rows import paper_row
 from controller.research.experiments.reproduce import Order, reproduce
 from controller.research.experiments.results import Failure, ResultRow, Results
@@ -92,7 +93,7 @@ def test_a_failed_run_stands_with_its_sentence_where_its_number_and_its_figure_w
 def test_what_was_not_run_is_said(results: Results) -> None:
     nothing = replace(results, outcomes=(), failures=(), rows=(), sensing=(), sweep=(), pressure=(), observer=())
     page = report_page(nothing, FIT)
-    for text in ("0 of 11 within 30 %", "Not run: circle_2hz, P3, FF+PI.", "Not run: pressure steps."):
+    for text in ("Held-out rows: none was run", "Not run: circle_2hz, P3, FF+PI.", "Not run: pressure steps."):
         assert text in page
     assert "<svg" not in page
 
@@ -106,11 +107,12 @@ def test_the_same_results_are_drawn_to_the_same_bytes(results: Results) -> None:
 def test_spread_and_margins_are_shown_as_soon_as_the_fit_has_them(results: Results) -> None:
     numbers = replace(results, outcomes=(), sensing=(), sweep=(), pressure=(), observer=())
     fit: dict[str, Any] = {**FIT, "spread": [], "margins": []}
+    numbers = replace(numbers, rows=with_intervals(numbers.rows, numbers.setup, fit))
     assert "near-equal" not in report_page(numbers, fit)
     fit["spread"] = [{**KEY, "low": 5.123, "high": 12.34, "fits": 9}]
     fit["margins"] = [{"actuator": "P2", "change": "gains", "swing_mm": 0.123}]
-    later = report_page(numbers, fit)
-    for text in ("over 9 near-equal fits", "5.12 .. 12.3", "swing [mm]", "0.12"):
+    later = report_page(replace(numbers, rows=with_intervals(numbers.rows, numbers.setup, {**FIT, **fit})), fit)
+    for text in ("interval of 9 near-equal fits", "5.12 .. 12.3", "swing [mm]", "0.12"):
         assert text in later
 
 

@@ -9,11 +9,13 @@ import pytest
 from controller.reference.library import PLANS
 from controller.reference.reference import Reference
 from controller.research.experiments.catalogue import CASES, catalogue
+from controller.research.experiments.fitted_intervals import with_intervals
 from controller.research.experiments.frequency_sweep import frequency_sweep
-from controller.research.experiments.paper_rows import DIGITS, EXPERIMENTS, PAPER_ROWS
+from controller.research.experiments.paper_rows import DIGITS, EXPERIMENTS, PAPER_ROWS, paper_row
 from controller.research.experiments.result_rows import ALWAYS, result_rows
 from controller.research.experiments.results import Failure, Finished, ResultRow, Results, Trace
-from controller.research.report.result_json import result_json
+from controller.research.report.result_json import result_json, row_json
+from controller.schema.parameters import TwinParameters
 from controller.simulation.case import Case, Setup
 from controller.simulation.metrics import Window
 
@@ -119,3 +121,17 @@ def test_the_json_has_the_keys_that_were_agreed_and_no_nan() -> None:
     assert found["failures"] == [
         {"reference": "frequency_sweep_2hz", "actuator": "P1", "law": "ff+pi", "seed": 0, "failed": "FAULT"}
     ]
+
+
+def test_a_row_has_the_interval_of_the_fit_only_under_that_fit() -> None:
+    fit = {"twin": {"kappa": Setup().twin.kappa}, "gains": {}, "spread": [{**KEYS, "low": 5.0, "high": 7.0}]}
+    row = ResultRow(paper_row("circle_1hz", "P1", "ff+pi", "rmse"), 6.0, None, Window.WHOLE, None, 1)
+    [found] = with_intervals([row], Setup(), fit)
+    assert (found.interval, found.inside) == ((5.0, 7.0), False)  # the paper has 7.4
+    assert {name: row_json(found)[name] for name in ("interval", "inside")} == {"interval": [5.0, 7.0], "inside": False}
+    [other] = with_intervals([row], Setup(twin=TwinParameters(kappa=7.0)), fit)
+    [foreign] = with_intervals([row], Setup(twin=TwinParameters(plant="cosserat")), fit)
+    assert other.interval is foreign.interval is None and "interval" not in row_json(other)
+
+
+KEYS = {"experiment": "circle_1hz", "actuator": "P1", "law": "ff+pi", "metric": "rmse"}

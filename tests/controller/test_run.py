@@ -69,13 +69,15 @@ def test_only_the_wanted_sensors_are_used(reference: Reference) -> None:
     assert (rows["sensed"] == 1 << 5).all()
 
 
-def test_the_velocity_gain_counts_only_where_the_reference_has_it_on(reference: Reference) -> None:
-    fast = Reference("fast", reference.p, reference.start, velocity_feedforward=True)
+def test_the_velocity_gain_counts_where_the_reference_has_it_on_and_not_in_the_approach(reference: Reference) -> None:
+    """The same motion as an approach, and as a shape that begins at 0.5 s."""
+    approached = Reference("approached", reference.p, reference.start, velocity_feedforward=True)
+    fast = Reference("fast", reference.p, 500, velocity_feedforward=True)
     gain = Settings(K_FF=(0.1, 0.1))
     plain, off = run(PARAMETERS, reference, Settings(), 0), run(PARAMETERS, reference, gain, 0)
-    on = run(PARAMETERS, fast, gain, 0)
-    assert (plain["u"] == off["u"]).all()
-    assert np.abs(on["u"] - off["u"]).max() > 1e-4
+    led, on = run(PARAMETERS, approached, gain, 0), run(PARAMETERS, fast, gain, 0)
+    assert (plain["u"] == off["u"]).all() and (led["u"][:1999] == off["u"][:1999]).all()
+    assert (on["u"][:499] == off["u"][:499]).all() and np.abs(on["u"] - off["u"])[499:2000].max() > 1e-4
 
 
 def test_a_run_that_ends_in_a_fault_is_an_error_with_its_cause(reference: Reference) -> None:

@@ -53,10 +53,10 @@ def test_circle_and_lines_measure_60_mm() -> None:
     assert np.ptp(shapes.horizontal(TURNS), axis=0) == pytest.approx([60e-3, 0.0])
 
 
-def test_the_circle_runs_clockwise_from_the_top() -> None:
+def test_the_circle_runs_counter_clockwise_from_the_top() -> None:
     x, y = shapes.circle(TURNS).T
     assert (x[0], y[0]) == pytest.approx((0.0, 30e-3))
-    assert np.trapezoid(x, y) == pytest.approx(-np.pi * 30e-3**2, rel=1e-4)
+    assert np.trapezoid(x, y) == pytest.approx(np.pi * 30e-3**2, rel=1e-4)
 
 
 def test_the_sweep_is_an_arc_through_its_place_about_its_pivot() -> None:

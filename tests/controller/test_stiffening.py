@@ -25,7 +25,7 @@ from controller.reference.feasible.reach import static_tips
 from controller.schema.actuator import PRESETS, Actuator
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Measurement, Telemetry
-from controller.schema.modes import Mode
+from controller.schema.modes import Integrator, Mode
 from controller.schema.parameters import ControllerParameters, RigParameters, TwinParameters
 from tests.controller.statically import expand_tip, invert, static_angles, static_tip
 
@@ -141,9 +141,11 @@ def test_the_observer_rests_where_the_static_map_says_and_its_ledger_holds_on_th
     assert excess[0] < 1e-9
 
 
-def test_the_twin_of_a_stiffening_actuator_rests_where_its_static_map_says() -> None:
+@pytest.mark.parametrize("integrator", Integrator)
+def test_the_twin_of_a_stiffening_actuator_rests_where_its_static_map_says(integrator: Integrator) -> None:
     twin = TwinParameters(
         rods=10,
+        integrator=integrator,
         friction=0.0,
         hysteresis=0.0,
         creep=(0.0, 0.0),

@@ -15,6 +15,7 @@ from controller.kernels.plant.twin import Twin, twin_step
 from controller.schema.actuator import PRESETS
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Measurement, Telemetry
+from controller.schema.modes import Integrator
 from controller.schema.parameters import RigParameters, TwinParameters
 from tests.controller.chains import advance, compiled, posed, static
 from tests.controller.statically import static_tip
@@ -179,3 +180,16 @@ def test_a_step_of_the_twin_allocates_nothing() -> None:
 
     step(twin_of(), np.zeros(1, record_dtype(Telemetry)), np.zeros(1, record_dtype(Measurement)))
     assert "NRT_MemInfo_alloc" not in "".join(step.inspect_llvm().values())
+
+
+@pytest.mark.parametrize("name", ["P1", "P2", "P3"])
+def test_one_implicit_step_a_tick_moves_as_the_fine_steps_do_whatever_creeps(name: str) -> None:
+    """Steps of pressure, with the fitted flaws and with branches stiffer than the hinges: 2 % of the way at most."""
+    pressures = np.vstack([held((p, 0.0, q, 0.0), 0.5) for p, q in ((6e4, 3e4), (0.0, 9e4), (9e4, 0.0))])
+    for flaws in ({}, {"creep": (0.8, 0.5), "hysteresis": 0.4}):
+        tips = [
+            run(twin_of(name, integrator=integrator, marker_noise=0.0, **flaws), pressures)[0]["twin_backbone"][:, -1]
+            for integrator in Integrator
+        ]
+        way = np.linalg.norm(np.ptp(tips[0], axis=0))
+        assert np.linalg.norm(tips[0] - tips[1], axis=1).max() < 0.02 * way

@@ -35,6 +35,7 @@ LONG = {
     "tendril faults --only rig-killed,link-cut --repeat 3",
     "tendril reproduce --report DIR --json FILE",
     "tendril reproduce --quick",
+    "tendril reproduce --quick --law paper",
 }
 """Take minutes: `make test-long` has them."""
 SMALLER = {"tendril calibrate --out fit.toml --seed 0": "--quick"}

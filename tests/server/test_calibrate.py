@@ -10,7 +10,7 @@ import pytest
 from rich.console import Console
 
 from controller.errors import TendrilError
-from controller.research.calibration import calibrate, spread
+from controller.research.calibration import calibrate, ensemble, spread
 from controller.research.calibration.calibrate import CalibrationTask, require_best
 from controller.research.calibration.problem import Problem
 from controller.research.calibration.search import Effort, Search
@@ -25,14 +25,18 @@ from server.cli.research.calibrate import run_calibrate
 UNKNOWNS = Unknown("torque_gain.0", 0.9, 1.3, 1.05, 5.0), Unknown("K_P", 0.1, 0.4, 0.15, 5.0, log=True)
 PROBLEM = Problem(Space(UNKNOWNS), FITTED[-1:], ())
 TASK = CalibrationTask(
-    PROBLEM, Effort(screen=2, starts=1, steps=1, generations=0, minutes=10.0), workers=1, command="tendril calibrate"
+    PROBLEM,
+    Effort(screen=2, starts=1, steps=1, generations=0, rounds=1, minutes=10.0),
+    workers=1,
+    command="tendril calibrate",
 )
 
 
 @pytest.fixture(autouse=True)
 def little_is_held_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(spread, "JUDGED", JUDGED[1:2])
-    monkeypatch.setattr(spread, "ROUNDS", 1)
+    monkeypatch.setattr(spread, "PREDICTED", JUDGED[1:2])
+    monkeypatch.setattr(ensemble, "WALKERS", 4)
+    monkeypatch.setattr(ensemble, "ATTEMPTS", 2)
 
 
 def interrupted(*_: Any) -> None:
@@ -48,12 +52,13 @@ def run(out: Path) -> tuple[dict[str, Any], str]:
 
 def test_a_search_ends_in_a_file_and_tables_that_agree(tmp_path: Path) -> None:
     read, printed = run(tmp_path / "fit.toml")
-    assert read["fit"]["ended"] == "finished" and read["fit"]["evaluations"] > 2 + spread.PROPOSALS
+    assert read["fit"]["ended"] == "finished" and read["fit"]["evaluations"] > 2 + ensemble.WALKERS
     assert TwinParameters(**read["twin"]).torque_gain[0] == read["twin"]["torque_gain"][0]
-    [row], [held_out] = read["rows"], read["spread"]
+    [row], [fitted, held_out] = read["rows"], read["spread"]
+    assert (fitted["role"], held_out["role"]) == ("fit", "held-out")
     assert row["ratio"] == pytest.approx(row["ours"] / row["paper"], rel=1e-3)
     assert held_out["low"] <= held_out["median"] <= held_out["high"] and held_out["fits"] == read["fit"]["fits"]
-    for title in ("Fitted rows", "Unknowns", "Held-out rows", "Written: "):
+    for title in ("Fitted rows", "Unknowns", "over the near-equal fits", "Written: "):
         assert title in printed
     assert "Margins" not in printed  # there were no trials
     assert f"{row['ours']:.2f}" in printed and f"{read['gains']['K_P']:g}" in printed
@@ -66,7 +71,7 @@ def test_an_interrupt_after_the_search_still_gives_the_fit(
     monkeypatch.setattr(module, part, interrupted)
     read, printed = run(tmp_path / "fit.toml")
     assert read["fit"]["ended"] == "interrupted" and "(interrupted)" in printed
-    assert len(read["rows"]) == 1 and len(read.get("spread", [])) == (1 if part == "walk" else 0)
+    assert len(read["rows"]) == 1 and len(read.get("spread", [])) == (2 if part == "walk" else 0)
 
 
 def test_a_file_that_fails_after_the_search_costs_no_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

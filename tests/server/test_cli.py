@@ -157,6 +157,7 @@ def test_what_the_benchmark_lacks_is_said_before_its_work_and_the_rest_is_measur
             "rod_step_us": ours,
             "link": {"prove_us": 1.0, "judge_us": 1.0},
             "scaling": [],
+            "ensemble": {"seconds_per_second": 1.0, "rk4_seconds_per_second": 1.0, "implicit_over_rk4": 1.0},
             **numbers,
             **ratios,
             **beside,

@@ -49,7 +49,7 @@ def test_a_small_reproduction_prints_its_table_and_writes_rows_recordings_and_re
     assert [one["law"] for one in found["failures"]] == ["[no_such]"]
     text = printed(out)
     for words in (
-        "held-out",
+        "consulted",
         "circle_2hz P3 ff+pi rmse",
         "± ",
         "Failed: step P1 [no_such], seed 3: law = '[no_such]'",

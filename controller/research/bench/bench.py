@@ -8,6 +8,7 @@ from controller.build.rod import build_rod
 from controller.kernels.model.rod import Load, RodModel, make_load, make_work
 from controller.kernels.model.statics import at_rest, tip_of
 from controller.research.bench.elastica_rod import ElasticaFigures, beside_elastica
+from controller.research.bench.ensemble_bench import EnsembleFigures, time_ensembles
 from controller.research.bench.mujoco_chain import MujocoChain, lacks_mujoco
 from controller.research.bench.proof_bench import ProofFigures, time_proofs
 from controller.research.bench.scaling import Scaling, run_steps, step_us, time_chains
@@ -40,6 +41,8 @@ class Figures(TypedDict):
     closed_loop_seconds: float
     """Simulated time of the closed loop with twin, 10 rods, on one core [s]."""
     closed_loop_seconds_per_second: float
+    ensemble: EnsembleFigures
+    """The closed loop as calibrations run it."""
     implicit_n1000_us: float
     implicit_n1000_over_n10: float
     rk4_n1000_over_n10: float
@@ -72,6 +75,7 @@ def bench(quick: bool = False, told: Told = untold) -> Figures:
         tick_n1000_over_n10=fine_loop.tick_us / loop.tick_us,
         closed_loop_seconds=loop.seconds,
         closed_loop_seconds_per_second=loop.seconds_per_second,
+        ensemble=time_ensembles(3 if quick else 10),
         implicit_n1000_us=implicit,
         implicit_n1000_over_n10=implicit / step_us(rows, "implicit", 10),
         rk4_n1000_over_n10=step_us(rows, "RK4", 1000) / step_us(rows, "RK4", 10),

@@ -6,16 +6,17 @@ from dataclasses import dataclass
 from datetime import date
 
 from controller.errors import TendrilError
+from controller.research.calibration.ensemble import Ensemble, walk
 from controller.research.calibration.evolve import evolve
 from controller.research.calibration.fit_file import FitOrigin, Result
 from controller.research.calibration.problem import Evaluation, Problem
-from controller.research.calibration.search import Effort, Report, Search, Stage, ending
-from controller.research.calibration.spread import RowSpread, held_out, near_equal, walk
+from controller.research.calibration.search import Effort, Report, Search, Stage, ending, ranked
+from controller.research.calibration.spread import RowSpread, intervals
 from controller.research.experiments.pool import Pool, cores
 from controller.system.origin import our_version
 
-SPREAD_SHARE = 1.0 / 3.0
-"""Time for the walk around the best fit, as a share of the search's budget."""
+SPREAD_SHARE = 1.0
+"""Time for the walk of the near-equal fits, as a share of the search's budget."""
 CUT_SHORT = ("interrupted", "a worker died")
 
 
@@ -27,6 +28,8 @@ class CalibrationTask:
     effort: Effort
     seed: int = 0
     workers: int | None = None
+    scheduler: str | None = None
+    """Address of a Dask scheduler whose workers do the work."""
     command: str = "tendril calibrate"
 
 
@@ -37,16 +40,17 @@ def calibrate(task: CalibrationTask, report: Report) -> Result:
     """
     begin = time.monotonic()
     spread: list[RowSpread] = []
-    with Pool(task.workers or cores()) as pool:
+    ensemble = Ensemble()
+    with Pool(task.workers or cores(), task.scheduler) as pool:
         search = Search(task.problem, pool, task.effort, report)
         ended = ending(lambda: find(search, task.seed))
         best = require_best(search, ended)
         if ended not in CUT_SHORT:
             search.allow(SPREAD_SHARE * task.effort.minutes)
-            ended = worse(ended, ending(lambda: walk(search, best, task.seed)))
-        fits = near_equal(search, search.best() or best)
+            ended = worse(ended, ending(lambda: walk(search, ensemble, task.seed)))
+        fits = ensemble.fits(search.best() or best)
         done = told(report, len(fits), search.best_cost)
-        ended = worse(ended, ending(lambda: spread.extend(held_out(task.problem, fits, pool, done))))
+        ended = worse(ended, ending(lambda: spread.extend(intervals(task.problem, fits, pool, done))))
     origin = FitOrigin(
         date=date.today().isoformat(),
         command=task.command,
@@ -55,14 +59,17 @@ def calibrate(task: CalibrationTask, report: Report) -> Result:
         starts=task.effort.starts,
         evaluations=len(search.found),
         ended=ended,
+        walked=ensemble.rounds,
+        accepted=ensemble.accepted / max(1, ensemble.tried),
     )
     return Result(task.problem, fits[0], tuple(fits), tuple(spread), origin)
 
 
 def find(search: Search, seed: int) -> None:
-    """Screen, polish, evolve. Raises OutOfTime when the budget is spent."""
+    """Screen, polish, evolve, polish the best of all. Raises OutOfTime when the budget is spent."""
     search.run(seed)
     evolve(search, seed)
+    search.polish(ranked(search.found)[0], "last polish")
 
 
 def require_best(search: Search, ended: str) -> Evaluation:
@@ -80,5 +87,5 @@ def worse(ended: str, later: str) -> str:
 
 
 def told(report: Report, fits: int, cost: float) -> Callable[[object], None]:
-    """What passes the runs of the held-out rows on to `report`."""
-    return lambda result: report(Stage("held-out rows", fits), cost)
+    """What passes the runs of the predicted rows on to `report`."""
+    return lambda result: report(Stage("predicted rows", fits), cost)

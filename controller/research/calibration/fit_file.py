@@ -31,6 +31,10 @@ class FitOrigin:
     evaluations: int
     ended: str
     """"finished", "out of time", "interrupted" or "a worker died"."""
+    walked: int = 0
+    """Rounds of the near-equal fits' walk."""
+    accepted: float = 0.0
+    """Share of its steps that were taken."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +66,7 @@ def fit_text(result: Result) -> str:
     names = dict.fromkeys([*TWIN, *fitted, *(("plant",) if foreign else ())])
     lines = [
         HEADER,
-        *table("[fit]", vars(result.origin) | {"cost": shortened(result.best.cost), "fits": len(result.fits)}),
+        *table("[fit]", vars(result.origin) | costs(result)),
         *table(
             "[twin]", {name: getattr(setup.twin, name) for name in names} | ({"plant": "cosserat"} if foreign else {})
         ),
@@ -75,12 +79,27 @@ def fit_text(result: Result) -> str:
         lines += table("[[rows]]", row_entry(row) | {"ours": shortened(ours), "ratio": shortened(ratio(row, ours))})
     for one in result.spread:
         lines += table("[[spread]]", spread_entry(one))
+    lines += table("[ensemble]", ensemble_entry(result))
     text = "\n".join(lines) + "\n"
     try:
         tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise TendrilError(f"the fit is no TOML: {error}") from error
     return text
+
+
+def costs(result: Result) -> dict[str, Any]:
+    """What the best fit costs, how many are as good, and what these cost in the middle and at most."""
+    found = sorted(fit.cost for fit in result.fits)
+    middle, most = found[len(found) // 2], found[-1]
+    numbers = {"accepted": result.origin.accepted, "cost": result.best.cost, "cost_median": middle, "cost_most": most}
+    return {name: shortened(number) for name, number in numbers.items()} | {"fits": len(result.fits)}
+
+
+def ensemble_entry(result: Result) -> dict[str, Any]:
+    """Every near-equal fit, the best first: the unknowns' names, and their values fit by fit."""
+    values = [result.problem.space.values(fit.z) for fit in result.fits]
+    return {"names": tuple(values[0]), "values": tuple(tuple(one.values()) for one in values)}
 
 
 def twin_fields(space: Space) -> Iterable[str]:
@@ -100,9 +119,9 @@ def ratio(row: PaperRow, ours: float) -> float:
 
 
 def spread_entry(one: RowSpread) -> dict[str, Any]:
-    """A held-out row under the near-equal fits."""
+    """A row under the near-equal fits."""
     numbers = {name: shortened(getattr(one, name)) for name in ("best", "low", "median", "high")}
-    return row_entry(one.row) | numbers | {"fits": one.fits}
+    return row_entry(one.row) | {"role": one.row.role} | numbers | {"fits": one.fits, "inside": one.inside}
 
 
 def margin_entry(margin: Margin) -> dict[str, Any]:

@@ -43,22 +43,23 @@ class Effort:
     screen: int = 100
     """Points of the screening."""
     starts: int = 2
-    steps: int = 5
+    steps: int = 8
     """Points of each polish at most, with a Jacobian at every one that is better."""
     generations: int = 60
     """Of the evolution that follows."""
+    rounds: int = 40
+    """Moves of every near-equal fit."""
     minutes: float = 30.0
-    """Budget of screening, polish and evolution; the near-equal fits get a third of it on top. A search that it cuts
-    short depends on the speed of the machine; one that finishes does not."""
+    """Budget of screening, polish and evolution; the near-equal fits get as much on top. A search that it cuts short
+    depends on the speed of the machine; one that finishes does not."""
 
 
-QUICK = Effort(screen=8, starts=1, steps=2, generations=0, minutes=1.0)
+QUICK = Effort(screen=8, starts=1, steps=2, generations=0, rounds=1, minutes=1.0)
 """Whether it runs."""
 
 
-def effort_of(base: Effort, screen: int | None, starts: int | None, minutes: float | None) -> Effort:
-    """`base` with what is given."""
-    given = {"screen": screen, "starts": starts, "minutes": minutes}
+def effort_of(base: Effort, **given: float | None) -> Effort:
+    """`base` with those of its fields that are given and not None."""
     changed: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     return replace(base, **changed)
 
@@ -114,8 +115,10 @@ class Search:
             max_nfev=self.effort.steps,
         )
 
-    def evaluate(self, points: Sequence[Array] | Array, stage: Stage, hopeless: float = np.inf) -> list[Evaluation]:
-        """All points side by side. Raises OutOfTime when the budget is spent."""
+    def evaluate(
+        self, points: Sequence[Array] | Array, stage: Stage, hopeless: float | Sequence[float] = np.inf
+    ) -> list[Evaluation]:
+        """All points side by side, `hopeless` for all or one each. Raises OutOfTime when the budget is spent."""
 
         def note(one: Evaluation) -> None:
             self.found.append(one)
@@ -123,7 +126,8 @@ class Search:
 
         if time.monotonic() > self._until:
             raise OutOfTime
-        calls = [(self.problem, z, hopeless) for z in points]
+        limits = [hopeless] * len(points) if isinstance(hopeless, float) else hopeless
+        calls = [(self.problem, z, limit) for z, limit in zip(points, limits, strict=True)]
         return self.pool.map(evaluate, calls, note, lambda: time.monotonic() > self._until)
 
     def allow(self, minutes: float) -> None:

@@ -1,4 +1,7 @@
-"""What the paper leaves open, as a table: bounds, and what we believe of each number before any fit."""
+"""What the paper leaves open, as a table: bounds, and what we believe of each number before any fit.
+
+Reasons are the paper's text, physics and fit rows, and no other row (docs/conventions.md).
+"""
 
 import math
 from typing import NamedTuple
@@ -43,25 +46,24 @@ class Unknown(NamedTuple):
 
 
 UNKNOWNS = (
-    # Two first fits found 17.5, a first mode of 2.3 Hz, but with a hidden static mismatch; below 8 no 1 Hz circle
-    # without lag.
-    Unknown("kappa", 5.0, 50.0, 17.5, 0.6, log=True),
-    # The first fits found 0.48 and 0.26. TPU on PTFE: neither ringing freely nor overdamped.
-    Unknown("zeta", 0.1, 0.9, 0.37, 0.4, log=True),
+    # The model's first mode is at 0.54 Hz and goes with the root: 1.3 to 3.3 Hz. Slower, no 1 Hz circle is followed.
+    Unknown("kappa", 5.0, 50.0, 15.0, 0.9, log=True),
+    # Soft polymer on a sheet: it oscillates freely (paper, "logarithmic decrement"), and is not overdamped.
+    Unknown("zeta", 0.1, 0.9, 0.3, 0.6, log=True),
     # The SSE of FF in the step table: a plant that bends some 10 to 20 % more than the model believes.
     Unknown("torque_gain.0", 0.8, 1.4, 1.1, 0.1),
     Unknown("torque_gain.1", 0.8, 1.4, 1.1, 0.1),
     # A soft actuator does not come back quite straight: some degrees in each half.
     Unknown("set_curvature.0", -2.0, 2.0, 0.0, 0.5),
     Unknown("set_curvature.1", -2.0, 2.0, 0.0, 0.5),
-    # TPU relaxes by 5 to 30 % within minutes; the first fits found 0.34 and hardly anything.
+    # TPU relaxes by 5 to 30 % within minutes.
     Unknown("creep.0", 0.0, 0.8, 0.15, 0.15),
     Unknown("creep.1", 0.0, 0.5, 0.1, 0.1),
     # One branch as fast as the motion, one as slow as a step: apart, so that neither takes the other's place.
     Unknown("creep_time.0", 0.05, 1.0, 0.25, 0.6, log=True),
     Unknown("creep_time.1", 1.0, 15.0, 3.5, 0.5, log=True),
-    # PTFE against TPU slides at 0.05 to 0.2; the first fits found 0.14 and 0.16.
-    Unknown("friction", 0.02, 0.35, 0.12, 0.06),
+    # PTFE against TPU slides at 0.05 to 0.2.
+    Unknown("friction", 0.02, 0.35, 0.1, 0.05),
     # Hysteresis of printed TPU: 5 to 20 % of the torque between loading and unloading.
     Unknown("hysteresis", 0.0, 0.4, 0.1, 0.08),
     Unknown("hysteresis_bend", 0.1, 3.0, 0.5, 0.6, log=True),
@@ -71,11 +73,10 @@ UNKNOWNS = (
     Unknown("exhaust_time", 0.02, 0.12, 0.055, 0.15, log=True),
     # FF+P leaves 11.3 of 15.7 mm in the step table: 1 / (1 + K_P) is 0.72.
     Unknown("K_P", 0.05, 1.5, 0.4, 0.5, log=True),
-    # FF+I is at 1 mm after 2.7 s of each step, so faster than 1 / s; the first fits found 2.5 and 0.97.
+    # FF+I is at 1 mm after 2.7 s of each step, so faster than 1 / s.
     Unknown("K_I", 0.2, 5.0, 1.2, 0.6, log=True),
-    # A linear loop with the paper's 50 + 50 ms and this K_P keeps a 1 Hz circle without lag at 0.05; the first fits
-    # found 0.1.
-    Unknown("K_FF", 0.01, 0.4, 0.07, 0.15, log=True),
+    # K_FF p_ref' is, through S, the reference K_FF seconds ahead: the paper's 50 ms of dead time and 50 ms of lag.
+    Unknown("K_FF", 0.01, 0.4, 0.1, 0.6, log=True),
 )
 
 COSSERAT_UNKNOWNS = (

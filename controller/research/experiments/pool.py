@@ -1,11 +1,11 @@
-"""Calls made side by side, one process a core: the same results in the same order, whatever ends first."""
+"""Calls made side by side, one process a core or on a cluster: the same results in order, whatever ends first."""
 
 import multiprocessing
 import os
 import signal
 import threading
 from collections.abc import Callable, Iterable
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import forkserver
 from multiprocessing.context import BaseContext
@@ -14,6 +14,7 @@ from types import TracebackType
 from typing import Any, Self, TypeVar
 
 from controller.errors import ParameterError, TendrilError
+from controller.research.experiments import cluster
 
 T = TypeVar("T")
 WORKERS_MAX = 256
@@ -37,15 +38,17 @@ def cores() -> int:
 class Pool:
     """Processes that start with the work and stay until the pool is closed; one alone is this process itself.
 
+    With the address of a Dask scheduler its workers do the work instead: what a lost one had is done by another.
     An interrupt is for this process: `map` raises it, the others finish what they have begun, and the pool works on.
-    A pool that is left with an error ends them at once.
+    A pool that is left with an error ends its processes at once.
     """
 
-    def __init__(self, workers: int) -> None:
+    def __init__(self, workers: int, scheduler: str | None = None) -> None:
         if not 1 <= workers <= WORKERS_MAX:
             raise ParameterError(f"workers = {workers} is outside [1, {WORKERS_MAX}]")
         self.workers = workers
-        self._executor: ProcessPoolExecutor | None = None
+        self.scheduler = scheduler
+        self._executor: Executor | None = None
         self._strangers: set[BaseProcess] = set()
 
     def __enter__(self) -> Self:
@@ -65,7 +68,7 @@ class Pool:
 
         Raises OutOfTime once `over` says so, WorkerDied, and what `work` raises; either way nothing more is begun.
         """
-        if self.workers == 1:
+        if self.workers == 1 and self.scheduler is None:
             return list(_one_by_one(work, list(calls), done, over))
         futures: list[Future[T]] = []
         try:
@@ -76,13 +79,18 @@ class Pool:
         except BrokenProcessPool as error:
             self._close(at_once=True)
             raise WorkerDied("a worker process died (out of memory?): try again with --workers 1") from error
+        except cluster.lost() as error:
+            self._close(at_once=True)
+            raise WorkerDied(f"the cluster at {self.scheduler} gave up: {error}") from error
         except BaseException:
             for future in futures:
                 future.cancel()
             raise
 
-    def _running(self) -> ProcessPoolExecutor:
-        """The processes; new ones where there are none, or none any more."""
+    def _running(self) -> Executor:
+        """The processes, or the way to the cluster; new ones where there are none, or none any more."""
+        if self._executor is None and self.scheduler is not None:
+            self._executor = cluster.connected(self.scheduler)
         if self._executor is None:
             self._strangers = set(multiprocessing.active_children())
             self._executor = ProcessPoolExecutor(self.workers, _context(), initializer=_begin)
@@ -92,7 +100,7 @@ class Pool:
         executor, self._executor = self._executor, None
         if executor is None:
             return
-        if at_once:
+        if at_once and self.scheduler is None:
             for worker in set(multiprocessing.active_children()) - self._strangers:
                 worker.terminate()  # nobody waits for what has begun
         executor.shutdown(wait=True, cancel_futures=True)

@@ -7,7 +7,9 @@ from functools import cached_property
 
 from controller.research.experiments.campaign import Job, Keep, Progress, Run, campaign
 from controller.research.experiments.catalogue import catalogue
+from controller.research.experiments.fitted_intervals import PAPER_FIT, with_intervals
 from controller.research.experiments.frequency_sweep import frequency_sweep, jobs_without_k_ff
+from controller.research.experiments.letter import letter_jobs, letter_rows
 from controller.research.experiments.observer_gains import observer_gains, observer_jobs
 from controller.research.experiments.pressure_steps import pressure_steps
 from controller.research.experiments.result_rows import result_rows
@@ -24,6 +26,8 @@ class Order:
     setup: Setup = field(default_factory=Setup)
     workers: int = 1
     quick: bool = False
+    letter: bool = False
+    """Whether the paper's equations are run to the letter beside ours."""
 
     @cached_property
     def observer(self) -> tuple[Job, ...]:
@@ -35,25 +39,32 @@ class Order:
         """Runs of the frequency sweep without K_FF."""
         return () if self.quick else jobs_without_k_ff(self.cases, self.setup)
 
+    @cached_property
+    def to_the_letter(self) -> tuple[Job, ...]:
+        """Runs of the paper's equations to the letter."""
+        return letter_jobs(self.cases, self.setup) if self.letter else ()
+
     @property
     def runs(self) -> int:
         """All runs that will be made."""
-        return len(self.cases) + len(self.observer) + len(self.without_k_ff)
+        return len(self.cases) + len(self.observer) + len(self.without_k_ff) + len(self.to_the_letter)
 
 
 def reproduce(order: Order, progress: Progress, keep: Keep | None = None) -> Results:
     """Run and gather; `progress` is that of `campaign`, which says what is raised. `keep` gets the runs of `cases`."""
     begin = time.monotonic()
     jobs = [Job(case, order.setup, keep) for case in order.cases]
-    runs = campaign([*jobs, *order.observer, *order.without_k_ff], order.workers, progress)
-    own, others = runs[: len(jobs)], runs[len(jobs) :]
+    more = (*order.observer, *order.without_k_ff, *order.to_the_letter)
+    runs = campaign([*jobs, *more], order.workers, progress)
+    letter = runs[len(runs) - len(order.to_the_letter) :]
+    own, others = runs[: len(jobs)], runs[len(jobs) : len(runs) - len(letter)]
     observed, without_k_ff = others[: len(order.observer)], others[len(order.observer) :]
     outcomes, failures = finished(own), failed(own)
     sweep = frequency_sweep(outcomes, failures, finished(without_k_ff))
     return Results(
         outcomes=outcomes,
         failures=(*failures, *(replace(one, sentence=f"{one.sentence} (other gains)") for one in failed(others))),
-        rows=result_rows(outcomes, failures, sweep),
+        rows=with_intervals(result_rows(outcomes, failures, sweep), order.setup, PAPER_FIT),
         sensing=sensing_summary(outcomes, failures),
         sweep=sweep,
         pressure=pressure_steps(parameters_of(Case("step"), order.setup)),
@@ -64,6 +75,7 @@ def reproduce(order: Order, progress: Progress, keep: Keep | None = None) -> Res
         workers=order.workers,
         quick=order.quick,
         runs=len(runs),
+        letter=letter_rows(letter, own),
     )
 
 

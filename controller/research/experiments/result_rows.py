@@ -87,7 +87,7 @@ def sweep_rows(sweep: Sequence[SweepPoint]) -> list[ResultRow]:
     }
     window = window_of("frequency_sweep")
     return [
-        ResultRow(about, point.share, point.share_std, window, None, point.seeds, point.failed, extra)
+        ResultRow(about, point.share, point.share_std, window, None, point.seeds, point.failed, extra=extra)
         for point in sweep
         if point.frequency == SWEEP_HZ
     ]

@@ -92,6 +92,8 @@ class ResultRow:
     seeds: int
     failed: str = ""
     """Why there is no number."""
+    interval: tuple[float, float] | None = None
+    """In which the near-equal fits put the number, from 5 to 95 %; None where the plant or the law is not the fit's."""
     extra: dict[str, Any] = field(default_factory=dict)
     """What only this row has: the frequency sweep's whole curve."""
 
@@ -100,6 +102,13 @@ class ResultRow:
         """Ours over the paper's; None where either is missing."""
         paper = self.about.paper
         return None if self.ours is None or paper is None else self.ours / paper
+
+    @property
+    def inside(self) -> bool | None:
+        """Whether the paper's number is in the interval; None where either is missing."""
+        if self.about.paper is None or self.interval is None:
+            return None
+        return self.interval[0] <= self.about.paper <= self.interval[1]
 
 
 @dataclass(frozen=True)
@@ -192,6 +201,20 @@ class ObserverGain:
 
 
 @dataclass(frozen=True)
+class LetterRow:
+    """RMSE of one run by our law and by the paper's equations to the letter [mm], in the paper's window."""
+
+    experiment: str
+    actuator: str
+    paper: float | None
+    ours: float | None
+    """None, as the next, where the rig broke the run off."""
+    letter: float | None
+    failed: str = ""
+    """Why the letter's run was broken off."""
+
+
+@dataclass(frozen=True)
 class Results:
     """A whole reproduction."""
 
@@ -211,7 +234,9 @@ class Results:
     workers: int
     quick: bool
     runs: int
-    """All that were made, those with other gains included, which are not in `outcomes`."""
+    """All that were made, those with other gains or laws included, which are not in `outcomes`."""
+    letter: tuple[LetterRow, ...] = ()
+    """The paper's equations to the letter beside ours; empty where they were not run."""
 
     @property
     def twin(self) -> TwinParameters:

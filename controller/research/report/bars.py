@@ -2,9 +2,19 @@
 
 from itertools import pairwise
 
-from controller.research.experiments.paper_rows import DIGITS, FEEDBACK_SHARE, FIT, JUDGED
+from controller.research.experiments.paper_rows import DIGITS, FEEDBACK_SHARE, FIT
 from controller.research.experiments.results import ResultRow, Results
-from controller.research.report.verdict import FACTOR, FIT_BAR, NEAR, NEAR_WANTED, judged, within, within_factor
+from controller.research.report.verdict import (
+    FACTOR,
+    FIT_BAR,
+    INSIDE_WANTED,
+    NEAR,
+    consulted,
+    judged,
+    median_off,
+    within,
+    within_factor,
+)
 from controller.research.report.wording import number
 
 OBSERVER_BAR = 2.2
@@ -13,19 +23,40 @@ OBSERVED = (*DIGITS, "vu", "vertical_0.25hz", "vertical_1hz", "horizontal_0.25hz
 
 
 def bars(results: Results) -> list[str]:
-    """All of them; those of which nothing was run are left out."""
-    found = (held_out(results), fitted(results), observer(results), sensing(results), share(results))
+    """All of them; of what nothing was run is said or left out."""
+    found = (
+        fitted(results),
+        held_out(results),
+        looked_at(results),
+        observer(results),
+        sensing(results),
+        share(results),
+    )
     return [sentence for sentence in found if sentence]
 
 
 def held_out(results: Results) -> str:
-    """How many of the judged rows are near the paper."""
+    """How many of the judged rows have the paper's number in their interval, and how near they are."""
     rows = judged(results.rows)
-    near, far = sum(within(row, NEAR) for row in rows), sum(within_factor(row) for row in rows)
-    return (
-        f"Held-out rows: {near} of {len(JUDGED)} within {100 * NEAR:.0f} % of the paper (wanted: {NEAR_WANTED}), {far} "
-        f"of {len(JUDGED)} within a factor {FACTOR:g} (wanted: all)."
-    )
+    wanted = f" (wanted: {100 * INSIDE_WANTED:.0f} %)", f" (wanted: at most {NEAR:g})"
+    return near_the_paper("Held-out rows", rows, wanted)
+
+
+def looked_at(results: Results) -> str:
+    """The same of the consulted rows, for which nothing is wanted."""
+    rows = consulted(results.rows)
+    return near_the_paper("Consulted rows", rows, ("", ""))
+
+
+def near_the_paper(name: str, rows: list[ResultRow], wanted: tuple[str, str]) -> str:
+    """Intervals, where there are any, and ratios of `rows` in one sentence."""
+    if not rows:
+        return f"{name}: none was run."
+    known = [row.inside for row in rows if row.inside is not None]
+    text = f"{sum(known)} of {len(rows)} have the paper in their interval{wanted[0]}, " if known else ""
+    off, near = median_off(rows), sum(within_factor(row) for row in rows)
+    median = "none has a number" if off is None else f"the median of |ratio - 1| is {off:.2f}{wanted[1]}"
+    return f"{name}: {text}{median}, {near} of {len(rows)} are within a factor {FACTOR:g}."
 
 
 def fitted(results: Results) -> str:

@@ -1,4 +1,4 @@
-"""What the report says from the fit's own file: who fitted what, and how far near-equal fits lie apart."""
+"""What the report says from the fit's own file: who fitted what, and how many near-equal fits there are."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,13 +7,6 @@ from markupsafe import Markup
 
 from controller.research.page.document import NOTHING, table
 from controller.research.report.wording import number
-
-Key = tuple[str, str, str, str]
-
-
-def spread_of(fit: Mapping[str, Any]) -> dict[Key, str]:
-    """Lowest and highest held-out predictions over the near-equal fits, by row; empty before there are any."""
-    return {_key(one): f"{number(one['low'])} .. {number(one['high'])}" for one in fit.get("spread", ())}
 
 
 def fits(fit: Mapping[str, Any]) -> int:
@@ -39,7 +32,3 @@ def margins_table(fit: Mapping[str, Any]) -> Markup:
 
 def _text(value: Any) -> str:
     return number(value) if isinstance(value, float) else str(value)
-
-
-def _key(one: Mapping[str, Any]) -> Key:
-    return one["experiment"], one["actuator"], one["law"], one["metric"]

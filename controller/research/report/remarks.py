@@ -7,7 +7,7 @@ from pathlib import Path
 
 from controller.research.experiments.paper_rows import FIT
 from controller.research.experiments.results import ResultRow
-from controller.research.report.verdict import FIT_BAR, JUDGED_KEYS, NEAR, within
+from controller.research.report.verdict import EXPLAINED_KEYS, FIT_BAR, NEAR, within
 
 REMARKS_FILE = Path(__file__).with_name("remarks.toml")
 UNKNOWN = "no reason known"
@@ -21,8 +21,8 @@ def known_remarks(path: Path = REMARKS_FILE) -> Mapping[str, str]:
 
 
 def needs_remark(row: ResultRow) -> bool:
-    """Whether `row` is a judged one that is not within NEAR, or a fitted RMSE that is not within FIT_BAR."""
-    if row.about.key in JUDGED_KEYS:
+    """Whether `row` is a predicted one that is not within NEAR, or a fitted RMSE that is not within FIT_BAR."""
+    if row.about.key in EXPLAINED_KEYS:
         return not within(row, NEAR)
     return row.about.role == FIT and row.about.metric == "rmse" and not within(row, FIT_BAR)
 

@@ -22,12 +22,13 @@ def result_json(results: Results) -> dict[str, Any]:
         "sensing": [_sensing(one) for one in results.sensing],
         "pressure_steps": [_pressure(one) for one in results.pressure],
         "observer_gains": [asdict(one) for one in results.observer],
+        "paper_law": [asdict(one) for one in results.letter],
     }
     return {name: _without_nan(value) for name, value in found.items()}
 
 
 def row_json(row: ResultRow) -> dict[str, Any]:
-    """The ten keys of every row, and what we add to them; `failed` and `remark` where there is something to say."""
+    """The ten keys of every row, and what we add: `interval`, `inside`, `failed` and `remark` where there are any."""
     found = {
         **asdict(row.about),
         "ours": row.ours,
@@ -37,6 +38,8 @@ def row_json(row: ResultRow) -> dict[str, Any]:
         "seeds": row.seeds,
         **row.extra,
     }
+    if row.interval is not None:
+        found |= {"interval": list(row.interval), "inside": row.inside}
     notes = {"failed": row.failed, "remark": remark(row, known_remarks())}
     return found | {name: text for name, text in notes.items() if text}
 

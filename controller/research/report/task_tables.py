@@ -72,6 +72,15 @@ def observer_table(results: Results) -> Markup:
     return table(head, rows, (0, 1, *range(3, 3 + len(runs))))
 
 
+def letter_table(results: Results) -> Markup:
+    """RMSE of every run under FF+PI, by our law and by the paper's equations to the letter."""
+    rows = [
+        (f"{one.experiment}, {one.actuator}", *map(number, (one.paper, one.ours)), one.failed or number(one.letter))
+        for one in results.letter
+    ]
+    return dense(table(("run", "paper [mm]", "ours [mm]", "to the letter [mm]"), rows, (1, 2, 3)))
+
+
 def pressure_table(results: Results) -> Markup:
     """Dead time and time to 63 % for each step of pressure."""
     rows = [

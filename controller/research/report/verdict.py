@@ -1,15 +1,18 @@
 """How near a row is to the paper, against the bar for its role."""
 
 from dataclasses import dataclass
+from statistics import median
 
-from controller.research.experiments.paper_rows import FIT, JUDGED
+from controller.research.experiments.paper_rows import FIT, JUDGED, SEEN
 from controller.research.experiments.results import ResultRow
 
 FIT_BAR, NEAR, FACTOR = 0.2, 0.3, 1.5
 """Fitted RMSE within this share of the paper; held-out rows within this share, or within this factor."""
-NEAR_WANTED = 7
-"""How many of the held-out rows are to be within NEAR."""
+INSIDE_WANTED = 0.8
+"""Share of the held-out rows whose interval is to hold the paper's number; NEAR bounds the median of |ratio - 1|."""
 JUDGED_KEYS = frozenset(one.key for one in JUDGED)
+EXPLAINED_KEYS = JUDGED_KEYS | {one.key for one in SEEN}
+"""Predicted rows of which a reader wants to know why they are off."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,17 @@ def within_factor(row: ResultRow) -> bool:
 def judged(rows: tuple[ResultRow, ...]) -> list[ResultRow]:
     """The held-out rows by which the reproduction is judged, failed ones included."""
     return [row for row in rows if row.about.key in JUDGED_KEYS]
+
+
+def consulted(rows: tuple[ResultRow, ...]) -> list[ResultRow]:
+    """The rows that are predicted as well, but were looked at, without those that are no news."""
+    return [row for row in rows if row.about.key in EXPLAINED_KEYS - JUDGED_KEYS]
+
+
+def median_off(rows: list[ResultRow]) -> float | None:
+    """Median of |ratio - 1|; None where no row has a ratio."""
+    off = [abs(row.ratio - 1.0) for row in rows if row.ratio is not None]
+    return median(off) if off else None
 
 
 def _between(row: ResultRow) -> Verdict:

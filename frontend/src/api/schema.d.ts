@@ -4340,6 +4340,7 @@ export interface components {
        *         "viscosity": 0.5
        *       },
        *       "rods": 14,
+       *       "integrator": 0,
        *       "substeps": 4,
        *       "kappa": 39.93,
        *       "zeta": 0.352,
@@ -5296,7 +5297,13 @@ export interface components {
        */
       rods: number;
       /**
+       * @description The implicit step, once a tick, simulates twice as much in the same time: what the calibration does with it.
+       * @default 0
+       */
+      integrator: components["schemas"]["Integrator"];
+      /**
        * Substeps
+       * @description Of RK4 in a tick, at least.
        * @default 4
        */
       substeps: number;

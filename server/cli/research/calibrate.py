@@ -10,9 +10,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 from rich.table import Table
 
 from controller.research.calibration.calibrate import CalibrationTask, calibrate
+from controller.research.calibration.ensemble import FITS_MIN
 from controller.research.calibration.fit_file import Result, fit_text, ratio, require_toml
 from controller.research.calibration.search import Report, Stage
-from controller.research.calibration.spread import FITS_MIN
 from controller.system.progress import remaining
 from server.cli.files import require_file, write
 from server.cli.tables import empty
@@ -66,7 +66,7 @@ def show(result: Result, console: Console) -> None:
         highlight=False,
     )
     if len(result.fits) < FITS_MIN:
-        console.print(f"[yellow]Note[/]: below {FITS_MIN} near-equal fits the spread says little.", highlight=False)
+        console.print(f"[yellow]Note[/]: below {FITS_MIN} near-equal fits an interval says little.", highlight=False)
     tables = rows_table(result), unknowns_table(result), margins_table(result), spread_table(result)
     for table in tables:
         if table.row_count:
@@ -114,10 +114,11 @@ def margins_table(result: Result) -> Table:
 
 
 def spread_table(result: Result) -> Table:
-    """The held-out rows."""
-    heads = ("paper", "fit", "least", "median", "most", "fits")
-    table = empty("Held-out rows over the near-equal fits", ("row", *heads), heads)
+    """The interval of every row."""
+    heads = ("paper", "fit", "5 %", "median", "95 %", "fits")
+    table = empty("The paper's rows over the near-equal fits", ("row", "role", *heads, "inside"), heads)
     for one in result.spread:
         numbers = (f"{number:.2f}" for number in (one.best, one.low, one.median, one.high))
-        table.add_row(" ".join(one.row.key), f"{one.row.paper}", *numbers, str(one.fits))
+        inside = "yes" if one.inside else "[red]no[/]"
+        table.add_row(" ".join(one.row.key), one.row.role, f"{one.row.paper}", *numbers, str(one.fits), inside)
     return table

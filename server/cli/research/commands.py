@@ -15,6 +15,10 @@ out = Console()
 PlantName = Annotated[
     Literal["rod", "cosserat"], typer.Option(help="Simulated plant: rigid rods as in the model, or a Cosserat rod.")
 ]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help="Dask scheduler whose workers do the work (`tendril docs calibration`)."),
+]
 ActuatorName = Annotated[str, typer.Option(help="P1, P2, P3 or a .toml file (`tendril docs actuators`).")]
 
 
@@ -97,11 +101,23 @@ def calibrate(
     minutes: Annotated[
         float | None,
         typer.Option(
-            min=0.1, max=10_000.0, help="For the search; the spread comes on top.", show_default="30; --quick: 1"
+            min=0.1,
+            max=10_000.0,
+            help="For the search; near-equal fits get as much again.",
+            show_default="30; --quick: 1",
         ),
+    ] = None,
+    generations: Annotated[
+        int | None,
+        typer.Option(min=0, max=10_000, help="Of the evolution after the starts.", show_default="60; --quick: 0"),
+    ] = None,
+    rounds: Annotated[
+        int | None,
+        typer.Option(min=0, max=10_000, help="Moves of every near-equal fit.", show_default="40; --quick: 1"),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="Of the points and of the twin's noise.")] = 0,
     workers: Annotated[int | None, typer.Option(min=1, max=256, help="Processes; one a core without it.")] = None,
+    scheduler: Scheduler = None,
     quick: Annotated[
         bool, typer.Option(help="A look at whether it runs: few points, no margins, no good fit.")
     ] = False,
@@ -115,9 +131,16 @@ def calibrate(
     from controller.research.calibration.space import space_of
     from server.cli.research.calibrate import run_calibrate
 
-    effort = effort_of(QUICK if quick else Effort(), screen, starts, minutes)
+    effort = effort_of(
+        QUICK if quick else Effort(),
+        screen=screen,
+        starts=starts,
+        minutes=minutes,
+        generations=generations,
+        rounds=rounds,
+    )
     problem = Problem(space_of(plant), trials=() if quick else TRIALS, seed=seed)
-    run_calibrate(CalibrationTask(problem, effort, seed, workers, command_line()), out_file, out)
+    run_calibrate(CalibrationTask(problem, effort, seed, workers, scheduler, command_line()), out_file, out)
 
 
 @app.command()
@@ -186,7 +209,7 @@ def track(
     reference: Annotated[Path, typer.Option(help="CSV file with columns t, x, y [s, m] (`tendril docs tables`).")],
     actuator: ActuatorName = "P1",
     law: Annotated[
-        str, typer.Option(help="ff, ff+p, ff+i, ff+pi; or sensors of ff+pi: rod6, rod10, rod6+10.")
+        str, typer.Option(help="ff, ff+p, ff+i, ff+pi; paper: to its letter; sensors of ff+pi: rod6, rod10, rod6+10.")
     ] = "ff+pi",
     controller: Annotated[str, typer.Option(help="Only paper so far.")] = "paper",
     plant: PlantName = "rod",
@@ -235,20 +258,21 @@ def reproduce(
     json_file: Annotated[Path | None, typer.Option("--json", help="Write all rows to this file.")] = None,
     quick: Annotated[bool, typer.Option(help="Run every case once instead of 3 times (Task 4: 5).")] = False,
     controller: Annotated[str, typer.Option(help="Only paper so far.")] = "paper",
+    law: Annotated[
+        Literal["ours", "paper"], typer.Option(help="paper: its equations to the letter as well, beside ours.")
+    ] = "ours",
     seed: Annotated[int, typer.Option(min=0, max=2**31 - 6, help="Of the first run; the next ones count on.")] = 0,
     workers: Annotated[int | None, typer.Option(min=1, max=256, help="Processes; one a core without it.")] = None,
     plant: PlantName = "rod",
 ) -> None:
     """Run every experiment of the paper on the twin and compare (`tendril docs reproduction`)."""
     from controller.research.experiments.catalogue import catalogue
+    from controller.research.experiments.fitted_intervals import paper_setup
     from controller.research.experiments.pool import cores
     from controller.research.experiments.reproduce import Order
     from controller.research.track import require_controller
-    from controller.schema.parameters import TwinParameters
-    from controller.simulation.case import Setup
     from server.cli.research.reproduce import run_reproduce
 
     require_controller(controller)
-    setup = Setup(twin=TwinParameters(plant=plant))
-    order = Order(catalogue(seed, quick), setup, workers=workers or cores(), quick=quick)
+    order = Order(catalogue(seed, quick), paper_setup(plant), workers or cores(), quick, letter=law == "paper")
     run_reproduce(order, report, json_file, out)

@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from controller.research.experiments.paper_rows import FIT, HELD_OUT, NONE, SENSING_LAWS
+from controller.research.experiments.paper_rows import CONSULTED, FIT, HELD_OUT, NONE, SENSING_LAWS
 from controller.research.experiments.results import ResultRow, Results, SensedLaw, SensedTrajectory
 from controller.research.report.bars import bars
 from controller.research.report.remarks import known_remarks, outdated
@@ -17,7 +17,7 @@ from controller.simulation.metrics import Window
 from server.cli.tables import empty, number
 
 COLOURS = {True: "green", False: "red", None: "default"}
-NUMBERS = ("paper", "ours", "ratio", "other")
+NUMBERS = ("paper", "ours", "ratio", "interval", "other")
 HEADS = ("experiment", "", "law", "metric", *NUMBERS, "")
 
 
@@ -33,7 +33,7 @@ def show(results: Results, console: Console) -> None:
 def main_table(rows: tuple[ResultRow, ...]) -> Table:
     """Every row for which the paper gives a number, by role, and the live path, for which it gives none."""
     table = empty("Ours beside the paper's [mm; ise mm^2 s; lag deg]", HEADS, NUMBERS)
-    for role in (FIT, HELD_OUT, NONE):
+    for role in (FIT, CONSULTED, HELD_OUT, NONE):
         shown = [row for row in rows if row.about.role == role and in_main_table(row)]
         if shown:
             table.add_section()
@@ -56,9 +56,17 @@ def cells(row: ResultRow) -> tuple[str, ...]:
         number(about.paper),
         number(row.ours) + ("" if row.ours_std is None else f" ± {row.ours_std:.2f}"),
         "-" if row.ratio is None else f"{row.ratio:.2f}",
+        interval_text(row),
         number(row.ours_other_window),
         f"[{COLOURS[judgement.met]}]{judgement.word}[/]",
     )
+
+
+def interval_text(row: ResultRow) -> str:
+    """The interval of the near-equal fits, red where the paper's number is outside."""
+    if row.interval is None:
+        return "-"
+    return f"[{COLOURS[row.inside]}]{number(row.interval[0])}..{number(row.interval[1])}[/]"
 
 
 def sensing_table(trajectories: tuple[SensedTrajectory, ...]) -> Table:
