@@ -59,11 +59,11 @@ def _built(parameters: RigParameters) -> Twin:
     )
 
 
-def substeps_of(twin: TwinParameters, stiffest: RodModel, dt: float, u_max: float) -> int:
+def substeps_of(twin: TwinParameters, tightest: RodModel, dt: float, u_max: float) -> int:
     """One implicit step a tick; of RK4 as many as are wanted, and as its fastest mode needs."""
     if twin.integrator == Integrator.IMPLICIT:
         return 1
-    return max(twin.substeps, stable_substeps(stiffest, dt, u_max))
+    return max(twin.substeps, stable_substeps(tightest, dt, u_max))
 
 
 def twin_model(actuator: Actuator, twin: TwinParameters) -> RodModel:
