@@ -3,14 +3,14 @@
 import math
 
 from controller.arrays import Record
-from controller.kernels.compiled import inlined, kernel
+from controller.kernels.compiled import kernel
 from controller.kernels.memory import Control, Sensing
 from controller.kernels.model.pneumatics import chamber_pressures
 from controller.kernels.model.statics import points_on, tip_of
 from controller.kernels.observer.observer import Observer, residual
 
 
-@inlined
+@kernel
 def report_estimate(
     control: Control, sensing: Sensing, t_ns: int, measurement: Record, observer: Observer, out_telemetry: Record
 ) -> None:

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from controller.arrays import Record
-from controller.kernels.compiled import inlined
+from controller.kernels.compiled import kernel
 from controller.kernels.control.feedback import feed_back, saturate
 from controller.kernels.control.feedforward import feed_forward
 from controller.kernels.control.follow import refer
@@ -25,7 +25,7 @@ class Rig(NamedTuple):
     sensing: Sensing
 
 
-@inlined
+@kernel
 def tick(t_ns: int, command: Record, measurement: Record, status: Record, rig: Rig, out_telemetry: Record) -> None:
     """Advance the rig by one period and fill the row `out_telemetry`, but for `slot` and `twin_backbone`.
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Array, Record, Words
-from controller.kernels.compiled import inlined, kernel
+from controller.kernels.compiled import kernel
 from controller.kernels.memory import Sensing
 from controller.kernels.model.energy import Ledger, bent_energy, ledger_step, open_ledger
 from controller.kernels.model.implicit import ImplicitWork, book_implicit_step, implicit_step
@@ -118,7 +118,7 @@ def make_seat(rods: int, sensors: int) -> Seat:
     return Seat(off, stage, made, begin, u, step, cost, theta, np.zeros((3, rods)), np.zeros((3, sensors, 2)))
 
 
-@inlined
+@kernel
 def advance_pneumatics(u1: float, u2: float, observer: Observer) -> None:
     """Pass u [N m] through dead time and lag: the torques that act on the model now (paper, "Dynamic observer").
 
@@ -131,7 +131,7 @@ def advance_pneumatics(u1: float, u2: float, observer: Observer) -> None:
     observer.level[1] = first_order_lag(observer.level[1], abs(late_2), observer.lag, observer.dt)
 
 
-@inlined
+@kernel
 def pressurise(observer: Observer) -> None:
     """Load of the chambers alone: Q_theta = T_theta u_hat (paper, "Parameter Estimation"), and how stiff they make it.
 
@@ -156,7 +156,7 @@ def stiffen_hinges(observer: Observer) -> None:
     observer.ledger.given[0] += bent_energy(model, q) - before
 
 
-@inlined
+@kernel
 def attach(sensing: Sensing | HeldSample, used: int, observer: Observer | Replay) -> None:
     """Hang a virtual spring on the measured point of each used sensor. Eq. OBS: paper, "Dynamic observer".
 
@@ -174,7 +174,7 @@ def attach(sensing: Sensing | HeldSample, used: int, observer: Observer | Replay
     springs.active[0] = n
 
 
-@inlined
+@kernel
 def damp_beyond(used: int, observer: Observer) -> None:
     """Damp the hinges beyond the last used sensor: no spring reaches that part, which would swing by itself.
 
@@ -191,7 +191,7 @@ def damp_beyond(used: int, observer: Observer) -> None:
             observer.model.b[i] = observer.damping[1 if i > last else 0, i]
 
 
-@inlined
+@kernel
 def observe(sensing: Sensing, settings: Record, ticks: int, state: Record, observer: Observer) -> None:
     """Advance the observer by `ticks` periods under the torques sent last: 1, or more to catch up after a stall.
 
@@ -209,7 +209,7 @@ def observe(sensing: Sensing, settings: Record, ticks: int, state: Record, obser
         step_observer(observer)
 
 
-@inlined
+@kernel
 def choose_gains(settings: Record, observer: Observer) -> None:
     """K_o and B_o of the settings, which the server has held to what the integrator can do, and the rig holds again.
 
@@ -221,7 +221,7 @@ def choose_gains(settings: Record, observer: Observer) -> None:
         springs.B[axis] = min(settings.B_o[axis], most[1])
 
 
-@inlined
+@kernel
 def step_observer(observer: Observer) -> None:
     """One period of the model under its load, and its energy ledger.
 
@@ -236,7 +236,7 @@ def step_observer(observer: Observer) -> None:
         ledger_step(model, state, load, u, dt, observer.work, observer.ledger)
 
 
-@inlined
+@kernel
 def residual(sensing: Sensing, used: int, observer: Observer) -> float:
     """RMS distance between used markers and model [m]; nan when none is used.
 

@@ -8,7 +8,7 @@ together, but a higher one than that of the pose in which the arm is. Not in the
 import math
 
 from controller.arrays import Array, Pair, Record
-from controller.kernels.compiled import inlined, kernel
+from controller.kernels.compiled import kernel
 from controller.kernels.memory import Control, Sensing
 from controller.kernels.model.energy import open_ledger
 from controller.kernels.model.equilibrium import energy, under_pressure
@@ -32,7 +32,7 @@ PROBE = 1e-3
 """Step of u with which the slopes are taken, as a share of u_max."""
 
 
-@inlined
+@kernel
 def reseat(sensing: Sensing, control: Control, observer: Observer, out_telemetry: Record) -> None:
     """Look whether the pose is wound; if so fit a static pose to the markers, and move the model there if it is better.
 

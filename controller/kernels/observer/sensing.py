@@ -3,7 +3,7 @@
 import math
 
 from controller.arrays import Array, Record
-from controller.kernels.compiled import inlined, kernel
+from controller.kernels.compiled import kernel
 from controller.kernels.memory import Control, Sensing
 from controller.kernels.observer.observer import Observer
 from controller.kernels.observer.reseat import is_moved_over
@@ -15,7 +15,7 @@ WHIP_TIME = 0.1
 """Time constant with which it comes to rest after that [s]."""
 
 
-@inlined
+@kernel
 def sense(
     observer: Observer, t_ns: int, settings: Record, measurement: Record, control: Control, sensing: Sensing
 ) -> None:
