@@ -75,7 +75,7 @@ ALONE := $(patsubst %,tests/controller/test_%.py,clock link link_guarded link_st
 	$(patsubst %,tests/recordings/test_%.py,killed power_cut recorder) tests/docs/test_served.py
 test-python: setup
 	$(BIN)/python -m pytest tests --ignore tests/e2e $(ALONE:%=--ignore %) --ignore $(CAMPAIGN) -n auto --dist loadfile -m "not long"
-	$(BIN)/python -m pytest $(ALONE) -n 3 --dist loadfile
+	$(BIN)/python -m pytest $(ALONE) -n 3 --dist loadfile -m "not long"
 	$(BIN)/python -m pytest $(CAMPAIGN)
 
 test-browser: setup chromium
