@@ -17,6 +17,7 @@ from controller.schema.modes import Request
 from server.access.permit import Permit, own
 from server.http.given import given
 from server.log.events import EventLog, Level
+from server.operate.asking import POLL
 from server.recorder.automatic import Automatic
 from server.rig.planner import Planner
 from server.runs import planning
@@ -26,7 +27,7 @@ from server.runs.messages import RunBody, RunResult, RunState
 from server.runs.phases import CLOSES, DEADLINES, HALTING, MOVING, Closes, Event, Machine, Phase
 from server.runs.results import Results
 from server.runs.run import About, Before, Run
-from server.runs.tracker import POLL, Tracker
+from server.runs.tracker import Tracker
 
 GONE = 5.0
 """A rig that is silent for so long ends its run [s]."""

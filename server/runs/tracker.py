@@ -13,13 +13,12 @@ from controller.schema.messages import RigInfo
 from controller.schema.modes import Cause, Law, Mode, Request, refused_text
 from controller.schema.parameters import Settings
 from server.access.permit import Permit, own
+from server.operate.asking import shown
 from server.operate.operator import Operator
 from server.rig.client import Rig
 from server.runs.lap import Leg
 from server.runs.run import Before
 
-POLL = 5e-3
-"""Pause between two looks at the telemetry [s]."""
 PATIENCE = 1.0
 """Longest wait for a row after the rig's answer [s]."""
 ANSWER = 5.0
@@ -79,12 +78,7 @@ class Tracker:
 
     async def hold(self, permit: Permit) -> Held:
         """Let the rig hold, and wait for the row that shows it."""
-        loop = asyncio.get_running_loop()
-        n, end = await self.halt(permit), loop.time() + PATIENCE
-        while (newest := self._newest()) is None or newest["command_n"] < n:
-            if loop.time() > end:
-                raise RigUnreachable("the rig does not answer")
-            await asyncio.sleep(POLL)
+        newest = await shown(self._rig, await self.halt(permit), PATIENCE)
         if newest["mode"] != Mode.HOLD:
             raise CommandRefused(refused_text(Request.TRACK, Mode(int(newest["mode"])), Cause.WRONG_MODE))
         return Held(newest["u_ff"].copy(), Before(int(newest["tick"]), int(newest["request_n"])))

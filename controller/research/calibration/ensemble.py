@@ -26,7 +26,7 @@ NEARER = 0.7
 JITTER = 1e-3
 """What is added to every step, so that no direction is left out."""
 LEAP = 10
-"""Every so many rounds a step is the whole difference: from one valley to another."""
+"""In one of this many rounds a step is the whole difference: from one valley to another."""
 
 
 @dataclass

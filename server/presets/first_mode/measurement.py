@@ -20,6 +20,7 @@ from controller.system.tasks import Tasks
 from server.access.permit import Permit, own
 from server.http.given import given
 from server.log.events import EventLog, words
+from server.operate.asking import asked_for, shown
 from server.operate.operator import Operator, Target
 from server.operate.settings import KeptSettings, put_in_force
 from server.presets.first_mode import planning
@@ -139,8 +140,7 @@ class FirstModeMeasurement:
         run = self._run
         if run is None or not (run.running and run.moves) or permit is run.leave or run.overtaken:
             return
-        what = request.name.replace("_", "-") if request != Request.NONE else "another target"
-        run.overtaken = what if permit is None else f"{what}, asked for by {permit.name}"
+        run.overtaken = asked_for(request, permit)
 
     def look(self) -> None:
         """Called at every beat: end it where it may not go on."""
@@ -239,13 +239,7 @@ class FirstModeMeasurement:
         reply = await asyncio.wrap_future(self._parts.operator.request(request, run.leave, target))
         if not reply.accepted:
             raise CommandRefused(reply.detail)
-        loop = asyncio.get_running_loop()
-        end = loop.time() + ANSWER
-        while (newest := self._newest())["command_n"] < reply.n:
-            if loop.time() > end:
-                raise RigUnreachable("the rig does not answer")
-            await asyncio.sleep(POLL)
-        return newest
+        return await shown(self._parts.rig, reply.n, ANSWER)
 
     async def _rest(self) -> None:
         """Wait until the arm rests, or for as long as a step is given."""

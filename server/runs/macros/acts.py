@@ -4,10 +4,11 @@ import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from controller.errors import CommandRefused, RigUnreachable
+from controller.errors import CommandRefused
 from controller.schema.modes import Mode, Request
 from server.access.permit import Permit
 from server.drawing.store import Drawings
+from server.operate.asking import POLL, shown
 from server.operate.messages import SettingsBody
 from server.operate.operator import Operator, Target
 from server.operate.settings import KeptSettings
@@ -30,7 +31,7 @@ from server.runs.macros.messages import (
 )
 from server.runs.messages import RunBody, RunState
 from server.runs.runs import Runs
-from server.runs.tracker import LIVE, PATIENCE, POLL
+from server.runs.tracker import LIVE, PATIENCE
 
 LATCHED = (Mode.FAULT, Mode.E_STOP)
 
@@ -89,12 +90,7 @@ class Acts:
         reply = await asyncio.wrap_future(self.operator.request(request, permit, target))
         if not reply.accepted:
             raise CommandRefused(reply.detail)
-        loop = asyncio.get_running_loop()
-        end = loop.time() + PATIENCE
-        while (newest := self.rig.newest) is None or newest[0]["command_n"] < reply.n:
-            if loop.time() > end:
-                raise RigUnreachable("the rig does not answer")
-            await asyncio.sleep(POLL)
+        await shown(self.rig, reply.n, PATIENCE)
 
     async def _run_end(self) -> None:
         run = self._run()

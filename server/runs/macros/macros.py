@@ -15,6 +15,7 @@ from controller.system.tasks import Tasks
 from server.access.permit import Permit, own
 from server.http.given import given
 from server.log.events import EventLog, words
+from server.operate.asking import asked_for
 from server.operate.operator import Operator
 from server.rig.client import Rig
 from server.runs.macros import messages
@@ -112,8 +113,7 @@ class Macros:
         run = self._run
         if run is None or run.state != "running" or permit is run.leave or run.overtaken:
             return
-        what = request.name.replace("_", "-") if request != Request.NONE else "another target"
-        run.overtaken = what if permit is None else f"{what}, asked for by {permit.name}"
+        run.overtaken = asked_for(request, permit)
 
     def look(self) -> None:
         """Called at every beat: end it where it may not go on."""
