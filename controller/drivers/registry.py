@@ -1,0 +1,74 @@
+"""Drivers by name: ours, and those of installed packages (entry points of the group "tendril.drivers")."""
+
+from importlib import import_module
+from importlib.metadata import entry_points
+from typing import Any
+
+from pydantic import ValidationError
+
+from controller.drivers.device import CaptureDevice, Device, ValveDevice
+from controller.errors import ParameterError, sentence
+from controller.schema.hardware import MotionCapture, Valves
+
+GROUP = "tendril.drivers"
+OURS = {
+    "natnet": "controller.drivers.natnet.driver:NatNet",
+    "motioncapture": "controller.drivers.vendor:Vendor",
+    "json": "controller.drivers.json_udp:JsonCapture",
+    "lsl": "controller.drivers.lsl:LslCapture",
+    "serial": "controller.drivers.serial_board.driver:SerialBoard",
+    "udp": "controller.drivers.udp_target:UdpTarget",
+    "modbus": "controller.drivers.modbus.driver:ModbusValves",
+    "nidaq": "controller.drivers.nidaq:NiDaq",
+}
+"""Module and class; loaded when named, because some need a package that is an extra."""
+
+
+def driver_names() -> dict[str, str]:
+    """Every driver that could be loaded: name to where it comes from."""
+    found = {point.name: point.value for point in entry_points(group=GROUP)}
+    return found | OURS
+
+
+def driver_class(name: str) -> type[Device[Any]]:
+    """The driver `name`; ParameterError where there is none, or its package is missing."""
+    places = driver_names()
+    if name not in places:
+        raise ParameterError(f"driver = {name}: there are {', '.join(sorted(places))}")
+    module, _, attribute = places[name].partition(":")
+    try:
+        found = getattr(import_module(module), attribute)
+    except ImportError as error:
+        raise ParameterError(f"driver = {name}: {error}; install it with pip install '{extra(name)}'") from error
+    if not (isinstance(found, type) and issubclass(found, Device)):
+        raise ParameterError(f"driver = {name}: {places[name]} is not a driver")
+    return found
+
+
+def extra(name: str) -> str:
+    """What to install for the driver `name`."""
+    return f"tendril-softrobotics[{name}]" if name in OURS else "the package that brings it"
+
+
+def capture_device(asked: MotionCapture) -> CaptureDevice[Any]:
+    """The device that `asked` names, not yet open; ParameterError naming field, value and bound."""
+    kind = driver_class(asked.driver)
+    if not issubclass(kind, CaptureDevice):
+        raise ParameterError(f"motion_capture.driver = {asked.driver} drives valves")
+    return kind(checked_options(kind, asked.options, "motion_capture"))
+
+
+def valve_device(asked: Valves) -> ValveDevice[Any]:
+    """The board that `asked` names, not yet open; ParameterError naming field, value and bound."""
+    kind = driver_class(asked.driver)
+    if not issubclass(kind, ValveDevice):
+        raise ParameterError(f"valves.driver = {asked.driver} gives no pressures and takes none")
+    return kind(checked_options(kind, asked.options, "valves"), asked.chambers, asked.command == "opening")
+
+
+def checked_options(kind: type[Device[Any]], options: dict[str, Any], table: str) -> Any:
+    """`options` as the driver's own model; ParameterError naming `table`."""
+    try:
+        return kind.Options.model_validate(options)
+    except ValidationError as error:
+        raise ParameterError(f"{table}.options.{sentence(error)}") from error

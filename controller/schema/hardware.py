@@ -1,0 +1,141 @@
+"""What a lab's rig is made of beside the actuator: its motion capture, its valves, and how their drivers fare.
+
+The rig file (`controller/rigfile`) holds `Hardware`; the rig process hands out `DriverStatus`, and the page shows it.
+"""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field as Bounds
+from pydantic import model_validator
+
+from controller.schema.layout import Model
+from controller.schema.layout import Quantity as Q
+from controller.spelled import spelled
+
+RODS = 10
+"""Sensor positions along the backbone, as `parameters.SENSORS`."""
+CHANNELS = 16
+"""Most valve channels of a board."""
+
+DriverName = Annotated[
+    str, spelled(r"^[A-Za-z0-9_-]{1,40}$", "1 to 40 letters (a to z), digits and _ -, no blanks")
+]
+Options = dict[str, str | int | float | bool | list[int] | list[float] | list[str]]
+"""What a driver is told; each driver checks its own."""
+Coefficient = Annotated[float, Bounds(ge=-1e4, le=1e4)]
+Axis = Annotated[tuple[Coefficient, Coefficient, Coefficient], Q("1", shape=(3,))]
+Place = Annotated[float, Bounds(ge=-100.0, le=100.0)]
+Channel = Annotated[int, Bounds(ge=0, lt=CHANNELS)]
+RodNumber = Annotated[int, Bounds(ge=1, le=RODS)]
+
+
+class Frame(Model):
+    """From the camera's coordinates to the plane's: p = axes c + origin, in metres."""
+
+    axes: Annotated[tuple[Axis, Axis], Q("1", shape=(2, 3))] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    """The plane's x and y as combinations of the camera's axes: unit vectors where the camera measures metres."""
+    origin: Annotated[tuple[Place, Place], Q("m", shape=(2,))] = (0.0, 0.0)
+    """Where the camera's origin lies in the plane."""
+    measured: bool = False
+    """Found in this rig, not assumed."""
+
+
+class MotionCapture(Model):
+    """Where markers come from, and which of them sits on which rod."""
+
+    driver: DriverName
+    options: Options = {}
+    frame: Frame = Frame()
+    rods: Annotated[tuple[RodNumber, ...], Bounds(min_length=1, max_length=RODS)] = (10,)
+    """Rods that bear a marker, at their distal ends: 10 is the tip."""
+    labels: dict[str, RodNumber] = {}
+    """Names that the camera gives to markers, and their rods. Points without a name are told apart by where the
+    observer expects them."""
+    gate: Annotated[float, Bounds(ge=0.002, le=1.0), Q("m")] = 0.06
+    """A point further than this from where every free rod is expected belongs to none."""
+    quality_min: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1")] = 0.0
+    """A point of less quality counts as not seen."""
+
+    @model_validator(mode="after")
+    def _each_once(self) -> Self:
+        if len(set(self.rods)) != len(self.rods):
+            raise ValueError(f"rods = {list(self.rods)} names one twice")
+        if missing := sorted(set(self.labels.values()) - set(self.rods)):
+            raise ValueError(f"labels name rod {missing[0]}, which rods = {list(self.rods)} does not")
+        return self
+
+
+class PressureLoop(Model):
+    """The loop from pressure error to valve opening that our tick runs for raw valves."""
+
+    inflate_gain: Annotated[float, Bounds(ge=0.0, le=1e-2), Q("1/Pa")] = 1e-5
+    """Opening per pressure error below the setpoint."""
+    exhaust_gain: Annotated[float, Bounds(ge=0.0, le=1e-2), Q("1/Pa")] = 2e-5
+    """The same above it."""
+    integral_time: Annotated[float, Bounds(ge=0.01, le=100.0), Q("s")] = 0.2
+    """Reset time."""
+
+
+class Valves(Model):
+    """What fills and empties the four chambers."""
+
+    driver: DriverName
+    options: Options = {}
+    chambers: Annotated[tuple[Channel, Channel, Channel, Channel], Q("1", shape=(4,))] = (0, 1, 2, 3)
+    """Channels of the board at which the chambers u1+, u1-, u2+, u2- hang."""
+    command: Literal["pressure", "opening"] = "pressure"
+    """What the valves take: setpoints of pressure, which they hold themselves, or raw openings from our own loop."""
+    loop: PressureLoop = PressureLoop()
+    """For raw openings."""
+    pressure_max: Annotated[float, Bounds(gt=0.0, le=1e6), Q("Pa")] = 300e3
+    """No setpoint above this leaves."""
+    slew_max: Annotated[float, Bounds(ge=1e3, le=1e9), Q("Pa/s")] = 20e6
+    """No setpoint rises or falls faster."""
+    measured: bool = False
+    """Dead time, lag and map were found in this rig, not assumed."""
+
+    @model_validator(mode="after")
+    def _each_once(self) -> Self:
+        if len(set(self.chambers)) != 4:
+            raise ValueError(f"chambers = {list(self.chambers)} names a channel twice")
+        return self
+
+
+class Hardware(Model):
+    """A rig that is not simulated."""
+
+    motion_capture: MotionCapture
+    valves: Valves
+
+
+class DriverStatus(Model):
+    """How one driver of the rig fares, looked at now."""
+
+    role: Literal["motion_capture", "valves"]
+    driver: str
+    device: str
+    """What it talks to, as "/dev/ttyACM0 at 1000000 baud"."""
+    state: Literal["opening", "running", "silent", "lost"]
+    """silent: open, and nothing usable comes."""
+    detail: str
+    """One sentence for the operator, "" where nothing is wrong."""
+    capabilities: tuple[str, ...]
+    """As "two-way clock", "unlabelled markers", "raw openings"."""
+    rate: Annotated[float, Q("1/s")]
+    """Usable frames a second, lately."""
+    age: Annotated[float, Q("s")]
+    """Of the newest usable one; -1 before the first."""
+    latency: Annotated[float, Q("s")]
+    """From capture to arrival here, median of late; -1 where it is not known."""
+    clock: Literal["two-way", "one-way", "arrival"]
+    """How times of capture come to our clock: by questions and answers, by the quickest arrivals, or not at all."""
+    clock_offset: Annotated[float, Q("s")]
+    """Ours minus the device's, lately."""
+    frames: int
+    lost: int
+    """Frames that the device numbered and that did not come."""
+    rejected: int
+    """What came and was no frame, or held impossible numbers."""
+    reconnects: int
+    values: dict[str, list[float | None]]
+    """The newest raw ones, by name: as they came, before any transform; None for what is not a number."""
