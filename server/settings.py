@@ -54,6 +54,8 @@ class ServerSettings(BaseSettings):
     """Bytes of all recordings; the oldest ones go first. None: 50 GB, or 80 % of a smaller disk."""
     orders: Path | None = None
     """File in which `tendril up` looks for another actuator to start its rig with; None: the rig is not its own."""
+    rig_file: Path | None = None
+    """The rig file with which `tendril up` started the rig; None: it was started without one."""
     viewers_max: Annotated[int, Bounds(ge=1, le=10_000)] = 200
     """Pages with a live socket at the same time; the next one is refused, unless its session operates."""
     webhook: SecretStr | None = None

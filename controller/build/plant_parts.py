@@ -7,7 +7,7 @@ import numpy as np
 from controller.build.rod import profile
 from controller.kernels.plant.camera import Camera
 from controller.kernels.plant.faults import Faults
-from controller.kernels.plant.valve import REFERENCE_PRESSURE, Chambers, Valve, valve_flow
+from controller.kernels.plant.valve import REFERENCE_PRESSURE, Chambers, PressureLoop, Valve, valve_flow
 from controller.schema.actuator import Actuator
 from controller.schema.parameters import SENSORS, RigParameters, TwinParameters
 
@@ -26,6 +26,7 @@ def chambers(parameters: RigParameters, torque_gain: tuple[float, float]) -> Cha
         spool=np.full(4, -twin.valve_offset),
         integral=np.full(4, -twin.valve_offset),
         line=np.zeros((round(twin.dead_time / dt) + 1, 4)),
+        raw=np.zeros(1, np.int64),
         valve=tuned_valve(twin, dt),
         broken=np.zeros(3, np.int64),
         torque_per_pascal=twin.kappa * np.array(torque_gain) / np.array(parameters.actuator.pressure_map),
@@ -45,17 +46,14 @@ def tuned_valve(twin: TwinParameters, dt: float) -> Valve:
         volume=twin.chamber_volume,
         keep=math.exp(-dt / twin.valve_lag) if twin.valve_lag > 0.0 else 0.0,
         offset=twin.valve_offset,
-        inflate_gain=0.0,
-        exhaust_gain=0.0,
-        integral_time=twin.valve_integral_time,
+        loop=PressureLoop(inflate_gain=0.0, exhaust_gain=0.0, integral_time=twin.valve_integral_time),
     )
     filling, emptying = (
         REFERENCE_PRESSURE / twin.chamber_volume * abs(valve_flow(valve, opening, TUNED_PRESSURE))
         for opening in (1.0, -1.0)
     )
-    return valve._replace(
-        inflate_gain=1.0 / (twin.inflate_time * filling), exhaust_gain=1.0 / (twin.exhaust_time * emptying)
-    )
+    gains = {"inflate_gain": 1.0 / (twin.inflate_time * filling), "exhaust_gain": 1.0 / (twin.exhaust_time * emptying)}
+    return valve._replace(loop=valve.loop._replace(**gains))
 
 
 def camera(twin: TwinParameters, dt: float) -> Camera:

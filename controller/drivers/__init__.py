@@ -1,10 +1,6 @@
-"""Plants behind one protocol; the twin is one of them.
+"""Plants behind one protocol: the twin, and rigs of real devices.
 
-A driver and the loop share two places only: the measurement mailbox, which the driver writes, and the newest telemetry
-row, whose `pressure_cmd` the driver sends to the valves. The twin goes through the same two, but steps inside the loop.
+A driver and the loop share two mailboxes only: measurements, which the driver writes, and valve commands, which it
+reads. The twin goes through the first, too, but steps inside the loop. Nothing is imported here: a device's module must
+not need the kernels.
 """
-
-from controller.drivers.driver import Driver
-from controller.drivers.twin import TwinDriver
-
-__all__ = ["Driver", "TwinDriver"]

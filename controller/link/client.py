@@ -30,6 +30,7 @@ from controller.link.proof import PROOF_BYTES, Reply, read_batch
 from controller.link.refusals import Refusals
 from controller.link.stream import RowStream
 from controller.link.version import mismatch, require_same
+from controller.schema.hardware import Drivers
 from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults, TwinTime
 from controller.schema.modes import Request
@@ -202,6 +203,10 @@ class RigClient:
     def time(self, wanted: TwinTime | None = None) -> TwinTime:
         """Let the twin's time stand still or go on; None only asks. As it is then; ParameterError on hardware."""
         return self._of_twin(TwinTime, self._keys.time, wanted)
+
+    def drivers(self) -> Drivers:
+        """How the rig's devices fare; none of a twin. RigUnreachable without an answer."""
+        return Drivers.model_validate_json(self._asker.ask(self._keys.drivers).payload)
 
     def close(self) -> None:
         """End the connection; no callback comes after this. Another server may command the rig at once."""

@@ -59,6 +59,11 @@ class Keys:
         return f"tendril/{self.rig}/info"
 
     @property
+    def drivers(self) -> str:
+        """Queryable: nothing -> Drivers as JSON, how the rig's devices fare."""
+        return f"tendril/{self.rig}/drivers"
+
+    @property
     def reference(self) -> str:
         """Sealed queryable: a planned reference -> the number of its points, int64.
 

@@ -19,6 +19,7 @@ from controller.link.planned import PLANNED_MAX, PlannedRows, decoded
 from controller.link.proof import Prover, question
 from controller.link.refusals import Refusals
 from controller.link.seal import SEAL_BYTES, SealedSession, Seals
+from controller.schema.hardware import Drivers
 from controller.schema.layout import from_record, record_dtype
 from controller.schema.messages import Command, CommandReply, RigInfo, TwinFaults, TwinTime
 from controller.schema.modes import Request
@@ -54,6 +55,9 @@ class RigService(Protocol):
     def faults(self, wanted: TwinFaults | None) -> TwinFaults:
         """Inject faults into the twin's sensing, None changes nothing; those in force."""
 
+    def drivers(self) -> Drivers:
+        """How the rig's devices fare."""
+
     def time(self, wanted: TwinTime | None) -> TwinTime:
         """Let the twin's time stand still or go on, None changes nothing; as it is now."""
 
@@ -78,6 +82,7 @@ class RigEnd:
             self._keys.reference: (PLANNED_MAX, self._reference),
             self._keys.faults: (JSON_MAX, partial(self._twin, self._keys.faults, TwinFaults, service.faults)),
             self._keys.time: (JSON_MAX, partial(self._twin, self._keys.time, TwinTime, service.time)),
+            self._keys.drivers: (0, lambda payload, seal: service.drivers().model_dump_json().encode()),
             self._keys.info: (0, lambda payload, seal: service.info().model_dump_json().encode()),
             self._keys.session: (JSON_MAX, self._session),
             self._keys.leave: (0, self._leave),

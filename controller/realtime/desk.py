@@ -6,14 +6,17 @@ import time
 import numpy as np
 
 from controller.arrays import Words
+from controller.drivers.driver import Driver
+from controller.drivers.twin import inject
 from controller.errors import CommandRefused
 from controller.kernels.memory import Control
-from controller.kernels.plant.faults import Faults
+from controller.kernels.plant.hardware import Hardware
 from controller.link import PlannedRows
 from controller.realtime.followable import require_followable, require_sound
 from controller.realtime.mailbox import post, words
 from controller.realtime.ring import Ring
 from controller.realtime.standstill import Standstill
+from controller.schema.hardware import Drivers
 from controller.schema.layout import to_record
 from controller.schema.messages import Command, CommandReply, RigInfo, TwinFaults, TwinTime
 from controller.schema.modes import STILLING, Cause, Mode, Request, RowKind, refused_text
@@ -39,13 +42,13 @@ Stopper = tuple[int, int]
 class Desk:
     """Serves the link (RigService) with the loop's mailbox and ring."""
 
-    def __init__(self, info: RigInfo, ring: Ring, commands: Words, control: Control, faults: Faults | None) -> None:
-        """`faults` of the twin in the loop's memory; None on hardware."""
+    def __init__(self, info: RigInfo, ring: Ring, commands: Words, control: Control, driver: Driver) -> None:
+        """`driver` of the plant: what it says of its devices, and the faults of a twin."""
         self._info = info
         self._ring = ring
         self._commands = commands
         self._control = control
-        self._faults, self._injected = faults, TwinFaults()
+        self._driver, self._injected = driver, TwinFaults()
         self.standstill = Standstill(ring)
         self._last = Command()
         """The record in the mailbox, without its request."""
@@ -176,6 +179,8 @@ class Desk:
             self.standstill.end()
         if self.standstill.on and command.request:
             return f"refused: {command.request.name} is not possible while the twin is paused; continue it first"
+        if command.request == Request.ARM and (why := self._driver.unready()):
+            return f"refused: {why}"
         return self._too_far(command)
 
     def _too_far(self, command: Command) -> str:
@@ -193,22 +198,27 @@ class Desk:
 
     def faults(self, wanted: TwinFaults | None) -> TwinFaults:
         """Inject faults into the twin, None changes nothing; those in force. Refused on hardware."""
-        if self._faults is None:
+        plant = self._driver.twin
+        if isinstance(plant, Hardware):
             raise CommandRefused("refused: faults can be injected into the twin only, and this rig is hardware")
         with self._one_at_a_time:
             if wanted is not None:
-                inject(wanted, self._faults)
+                inject(wanted, plant.faults)
                 self._injected = wanted
             return self._injected
 
     def time(self, wanted: TwinTime | None) -> TwinTime:
         """Let the twin's time stand still, go on, or go on by steps; None changes nothing. Refused on hardware."""
-        if self._faults is None:
+        if not self._driver.simulated:
             raise CommandRefused("refused: only the twin can be paused, and this rig is hardware")
         with self._one_at_a_time, self._posting:
             if wanted is not None:
                 self._set_time(wanted)
             return self.standstill.state()
+
+    def drivers(self) -> Drivers:
+        """How the rig's devices fare; none of a twin."""
+        return Drivers(drivers=self._driver.status())
 
     def _set_time(self, wanted: TwinTime) -> None:
         if wanted.steps and not wanted.paused:
@@ -244,13 +254,6 @@ class Desk:
         """When a wait for the loop ends [ns]."""
         pause = self._info.parameters.limits.loop_gap
         return time.monotonic_ns() + int(min(max(ECHO_MIN, pause), ECHO_MAX) * 1e9)
-
-
-def inject(wanted: TwinFaults, faults: Faults) -> None:
-    """Put `wanted` in force, one number after the other."""
-    faults.values[:] = wanted.noise, wanted.sample_loss, wanted.marker_loss, *wanted.jump
-    faults.rods[0], faults.freeze[0] = wanted.rods, wanted.freeze
-    faults.pneumatics[:] = wanted.sensors_stuck, wanted.valves_stuck, wanted.supply_lost
 
 
 def answer(command: Command, row: np.void) -> CommandReply:

@@ -9,6 +9,7 @@ import numpy as np
 
 from controller.arrays import Words
 from controller.kernels.control.tick import Rig, tick
+from controller.kernels.plant.hardware import Hardware
 from controller.kernels.plant.step import Plant, plant_step
 from controller.realtime.clock import now_ns, sleep_until, slots_missed
 from controller.realtime.compiled import compiled, load_acquire, store_release
@@ -29,7 +30,7 @@ from controller.realtime.ring import (
     ring_read,
 )
 from controller.schema.layout import record_dtype
-from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry
+from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry, ValveCommand
 from controller.schema.modes import Mode
 
 VENTED = int(Mode.VENTED)
@@ -43,7 +44,7 @@ class LoopMemory(NamedTuple):
     commands: Words
     """Mailbox of Command, written by the link."""
     measurements: Words
-    """Mailbox of Measurement, written by the driver: here the twin, after each of its steps."""
+    """Mailbox of Measurement, written by the drivers, or by the twin after each of its steps."""
     command: np.ndarray
     command_words: Words
     measurement: np.ndarray
@@ -51,14 +52,18 @@ class LoopMemory(NamedTuple):
     sensed: np.ndarray
     """The twin's own Measurement, before it is posted."""
     sensed_words: Words
+    outlets: Words
+    """Mailbox of ValveCommand, read by the driver of a rig's valves."""
+    outlet_words: Words
+    """What `Hardware` makes in every tick; (0,) with a simulated plant."""
     telemetry: np.ndarray
     telemetry_words: Words
     status: np.ndarray
     scratch: Words
 
 
-def loop_memory(header: Words, rows: Words) -> LoopMemory:
-    """Memory of a loop that writes into the ring of `header` and `rows`, before any command."""
+def loop_memory(header: Words, rows: Words, plant: Plant) -> LoopMemory:
+    """Memory of a loop with `plant` that writes into the ring of `header` and `rows`, before any command."""
     command, measurement, sensed, telemetry, status = (
         np.zeros(1, record_dtype(model)) for model in (Command, Measurement, Measurement, Telemetry, LoopStatus)
     )
@@ -73,6 +78,8 @@ def loop_memory(header: Words, rows: Words) -> LoopMemory:
         measurement_words=words(measurement),
         sensed=sensed,
         sensed_words=words(sensed),
+        outlets=mailbox(record_dtype(ValveCommand)),
+        outlet_words=words(plant.command) if isinstance(plant, Hardware) else np.zeros(0, np.int64),
         telemetry=telemetry,
         telemetry_words=words(telemetry),
         status=status,
@@ -114,7 +121,7 @@ def run_loop(rig: Rig, twin: Plant, memory: LoopMemory, period_ns: int) -> None:
         else:
             paused_ns += (1 + missed) * period_ns
         deadline += (1 + missed) * period_ns
-    write_vented_row(memory, slot, now_ns(clock))
+    write_vented_row(slot, now_ns(clock), twin, memory)
 
 
 @compiled
@@ -136,14 +143,20 @@ def advance(t_ns: int, paused_ns: int, clock: Words, rig: Rig, twin: Plant, memo
     tick(t_ns - paused_ns, memory.command[0], memory.measurement[0], status, rig, telemetry)
     status.step_ns = now_ns(clock) - t_ns
     plant_step(t_ns - paused_ns, twin, telemetry, memory.sensed[0])
-    post(memory.measurements, memory.sensed_words)
+    if memory.outlet_words.shape[0] == 0:
+        post(memory.measurements, memory.sensed_words)
+    else:
+        post(memory.outlets, memory.outlet_words)
     telemetry.t_ns = t_ns
     ring_push(memory.header, memory.rows, memory.telemetry_words)
 
 
 @compiled
-def write_vented_row(memory: LoopMemory, slot: int, t_ns: int) -> None:
-    """The last row of a boot: the last tick's with mode VENTED, no pressure and no torque; STOP holds the cause."""
+def write_vented_row(slot: int, t_ns: int, twin: Plant, memory: LoopMemory) -> None:
+    """The last row of a boot: the last tick's with mode VENTED, no pressure and no torque; STOP holds the cause.
+
+    Valves of hardware are told so, too.
+    """
     telemetry = memory.telemetry[0]
     telemetry.tick += 1
     telemetry.slot = slot
@@ -154,6 +167,9 @@ def write_vented_row(memory: LoopMemory, slot: int, t_ns: int) -> None:
         telemetry.pressure_cmd[i] = 0.0
     for i in range(telemetry.u.shape[0]):
         telemetry.u[i] = telemetry.u_ff[i] = telemetry.u_fb[i] = 0.0
+    if memory.outlet_words.shape[0] > 0:
+        plant_step(t_ns, twin, telemetry, memory.sensed[0])
+        post(memory.outlets, memory.outlet_words)
     ring_push(memory.header, memory.rows, memory.telemetry_words)
 
 
@@ -183,7 +199,7 @@ def compile_loop(rig: Rig, twin: Plant) -> None:
     """
     header, rows = np.zeros(HEADER_WORDS, np.int64), np.zeros((4, ROW_WORDS), np.int64)
     header[STOP] = 1
-    memory = loop_memory(header, rows)
+    memory = loop_memory(header, rows, twin)
     run_loop(rig, twin, memory, 1_000_000)
     run_baseline(header, 1_000_000)
     post(memory.commands, memory.command_words)

@@ -20,7 +20,7 @@ from typing import Any, BinaryIO, cast
 import numpy as np
 
 from controller.build.rig import build_rig
-from controller.drivers import TwinDriver
+from controller.drivers.rig import rig_driver
 from controller.errors import TendrilError
 from controller.link.keys import open_session
 from controller.link.rig_end import RigEnd
@@ -28,14 +28,14 @@ from controller.link.seal import Seals
 from controller.link.version import LAYOUT, OURS
 from controller.realtime.desk import Desk
 from controller.realtime.loop import LoopMemory, compile_loop, loop_memory, run_baseline, run_loop
-from controller.realtime.mailbox import post, words
+from controller.realtime.mailbox import post, receive, words
 from controller.realtime.priority import pin_memory, prefer_process, raise_thread_priority
 from controller.realtime.ring import PUMP_NS, STOP, Ring, create_ring, ring_folders
 from controller.realtime.settings import RigReady, failure_file, free_port
 from controller.realtime.settings import RigSettings as RigSettings
 from controller.realtime.standstill import Standstill
 from controller.schema.layout import record_dtype
-from controller.schema.messages import RigInfo, Telemetry
+from controller.schema.messages import RigInfo, Telemetry, ValveCommand
 from controller.schema.modes import Cause, Mode
 from controller.schema.parameters import RigParameters
 from controller.system.keys import key_path, made_key
@@ -77,9 +77,11 @@ class RigProcess:
         parameters = settings.parameters
         self._period_ns = round(parameters.controller.dt * 1e9)
         self._rig = build_rig(parameters, self.boot)
-        self._driver = TwinDriver(parameters)
+        self._driver = rig_driver(parameters)
         self.ring: Ring = create_ring(settings.rig, self.boot, settings.folder)
-        self.memory: LoopMemory = loop_memory(self.ring.header, self.ring.rows)
+        self.memory: LoopMemory = loop_memory(self.ring.header, self.ring.rows, self._driver.twin)
+        self._outlet = np.zeros(1, record_dtype(ValveCommand))
+        self._outlet_scratch = words(self._outlet).copy()
         self._sent = 0
 
     def run(self) -> None:
@@ -94,7 +96,7 @@ class RigProcess:
         pin_memory()
         self._beat()
         try:
-            self._driver.start(lambda record: post(self.memory.measurements, words(record)), self.ring.newest)
+            self._driver.start(self._post, self.ring.newest, self._valve_command)
             for thread in threads:
                 thread.start()
             self._wait_first_tick(threads[0])
@@ -117,6 +119,15 @@ class RigProcess:
     def _loop(self) -> None:
         self.policy = raise_thread_priority()
         run_loop(self._rig, self._driver.twin, self.memory, self._period_ns)
+
+    def _post(self, record: np.ndarray) -> None:
+        post(self.memory.measurements, words(record))
+
+    def _valve_command(self) -> np.void:
+        """The newest command of the loop; the one before where it is just being written."""
+        receive(self.memory.outlets, 0, self._outlet_scratch, words(self._outlet))
+        newest: np.void = self._outlet[0]
+        return newest
 
     def _wait_first_tick(self, loop: threading.Thread) -> None:
         while self.ring.head == 0 and loop.is_alive():
@@ -175,8 +186,7 @@ class RigProcess:
             parameters=self.settings.parameters,
             observer_gains_max=tuple(self._rig.observer.gain_max.tolist()),
         )
-        faults = self._driver.twin.faults if self._driver.simulated else None
-        return Desk(info, self.ring, self.memory.commands, self._rig.control, faults)
+        return Desk(info, self.ring, self.memory.commands, self._rig.control, self._driver)
 
     def _say_ready(self, endpoint: str) -> None:
         fields = {"rig": self.settings.rig, "endpoint": endpoint, "policy": self.policy}
@@ -192,7 +202,7 @@ def load_kernels(parameters: RigParameters) -> None:
     So a process that had to compile, after an update or on another kind of processor, begins anew in its own place.
     Once: where the cache keeps nothing it would compile again.
     """
-    compile_loop(build_rig(parameters, boot=1), TwinDriver(parameters).twin)
+    compile_loop(build_rig(parameters, boot=1), rig_driver(parameters).twin)
     if cast(Any, run_loop).stats.cache_misses and AGAIN not in os.environ:
         flush_log()
         os.execve(sys.executable, sys.orig_argv, os.environ | {AGAIN: "1"})

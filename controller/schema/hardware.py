@@ -139,3 +139,9 @@ class DriverStatus(Model):
     reconnects: int
     values: dict[str, list[float | None]]
     """The newest raw ones, by name: as they came, before any transform; None for what is not a number."""
+
+
+class Drivers(Model):
+    """How all of a rig's drivers fare; none where its plant is simulated."""
+
+    drivers: tuple[DriverStatus, ...]

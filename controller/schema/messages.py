@@ -57,6 +57,23 @@ class Measurement(Model):
     markers: Sensors = [(0.0, 0.0)] * SENSORS
     """Marker positions at the sensors' arc lengths; nan where a marker is not seen."""
     pressures: Chambers = (0.0, 0.0, 0.0, 0.0)
+    pressures_ns: int = 0
+    """Clock time at which the pressures were read; 0: in this very tick, as a simulated plant shows them."""
+
+
+class ValveCommand(Model):
+    """What the loop wants of a rig's valves: a record that the valves' driver takes from a mailbox, newest whole."""
+
+    t_ns: int = 0
+    """Clock at the start of the tick that made it."""
+    vent: int = 1
+    """1: every chamber is to be open to the atmosphere."""
+    cut: int = 0
+    """1, in E_STOP: the supply is to be cut, too."""
+    pressures: Chambers = (0.0, 0.0, 0.0, 0.0)
+    """Setpoints within the limits of the rig file."""
+    openings: Annotated[tuple[float, float, float, float], Q("1", shape=(4,))] = (0.0, 0.0, 0.0, 0.0)
+    """-1 (exhausts) to 1 (fills); from our own pressure loop, for raw valves."""
 
 
 class Telemetry(Model):

@@ -101,6 +101,8 @@ class Cause(IntEnum):
     """The tracking error swings widely."""
     RESIDUAL = 23
     """The observer is far from the markers that it uses."""
+    PRESSURES_LOST = 24
+    """The valves' board does not say the pressures any more, or says that it drives nothing."""
 
 
 class Freeze(IntEnum):

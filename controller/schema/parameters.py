@@ -9,6 +9,7 @@ from pydantic import Field as Bounds
 
 from controller.schema.actuator import PRESETS, Actuator
 from controller.schema.fit import GAINS, TWIN
+from controller.schema.hardware import Hardware
 from controller.schema.layout import Model
 from controller.schema.layout import Quantity as Q
 from controller.schema.modes import Integrator, Law
@@ -143,6 +144,8 @@ class SafetyLimits(Model):
     """Five times as fast as a step of the paper: beyond, gains make the observer diverge."""
     pressure_off_max: Annotated[float, Bounds(gt=0.0, le=1e6), Q("Pa")] = 30e3
     pressure_off_time: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.3
+    pressures_lost: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.1
+    """Hardware alone: a board that is silent for longer has no pressures, and its own watchdog vents it."""
     pressure_max: Annotated[float, Bounds(gt=0.0, le=1e6), Q("Pa")] = 340e3
     """A measured chamber pressure above this is an E-STOP."""
     pressure_min: Annotated[float, Bounds(ge=-1e5, lt=0.0), Q("Pa")] = -20e3
@@ -253,3 +256,5 @@ class RigParameters(Model):
     twin: TwinParameters = TwinParameters()
     plant_actuator: Actuator | None = None
     """What is simulated, where it is another body than the one that observer and controller believe in."""
+    hardware: Hardware | None = None
+    """A rig that is not simulated: its motion capture and its valves. None: the twin stands in for it."""

@@ -58,6 +58,7 @@ class Watch(IntEnum):
     FLOW = 14
     NUMBERS = 15
     PRESSURE = 16
+    PRESSURES_LOST = 17
 
 
 @dataclass(frozen=True)
@@ -154,6 +155,13 @@ WATCHDOGS: dict[Watch, Watchdog] = {
         UNSTOPPED,
         E_STOP,
         Cause.PRESSURE,
+    ),
+    Watch.PRESSURES_LOST: Watchdog(
+        "chamber pressures of hardware, age, or of the last ones at which its board obeyed",
+        ("pressures_lost",),
+        DRIVEN,
+        E_STOP,
+        Cause.PRESSURES_LOST,
     ),
 }
 """Every age counts on the loop's own clock, without the loop's own stalls."""

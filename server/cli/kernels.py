@@ -162,13 +162,17 @@ def beside() -> None:
 
 
 def loop() -> None:
-    """The loop of the rig, with either plant."""
-    from controller.build.plant import build_plant
+    """The loop of the rig, with either plant and with hardware, and either plant alone."""
+    from controller.build.plant import build_hardware, build_plant
     from controller.build.rig import build_rig
     from controller.realtime.loop import compile_loop
+    from controller.schema.hardware import Valves
+    from controller.virtual.plant import compile_plant
 
     for parameters in _rigs():
         compile_loop(build_rig(parameters, boot=1), build_plant(parameters))
+        compile_plant(build_plant(parameters), raw=False)
+    compile_loop(_given().rig, build_hardware(Valves(driver="serial"), 1e-3))
 
 
 def preview() -> None:

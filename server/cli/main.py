@@ -16,6 +16,7 @@ from server.cli.docs import docs
 from server.cli.recordings import app as recordings_app
 from server.cli.research.commands import ActuatorName, PlantName
 from server.cli.research.commands import app as research_app
+from server.cli.rig_files import virtual_rig
 from server.cli.tokens import app as token_app
 from server.cli.typed import RecordingsFolder, commands
 
@@ -26,10 +27,15 @@ if TYPE_CHECKING:
 app = commands(no_args_is_help=True, pretty_exceptions_enable=False)
 app.add_typer(recordings_app, name="recordings")
 app.add_typer(token_app, name="token")
+app.command("virtual-rig")(virtual_rig)
 app.add_typer(research_app)
 out = Console()
 
 RigName = Annotated[str, typer.Option(help="Rig id: part of every key on the link and of every recording.")]
+RigOrFile = Annotated[
+    str,
+    typer.Option(help="Rig id, part of every key and recording; or a rig file (.toml), which drives real devices."),
+]
 Host = Annotated[str, typer.Option(help="Address to serve on; anything but loopback is reachable by others.")]
 Port = Annotated[int, typer.Option(help="Port to serve on; 0 takes a free one.")]
 KeyFile = Annotated[
@@ -94,7 +100,7 @@ def configure(
 
 @app.command()
 def up(
-    rig: RigName = "twin",
+    rig: RigOrFile = "twin",
     actuator: LastActuator = None,
     plant: PlantName = "rod",
     rods: Rods = 10,
@@ -111,14 +117,17 @@ def up(
     ready: Ready = None,
     log_format: Log = "text",
 ) -> None:
-    """Start rig (twin) and server on this machine and keep both alive."""
+    """Start rig (twin, or the devices of a rig file) and server on this machine and keep both alive."""
     from controller.realtime.settings import RigSettings
     from server.settings import ServerSettings
+    from server.cli.rig_files import named_rig, rig_parameters
     from server.supervise.up import run_up, with_last_actuator
 
     _start_log("up", log_format)
+    name, file = named_rig(rig)
     settings = ServerSettings(
-        rig=rig,
+        rig=name,
+        rig_file=file,
         host=host,
         port=port,
         recordings=recordings,
@@ -130,10 +139,12 @@ def up(
     )
 
     def parameters() -> "tuple[RigParameters, RigParameters | None]":
+        if file is not None:
+            return rig_parameters(file), None
         found = _parameters(actuator or "P1", plant, rods, integrator, loop_gap)
         return (found, None) if actuator else (with_last_actuator(found, settings), found)
 
-    run_up(RigSettings(rig=rig, log_format=log_format), parameters, settings, browser, ready)
+    run_up(RigSettings(rig=name, log_format=log_format), parameters, settings, browser, ready)
 
 
 @app.command()
@@ -176,7 +187,7 @@ def serve(
 
 @app.command()
 def rig(
-    rig: RigName = "twin",
+    rig: RigOrFile = "twin",
     actuator: ActuatorName = "P1",
     plant: PlantName = "rod",
     rods: Rods = 10,
@@ -188,13 +199,15 @@ def rig(
     ready: Ready = None,
     log_format: Log = "text",
 ) -> None:
-    """Start the rig process only: the 1 kHz loop with the twin."""
+    """Start the rig process only: the 1 kHz loop, with the twin or the devices of a rig file."""
     from controller.realtime.rig import run_rig
     from controller.realtime.settings import RigSettings
+    from server.cli.rig_files import named_rig, rig_parameters
 
     _start_log("rig", log_format)
-    parameters = _parameters(actuator, plant, rods, integrator, loop_gap)
-    link = RigSettings(rig=rig, listen=listen, key_file=key_file, link_tls=link_tls, ready=ready)
+    name, file = named_rig(rig)
+    parameters = rig_parameters(file) if file else _parameters(actuator, plant, rods, integrator, loop_gap)
+    link = RigSettings(rig=name, listen=listen, key_file=key_file, link_tls=link_tls, ready=ready)
     run_rig(link.model_copy(update={"parameters": parameters}))
 
 

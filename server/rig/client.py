@@ -9,6 +9,7 @@ from controller.errors import RigUnreachable
 from controller.link import PlannedRows, RigClient
 from controller.link.keys import REPLAY_MAX
 from controller.schema.actuator import Actuator
+from controller.schema.hardware import Drivers
 from controller.schema.layout import record_dtype
 from controller.schema.messages import CommandReply, RigInfo, Telemetry, TwinFaults, TwinTime
 from controller.schema.parameters import RigParameters
@@ -141,6 +142,10 @@ class Rig:
         """Let the twin's time stand still or go on, if `permit` stands."""
         permit.require()
         return self._link.time(wanted)
+
+    def drivers(self) -> Drivers:
+        """How the rig's devices fare; see `RigClient.drivers`."""
+        return self._link.drivers()
 
     def close(self) -> None:
         """End the link; no row comes after this."""

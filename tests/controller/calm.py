@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from controller.arrays import Rows
-from controller.realtime.desk import inject
+from controller.drivers.twin import inject
 from controller.schema.fit import GAINS
 from controller.schema.messages import TwinFaults
 from controller.schema.parameters import SafetyLimits

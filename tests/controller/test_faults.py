@@ -1,16 +1,20 @@
 """Faults that are injected into the twin: what each breaks, and what the rig does about it."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from controller.arrays import Rows
+from controller.build.plant import build_hardware
 from controller.build.twin import build_twin
+from controller.drivers.twin import inject
 from controller.errors import CommandRefused
 from controller.kernels.plant.faults import MARKER_LOSS, NOISE, SAMPLE_LOSS
 from controller.kernels.plant.twin import Twin
-from controller.realtime.desk import Desk, inject
+from controller.realtime.desk import Desk
+from controller.schema.hardware import Valves
 from controller.schema.messages import TwinFaults, TwinTime
 from controller.schema.modes import Cause, Freeze, Mode, Request
 from controller.schema.parameters import RigParameters, TwinParameters
@@ -58,7 +62,8 @@ def test_a_lost_sample_is_never_delivered_and_the_next_comes_in_its_time() -> No
 
 
 def test_a_rig_of_hardware_refuses_faults_and_its_time_never_stands_still() -> None:
-    desk = Desk(*[None] * 5)  # type: ignore[arg-type]
+    valves = build_hardware(Valves(driver="serial"), 1e-3)
+    desk = Desk(*[None] * 4, SimpleNamespace(simulated=False, twin=valves))  # type: ignore[arg-type]
     with pytest.raises(CommandRefused, match="this rig is hardware"):
         desk.faults(TwinFaults(noise=1e-3))
     with pytest.raises(CommandRefused, match="this rig is hardware"):

@@ -19,7 +19,7 @@ from hypothesis.stateful import (
     run_state_machine_as_test,
 )
 
-from controller.realtime.desk import inject
+from controller.drivers.twin import inject
 from controller.schema.layout import write_record
 from controller.schema.messages import TwinFaults
 from controller.schema.modes import Cause, Freeze, Law, Mode, Request

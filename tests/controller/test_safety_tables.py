@@ -140,6 +140,12 @@ def underfill(desk: Desk, share: float) -> None:
     desk.step()
 
 
+def silence_board(desk: Desk, share: float) -> None:
+    """As if it were hardware, whose board was heard until now."""
+    desk.measurement["pressures_ns"] = desk.now
+    desk.step(round(1000 * LIMITS.pressures_lost * share))
+
+
 class Trial(NamedTuple):
     watch: Watch
     act: Callable[[Desk, float], None]
@@ -166,6 +172,7 @@ TRIALS = [
     Trial(Watch.NUMBERS, lose_number),
     Trial(Watch.PRESSURE, overfill),
     Trial(Watch.PRESSURE, underfill),
+    Trial(Watch.PRESSURES_LOST, silence_board),
 ]
 WITHIN, BEYOND = 0.97, 1.03
 LATER = (Watch.SERVER_GONE, Watch.PUMP_GONE)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from controller.drivers.driver import Driver
 from controller.errors import RigUnreachable
 from controller.kernels.control.tick import tick
 from controller.link import rig_end
@@ -89,6 +90,9 @@ def _planned() -> dict[int, Any]:
     return {id(one): one for one in (control.reference, control.guide, control.kinds, control.smap)}
 
 
+DRIVER = SimpleNamespace(simulated=True, twin=None, unready=lambda: "")
+
+
 class Rig(Ticked):
     """One boot of a rig, and its end of the link."""
 
@@ -101,7 +105,7 @@ class Rig(Ticked):
         self.scratch = np.zeros(len(words(self.command)), np.int64)
         self.ring = create_ring("test", boot, world.folder, capacity=256)
         info = RigInfo.model_construct(boot=boot, parameters=RigParameters(limits=LIMITS))
-        desk = desk_module.Desk(info, self.ring, self.box, cast(Any, None), None)
+        desk = desk_module.Desk(info, self.ring, self.box, cast(Any, None), cast(Driver, DRIVER))
         nothing = SimpleNamespace(undeclare=lambda: None)
         session: Any = SimpleNamespace(
             declare_publisher=lambda *given, **more: nothing,

@@ -1,4 +1,4 @@
-"""One step of whichever plant stands in for the hardware: the loop and every simulation are compiled for its type."""
+"""One step of the hardware, or of whichever plant stands in for it: loop and simulations are compiled for its type."""
 
 from typing import Any
 
@@ -6,22 +6,22 @@ from numba.extending import overload
 
 from controller.arrays import Record
 from controller.kernels.plant.cosserat import Cosserat, cosserat_step
+from controller.kernels.plant.hardware import Hardware, hardware_step
 from controller.kernels.plant.twin import Twin, twin_step
 
-Plant = Twin | Cosserat
+Simulated = Twin | Cosserat
+Plant = Simulated | Hardware
+STEPS = {Twin: twin_step, Cosserat: cosserat_step, Hardware: hardware_step}
 
 
 def plant_step(t_ns: int, plant: Plant, telemetry: Record, out_measurement: Record) -> None:
     """One step of `plant`, as `twin_step`; for compiled callers, which know its type when they are compiled."""
-    if isinstance(plant, Cosserat):
-        cosserat_step(t_ns, plant, telemetry, out_measurement)
-    else:
-        twin_step(t_ns, plant, telemetry, out_measurement)
+    STEPS[type(plant)](t_ns, plant, telemetry, out_measurement)
 
 
 @overload(plant_step, inline="always")
 def _chosen(t_ns: Any, plant: Any, telemetry: Any, out_measurement: Any) -> Any:
-    step = cosserat_step if plant.instance_class is Cosserat else twin_step
+    step = STEPS[plant.instance_class]
 
     def call(t_ns: Any, plant: Any, telemetry: Any, out_measurement: Any) -> Any:
         step(t_ns, plant, telemetry, out_measurement)

@@ -24,6 +24,17 @@ OPEN_LINE = 0.05
 """Opening through which a chamber loses its air at least, while the supply line is open [share of the stroke]."""
 
 
+class PressureLoop(NamedTuple):
+    """The loop from pressure error to valve command."""
+
+    inflate_gain: float
+    """Opening per pressure error while the chamber is below its setpoint [1/Pa]."""
+    exhaust_gain: float
+    """The same above the setpoint [1/Pa]."""
+    integral_time: float
+    """Reset time of the loop [s]."""
+
+
 class Valve(NamedTuple):
     """What the four valves and their loops have in common."""
 
@@ -39,12 +50,7 @@ class Valve(NamedTuple):
     """Share of the spool's distance from its command that is left after a tick."""
     offset: float
     """Opening at rest that no command asked for [share of the stroke]."""
-    inflate_gain: float
-    """Opening per pressure error while the chamber is below its setpoint [1/Pa]."""
-    exhaust_gain: float
-    """The same above the setpoint [1/Pa]."""
-    integral_time: float
-    """Reset time of the loop [s]."""
+    loop: PressureLoop
 
 
 class Chambers(NamedTuple):
@@ -59,7 +65,9 @@ class Chambers(NamedTuple):
     integral: Array
     """(4,) the loops' share of the command."""
     line: Array
-    """Ring of setpoints on their way (ticks of dead time + 1, 4) [Pa]."""
+    """Ring of setpoints on their way (ticks of dead time + 1, 4) [Pa]; of openings, where the valves are driven raw."""
+    raw: Words
+    """(1,) 1: the valves take openings from outside, and their own loops are off."""
     valve: Valve
     broken: Words
     """(3,) bits of chambers whose sensor is stuck, bits of those whose spool is, 1 where the supply is lost."""
@@ -69,7 +77,7 @@ class Chambers(NamedTuple):
 
 @kernel
 def fill_chambers(tick: int, setpoints: Array, dt: float, chambers: Chambers) -> None:
-    """Advance the four chambers by dt [s]: dead time, pressure loop, spool, flow; setpoints (4,) [Pa].
+    """Advance the four chambers by dt [s]: dead time, pressure loop, spool, flow; setpoints (4,) [Pa], or openings.
 
     Paper, "Hardware setup": valves and pressure loops. In place: chambers.
     """
@@ -79,7 +87,10 @@ def fill_chambers(tick: int, setpoints: Array, dt: float, chambers: Chambers) ->
     for j in range(4):
         chambers.line[put, j] = setpoints[j]
         p, e = chambers.pressure[j], chambers.line[take, j] - chambers.sensed[j]
-        command, chambers.integral[j] = regulate(valve, e, chambers.integral[j], dt)
+        if chambers.raw[0] != 0:
+            command = min(1.0, max(-1.0, chambers.line[take, j]))
+        else:
+            command, chambers.integral[j] = regulate(valve.loop, e, chambers.integral[j], dt)
         if not chambers.broken[SPOOLS_STUCK] >> j & 1:
             chambers.spool[j] = flushed(command + (chambers.spool[j] - command) * valve.keep)
         opening = min(1.0, max(-1.0, chambers.spool[j] + valve.offset))
@@ -102,15 +113,15 @@ def dump(dt: float, chambers: Chambers) -> None:
 
 
 @inlined
-def regulate(valve: Valve, e: float, integral: float, dt: float) -> Pair:
+def regulate(loop: PressureLoop, e: float, integral: float, dt: float) -> Pair:
     """Valve command (-1..1) for a pressure error e [Pa], and the new integral: PI with two gains of P, one of I.
 
     Paper, "Hardware setup": the low-level loops. Anti-windup, ours: the integral moves only near the setpoint and never
     beyond what the spool's offset needs.
     """
-    command = e * (valve.inflate_gain if e > 0.0 else valve.exhaust_gain)
+    command = e * (loop.inflate_gain if e > 0.0 else loop.exhaust_gain)
     if abs(e) < INTEGRAL_BAND:
-        integral += valve.inflate_gain * e * dt / valve.integral_time
+        integral += loop.inflate_gain * e * dt / loop.integral_time
         integral = min(INTEGRAL_MAX, max(-INTEGRAL_MAX, integral))
     return min(1.0, max(-1.0, command + integral)), integral
 

@@ -40,6 +40,7 @@ MARKERS_LOST, MARKERS_JUMPED = int(Watch.MARKERS_LOST), int(Watch.MARKERS_JUMPED
 MARKERS_FROZEN, ERROR, ERROR_RMS = int(Watch.MARKERS_FROZEN), int(Watch.ERROR), int(Watch.ERROR_RMS)
 OSCILLATION, RESIDUAL, SPEED = int(Watch.OSCILLATION), int(Watch.RESIDUAL), int(Watch.SPEED)
 FLOW, NUMBERS, PRESSURE = int(Watch.FLOW), int(Watch.NUMBERS), int(Watch.PRESSURE)
+PRESSURES_LOST = int(Watch.PRESSURES_LOST)
 
 ASK_CLEAR, ASK_E_STOP = int(Request.CLEAR), int(Request.E_STOP)
 NO_CAUSE, OPERATOR, RESTED = int(Cause.NONE), int(Cause.OPERATOR), int(Cause.RESTED)
@@ -73,6 +74,7 @@ def supervise(t_ns: int, command: Record, status: Record, measurement: Record, u
     watch_flow(measurement, u_hat, control)
     watch_numbers(command, control)
     watch_pressure(limits, measurement, state)
+    watch_board(limits, t_ns, measurement, state)
     if state.mode == REST and state.u[0] == 0.0 and state.u[1] == 0.0:
         move(VENTED, state.cause if KEPT_BITS >> state.cause & 1 else RESTED, state)
     state.entered = state.mode != before
@@ -299,3 +301,10 @@ def watch_pressure(limits: Record, measurement: Record, state: Record) -> None:
     for j in range(measurement.pressures.shape[0]):
         if not limits.pressure_min <= measurement.pressures[j] <= limits.pressure_max:
             react(PRESSURE, state)
+
+
+@kernel
+def watch_board(limits: Record, t_ns: int, measurement: Record, state: Record) -> None:
+    """The board of a rig's valves is silent, or drives nothing: E_STOP. Not in the paper. In place: state."""
+    if measurement.pressures_ns != 0 and silence(state, measurement.pressures_ns, t_ns) > limits.pressures_lost:
+        react(PRESSURES_LOST, state)

@@ -64,6 +64,7 @@ export const CAUSE_TEXT: Record<Cause, string> = {
   21: "tip oscillates",
   22: "tracking error swings too widely",
   23: "observer too far from the markers",
+  24: "valves' board lost",
 };
 
 /** Why the rig is in its state; of an E-STOP that was pressed, by whom. */
@@ -92,6 +93,7 @@ const REMEDY: Partial<Record<Cause, string>> = {
   21: "Lower K_P, K_I or K_FF",
   22: "Lower K_P, K_I or K_FF",
   23: "Check that the actuator is the one in use, markers and camera, then K_o",
+  24: "Check the valves' board, its cable and its power; the page Rig says what it heard last",
 };
 
 export function remedy(cause: Cause): string {

@@ -1,0 +1,109 @@
+"""The rig file: everything that one lab's rig is, in TOML: actuator, drivers, markers, frame, valves, limits.
+
+`tendril up --rig rig.toml` runs it, `tendril virtual-rig rig.toml` stands in for its devices, and the page's commissioning
+writes what it measures into it. Comments and order of the file stay.
+"""
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any
+
+import tomlkit
+from pydantic import Field as Bounds
+from pydantic import ValidationError
+from tomlkit.exceptions import TOMLKitError
+
+from controller.errors import ParameterError, sentence
+from controller.schema.actuator import PRESETS, Actuator, read_actuator
+from controller.schema.hardware import Hardware, MotionCapture, Valves
+from controller.schema.layout import Model
+from controller.schema.parameters import ControllerParameters, RigParameters, SafetyLimits, TwinParameters
+from controller.spelled import spelled
+from controller.system.whole_file import read_whole, write_whole
+
+SIZE_MAX = 200_000
+"""Longest rig file [bytes]."""
+RigName = Annotated[str, spelled(r"^[A-Za-z0-9_-]{1,40}$", "1 to 40 letters (a to z), digits and _ -, no blanks")]
+
+
+class RigFile(Model):
+    """What a rig file may say; what it leaves out has its default."""
+
+    name: RigName = "rig"
+    """The rig's id: in keys, recordings and paths."""
+    actuator: str | Actuator = "P1"
+    """P1, P2, P3, an actuator's file beside this one, or the actuator itself as a table."""
+    motion_capture: MotionCapture
+    valves: Valves
+    controller: ControllerParameters = ControllerParameters()
+    limits: SafetyLimits = SafetyLimits()
+    twin: TwinParameters = TwinParameters()
+    """The plant of the virtual rig, and of previews."""
+    commissioned: dict[str, Annotated[str, Bounds(max_length=200)]] = {}
+    """Steps of the commissioning that are done, and what came of each."""
+
+    def parameters(self, folder: Path) -> RigParameters:
+        """What a rig process is started with; actuators' files are looked for in `folder`. Raises ParameterError."""
+        return RigParameters(
+            actuator=self.found_actuator(folder),
+            controller=self.controller,
+            limits=self.limits,
+            twin=self.twin,
+            hardware=Hardware(motion_capture=self.motion_capture, valves=self.valves),
+        )
+
+    def found_actuator(self, folder: Path) -> Actuator:
+        """The actuator that it names or holds; ParameterError where there is none."""
+        if isinstance(self.actuator, Actuator):
+            return self.actuator
+        return read_actuator(self.actuator if self.actuator in PRESETS else folder / self.actuator)
+
+
+def read_rig_file(path: Path) -> RigFile:
+    """The rig file at `path`; ParameterError names file, field, value and bound."""
+    try:
+        return parse_rig_file(read_whole(path).decode("utf-8-sig"), str(path))
+    except OSError as error:
+        raise ParameterError(f"{path} cannot be read: {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise ParameterError(f"{path} is not text: {error}") from error
+
+
+def parse_rig_file(text: str, source: str) -> RigFile:
+    """The rig that the TOML `text` describes; ParameterError names `source`, field, value and bound."""
+    if len(text) > SIZE_MAX:
+        raise ParameterError(f"{source} has {len(text)} characters: {SIZE_MAX} are the most")
+    try:
+        return RigFile.model_validate(tomllib.loads(text))
+    except ValidationError as error:
+        raise ParameterError(f"{source}: {sentence(error)}") from error
+    except RecursionError as error:
+        raise ParameterError(f"{source} is nested too deeply") from error
+    except ValueError as error:
+        raise ParameterError(f"{source} is not TOML: {error}") from error
+
+
+def changed(text: str, changes: dict[str, Any], source: str) -> str:
+    """The TOML `text` with the values of `changes` ("valves.measured": True) put in, all else as it was.
+
+    Raises ParameterError where what comes of it is no rig file.
+    """
+    try:
+        document = tomlkit.parse(text)
+        for place, value in changes.items():
+            *tables, name = place.split(".")
+            at: Any = document
+            for table in tables:
+                at = at.setdefault(table, tomlkit.table())
+            at[name] = value
+        found = tomlkit.dumps(document)
+    except (TOMLKitError, TypeError, AttributeError) as error:
+        raise ParameterError(f"{source} cannot be changed: {error}") from error
+    parse_rig_file(found, source)
+    return found
+
+
+def write_rig_file(path: Path, text: str) -> None:
+    """Put `text`, which must be a rig file, in the place of `path`, whole; raises ParameterError, OSError."""
+    parse_rig_file(text, str(path))
+    write_whole(path, text)

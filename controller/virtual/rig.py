@@ -1,0 +1,255 @@
+"""`tendril virtual-rig`: the simulated plant behind the wires that a rig file names, in real time, with faults to switch.
+
+What is typed into it, a line each, breaks it as real devices break: see `FAULTS`. It answers each line with one of JSON.
+"""
+
+import json
+import os
+import random
+import shlex
+import stat
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+
+from controller.arrays import Array
+from controller.drivers.twin import inject
+from controller.errors import ParameterError, TendrilError
+from controller.schema.hardware import CHANNELS, Frame, MotionCapture, Valves
+from controller.schema.messages import TwinFaults
+from controller.schema.parameters import SENSORS
+from controller.schema.rig_file import RigFile, changed, read_rig_file
+from controller.system.whole_file import write_whole
+from controller.virtual.peers import CapturePeer, Drive, ValvePeer
+from controller.virtual.plant import RunningPlant
+from controller.virtual.registry import capture_peer, valve_peer
+
+LOOK = 5e-4
+"""Pause between two looks for a new sample [s]."""
+CHAMBERS = 4
+GHOST_RANGE = 0.4
+"""Ghosts are seen this far from the base at most [m]."""
+
+
+class Camera:
+    """Shows the plant's markers to whoever is behind `peer`, as the rig file says that they are seen."""
+
+    def __init__(self, asked: MotionCapture, plant: RunningPlant, peer: CapturePeer) -> None:
+        self._asked, self._plant, self.peer = asked, plant, peer
+        self.late, self.ghosts = 0.0, 0
+        self.swapped: tuple[int, int] | None = None
+        self.hidden: set[int] = set()
+        self._names = {rod: name for name, rod in asked.labels.items()}
+        self._random = random.Random(1)
+        self._waiting: deque[tuple[int, Array]] = deque()
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="camera", daemon=True)
+
+    def start(self) -> None:
+        """Begin to show what the plant's own camera sees."""
+        self.peer.plug()
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread and the wire."""
+        self._stopping.set()
+        self._thread.join()
+        self.peer.unplug()
+
+    def _run(self) -> None:
+        seen = 0
+        while not self._stopping.wait(LOOK):
+            newest = self._plant.newest()
+            if newest["t_ns"] != seen:
+                seen = int(newest["t_ns"])
+                self._waiting.append((seen, np.array(newest["markers"])))
+            late_ns = int(self.late * 1e9)
+            while self._waiting and time.monotonic_ns() >= self._waiting[0][0] + late_ns:
+                self._show(*self._waiting.popleft())
+
+    def _show(self, t_ns: int, markers: Array) -> None:
+        rods = [rod for rod in self._asked.rods if rod not in self.hidden]
+        places = {rod: markers[rod - 1] for rod in rods}
+        if self.swapped is not None and set(self.swapped) <= set(places):
+            a, b = self.swapped
+            places[a], places[b] = places[b], places[a]
+        points = [places[rod] for rod in rods] + [self._ghost() for _ in range(self.ghosts)]
+        labels = [self._names.get(rod, "") for rod in rods] + [""] * self.ghosts
+        self.peer.show(t_ns, seen_by_camera(np.array(points).reshape(-1, 2), self._asked.frame), tuple(labels))
+
+    def _ghost(self) -> Array:
+        return np.array([self._random.uniform(-GHOST_RANGE, GHOST_RANGE) for _ in range(2)])
+
+
+def seen_by_camera(plane: Array, frame: Frame) -> Array:
+    """Points (M,3) [m] in the camera's coordinates that `frame` carries to `plane` (M,2): the nearest such ones."""
+    axes: Array = np.linalg.pinv(np.array(frame.axes))
+    points: Array = (plane - np.array(frame.origin)) @ axes.T
+    return points
+
+
+class Board:
+    """Between the plant's four chambers and a board's channels."""
+
+    def __init__(self, asked: Valves, plant: RunningPlant) -> None:
+        self._channels, self._plant = np.array(asked.chambers), plant
+
+    def pressures(self) -> Array:
+        """What the sensors at the board's channels show, (16,) [Pa]."""
+        shown = np.zeros(CHANNELS)
+        shown[self._channels] = self._plant.newest()["pressures"]
+        return shown
+
+    def drive(self, asked: Drive) -> None:
+        """The board drives its valves."""
+        self._plant.drive(asked.pressures[self._channels], asked.openings[self._channels], asked.vent, asked.cut)
+
+
+class VirtualRig:
+    """Plant, camera and board; `start`, and break it with `do`."""
+
+    def __init__(self, found: RigFile, folder: Path, plant: str = "") -> None:
+        """`plant` "rod" or "cosserat", else that of the file. Raises ParameterError."""
+        if plant not in ("", "rod", "cosserat"):
+            raise ParameterError(f"plant = {plant!r} is not rod or cosserat")
+        twin = found.twin.model_copy(update={"plant": plant} if plant else {})
+        parameters = found.parameters(folder).model_copy(update={"twin": twin})
+        self.plant = RunningPlant(parameters, raw=found.valves.command == "opening")
+        board = Board(found.valves, self.plant)
+        self.camera = Camera(found.motion_capture, self.plant, capture_peer(found.motion_capture))
+        self.valves: ValvePeer = valve_peer(found.valves, board.pressures, board.drive)
+        self._faults = TwinFaults()
+
+    def start(self) -> None:
+        """Let plant and wires go; raises OSError where an address is taken."""
+        self.plant.start()
+        self.valves.plug()
+        self.camera.start()
+
+    def stop(self) -> None:
+        """End everything."""
+        self.camera.stop()
+        self.valves.unplug()
+        self.plant.stop()
+
+    def addresses(self) -> dict[str, str | int]:
+        """Where the devices are, as changes to the rig file."""
+        found: dict[str, str | int] = {}
+        for table, peer in (("motion_capture", self.camera.peer), ("valves", self.valves)):
+            found |= {f"{table}.options.{name}": value for name, value in peer.options.items()}
+        return found
+
+    def do(self, line: str) -> str:
+        """Carry out one line, as "late 0.03"; says what it did. Raises ParameterError."""
+        name, *words = shlex.split(line)
+        if name not in FAULTS:
+            raise ParameterError(f"{name!r} is not one of {', '.join(FAULTS)}")
+        try:
+            FAULTS[name](self, *words)
+        except (TypeError, ValueError, AttributeError) as error:
+            raise ParameterError(f"{line!r}: {error}") from error
+        return line
+
+    def inject(self, **faults: object) -> None:
+        """What breaks in the plant itself."""
+        self._faults = TwinFaults.model_validate(self._faults.model_dump() | faults)
+        inject(self._faults, self.plant.plant.faults)
+
+    def wire(self, name: str) -> "CapturePeer | ValvePeer":
+        """The device `name`."""
+        return {"camera": self.camera.peer, "valves": self.valves}[name]
+
+    def mend(self) -> None:
+        """Everything as it was; what is unplugged stays so."""
+        self._faults = TwinFaults()
+        inject(self._faults, self.plant.plant.faults)
+        self.camera.late, self.camera.ghosts, self.camera.swapped = 0.0, 0, None
+        self.camera.hidden.clear()
+
+
+def _set(place: str, kind: Callable[[str], object]) -> Callable[..., None]:
+    return lambda rig, value: setattr(rig.camera, place, kind(value))
+
+
+def _rod(value: str) -> int:
+    rod = int(value)
+    if not 1 <= rod <= SENSORS:
+        raise ValueError(f"rod = {rod} is outside [1, {SENSORS}]")
+    return rod
+
+
+def _chamber(value: str) -> int:
+    chamber = int(value)
+    if not 1 <= chamber <= CHAMBERS:
+        raise ValueError(f"chamber = {chamber} is outside [1, {CHAMBERS}]")
+    return 1 << (chamber - 1)
+
+
+FAULTS: dict[str, Callable[..., None]] = {
+    "unplug": lambda rig, name: rig.wire(name).unplug(),
+    "plug": lambda rig, name: rig.wire(name).plug(),
+    "late": _set("late", float),
+    "ghosts": _set("ghosts", int),
+    "swap": lambda rig, a, b: setattr(rig.camera, "swapped", (_rod(a), _rod(b))),
+    "hide": lambda rig, rod: rig.camera.hidden.add(_rod(rod)),
+    "noise": lambda rig, sigma: rig.inject(noise=float(sigma)),
+    "stick": lambda rig, chamber: rig.inject(valves_stuck=_chamber(chamber)),
+    "stick_sensor": lambda rig, chamber: rig.inject(sensors_stuck=_chamber(chamber)),
+    "supply_off": lambda rig: rig.inject(supply_lost=True),
+    "reset": lambda rig: rig.valves.reset(),
+    "freeze": lambda rig: rig.valves.freeze(),
+    "thaw": lambda rig: rig.valves.thaw(),
+    "half": lambda rig, name: rig.wire(name).half_frame(),
+    "mend": lambda rig: rig.mend(),
+}
+"""What a line may begin with: camera and valves are unplugged and plugged, samples are `late` [s] beyond the camera's
+own latency, `ghosts` are seen, two rods' markers are `swap`ped, one is `hide`den, `noise` [m] is added, a valve or a
+pressure sensor (1 to 4: u1+, u1-, u2+, u2-) sticks, the supply is lost, the board is `reset`, frozen and thawed, `half` a
+frame comes; `mend` ends all that is not unplugged."""
+
+
+def run_virtual_rig(path: Path, plant: str, out: Path | None, lines: TextIO = sys.stdin) -> None:
+    """Run until the lines end or Ctrl-C; `out` is written once the wires answer. Raises ParameterError, TendrilError."""
+    found = read_rig_file(path)
+    rig = VirtualRig(found, path.parent, plant)
+    try:
+        rig.start()
+    except OSError as error:
+        raise TendrilError(f"the virtual rig cannot begin: {error}") from error
+    try:
+        _say({"ready": found.name, **rig.addresses()})
+        if out is not None:
+            write_whole(out, changed(path.read_text(), rig.addresses(), str(out)))
+        _obey(rig, lines)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        rig.stop()
+
+
+def _obey(rig: VirtualRig, lines: TextIO) -> None:
+    """Line after line; where nobody can type, until Ctrl-C or SIGTERM."""
+    for line in lines:
+        if not line.strip():
+            continue
+        try:
+            _say({"done": rig.do(line.strip())})
+        except (TendrilError, OSError) as error:
+            _say({"refused": str(error)})
+    if _nobody_there(lines):
+        threading.Event().wait()
+
+
+def _nobody_there(lines: TextIO) -> bool:
+    """Whether lines end because nobody could type any, as in the background: /dev/null, not a closed pipe or Ctrl-D."""
+    return not lines.isatty() and stat.S_ISCHR(os.fstat(lines.fileno()).st_mode)
+
+
+def _say(message: dict[str, object]) -> None:
+    print(json.dumps(message), flush=True)
