@@ -1,7 +1,7 @@
 // The firmware as a process: its serial line is a pseudo-terminal, its valves and sensors are words in a file (shared.h).
 //   tendril-board FILE [--boot N] [--baud N]
 // Prints the path of its terminal, again after each plug. Bytes on stdin: u pulls the cable, p plugs it in, r resets the
-// board. Ends with stdin. --baud changes nothing: a pseudo-terminal has no speed.
+// board, h cuts the next reply in half. Ends with stdin. --baud changes nothing: a pseudo-terminal has no speed.
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/mman.h>
@@ -116,7 +116,8 @@ class Process {
     for (long i = 0; i < count; ++i) {
       if (!board_.receive(bytes[i], micros())) continue;
       publish();
-      terminal_.send(board_.reply(), board_.reply_size());
+      terminal_.send(board_.reply(), halve_ ? board_.reply_size() / 2 : board_.reply_size());
+      halve_ = false;
     }
   }
 
@@ -125,6 +126,7 @@ class Process {
     if (read(0, &asked, 1) <= 0) return false;
     if (asked == 'u') terminal_.unplug();
     if (asked == 'p') terminal_.plug();
+    if (asked == 'h') halve_ = true;
     if (asked == 'r') {
       board_ = HostBoard(HOST_CONFIG, ++boot_, micros());
       step();
@@ -163,7 +165,7 @@ class Process {
   Terminal terminal_;
   uint16_t boot_;
   HostBoard board_;
-  bool vented_ = false;
+  bool vented_ = false, halve_ = false;
 };
 
 }  // namespace

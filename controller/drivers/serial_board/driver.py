@@ -1,0 +1,232 @@
+"""A board with valves and pressure sensors at a serial line: `firmware/`, or any that speaks docs/serial.md."""
+
+import logging
+import math
+import time
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field as Bounds
+
+from controller.drivers.clocks import TwoWayClock
+from controller.drivers.device import DeviceError, Outlet, Reading, ValveDevice
+from controller.drivers.serial_board import frames
+from controller.drivers.serial_board.frames import HelloReply, State
+from controller.drivers.serial_board.line import Line
+from controller.schema.layout import Model
+from controller.schema.layout import Quantity as Q
+
+log = logging.getLogger(__name__)
+
+ASK_AGAIN = 0.1
+"""Pause between two greetings [s]: an Arduino starts anew when its port is opened, and hears none for a second."""
+CLOCK_EVERY_NS = 100_000_000
+"""The quickest answer of so long is one for the clock [ns]."""
+WRAP = 2**32
+
+
+class SerialOptions(Model):
+    """Where the board is."""
+
+    port: Annotated[str, Bounds(min_length=1, max_length=200)]
+    """Path, as "/dev/serial/by-id/usb-Arduino...": names there stay when others are plugged in."""
+    baud: Annotated[int, Bounds(ge=9600, le=12_000_000), Q("1/s")] = 1_000_000
+    """Of a real UART; a board with USB of its own ignores it."""
+    timeout: Annotated[float, Bounds(ge=0.002, le=0.05), Q("s")] = 0.01
+    """Without an answer for so long the next command is sent: well below the board's watchdog."""
+    hello_timeout: Annotated[float, Bounds(ge=0.1, le=20.0), Q("s")] = 4.0
+    """A board that says nothing for so long after its port was opened is none."""
+
+
+class SerialBoard(ValveDevice[SerialOptions]):
+    """One question, one answer, 500 times a second."""
+
+    Options = SerialOptions
+    capabilities = ("two-way clock", "setpoints", "raw openings", "own watchdog", "own limits", "supply cut")
+    clock = "two-way"
+    period = 0.002
+
+    board: HelloReply | None = None
+    """What the board said it is; None while it is not open."""
+
+    def __init__(self, options: SerialOptions, chambers: tuple[int, ...], raw: bool) -> None:
+        """`raw`: it is to take openings, else setpoints of pressure."""
+        super().__init__(options, chambers, raw)
+        self._line: Line | None = None
+        self._cutter = frames.Cutter()
+        self._clock = BoardClock()
+        self._number = 0
+        self._refused = self._refused_by_board = 0
+        self._limited = False
+
+    @property
+    def name(self) -> str:
+        """As "/dev/ttyACM0 at 1000000 baud"."""
+        return f"{self.options.port} at {self.options.baud} baud"
+
+    @property
+    def rejected(self) -> int:  # type: ignore[override]  # counted by two
+        """Frames that were none: of the board's here, and of ours there."""
+        return self._cutter.rejected + self._refused
+
+    def open(self) -> None:
+        """Open the port and greet the board; raises DeviceError or OSError, saying what does not fit."""
+        self.close()
+        self._line = Line(self.options.port, self.options.baud)
+        self._greet(self.options.hello_timeout)
+
+    def close(self) -> None:
+        """Let go of the port; the board vents by itself."""
+        line, self._line, self.board = self._line, None, None
+        if line is not None:
+            line.close()
+
+    def exchange(self, outlet: Outlet, timeout: float) -> Reading | None:
+        """Send a command and return the board's answer to it; None where it does not come in time."""
+        line, board = self._opened()
+        self._number += 1
+        wanted, driven, targets = self._command(outlet, board.channels)
+        asked_ns = time.monotonic_ns()
+        host_us = asked_ns // 1000 % WRAP
+        line.write(frames.command(self._number % 65536, host_us, wanted, driven, targets))
+        deadline = time.monotonic() + min(timeout, self.options.timeout)
+        state = self._answer(line, host_us, deadline)
+        return None if state is None else self._reading(state, board, asked_ns)
+
+    def _opened(self) -> tuple[Line, HelloReply]:
+        if self._line is None or self.board is None:
+            raise DeviceError("the board is not open")
+        return self._line, self.board
+
+    def _command(self, outlet: Outlet, channels: int) -> tuple[int, int, list[int]]:
+        """What is wanted, which channels are driven, and their targets. What is no number vents all."""
+        values = (outlet.openings if self.raw else outlet.pressures).tolist()
+        targets, driven = [0] * channels, 0
+        wanted = (frames.RAW if self.raw else 0) | (frames.CUT if outlet.cut else 0)
+        if outlet.vent or not all(map(math.isfinite, values)):
+            return wanted | frames.VENT, 0, targets
+        scale, end = (frames.OPENING_END, frames.OPENING_END) if self.raw else (1, frames.SETPOINT_END)
+        for channel, value in zip(self.chambers, values, strict=True):
+            targets[channel] = round(min(max(value * scale, -end), end))
+            driven |= 1 << channel
+        return wanted, driven, targets
+
+    def _answer(self, line: Line, host_us: int, deadline: float) -> State | None:
+        """The state that answers the newest command; None by `deadline`. Later answers to older ones are left."""
+        sequence = self._number % 65536
+        while data := line.read(deadline):
+            for frame in self._cutter.feed(data):
+                if isinstance(frame, State) and (frame.sequence, frame.host_us) == (sequence, host_us):
+                    return frame
+        return None
+
+    def _reading(self, state: State, board: HelloReply, asked_ns: int) -> Reading | None:
+        answered_ns = time.monotonic_ns()
+        if len(state.pressures) != board.channels:
+            raise DeviceError(f"the board had {board.channels} channels and has {len(state.pressures)}")
+        if state.boot != board.boot:
+            log.warning("%s: the board started anew", self.name)
+            self._greet(self.options.timeout * 5)
+        self._count(state)
+        self._clock.answered(asked_ns, state.received_us, answered_ns)
+        self.clock_offset = self._clock.offset_ns * 1e-9
+        read_ns = min(self._clock.ours(state.read_us, state.received_us), answered_ns)
+        pressures = [state.pressures[channel] for channel in self.chambers]
+        values = np.array([math.nan if pressure == frames.BROKEN else pressure for pressure in pressures], float)
+        return Reading(read_ns, values, reasons(state.stopped, board), self._number)
+
+    def _count(self, state: State) -> None:
+        """Add what the board refused since last, and say once that it holds setpoints down."""
+        self._refused += (state.rejected - self._refused_by_board) % 65536
+        self._refused_by_board = state.rejected
+        limited = bool(state.outputs & frames.LIMITED)
+        if limited and not self._limited and self.board:
+            log.warning("%s: the board holds what is above its %d Pa", self.name, self.board.pressure_max)
+        self._limited = limited
+
+    def _greet(self, patience: float) -> None:
+        """Ask until the board says what it is; DeviceError after `patience` [s], or where it does not fit."""
+        line, end = self._line, time.monotonic() + patience
+        if line is None:
+            raise DeviceError("the board is not open")
+        line.forget()
+        while time.monotonic() < end:
+            self._number += 1
+            host_us = time.monotonic_ns() // 1000 % WRAP
+            line.write(frames.hello(self._number % 65536, host_us))
+            found = self._hello(line, host_us, min(end, time.monotonic() + ASK_AGAIN))
+            if found is not None:
+                return self._accept(found)
+        raise DeviceError(
+            f"nothing answers at {self.name}: is this firmware's board there, and not in its boot loader?"
+        )
+
+    def _hello(self, line: Line, host_us: int, deadline: float) -> HelloReply | None:
+        while data := line.read(deadline):
+            try:
+                found = [frame for frame in self._cutter.feed(data) if isinstance(frame, HelloReply)]
+            except frames.VersionError as error:
+                raise DeviceError(f"{error}: install the firmware that came with this version of Tendril") from error
+            for frame in found:
+                if (frame.sequence, frame.host_us) == (self._number % 65536, host_us):
+                    return frame
+        return None
+
+    def _accept(self, board: HelloReply) -> None:
+        if max(self.chambers) >= board.channels:
+            raise DeviceError(
+                f"valves.chambers names channel {max(self.chambers)}; the board has 0 to {board.channels - 1}"
+            )
+        needed, what = (
+            (frames.TAKES_OPENINGS, "openings") if self.raw else (frames.HOLDS_PRESSURE, "setpoints of pressure")
+        )
+        if not board.capabilities & needed:
+            raise DeviceError(f"the board {board.name} takes no {what}")
+        self.board = board
+        self._clock = BoardClock()
+        self._refused_by_board = 0
+
+
+class BoardClock:
+    """The board's microseconds, which wrap after 72 minutes, on our clock."""
+
+    def __init__(self) -> None:
+        self._clock = TwoWayClock()
+        self._device_us = 0
+        self._best: tuple[int, int, int] | None = None
+        self._given_ns = 0
+        self.offset_ns = 0
+        """Ours minus the board's, unwrapped [ns]."""
+
+    def answered(self, asked_ns: int, received_us: int, answered_ns: int) -> None:
+        """The board had a frame of `asked_ns` at its `received_us`, and its answer was here at `answered_ns`."""
+        self._device_us += apart(received_us, self._device_us % WRAP)
+        way = answered_ns - asked_ns
+        if self._best is None or way < self._best[2] - self._best[0]:
+            self._best = (asked_ns, self._device_us * 1000, answered_ns)
+        if answered_ns - self._given_ns > CLOCK_EVERY_NS:
+            self._clock.answered(*self._best)
+            self._best, self._given_ns, self.offset_ns = None, answered_ns, self._clock.offset_ns
+
+    def ours(self, then_us: int, received_us: int) -> int:
+        """The board's `then_us`, near its `received_us` of the newest answer, on our clock [ns]."""
+        return (self._device_us + apart(then_us, received_us)) * 1000 + self.offset_ns
+
+
+def apart(later_us: int, earlier_us: int) -> int:
+    """Between two times of a clock of 32 bits [us], the shorter way round."""
+    return (later_us - earlier_us + WRAP // 2) % WRAP - WRAP // 2
+
+
+def reasons(stopped: int, board: HelloReply) -> str:
+    """Why the board drives nothing, in words; "" where it obeys."""
+    words = {
+        frames.BOOT: "it started anew",
+        frames.GREETED: "it has not been vented since it was connected",
+        frames.WATCHDOG: f"its watchdog vented: no command for {board.watchdog_ms} ms",
+        frames.OVER_PRESSURE: f"a pressure was above its {board.pressure_trip} Pa",
+        frames.E_STOP_INPUT: "its hardware stop was pressed",
+        frames.BROKEN_SENSOR: "a pressure sensor in use is broken",
+    }
+    told = stopped & ~frames.GREETED or stopped  # that it waits for a vent goes without saying where there is more
+    return "; ".join(text for bit, text in words.items() if told & bit)

@@ -1,0 +1,184 @@
+"""A serial board that is not there: the firmware itself, built for this machine, on a pseudo-terminal.
+
+The board's sensors and valves are words in a file that it shares with the plant (`firmware/host/shared.h`).
+"""
+
+import contextlib
+import logging
+import shutil
+import signal
+import subprocess
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+
+from controller.arrays import Words
+from controller.drivers.serial_board.frames import OPENING_END, SUPPLY_CUT, TAKES_RAW, VENTED
+from controller.schema.hardware import CHANNELS
+from controller.virtual.firmware import built_firmware
+from controller.virtual.peers import Drive, ReadPressures, TakeDrive
+
+log = logging.getLogger(__name__)
+
+MAGIC = 0x314C52444E54
+WORDS = 57
+PRESSURES, E_STOP, STEPS = slice(1, 17), 17, 18
+SETPOINTS, OPENINGS = slice(19, 35), slice(35, 51)
+FLAGS, REASONS, LAST_COMMAND, VENTED_AT, REJECTED, BOOT = range(51, 57)
+BROKEN = np.iinfo(np.int64).min
+PERIOD = 1e-3
+"""How often plant and board are told of each other [s]."""
+HANGS = 0.12
+"""A chip that hangs for so long is reset by its own watchdog, and valves without current vent [s]."""
+PATIENCE = 5.0
+"""Longest wait for the terminal [s]."""
+
+
+class BoardPeer:
+    """A ValvePeer: eight channels. Its terminal has one name, whichever the system gives it after each plug."""
+
+    def __init__(self, read_pressures: ReadPressures, take_drive: TakeDrive, port: Path | None = None) -> None:
+        """`port`: where its terminal is to be found; None: in a folder of its own.
+
+        Builds the firmware where that has not been done; raises TendrilError where there is no compiler.
+        """
+        self._read_pressures, self._take_drive = read_pressures, take_drive
+        self._program = built_firmware()
+        self._folder = Path(tempfile.mkdtemp(prefix="tendril-board-"))
+        self._port = port or self._folder / "tty"
+        self.words: Words = np.memmap(self._folder / "shared", np.int64, "w+", shape=(WORDS,))
+        self.words[0] = MAGIC
+        self._process: subprocess.Popen[bytes] | None = None
+        self._thread: threading.Thread | None = None
+        self._stopping = threading.Event()
+
+    @property
+    def options(self) -> dict[str, str | int]:
+        """For the driver "serial"."""
+        return {"port": str(self._port)}
+
+    @property
+    def process(self) -> int:
+        """Of the firmware, its id; raises OSError where it does not run."""
+        return self._alive().pid
+
+    def plug(self) -> None:
+        """Give the board power if it has none, and plug in its cable; raises OSError."""
+        if self._process is None or self._process.poll() is not None:
+            self._start()
+        elif self._port.is_symlink():
+            return
+        else:
+            self._tell(b"p")
+        path = self._printed()
+        self._port.unlink(missing_ok=True)
+        self._port.symlink_to(path)
+
+    def unplug(self) -> None:
+        """Pull the cable. The board goes on, and vents when its watchdog finds that nobody speaks."""
+        with contextlib.suppress(OSError):
+            self._tell(b"u")
+        self._port.unlink(missing_ok=True)
+
+    def reset(self) -> None:
+        """Its reset button: it begins anew, with the cable in."""
+        self._tell(b"r")
+
+    def half_frame(self) -> None:
+        """Its next answer is cut in half."""
+        self._tell(b"h")
+
+    def freeze(self) -> None:
+        """Its program hangs: it says nothing more, and after 120 ms the chip's own watchdog lets go of the valves."""
+        self._alive().send_signal(signal.SIGSTOP)
+
+    def thaw(self) -> None:
+        """After `freeze`: it begins anew."""
+        self._tell(b"r")
+        self._alive().send_signal(signal.SIGCONT)
+
+    def press_e_stop(self, pressed: bool) -> None:
+        """The hardware stop at the board."""
+        self.words[E_STOP] = pressed
+
+    def power_off(self) -> None:
+        """Everything without current: valves vent, supply closed, no port. `plug` gives it power again."""
+        if self._process is not None and self._process.poll() is None:
+            self._process.kill()
+            self._process.wait()
+        self._port.unlink(missing_ok=True)
+
+    def close(self) -> None:
+        """End the firmware and its thread, and remove what it left."""
+        self._stopping.set()
+        self.power_off()
+        if self._thread is not None:
+            self._thread.join()
+        for pipe in (self._process.stdin, self._process.stdout) if self._process else ():
+            if pipe is not None:
+                with contextlib.suppress(OSError):
+                    pipe.close()
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _start(self) -> None:
+        boot = int(self.words[BOOT]) % 65535 + 1
+        command = [str(self._program), str(self._folder / "shared"), "--boot", str(boot)]
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0, start_new_session=True
+        )
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._couple, name="board-peer", daemon=True)
+            self._thread.start()
+
+    def _alive(self) -> "subprocess.Popen[bytes]":
+        if self._process is None or self._process.poll() is not None:
+            raise OSError("the board has no power")
+        return self._process
+
+    def _tell(self, asked: bytes) -> None:
+        pipe = self._alive().stdin
+        assert pipe is not None
+        pipe.write(asked)
+
+    def _printed(self) -> str:
+        """The terminal's path, of which the firmware says where it is."""
+        pipe = self._alive().stdout
+        assert pipe is not None
+        path = pipe.readline().decode().strip()
+        if not path:
+            raise OSError("the board's firmware ended at once")
+        return path
+
+    def _couple(self) -> None:
+        """Sensors in, valves out, once a millisecond."""
+        steps, stepped = -1, time.monotonic()
+        while not self._stopping.wait(PERIOD):
+            self._sense()
+            if self.words[STEPS] != steps:
+                steps, stepped = int(self.words[STEPS]), time.monotonic()
+                self._take_drive(self._drive())
+            elif time.monotonic() - stepped > HANGS:
+                self._take_drive(without_current())
+
+    def _sense(self) -> None:
+        sensed = np.asarray(self._read_pressures(), float)
+        known = np.isfinite(sensed)
+        self.words[PRESSURES] = np.where(known, np.rint(np.where(known, sensed, 0.0)), BROKEN)
+
+    def _drive(self) -> Drive:
+        flags = int(self.words[FLAGS])
+        return Drive(
+            pressures=np.array(self.words[SETPOINTS], float),
+            openings=np.array(self.words[OPENINGS], float) / OPENING_END,
+            raw=bool(flags & TAKES_RAW),
+            vent=bool(flags & VENTED),
+            cut=bool(flags & SUPPLY_CUT),
+        )
+
+
+def without_current() -> Drive:
+    """What valves do that nobody drives: exhausts are open, the supply is closed."""
+    return Drive(np.zeros(CHANNELS), np.full(CHANNELS, -1.0), raw=False, vent=True, cut=True)
