@@ -1,0 +1,1 @@
+"""Valves behind Modbus TCP: a register map, of which that of Festo's VTEM is shipped (docs/modbus.md)."""

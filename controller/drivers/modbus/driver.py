@@ -1,0 +1,130 @@
+"""Valves behind Modbus TCP as a device."""
+
+import time
+
+from controller.drivers.device import Outlet, Reading, ValveDevice
+from controller.drivers.modbus import vtem
+from controller.drivers.modbus.options import ModbusOptions
+from controller.drivers.modbus.registers import pressures_of, register_map, spans, values_of, vents, words_of
+from controller.drivers.modbus.wire import ILLEGAL_FUNCTION, Refused, Wire
+from controller.errors import ParameterError
+
+
+class ModbusValves(ValveDevice[ModbusOptions]):
+    """Registers in, registers out. It cannot cut the supply by itself: `dump_register` or a valve outside must."""
+
+    Options = ModbusOptions
+    capabilities = ("setpoints", "raw openings by a map", "watchdog of the device")
+    clock = "arrival"
+    period = 0.005
+
+    def __init__(self, options: ModbusOptions, chambers: tuple[int, ...], raw: bool) -> None:
+        """Raises ParameterError where the map has no such channels, or a VTEM is to take openings."""
+        super().__init__(options, chambers, raw)
+        if raw and options.map == "vtem":
+            raise ParameterError("valves.command = opening: a VTEM's motion app 03 takes pressures")
+        self._map = register_map(options, chambers)
+        self._wire = Wire(options.host, options.port, options.unit)
+        self._commands = {slot.command: vtem.PRESSURE_APP | vtem.BOTH for slot in self._map.slots}
+        dump = {options.dump_register} if options.dump_register >= 0 else set()
+        self._writes = spans({*self._map.setpoints, *self._map.idle, *self._commands, *dump})
+        status = {slot.status for slot in self._map.slots}
+        self._reads = spans({*self._map.pressures, *status}, options.read_gap)
+        self._combined = options.combined and not options.input_registers
+        self._stopped = ""
+        """Why it stopped driving by itself: it drives again only after it was told to vent."""
+
+    @property
+    def name(self) -> str:
+        """As "Festo VTEM at 192.168.1.1:502"."""
+        kind = "Festo VTEM" if self.options.map == "vtem" else "Modbus"
+        return f"{kind} at {self.options.host}:{self.options.port}"
+
+    @property
+    def rejected(self) -> int:  # type: ignore[override]
+        """Frames that were none, or not the answer to what was asked."""
+        return self._wire.rejected
+
+    @property
+    def _watchdog_register(self) -> int:
+        known = self.options.watchdog_register
+        return vtem.WATCHDOG if known < 0 and self.options.map == "vtem" else known
+
+    def open(self) -> None:
+        """Connect, set the device's watchdog, and have a VTEM's motion app run at pressure 0."""
+        options, timeout = self.options, self.options.connect_time
+        self._wire.connect(timeout)
+        self._stopped = ""
+        if options.watchdog > 0.0 and self._watchdog_register >= 0:
+            vtem.set_watchdog(self._wire, self._watchdog_register, options.watchdog, timeout)
+        if options.map == "vtem":
+            if options.fail_safe != "ignore":
+                change = options.fail_safe == "set"
+                vtem.require_fail_safe(self._wire, options.output_base, options.input_base, change, timeout)
+            vtem.start(self._wire, self._map.slots, options.start_time, timeout)
+
+    def close(self) -> None:
+        """Drop the connection, and what it has not sent yet."""
+        self._wire.close()
+
+    def exchange(self, outlet: Outlet, timeout: float) -> Reading | None:
+        """Write all registers and read all; DeviceError after some silence or an exception."""
+        asked = time.monotonic_ns()
+        until = time.monotonic() + timeout
+        image = self._image(outlet._replace(vent=True) if self._stopped else outlet)
+        try:
+            words = self._transact(image, until)
+        except Refused as error:
+            if error.code != ILLEGAL_FUNCTION or not self._combined:
+                raise
+            self._combined = False  # a device without function 23
+            words = self._transact(image, until)
+        if words is None:
+            return None
+        pressures = pressures_of([words[register] for register in self._map.pressures], self.options)
+        self._follow(words, outlet.vent or outlet.cut)
+        return Reading(
+            t_ns=(asked + time.monotonic_ns()) // 2,  # the device read them on the way
+            pressures=pressures,
+            stopped=self._stopped,
+        )
+
+    def _image(self, outlet: Outlet) -> dict[int, int]:
+        """Each register that is written, and what."""
+        image = dict.fromkeys(self._map.idle, 0) | dict(self._commands)
+        image |= dict(zip(self._map.setpoints, words_of(outlet, self.options, self.raw), strict=True))
+        if self.options.dump_register >= 0:
+            image[self.options.dump_register] = 0 if vents(outlet, self.raw) else self.options.dump_shut
+        return image
+
+    def _follow(self, words: dict[int, int], vented: bool) -> None:
+        complaint = vtem.complaint(self._map.slots, words)
+        if complaint or vented:
+            self._stopped = complaint
+        for slot in self._map.slots:
+            self._commands[slot.command] = vtem.command_of(vtem.status_of(words[slot.status]), vented)
+
+    def _transact(self, image: dict[int, int], until: float) -> dict[int, int] | None:
+        """All writes, then all reads, in as few requests as there may be; None if an answer is missing."""
+        writes, reads = list(self._writes), list(self._reads)
+        found: dict[int, int] = {}
+        joined = (writes.pop(), reads.pop(0)) if self._combined else None
+        for span in writes:
+            if not self._wire.write(span[0], values_of(span, image), _left(until)):
+                return None
+        if joined is not None:
+            write, read = joined
+            words = self._wire.write_read((write[0], values_of(write, image)), read, _left(until))
+            if words is None:
+                return None
+            found |= dict(enumerate(words, read[0]))
+        for read in reads:
+            words = self._wire.read(*read, _left(until), self.options.input_registers)
+            if words is None:
+                return None
+            found |= dict(enumerate(words, read[0]))
+        return found
+
+
+def _left(until: float) -> float:
+    return max(0.0, until - time.monotonic())

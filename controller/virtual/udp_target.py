@@ -1,0 +1,162 @@
+"""A Simulink or LabVIEW target on UDP that is not there: the datagrams of docs/udp.md, and a watchdog of its own."""
+
+import socket
+import threading
+import time
+
+import numpy as np
+
+from controller.drivers.udp_layout import (
+    COMMAND,
+    CUT,
+    LIMIT,
+    RAW,
+    VENT,
+    WATCHDOG,
+    Command,
+    Reply,
+    pack_reply,
+    unpack_command,
+)
+from controller.schema.hardware import CHANNELS
+from controller.virtual.peers import Drive, ReadPressures, TakeDrive
+
+PATIENCE = 0.1
+"""Without a command for so long it vents [s]."""
+OFFSET_NS = 3_600_000_000_000
+"""Its clock is an hour ahead of ours [ns]."""
+PRESSURE_MAX = 800e3
+"""Its own limit [Pa]."""
+
+
+class UdpTargetPeer:
+    """A ValvePeer. It answers whoever sends a right command; a new session ends the one before."""
+
+    def __init__(self, read_pressures: ReadPressures, take_drive: TakeDrive, port: int = 0) -> None:
+        """On a free port if `port` is 0; it keeps it when it is plugged in again."""
+        self._read, self._take = read_pressures, take_drive
+        self._port = port
+        self._socket: socket.socket | None = None
+        self._thread: threading.Thread | None = None
+        self._number = 0
+        self._half = False
+        self.silent = False
+        """As `freeze` has it."""
+        self.rejected = 0
+        """Datagrams that were no command, or an old one."""
+        self._begin()
+
+    def _begin(self) -> None:
+        self._session = self._sequence = -1
+        self._heard = 0.0
+        self._stopped = WATCHDOG
+        """Flags for which it vents; they stay until it is told to vent."""
+
+    @property
+    def options(self) -> dict[str, str | int]:
+        """For the driver "udp"."""
+        return {"host": "127.0.0.1", "port": self._port}
+
+    def plug(self) -> None:
+        """Listen; raises OSError where the port is taken."""
+        if self._thread is not None:
+            return
+        here = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            here.bind(("127.0.0.1", self._port))
+        except OSError:
+            here.close()
+            raise
+        here.settimeout(PATIENCE / 20)
+        self._port, self._socket = here.getsockname()[1], here
+        self._thread = threading.Thread(target=self._run, args=(here,), name="udp-target", daemon=True)
+        self._thread.start()
+
+    def unplug(self) -> None:
+        """Hear and say nothing any more; its watchdog vents when it is due."""
+        thread, self._socket = self._thread, None
+        if thread is not None:
+            thread.join()
+        self._thread = None
+        timer = threading.Timer(PATIENCE, lambda: self._look(time.monotonic()))
+        timer.daemon = True
+        timer.start()
+
+    def freeze(self) -> None:
+        """Give no answers, and hear nothing."""
+        self.silent = True
+
+    def thaw(self) -> None:
+        """Answer again."""
+        self.silent = False
+
+    def reset(self) -> None:
+        """Begin anew, as after a loss of power: vented, its count and session forgotten."""
+        self._number = 0
+        self._begin()
+        self._take(_vented(True))
+
+    def half_frame(self) -> None:
+        """Send only the first half of the next answer."""
+        self._half = True
+
+    def take(self, data: bytes) -> Reply | None:
+        """Act on a datagram as the target does; None where it is rejected."""
+        command = unpack_command(data)
+        if command is None or not self._new(command):
+            self.rejected += 1
+            return None
+        self._session, self._sequence, self._heard = command.session, command.sequence, time.monotonic()
+        self._obey(command)
+        now = time.monotonic_ns() + OFFSET_NS
+        pressures = tuple(float(value) for value in self._read()[:4])
+        self._number += 1
+        return Reply(self._stopped, command.sequence, command.session, command.time, now, now, pressures, self._number)
+
+    def _new(self, command: Command) -> bool:
+        if command.session != self._session:
+            return bool(command.flags & VENT)  # a session begins vented
+        return 0 < (command.sequence - self._sequence) & 0xFFFFFFFF < 1 << 31
+
+    def _obey(self, command: Command) -> None:
+        if np.nanmax(self._read()[:4]) > PRESSURE_MAX:
+            self._stopped |= LIMIT
+        elif command.flags & VENT:
+            self._stopped = 0
+        if self._stopped or command.flags & VENT:
+            self._take(_vented(bool(command.flags & CUT)))
+            return
+        pressures, openings = np.zeros(CHANNELS), np.zeros(CHANNELS)
+        pressures[:4], openings[:4] = command.pressures, command.openings
+        self._take(Drive(pressures, openings, bool(command.flags & RAW), False, bool(command.flags & CUT)))
+
+    def _run(self, here: socket.socket) -> None:
+        while self._socket is here:
+            try:
+                data, sender = here.recvfrom(COMMAND.size + 1)
+            except TimeoutError:
+                data, sender = b"", None
+            except OSError:  # the other end is gone, and an earlier answer found nobody
+                continue
+            if sender is not None and not self.silent:
+                self._answer(here, data, sender)
+            self._look(time.monotonic())
+        here.close()
+
+    def _answer(self, here: socket.socket, data: bytes, sender: tuple[str, int]) -> None:
+        reply = self.take(data)
+        if reply is None:
+            return
+        answer = pack_reply(reply)
+        if self._half:
+            self._half, answer = False, answer[: len(answer) // 2]
+        here.sendto(answer, sender)
+
+    def _look(self, now: float) -> None:
+        if self._heard and now - self._heard >= PATIENCE and not self._stopped & WATCHDOG:
+            self._stopped |= WATCHDOG
+            self._take(_vented(False))
+
+
+def _vented(cut: bool) -> Drive:
+    return Drive(np.zeros(CHANNELS), np.full(CHANNELS, -1.0), False, True, cut)
