@@ -29,6 +29,7 @@ from server.access.sessions import Sessions
 from server.app.services import Services
 from server.drawing import planning
 from server.drawing import routes as drawing
+from server.hardware import routes as hardware
 from server.health import routes as health
 from server.http import given, problems
 from server.http.answers import REFUSALS, say_once
@@ -70,6 +71,7 @@ ROUTES = (
     plots,
     presets,
     first_mode,
+    hardware,
     presence,
     page,
     rerun_routes,

@@ -121,6 +121,26 @@ def order_plant(path: Path | None, plant: PlantKind, permit: Permit) -> None:
         raise CommandRefused(f"the rig cannot be started again: {error.strerror}") from error
 
 
+def order_rig(path: Path | None, wanted: RigParameters, permit: Permit) -> None:
+    """Have the rig started with all of `wanted`, if `permit` stands; CommandRefused where nobody would do it."""
+    if path is None:
+        raise CommandRefused(ELSEWHERE.replace("--actuator", "--rig FILE"))
+    permit.require()
+    try:
+        write_whole(_rig_file(path), wanted.model_dump_json(), lasting=False)
+    except OSError as error:
+        raise CommandRefused(f"the rig cannot be started again: {error.strerror}") from error
+
+
+def take_rig(path: Path | None) -> RigParameters | None:
+    """The whole rig that was ordered since the last call, if any."""
+    if path is None or not (ordered := _rig_file(path)).exists():
+        return None
+    found = RigParameters.model_validate_json(ordered.read_bytes())
+    ordered.unlink()
+    return found
+
+
 def take_plant(path: Path | None) -> PlantKind | None:
     """The plant that was ordered since the last call, if any."""
     if path is None or not (ordered := _plant_file(path)).exists():
@@ -158,6 +178,10 @@ def _choice_file(orders: Path) -> Path:
 
 def _plant_file(orders: Path) -> Path:
     return orders.with_name("plant.json")
+
+
+def _rig_file(orders: Path) -> Path:
+    return orders.with_name("rig.json")
 
 
 def _outcome_file(orders: Path) -> Path:

@@ -10,6 +10,7 @@ from server.presets.actuator import (
     take_choice,
     take_order,
     take_plant,
+    take_rig,
     tell_outcome,
     with_plant,
 )
@@ -34,6 +35,8 @@ class Orders:
             self._supervisor.replace(parameters.model_copy(update={"actuator": actuator}))
         if (plant := take_plant(self._path)) is not None:
             self._supervisor.replace(with_plant(self._supervisor.settings.parameters, plant))
+        if (wanted := take_rig(self._path)) is not None:
+            self._supervisor.replace(wanted)
         if (started := self._supervisor.started()) is not None:
             self._settle(started)
 

@@ -1,0 +1,1 @@
+"""Rigs of real devices: how their drivers fare, and the rig file."""
