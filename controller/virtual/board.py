@@ -4,13 +4,14 @@ The board's sensors and valves are words in a file that it shares with the plant
 """
 
 import contextlib
-import logging
+import select
 import shutil
 import signal
 import subprocess
 import tempfile
 import threading
 import time
+import weakref
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +21,6 @@ from controller.drivers.serial_board.frames import OPENING_END, SUPPLY_CUT, TAKE
 from controller.schema.hardware import CHANNELS
 from controller.virtual.firmware import built_firmware
 from controller.virtual.peers import Drive, ReadPressures, TakeDrive
-
-log = logging.getLogger(__name__)
 
 MAGIC = 0x314C52444E54
 WORDS = 57
@@ -33,8 +32,8 @@ PERIOD = 1e-3
 """How often plant and board are told of each other [s]."""
 HANGS = 0.12
 """A chip that hangs for so long is reset by its own watchdog, and valves without current vent [s]."""
-PATIENCE = 5.0
-"""Longest wait for the terminal [s]."""
+PATIENCE_MS = 5000
+"""Longest wait for the terminal."""
 
 
 class BoardPeer:
@@ -48,6 +47,7 @@ class BoardPeer:
         self._read_pressures, self._take_drive = read_pressures, take_drive
         self._program = built_firmware()
         self._folder = Path(tempfile.mkdtemp(prefix="tendril-board-"))
+        self._forgotten = weakref.finalize(self, shutil.rmtree, self._folder, ignore_errors=True)
         self._port = port or self._folder / "tty"
         self.words: Words = np.memmap(self._folder / "shared", np.int64, "w+", shape=(WORDS,))
         self.words[0] = MAGIC
@@ -121,7 +121,7 @@ class BoardPeer:
             if pipe is not None:
                 with contextlib.suppress(OSError):
                     pipe.close()
-        shutil.rmtree(self._folder, ignore_errors=True)
+        self._forgotten()
 
     def _start(self) -> None:
         boot = int(self.words[BOOT]) % 65535 + 1
@@ -147,9 +147,11 @@ class BoardPeer:
         """The terminal's path, of which the firmware says where it is."""
         pipe = self._alive().stdout
         assert pipe is not None
-        path = pipe.readline().decode().strip()
+        waiting = select.poll()
+        waiting.register(pipe, select.POLLIN)
+        path = pipe.readline().decode().strip() if waiting.poll(PATIENCE_MS) else ""
         if not path:
-            raise OSError("the board's firmware ended at once")
+            raise OSError("the board's firmware opens no terminal")
         return path
 
     def _couple(self) -> None:
