@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 from controller.errors import TendrilError
@@ -36,14 +37,14 @@ def built_firmware() -> Path:
     return program
 
 
-def build(source: Path, program: Path) -> None:
-    """Compile `source` to `program`, whole or not at all; TendrilError with what the compiler said."""
+def build(source: Path, program: Path, flags: Sequence[str] = FLAGS) -> None:
+    """Build `program` of `source`, whole or not at all; TendrilError with what the compiler said."""
     compiler = next((found for name in COMPILERS if (found := shutil.which(name))), None)
     if compiler is None:
         raise TendrilError("a virtual serial board needs a C++ compiler. On Debian: apt-get install g++")
     draft = program.with_name(f"{program.name}.{os.getpid()}")
     try:
-        done = subprocess.run([compiler, *FLAGS, "-o", str(draft), str(source)], capture_output=True, text=True)
+        done = subprocess.run([compiler, *flags, "-o", str(draft), str(source)], capture_output=True, text=True)
         if done.returncode != 0:
             raise TendrilError(f"{compiler} does not build {source}: {done.stderr.strip()[:400]}")
         os.replace(draft, program)
