@@ -1,0 +1,168 @@
+"""Checks that hold for motion capture and valves alike."""
+
+import threading
+import time
+from typing import Any
+
+from pydantic import ValidationError
+
+from controller.drivers.conformance.trial import (
+    CLOSE_LIMIT,
+    OPEN_LIMIT,
+    OURS,
+    Failed,
+    NotTried,
+    Trial,
+    require,
+    within,
+)
+from controller.drivers.device import DeviceError
+from controller.schema.layout import Model
+
+LOW, HIGH = ("minimum", "exclusiveMinimum"), ("maximum", "exclusiveMaximum")
+REOPEN = 10.0
+"""A device that is back must be found within so long [s]."""
+
+
+def options_are_bounded(trial: Trial) -> str:
+    """Each number has a least and a most, and is refused beyond; unknown options are refused."""
+    kind = getattr(trial.kind, "Options", None)
+    require(isinstance(kind, type) and issubclass(kind, Model), "Options is no model (controller/schema/layout.py)")
+    assert isinstance(kind, type) and issubclass(kind, Model)
+    valid = kind.model_validate(trial.options).model_dump()
+    numbers = 0
+    for name, about in kind.model_json_schema(mode="validation")["properties"].items():
+        if about.get("type") not in ("integer", "number"):
+            continue
+        numbers += 1
+        for keys in (LOW, HIGH):
+            bound = next((about[key] for key in keys if key in about), None)
+            require(bound is not None, f"options.{name} has no {keys[0]}")
+            assert bound is not None
+            beyond = bound - 1 if keys is LOW else bound + 1
+            _require_refused(kind, valid | {name: beyond}, name)
+    _require_refused(kind, valid | {"no_such_option": 1}, "no_such_option")
+    return f"{numbers} numbers, each with its bounds"
+
+
+def _require_refused(kind: type[Model], options: dict[str, Any], name: str) -> None:
+    try:
+        kind.model_validate(options)
+    except ValidationError as error:
+        named = any(name in item["loc"] for item in error.errors())
+        require(named, f"what is refused of options.{name} = {options[name]} does not name it")
+        return
+    raise Failed(f"options.{name} = {options[name]} is not refused")
+
+
+def touches_nothing_before_open(trial: Trial) -> str:
+    """A device that was never opened has a name, and can be closed."""
+    before = set(threading.enumerate())
+    device = trial.device()
+    require(isinstance(device.name, str) and device.name != "", "it has no name")
+    within(CLOSE_LIMIT, "close before open", device.close)
+    require(not _new_threads(before), "it begins a thread before it is opened")
+    return device.name
+
+
+def opens_and_closes_twice(trial: Trial) -> str:
+    """Open, close, close, and all of it again; no thread stays behind."""
+    before = set(threading.enumerate())
+    device = trial.device()
+    begun = time.monotonic()
+    for _ in range(2):
+        within(OPEN_LIMIT, "open", device.open)
+        trial.first(device)
+        within(CLOSE_LIMIT, "close", device.close)
+        within(CLOSE_LIMIT, "close", device.close)
+    took = time.monotonic() - begun
+    until = time.monotonic() + 1.0
+    while _new_threads(before) and time.monotonic() < until:
+        time.sleep(0.01)
+    left = _new_threads(before)
+    require(not left, f"it leaves a thread behind: {', '.join(thread.name for thread in left)}")
+    return f"twice in {took:.2f} s"
+
+
+def ends_when_closed(trial: Trial) -> str:
+    """Close from another thread ends a call that waits: with an error of the device, or with None."""
+    with trial.opened() as device:
+        trial.first(device)
+        if trial.bench is not None:
+            trial.bench.silence()
+        try:
+            return _closed_while_waiting(trial, device)
+        finally:
+            if trial.bench is not None:
+                trial.bench.plug()
+
+
+def _closed_while_waiting(trial: Trial, device: Any) -> str:
+    ended: list[str] = []
+
+    def wait() -> None:
+        try:
+            trial.call(device, timeout=5.0)
+        except (DeviceError, OSError) as error:
+            ended.append(str(error))
+        except BaseException as error:
+            ended.append(f"! {type(error).__name__}: {error}")
+        else:
+            ended.append("")
+
+    thread = threading.Thread(target=wait, name=OURS, daemon=True)
+    thread.start()
+    time.sleep(0.2)
+    waited = thread.is_alive()
+    begun = time.monotonic()
+    within(CLOSE_LIMIT, "close", device.close)
+    thread.join(CLOSE_LIMIT)
+    require(not thread.is_alive(), f"a call that waits is not ended by close within {CLOSE_LIMIT:g} s")
+    require(not ended[0].startswith("! "), f"closed while a call waits, that raises {ended[0][2:]}")
+    return f"after {1e3 * (time.monotonic() - begun):.0f} ms" if waited else "no call had to wait"
+
+
+def survives_a_loss(trial: Trial) -> str:
+    """With the device gone, calls keep to their time and raise DeviceError, OSError or nothing; then it comes back."""
+    if trial.bench is None:
+        raise NotTried("no virtual peer that could be unplugged: pull the cable under `tendril up`")
+    device = trial.device()
+    try:
+        within(OPEN_LIMIT, "open", device.open)
+        trial.first(device)
+        trial.bench.unplug()
+        for _ in range(8):
+            trial.lossy_call(device)
+        within(CLOSE_LIMIT, "close", device.close)
+        _try_open(device)
+        within(CLOSE_LIMIT, "close", device.close)
+        trial.bench.plug()
+        return f"back after {_back(trial, device):.2f} s"
+    finally:
+        trial.bench.plug()
+        within(CLOSE_LIMIT, "close", device.close)
+
+
+def _try_open(device: Any) -> bool:
+    try:
+        within(OPEN_LIMIT, "open of what is not there", device.open)
+    except (DeviceError, OSError):
+        return False
+    return True
+
+
+def _back(trial: Trial, device: Any) -> float:
+    begun = time.monotonic()
+    while time.monotonic() - begun < REOPEN:
+        if _try_open(device):
+            until = time.monotonic() + 1.0
+            while time.monotonic() < until:
+                if trial.lossy_call(device) is not None:
+                    return time.monotonic() - begun
+        within(CLOSE_LIMIT, "close", device.close)
+        time.sleep(0.05)
+    raise Failed(f"the device is back, and not found within {REOPEN:g} s")
+
+
+def _new_threads(before: set[threading.Thread]) -> list[threading.Thread]:
+    return [thread for thread in threading.enumerate() if thread not in before and not thread.name.startswith(OURS)]

@@ -1,0 +1,79 @@
+"""All checks of a driver, one after the other, and a row for each."""
+
+from collections.abc import Callable
+from typing import Any
+
+from controller.drivers.conformance import common, frames, valves
+from controller.drivers.conformance.bench import Bench
+from controller.drivers.conformance.trial import Failed, NotTried, Trial
+from controller.drivers.device import CaptureDevice, Device, ValveDevice
+from controller.drivers.registry import checked_options, driver_class
+from controller.errors import ParameterError
+from controller.schema.layout import Model
+
+Check = Callable[[Trial], str]
+FIRST: dict[str, Check] = {
+    "options have bounds": common.options_are_bounded,
+    "touches nothing before open": common.touches_nothing_before_open,
+    "opens and closes twice": common.opens_and_closes_twice,
+    "keeps to its time": frames.keeps_to_its_time,
+    "frames are fresh": frames.is_fresh,
+    "frames are well formed": frames.is_well_formed,
+}
+CAPTURE: dict[str, Check] = {"shows metres": frames.shows_metres}
+VALVES: dict[str, Check] = {
+    "follows setpoints in pascal": valves.follows_in_pascal,
+    "sends nothing impossible": valves.sends_nothing_impossible,
+    "vents when told": valves.vents_when_told,
+    "vents when the host dies": valves.vents_when_host_dies,
+}
+LAST: dict[str, Check] = {
+    "ends when closed": common.ends_when_closed,
+    "survives a loss": common.survives_a_loss,
+}
+
+
+class Row(Model):
+    """What came of one check."""
+
+    check: str
+    passed: bool | None
+    """None: it could not be tried here, and `detail` says why."""
+    detail: str
+
+
+def check_driver(
+    driver: str | type[Device[Any]],
+    options: dict[str, Any] | None = None,
+    bench: Bench | None = None,
+    drive: bool = False,
+    tell: Callable[[Row], None] = lambda row: None,
+) -> list[Row]:
+    """Try `driver`, by name or class, against `bench` or the device that `options` name; `tell` hears each row at once.
+
+    Pressures are commanded only with a bench, or with `drive`: then nobody may be near the actuator. Raises
+    ParameterError where there is no such driver, or it does not take the options.
+    """
+    kind = driver_class(driver) if isinstance(driver, str) else driver
+    if not issubclass(kind, CaptureDevice | ValveDevice):
+        raise ParameterError(f"{kind.__name__} is no CaptureDevice and no ValveDevice")
+    if bench is not None:
+        bench.plug()
+    trial = Trial(kind, options or {}, bench, drive)
+    checked_options(kind, trial.options, "driver")
+    rows = []
+    for name, check in (FIRST | (VALVES if trial.valves else CAPTURE) | LAST).items():
+        rows.append(_row(name, check, trial))
+        tell(rows[-1])
+    return rows
+
+
+def _row(name: str, check: Check, trial: Trial) -> Row:
+    try:
+        return Row(check=name, passed=True, detail=check(trial))
+    except NotTried as why:
+        return Row(check=name, passed=None, detail=str(why))
+    except Failed as why:
+        return Row(check=name, passed=False, detail=str(why))
+    except Exception as error:  # whatever a driver raises is a row, not our end
+        return Row(check=name, passed=False, detail=f"raised {type(error).__name__}: {error}"[:300])

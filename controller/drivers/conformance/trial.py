@@ -1,0 +1,130 @@
+"""A driver on trial: each of its calls in a thread that may hang, and what is expected of every one."""
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, TypeVar
+
+import numpy as np
+
+from controller.arrays import Array
+from controller.drivers.conformance.bench import Bench
+from controller.drivers.device import Device, DeviceError, Outlet, ValveDevice
+
+T = TypeVar("T")
+OURS = "conformance"
+"""Name of our own threads: they are not counted as the driver's."""
+TIMEOUT = 0.1
+"""That each read and exchange is called with [s]."""
+MARGIN = 0.1
+"""By which it may come back later [s]."""
+OPEN_LIMIT = 30.0
+"""Longest that open may take [s]."""
+CLOSE_LIMIT = 1.0
+"""Longest that close may take [s]."""
+
+
+class Failed(Exception):
+    """The driver does not keep to the protocol; the text says how."""
+
+
+class NotTried(Exception):
+    """There is no way to try it here; the text says why."""
+
+
+def within(limit: float, what: str, work: Callable[[], T]) -> T:
+    """The result of `work`, or what it raises; Failed if it does not come within `limit` [s]."""
+    results: list[T] = []
+    errors: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            results.append(work())
+        except BaseException as error:
+            errors.append(error)
+
+    thread = threading.Thread(target=run, name=OURS, daemon=True)
+    thread.start()
+    thread.join(limit)
+    if thread.is_alive():
+        raise Failed(f"{what} did not return within {limit:g} s")
+    if errors:
+        raise errors[0]
+    return results[0]
+
+
+def require(holds: bool, text: str) -> None:
+    """Failed with `text` unless it `holds`."""
+    if not holds:
+        raise Failed(text)
+
+
+class Trial:
+    """Makes devices of one kind, and calls them."""
+
+    def __init__(self, kind: type[Device[Any]], options: dict[str, Any], bench: Bench | None, drive: bool) -> None:
+        """`drive`: without a bench, too, pressures may be commanded."""
+        self.kind, self.bench = kind, bench
+        self.options = options | (dict(bench.options) if bench is not None else {})
+        self.drive = drive or bench is not None
+        self.valves = issubclass(kind, ValveDevice)
+        self.chambers = (1, 0, 3, 2)
+        """Not in the order of the channels, so that a driver that forgets them is found."""
+
+    def device(self) -> Device[Any]:
+        """A new one, not open."""
+        options = self.kind.Options.model_validate(self.options)
+        if issubclass(self.kind, ValveDevice):
+            return self.kind(options, self.chambers, False)
+        return self.kind(options)
+
+    @contextmanager
+    def opened(self) -> Iterator[Device[Any]]:
+        """A new one, open; closed in the end."""
+        device = self.device()
+        try:
+            within(OPEN_LIMIT, "open", device.open)
+            yield device
+        finally:
+            within(CLOSE_LIMIT, "close", device.close)
+
+    def call(self, device: Device[Any], outlet: Outlet | None = None, timeout: float = TIMEOUT) -> Any:
+        """One read or exchange that keeps to its time; vented without `outlet`."""
+        what = "exchange" if self.valves else "read"
+        there: Any = device
+        begun = time.monotonic()
+        if self.valves:
+            sent = outlet if outlet is not None else vented()
+            found = within(timeout + OPEN_LIMIT / 10, what, lambda: there.exchange(sent, timeout))
+        else:
+            found = within(timeout + OPEN_LIMIT / 10, what, lambda: there.read(timeout))
+        took = time.monotonic() - begun
+        require(took <= timeout + MARGIN, f"{what} took {took:.3f} s at a timeout of {timeout:g} s")
+        return found
+
+    def lossy_call(self, device: Device[Any]) -> Any:
+        """The same with nothing at the other end: DeviceError and OSError are in order, and give None."""
+        try:
+            return self.call(device)
+        except (DeviceError, OSError):
+            return None
+
+    def first(self, device: Device[Any], limit: float = 3.0) -> Any:
+        """What comes first within `limit` [s]."""
+        until = time.monotonic() + limit
+        while time.monotonic() < until:
+            found = self.call(device)
+            if found is not None:
+                return found
+        raise Failed(f"nothing came within {limit:g} s")
+
+
+def vented(cut: bool = False) -> Outlet:
+    """Nothing is driven."""
+    return Outlet(time.monotonic_ns(), True, cut, np.zeros(4), np.full(4, -1.0))
+
+
+def wanted(pressures: Array) -> Outlet:
+    """Setpoints (4,) [Pa]."""
+    return Outlet(time.monotonic_ns(), False, False, np.asarray(pressures, float), np.zeros(4))
