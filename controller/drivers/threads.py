@@ -68,7 +68,7 @@ class DeviceThread(ABC):
     @property
     def ready(self) -> bool:
         """Whether usable frames come."""
-        return self._state == "running" and self._age() <= SILENT
+        return self._state == "running" and 0.0 <= self._age() <= SILENT
 
     def status(self) -> DriverStatus:
         """How it fares now."""

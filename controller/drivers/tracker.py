@@ -50,6 +50,7 @@ class Tracker:
     def _plane(self, seen: Sample) -> Array:
         """Points in the plane (M,2) [m]; nan for those of too little quality."""
         points = np.asarray(seen.points, float)[:POINTS_MAX]
+        points = np.where(np.isfinite(points), points, math.nan)
         if points.shape[1] == 2:
             points = np.column_stack((points, np.zeros(len(points))))
         plane: Array = points @ self._axes.T + self._origin

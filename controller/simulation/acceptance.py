@@ -4,6 +4,7 @@ Whatever a rig is to be started with goes through here first: what is accepted m
 """
 
 import time
+from functools import cache
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from controller.errors import ParameterError
 from controller.kernels.model.statics import static_tip
 from controller.schema.messages import Command
 from controller.schema.modes import Cause, Mode, Request
-from controller.schema.parameters import RigParameters, Settings
+from controller.schema.parameters import PlantKind, RigParameters, Settings, TwinParameters
 from controller.simulation.simulate import Simulation
 
 BOOT = 1
@@ -42,6 +43,7 @@ def require_running(parameters: RigParameters, in_force: Settings | None = None)
 
     With the gains as they are at the start or else with those `in_force`. A move may be ended by a watchdog.
     """
+    _compiled(parameters.twin.plant)
     end = time.monotonic() + LONGEST
     try:
         _run(parameters, Settings(), end)
@@ -49,6 +51,12 @@ def require_running(parameters: RigParameters, in_force: Settings | None = None)
         if in_force is None:
             raise
         _run(parameters, in_force, end)
+
+
+@cache
+def _compiled(plant: PlantKind) -> None:
+    """Have all kernels of a run here: where they are compiled first, that time is not the actuator's."""
+    _build(RigParameters(twin=TwinParameters(plant=plant))).run(1)
 
 
 class Restless(ParameterError):

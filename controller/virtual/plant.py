@@ -10,7 +10,7 @@ from controller.arrays import Array, Rows, Words
 from controller.build.plant import build_plant
 from controller.kernels.plant.step import Plant, Simulated, plant_step
 from controller.realtime.clock import now_ns, sleep_until, slots_missed
-from controller.realtime.compiled import compiled, load_acquire, store_release
+from controller.realtime.compiled import compiled, load_acquire
 from controller.realtime.mailbox import mailbox, post, receive, words
 from controller.realtime.priority import raise_thread_priority
 from controller.schema.layout import record_dtype
@@ -98,7 +98,7 @@ class RunningPlant:
 
     def stop(self) -> None:
         """End the thread."""
-        store_release(self._memory.stop, 0, 1)
+        self._memory.stop[0] = 1
         self._thread.join()
 
     def newest(self) -> np.void:

@@ -7,6 +7,7 @@ import json
 import os
 import random
 import shlex
+import signal
 import stat
 import sys
 import threading
@@ -28,7 +29,7 @@ from controller.schema.rig_file import RigFile, changed, read_rig_file
 from controller.system.whole_file import write_whole
 from controller.virtual.peers import CapturePeer, Drive, ValvePeer
 from controller.virtual.plant import RunningPlant
-from controller.virtual.registry import capture_peer, valve_peer
+from controller.virtual.choice import capture_peer, valve_peer
 
 LOOK = 5e-4
 """Pause between two looks for a new sample [s]."""
@@ -216,6 +217,8 @@ frame comes; `mend` ends all that is not unplugged."""
 
 def run_virtual_rig(path: Path, plant: str, out: Path | None, lines: TextIO = sys.stdin) -> None:
     """Run until the lines end or Ctrl-C; `out` is written once the wires answer. Raises ParameterError, TendrilError."""
+    for number in (signal.SIGINT, signal.SIGTERM):  # a shell may have started us in the background, SIGINT ignored
+        signal.signal(number, signal.default_int_handler)
     found = read_rig_file(path)
     rig = VirtualRig(found, path.parent, plant)
     try:
