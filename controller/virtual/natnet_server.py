@@ -76,6 +76,12 @@ class NatNetServer:
             "multicast_address": self.multicast,
         }
 
+    @property
+    def clients(self) -> list[tuple[str, int]]:
+        """Who gets frames by unicast."""
+        with self._lock:
+            return list(self._clients)
+
     def ticks(self, t_ns: int) -> int:
         """A time of this machine's monotonic clock on the server's."""
         since = (t_ns - self._born) * (1.0 + self.drift)

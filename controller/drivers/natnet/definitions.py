@@ -1,6 +1,7 @@
 """Who the server is, and what its bodies and markers are called."""
 
 import struct
+from collections import Counter
 from dataclasses import dataclass, field
 
 from controller.drivers.natnet.packets import Cursor, Malformed, Version
@@ -46,10 +47,8 @@ class Names:
         A marker is called by its name alone where only one such set has that name, else "set.marker".
         """
         mine = {name: markers for name, markers in self.sets.items() if name not in ("all", *self.bodies.values())}
-        every = [marker for markers in mine.values() for marker in markers]
-        return {
-            name: tuple(m if every.count(m) == 1 else f"{name}.{m}" for m in markers) for name, markers in mine.items()
-        }
+        times = Counter(marker for markers in mine.values() for marker in markers)
+        return {name: tuple(m if times[m] == 1 else f"{name}.{m}" for m in markers) for name, markers in mine.items()}
 
 
 def parse_server_info(payload: bytes) -> ServerInfo:

@@ -18,6 +18,7 @@ Version = tuple[int, int]
 
 VERSIONS: tuple[Version, ...] = ((3, 0), (3, 1), (4, 0), (4, 1))
 """Whose frames we read, oldest first."""
+MOST_SETS = 512
 FURTHEST = 1e3
 """A coordinate beyond this is no measurement [m]."""
 
@@ -169,6 +170,8 @@ def _positions(cursor: Cursor, count: int) -> Array32:
 
 
 def _sets(cursor: Cursor, count: int) -> list[tuple[str, Array32]]:
+    if count > MOST_SETS:
+        raise Malformed(f"{count} marker sets, more than {MOST_SETS}")
     return [(cursor.text(), _positions(cursor, cursor.count(POSITION.itemsize))) for _ in range(count)]
 
 

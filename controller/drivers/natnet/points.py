@@ -37,6 +37,10 @@ class Naming:
 
         "labelled" has a row for each marker of a set that somebody made, seen or not.
         """
+        with np.errstate(invalid="ignore"):  # of signalling nan
+            return self._points(frame, wanted)
+
+    def _points(self, frame: Frame, wanted: Wanted) -> tuple[Array, tuple[str, ...], Array]:
         found: list[Point] = []
         if wanted in ("labelled", "all"):
             found += self._labelled(frame)
