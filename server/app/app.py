@@ -27,6 +27,7 @@ from server.access.roles import authorise
 from server.access.security import schemes, secure
 from server.access.sessions import Sessions
 from server.app.services import Services
+from server.commissioning import routes as commissioning
 from server.drawing import planning
 from server.drawing import routes as drawing
 from server.hardware import routes as hardware
@@ -72,6 +73,7 @@ ROUTES = (
     presets,
     first_mode,
     hardware,
+    commissioning,
     presence,
     page,
     rerun_routes,

@@ -14,7 +14,12 @@ from server.access.sessions import Sessions
 from server.access.token_watch import TokenWatch
 from server.access.tokens import Secrets, TokenFile
 from server.access.user_files import UserFiles
+from server.commissioning.commissioning import Commissioning
+from server.commissioning.file import CommissionedFile
+from server.commissioning.run import Through
+from server.commissioning.store import CommissioningStore, commissioning_file, data_folder
 from server.drawing.store import Drawings
+from server.hardware.rig_file import RigFileKeeper
 from server.health.alarm_watch import AlarmWatch
 from server.health.alarms import Alarms
 from server.health.beat import Beat
@@ -43,6 +48,7 @@ from server.presets.actuator import OutcomeWatch
 from server.presets.first_mode.measurement import FirstModeMeasurement, Parts
 from server.presets.first_mode.store import FirstModes, modes_file
 from server.presets.gains import GainPresets
+from server.presets.routes import Change
 from server.recorder.automatic import Automatic
 from server.recorder.by_hand import RecordingByHand
 from server.recorder.exports import Exports
@@ -107,6 +113,7 @@ class Services:
     outcomes: OutcomeWatch
     modes: FirstModes
     first_mode: FirstModeMeasurement
+    commissioning: Commissioning
     scene: Scene
     turning: LoopWatchdog
     soundness: Soundness
@@ -205,6 +212,14 @@ def open_services(
     outcomes = OutcomeWatch(settings, events)
     modes = FirstModes(modes_file(settings.state, settings.rig))
     first_mode = FirstModeMeasurement(Parts(rig, history, operator, kept, planner, modes, events))
+    change = Change(rig, outcomes, recorder, operator, events, settings)
+    rig_file = RigFileKeeper(rig, planner, operator, outcomes, events, settings, change)
+    commissioning = Commissioning(
+        Through(rig, history, operator, kept, planner, rig.drivers, data_folder(settings.state, settings.rig)),
+        CommissioningStore(commissioning_file(settings.state, settings.rig)),
+        CommissionedFile(rig_file),
+        events,
+    )
     webhook = Webhook(settings.webhook.get_secret_value()) if settings.webhook else None
     notices = NotifyWatch(settings.rig, runs.last, webhook, events)
     if webhook:
@@ -228,6 +243,7 @@ def open_services(
             runs,
             macros,
             first_mode,
+            commissioning,
             automatic,
             RecorderWatch(recorder, events),
             QuotaWatch(store, settings.recordings_quota, events),
@@ -281,6 +297,7 @@ def open_services(
         outcomes=outcomes,
         modes=modes,
         first_mode=first_mode,
+        commissioning=commissioning,
         scene=scene,
         turning=turning,
         soundness=soundness,

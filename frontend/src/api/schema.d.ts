@@ -1382,6 +1382,233 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/drivers": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Drivers
+     * @description How each of the rig's drivers fares, now, with its newest raw values; none of a twin. 503 without the rig.
+     */
+    get: operations["read_drivers"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/rig-file": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Rig File
+     * @description The rig file, and whether the rig runs with what it says.
+     */
+    get: operations["read_rig_file"];
+    /**
+     * Write Rig File
+     * @description Check, write and start the rig anew; 409 unless it is VENTED, ours, and nothing is recorded.
+     *
+     *     422 names field, value and bound. A rig that does not tick with it goes back to what ticked last, and the log says
+     *     why; the file then holds what was written.
+     */
+    put: operations["write_rig_file"];
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/commissioning": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Commissioning
+     * @description Where it stands: each step with its result and what it needs to begin, and what the rig still lacks.
+     */
+    get: operations["read_commissioning"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/commissioning/{step}/start": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Start Commissioning Step
+     * @description Begin a step; what moves begins and ends with the rig VENTED. 409 says what is missing, 422 the bound.
+     */
+    post: operations["start_commissioning_step"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/commissioning/{step}/stop": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Stop Commissioning Step
+     * @description End a step: the rig comes to rest and vents, settings are put back; 409 when that step is not under way.
+     */
+    post: operations["stop_commissioning_step"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/commissioning/{step}/accept": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Accept Commissioning Step
+     * @description Write a step's result into the rig file; the rig starts anew where that changes it. 409 unless it is done.
+     */
+    post: operations["accept_commissioning_step"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/commissioning/{step}/back": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Take Back Commissioning Step
+     * @description Forget a step's result and those that rest on it. Values in the rig file stay until they are measured anew.
+     */
+    post: operations["take_back_commissioning_step"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/commissioning/jog": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    /**
+     * Jog Chamber
+     * @description Fill a chamber while this is renewed, for 0.4 s each time; null lets go. 409 unless the jog step is under way.
+     */
+    put: operations["jog_chamber"];
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/commissioning/jog/confirm": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    /**
+     * Confirm Chamber
+     * @description Say which chamber filled when one was jogged; the fourth of these ends the step. 409 unless it was jogged.
+     */
+    put: operations["confirm_chamber"];
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/commissioning/frame/capture": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    /**
+     * Capture Point
+     * @description Capture base, tip or bent pose; all three end the frame step. 409 where the point is not seen, or moves.
+     */
+    put: operations["capture_point"];
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/commissioning/report": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    /**
+     * Read Commissioning Report
+     * @description All results as one HTML page with nothing outside it, fit to print.
+     */
+    get: operations["read_commissioning_report"];
+    put?: never;
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/twin/faults": {
     parameters: {
       query?: never;
@@ -1893,6 +2120,46 @@ export interface components {
       label: string;
     };
     /**
+     * CaptureBody
+     * @description Body of PUT /api/commissioning/frame/capture.
+     */
+    CaptureBody: {
+      /**
+       * Place
+       * @description base: the clamp; tip: the tip at rest; bent: the tip while u1+ is filled, which this request does by itself.
+       * @enum {string}
+       */
+      place: "base" | "tip" | "bent";
+      /**
+       * Point
+       * @description Name of the point among the raw values of motion capture; null where there is only one.
+       */
+      point?: string | null;
+    };
+    /**
+     * Captured
+     * @description A point that was touched, in the camera's coordinates.
+     */
+    Captured: {
+      /**
+       * Place
+       * @enum {string}
+       */
+      place: "base" | "tip" | "bent";
+      /** Point */
+      point: string;
+      /**
+       * At
+       * @description Median over half a second [m, or what the camera takes for it].
+       */
+      at: number[];
+      /**
+       * Spread
+       * @description Standard deviation of its distance from there [same unit].
+       */
+      spread: number;
+    };
+    /**
      * Cause
      * @description Why the rig is in its mode, or why it refused.
      * @enum {integer}
@@ -1921,7 +2188,22 @@ export interface components {
       | 20
       | 21
       | 22
-      | 23;
+      | 23
+      | 24;
+    /**
+     * Change
+     * @description A value of the rig file that `accept` writes.
+     */
+    Change: {
+      /**
+       * Field
+       * @description As "valves.chambers".
+       */
+      field: string;
+      /** @description As the file has it; null where it says nothing. */
+      before: components["schemas"]["JsonValue"];
+      after: components["schemas"]["JsonValue"];
+    };
     /**
      * Check
      * @description One part, and what is wrong with it.
@@ -1980,6 +2262,38 @@ export interface components {
       detail: string;
     };
     /**
+     * CommissioningState
+     * @description How far the commissioning of the rig is.
+     */
+    CommissioningState: {
+      /** Available */
+      available: boolean;
+      /**
+       * Reason
+       * @description Why it is not available here, "" if it is.
+       */
+      reason: string;
+      /** Rig */
+      rig: string;
+      /** Steps */
+      steps: components["schemas"]["StepView"][];
+      running: components["schemas"]["Progress"] | null;
+      /** @description Of the jog step; null before it was first started. */
+      jog: components["schemas"]["JogView"] | null;
+      /**
+       * Captured
+       * @description Of the frame step.
+       */
+      captured: components["schemas"]["Captured"][];
+      /** Complete */
+      complete: boolean;
+      /**
+       * Missing
+       * @description What the rig lacks, as "frame assumed, not measured"; empty when it is commissioned.
+       */
+      missing: string[];
+    };
+    /**
      * Complaint
      * @description One fault of a malformed request.
      */
@@ -2005,6 +2319,24 @@ export interface components {
       ctx: {
         [key: string]: components["schemas"]["JsonValue"];
       };
+    };
+    /**
+     * ConfirmBody
+     * @description Body of PUT /api/commissioning/jog/confirm.
+     */
+    ConfirmBody: {
+      /**
+       * Commanded
+       * @description The chamber that was jogged.
+       * @enum {string}
+       */
+      commanded: "u1+" | "u1-" | "u2+" | "u2-";
+      /**
+       * Filled
+       * @description The chamber that the operator saw fill.
+       * @enum {string}
+       */
+      filled: "u1+" | "u1-" | "u2+" | "u2-";
     };
     /**
      * ControllerParameters
@@ -2394,6 +2726,95 @@ export interface components {
       laps: number;
     };
     /**
+     * DriverStatus
+     * @description How one driver of the rig fares, looked at now.
+     */
+    DriverStatus: {
+      /**
+       * Role
+       * @enum {string}
+       */
+      role: "motion_capture" | "valves";
+      /** Driver */
+      driver: string;
+      /**
+       * Device
+       * @description What it talks to, as "/dev/ttyACM0 at 1000000 baud".
+       */
+      device: string;
+      /**
+       * State
+       * @description silent: open, and nothing usable comes.
+       * @enum {string}
+       */
+      state: "opening" | "running" | "silent" | "lost";
+      /**
+       * Detail
+       * @description One sentence for the operator, "" where nothing is wrong.
+       */
+      detail: string;
+      /**
+       * Capabilities
+       * @description As "two-way clock", "unlabelled markers", "raw openings".
+       */
+      capabilities: string[];
+      /**
+       * Rate
+       * @description Usable frames a second, lately.
+       */
+      rate: number;
+      /**
+       * Age
+       * @description Of the newest usable one; -1 before the first.
+       */
+      age: number;
+      /**
+       * Latency
+       * @description From capture to arrival here, median of late; -1 where it is not known.
+       */
+      latency: number;
+      /**
+       * Clock
+       * @description How times of capture come to our clock: by questions and answers, by the quickest arrivals, or not at all.
+       * @enum {string}
+       */
+      clock: "two-way" | "one-way" | "arrival";
+      /**
+       * Clock Offset
+       * @description Ours minus the device's, lately.
+       */
+      clock_offset: number;
+      /** Frames */
+      frames: number;
+      /**
+       * Lost
+       * @description Frames that the device numbered and that did not come.
+       */
+      lost: number;
+      /**
+       * Rejected
+       * @description What came and was no frame, or held impossible numbers.
+       */
+      rejected: number;
+      /** Reconnects */
+      reconnects: number;
+      /**
+       * Values
+       * @description The newest raw ones, by name: as they came, before any transform; None for what is not a number.
+       */
+      values: {
+        [key: string]: (number | null)[];
+      };
+    };
+    /**
+     * Drivers
+     * @description How all of a rig's drivers fare; none where its plant is simulated.
+     */
+    Drivers: {
+      /** Drivers */
+      drivers: components["schemas"]["DriverStatus"][];
+    };
+    /**
      * Duration
      * @description Constant speed, so that it takes this long.
      */
@@ -2617,6 +3038,44 @@ export interface components {
       reason: string;
     };
     /**
+     * Frame
+     * @description From the camera's coordinates to the plane's: p = axes c + origin, in metres.
+     */
+    Frame: {
+      /**
+       * Axes
+       * @description The plane's x and y as combinations of the camera's axes: unit vectors where the camera measures metres.
+       * @default [
+       *       [
+       *         1,
+       *         0,
+       *         0
+       *       ],
+       *       [
+       *         0,
+       *         1,
+       *         0
+       *       ]
+       *     ]
+       */
+      axes: [[number, number, number], [number, number, number]];
+      /**
+       * Origin
+       * @description Where the camera's origin lies in the plane.
+       * @default [
+       *       0,
+       *       0
+       *     ]
+       */
+      origin: [number, number];
+      /**
+       * Measured
+       * @description Found in this rig, not assumed.
+       * @default false
+       */
+      measured: boolean;
+    };
+    /**
      * Freeze
      * @description How the twin's motion capture is frozen.
      * @enum {integer}
@@ -2652,6 +3111,14 @@ export interface components {
     HTTPValidationError: {
       /** Detail */
       detail?: components["schemas"]["ValidationError"][];
+    };
+    /**
+     * Hardware
+     * @description A rig that is not simulated.
+     */
+    Hardware: {
+      motion_capture: components["schemas"]["MotionCapture"];
+      valves: components["schemas"]["Valves"];
     };
     /**
      * Health
@@ -2881,6 +3348,63 @@ export interface components {
       low: number;
       /** High */
       high: number;
+    };
+    /**
+     * JogBody
+     * @description Body of PUT /api/commissioning/jog: sent at 5 Hz at least while a button is held, once with null at its release.
+     */
+    JogBody: {
+      /** Chamber */
+      chamber: ("u1+" | "u1-" | "u2+" | "u2-") | null;
+    };
+    /**
+     * JogView
+     * @description The jog under way, or the last one.
+     */
+    JogView: {
+      /**
+       * Held
+       * @description The chamber that is filled now.
+       */
+      held: ("u1+" | "u1-" | "u2+" | "u2-") | null;
+      /**
+       * Pressure
+       * @description To which it is filled [Pa].
+       */
+      pressure: number;
+      /**
+       * Pressures
+       * @description Measured now [Pa].
+       */
+      pressures: (number | null)[];
+      /** Jogged */
+      jogged: components["schemas"]["Jogged"][];
+    };
+    /**
+     * Jogged
+     * @description A chamber that was jogged, and what came of it.
+     */
+    Jogged: {
+      /**
+       * Commanded
+       * @enum {string}
+       */
+      commanded: "u1+" | "u1-" | "u2+" | "u2-";
+      /**
+       * Rises
+       * @description By how much each chamber's pressure rose [Pa].
+       */
+      rises: (number | null)[];
+      /**
+       * Rose
+       * @description The one whose sensor rose; null where none did enough, or several.
+       */
+      rose: ("u1+" | "u1-" | "u2+" | "u2-") | null;
+      /**
+       * Filled
+       * @description The one that the operator saw fill; null until that is confirmed.
+       */
+      filled: ("u1+" | "u1-" | "u2+" | "u2-") | null;
     };
     JsonValue: unknown;
     /**
@@ -3193,6 +3717,103 @@ export interface components {
      */
     Mode: 0 | 1 | 2 | 3 | 4 | 5 | 6;
     /**
+     * MotionCapture
+     * @description Where markers come from, and which of them sits on which rod.
+     */
+    MotionCapture: {
+      /** Driver */
+      driver: string;
+      /**
+       * Options
+       * @default {}
+       */
+      options: {
+        [key: string]: string | number | boolean | number[] | number[] | string[];
+      };
+      /**
+       * @default {
+       *       "axes": [
+       *         [
+       *           1,
+       *           0,
+       *           0
+       *         ],
+       *         [
+       *           0,
+       *           1,
+       *           0
+       *         ]
+       *       ],
+       *       "origin": [
+       *         0,
+       *         0
+       *       ],
+       *       "measured": false
+       *     }
+       */
+      frame: components["schemas"]["Frame"];
+      /**
+       * Rods
+       * @description Rods that bear a marker, at their distal ends: 10 is the tip.
+       * @default [
+       *       10
+       *     ]
+       */
+      rods: number[];
+      /**
+       * Labels
+       * @description Names that the camera gives to markers, and their rods. Points without a name are told apart by where the
+       *     observer expects them.
+       * @default {}
+       */
+      labels: {
+        [key: string]: number;
+      };
+      /**
+       * Gate
+       * @description A point further than this from where every free rod is expected belongs to none.
+       * @default 0.06
+       */
+      gate: number;
+      /**
+       * Quality Min
+       * @description A point of less quality counts as not seen.
+       * @default 0
+       */
+      quality_min: number;
+    };
+    /**
+     * Number
+     * @description A number that a step found.
+     */
+    Number: {
+      /** Name */
+      name: string;
+      /** Value */
+      value: number | null;
+      /** Unit */
+      unit: string;
+      /**
+       * Low
+       * @description Of the 95 % interval; null where there is none.
+       */
+      low: number | null;
+      /** High */
+      high: number | null;
+      /**
+       * Bound
+       * @description What it must keep, as "at most 0.05 s"; "" where it is only told.
+       * @default
+       */
+      bound: string;
+      /**
+       * Kept
+       * @description It keeps that.
+       * @default true
+       */
+      kept: boolean;
+    };
+    /**
      * People
      * @description Who is here, and who wants to operate.
      */
@@ -3482,6 +4103,30 @@ export interface components {
       name: string;
     };
     /**
+     * PressureLoop
+     * @description The loop from pressure error to valve opening that our tick runs for raw valves.
+     */
+    PressureLoop: {
+      /**
+       * Inflate Gain
+       * @description Opening per pressure error below the setpoint.
+       * @default 0.00001
+       */
+      inflate_gain: number;
+      /**
+       * Exhaust Gain
+       * @description The same above it.
+       * @default 0.00002
+       */
+      exhaust_gain: number;
+      /**
+       * Integral Time
+       * @description Reset time.
+       * @default 0.2
+       */
+      integral_time: number;
+    };
+    /**
      * Preview
      * @description What the twin of the connected rig makes of a reference from where that stands, with the settings in force.
      */
@@ -3624,6 +4269,32 @@ export interface components {
        * @description Of a closed and compacted file of the twin in TRACK; measured by `python -m recordings.size`.
        */
       megabytes_per_hour: number;
+    };
+    /**
+     * Progress
+     * @description The step under way.
+     */
+    Progress: {
+      /**
+       * Step
+       * @enum {string}
+       */
+      step:
+        "drivers" | "jog" | "frame" | "signs" | "pressure" | "statics" | "decay" | "identify" | "closed_loop";
+      /** Doing */
+      doing: string;
+      /**
+       * Share
+       * @description Of the whole step that is done; 0 while it waits for the operator.
+       */
+      share: number;
+      /**
+       * Waits
+       * @description It waits for the operator: a button to hold, a place to touch.
+       */
+      waits: boolean;
+      /** By */
+      by: string;
     };
     /**
      * ProposedColumn
@@ -4158,6 +4829,196 @@ export interface components {
       seconds: number;
     };
     /**
+     * RigFile
+     * @description What a rig file may say; what it leaves out has its default.
+     */
+    RigFile: {
+      /**
+       * Name
+       * @description The rig's id: in keys, recordings and paths.
+       * @default rig
+       */
+      name: string;
+      /**
+       * Actuator
+       * @description P1, P2, P3, an actuator's file beside this one, or the actuator itself as a table.
+       * @default P1
+       */
+      actuator: string | components["schemas"]["Actuator"];
+      motion_capture: components["schemas"]["MotionCapture"];
+      valves: components["schemas"]["Valves"];
+      /**
+       * @default {
+       *       "dt": 0.001,
+       *       "rods": 10,
+       *       "integrator": 1,
+       *       "observer_beta": 0.05,
+       *       "omega_B": 100,
+       *       "zeta_B": 1,
+       *       "epsilon": 1e-8,
+       *       "rcond_min": 1e-10,
+       *       "weak_ratio": 0.2,
+       *       "weak_ratio_live": 0.35,
+       *       "feedback_lag": 0.2,
+       *       "carry_on": true,
+       *       "dead_time": 0.05,
+       *       "pneumatic_lag": 0.05,
+       *       "torque_rate_max": 0.5,
+       *       "rest_rate": 0.03,
+       *       "torque_slew_max": 5,
+       *       "reference_speed_max": 1,
+       *       "reference_acceleration_max": 25
+       *     }
+       */
+      controller: components["schemas"]["ControllerParameters"];
+      /**
+       * @default {
+       *       "operator_timeout": 0.5,
+       *       "server_hold": 0.5,
+       *       "server_rest": 30,
+       *       "pump_hold": 0.5,
+       *       "pump_rest": 2,
+       *       "measurement_old": 0.05,
+       *       "measurement_lost": 0.5,
+       *       "loop_gap": 0.05,
+       *       "error_max": 0.08,
+       *       "error_time": 2,
+       *       "error_rms_max": 0.12,
+       *       "error_rms_time": 1,
+       *       "swing_max": 0.025,
+       *       "swing_time": 0.3,
+       *       "swing_ratio": 2.5,
+       *       "residual_max": 0.04,
+       *       "residual_time": 1,
+       *       "jump_max": 0.03,
+       *       "jump_speed": 0.5,
+       *       "frozen_time": 0.2,
+       *       "frozen_torque": 0.003,
+       *       "speed_max": 20,
+       *       "pressure_off_max": 30000,
+       *       "pressure_off_time": 0.3,
+       *       "pressures_lost": 0.1,
+       *       "pressure_max": 340000,
+       *       "pressure_min": -20000
+       *     }
+       */
+      limits: components["schemas"]["SafetyLimits"];
+      /**
+       * @description The plant of the virtual rig, and of previews.
+       * @default {
+       *       "plant": "rod",
+       *       "cosserat": {
+       *         "elements": 20,
+       *         "lag": [
+       *           0.005,
+       *           0.01
+       *         ],
+       *         "pair_hysteresis": [
+       *           0.01,
+       *           0.015
+       *         ],
+       *         "set_curvature": [
+       *           0,
+       *           0
+       *         ],
+       *         "shear": 240,
+       *         "stiffening": 0.3,
+       *         "stretch": 850,
+       *         "torque_gain": [
+       *           1,
+       *           1
+       *         ],
+       *         "viscosity": 0.5
+       *       },
+       *       "rods": 14,
+       *       "integrator": 0,
+       *       "substeps": 4,
+       *       "kappa": 39.93,
+       *       "zeta": 0.352,
+       *       "stiffness_scale": 1,
+       *       "torque_gain": [
+       *         1.096,
+       *         1.056
+       *       ],
+       *       "set_curvature": [
+       *         0.3551,
+       *         0.1266
+       *       ],
+       *       "creep": [
+       *         0.04888,
+       *         0.07093
+       *       ],
+       *       "creep_time": [
+       *         0.2303,
+       *         3.544
+       *       ],
+       *       "friction": 0.06052,
+       *       "slip": 0.0005,
+       *       "hysteresis": 0.113,
+       *       "hysteresis_bend": 0.4495,
+       *       "inflate_time": 0.04763,
+       *       "exhaust_time": 0.05151,
+       *       "supply_pressure": 600000,
+       *       "conductance": 3.9e-9,
+       *       "critical_ratio": 0.3,
+       *       "chamber_volume": 0.00005,
+       *       "valve_lag": 0.0013,
+       *       "valve_offset": 0.004,
+       *       "valve_integral_time": 0.2,
+       *       "dead_time": 0.05,
+       *       "marker_noise": 0.0001,
+       *       "marker_period": 0.01,
+       *       "marker_latency": 0.004,
+       *       "seed": 0
+       *     }
+       */
+      twin: components["schemas"]["TwinParameters"];
+      /**
+       * Commissioned
+       * @description Steps of the commissioning that are done, and what came of each.
+       * @default {}
+       */
+      commissioned: {
+        [key: string]: string;
+      };
+    };
+    /**
+     * RigFileState
+     * @description The rig file as it is on the disk of this server.
+     */
+    RigFileState: {
+      /**
+       * Path
+       * @description "" where the rig was started without one, or elsewhere.
+       */
+      path: string;
+      /** Text */
+      text: string;
+      /** @description What it says; None where it cannot be read, and `reason` says why. */
+      rig: components["schemas"]["RigFile"] | null;
+      /**
+       * Reason
+       * @description Why it cannot be read or changed here, "" if it can.
+       */
+      reason: string;
+      /**
+       * In Force
+       * @description The rig runs with what it says now.
+       */
+      in_force: boolean;
+    };
+    /**
+     * RigFileText
+     * @description Body of PUT /api/rig-file.
+     */
+    RigFileText: {
+      /**
+       * Text
+       * @description Of the whole file, TOML.
+       */
+      text: string;
+    };
+    /**
      * RigInfo
      * @description Who the rig is: read once per connection and after every restart.
      */
@@ -4308,6 +5169,7 @@ export interface components {
        *       "speed_max": 20,
        *       "pressure_off_max": 30000,
        *       "pressure_off_time": 0.3,
+       *       "pressures_lost": 0.1,
        *       "pressure_max": 340000,
        *       "pressure_min": -20000
        *     }
@@ -4384,6 +5246,8 @@ export interface components {
       twin: components["schemas"]["TwinParameters"];
       /** @description What is simulated, where it is another body than the one that observer and controller believe in. */
       plant_actuator: components["schemas"]["Actuator"] | null;
+      /** @description A rig that is not simulated: its motion capture and its valves. None: the twin stands in for it. */
+      hardware: components["schemas"]["Hardware"] | null;
     };
     /**
      * RunBody
@@ -4687,6 +5551,12 @@ export interface components {
        */
       pressure_off_time: number;
       /**
+       * Pressures Lost
+       * @description Hardware alone: a board that is silent for longer has no pressures, and its own watchdog vents it.
+       * @default 0.1
+       */
+      pressures_lost: number;
+      /**
        * Pressure Max
        * @description A measured chamber pressure above this is an E-STOP.
        * @default 340000
@@ -4909,6 +5779,36 @@ export interface components {
       largest: number;
     };
     /**
+     * StartBody
+     * @description Body of POST /api/commissioning/{step}/start; each step takes what concerns it and leaves the rest alone.
+     */
+    StartBody: {
+      /**
+       * Pressure
+       * @description Of a chamber [Pa]: jog, frame and signs take at most 40 kPa and a fifth of full, the pressure steps at most half
+       *     of full; null: as much as that step usually takes.
+       */
+      pressure?: number | null;
+      /**
+       * Repeats
+       * @description Up and down (pressure), releases to each side (decay), laps (closed_loop).
+       * @default 3
+       */
+      repeats: number;
+      /**
+       * Grid
+       * @description Torques of each pair in the static sweep.
+       * @default 5
+       */
+      grid: number;
+      /**
+       * Share
+       * @description How far sweep and decays go towards the admissible torques.
+       * @default 0.7
+       */
+      share: number;
+    };
+    /**
      * Status
      * @description Sent at every change and once a second.
      */
@@ -4937,6 +5837,65 @@ export interface components {
       macro: components["schemas"]["MacroState"] | null;
       /** @description The measurement of the first mode that goes on, or how the last one ended; null before this server's first. */
       first_mode: components["schemas"]["FirstModeState"] | null;
+    };
+    /**
+     * StepView
+     * @description One step as the page shows it.
+     */
+    StepView: {
+      /**
+       * Name
+       * @enum {string}
+       */
+      name:
+        "drivers" | "jog" | "frame" | "signs" | "pressure" | "statics" | "decay" | "identify" | "closed_loop";
+      /** Title */
+      title: string;
+      /**
+       * Purpose
+       * @description What it does, in one sentence.
+       */
+      purpose: string;
+      /**
+       * State
+       * @description done: it came to a result that may be accepted; failed: to one that may not, or to none.
+       * @enum {string}
+       */
+      state: "todo" | "running" | "done" | "failed";
+      /**
+       * Accepted
+       * @description Its result was accepted, and is in the rig file.
+       */
+      accepted: boolean;
+      /**
+       * Result
+       * @description What came of it, or why nothing did; "" before the first time.
+       */
+      result: string;
+      /** Numbers */
+      numbers: components["schemas"]["Number"][];
+      /**
+       * Writes
+       * @description What `accept` would write, or has written.
+       */
+      writes: components["schemas"]["Change"][];
+      /**
+       * Lacks
+       * @description What the rig lacks until this step is done, as "frame assumed, not measured"; "" once it is.
+       */
+      lacks: string;
+      /**
+       * Needs
+       * @description What is missing to begin; empty: it may be started.
+       */
+      needs: string[];
+      /** By */
+      by: string;
+      /**
+       * At
+       * @description Who did it last, and when.
+       */
+      at: string | null;
     };
     /**
      * Stretch
@@ -5508,6 +6467,66 @@ export interface components {
       input?: unknown;
       /** Context */
       ctx?: Record<string, never>;
+    };
+    /**
+     * Valves
+     * @description What fills and empties the four chambers.
+     */
+    Valves: {
+      /** Driver */
+      driver: string;
+      /**
+       * Options
+       * @default {}
+       */
+      options: {
+        [key: string]: string | number | boolean | number[] | number[] | string[];
+      };
+      /**
+       * Chambers
+       * @description Channels of the board at which the chambers u1+, u1-, u2+, u2- hang.
+       * @default [
+       *       0,
+       *       1,
+       *       2,
+       *       3
+       *     ]
+       */
+      chambers: [number, number, number, number];
+      /**
+       * Command
+       * @description What the valves take: setpoints of pressure, which they hold themselves, or raw openings from our own loop.
+       * @default pressure
+       * @enum {string}
+       */
+      command: "pressure" | "opening";
+      /**
+       * @description For raw openings.
+       * @default {
+       *       "inflate_gain": 0.00001,
+       *       "exhaust_gain": 0.00002,
+       *       "integral_time": 0.2
+       *     }
+       */
+      loop: components["schemas"]["PressureLoop"];
+      /**
+       * Pressure Max
+       * @description No setpoint above this leaves.
+       * @default 300000
+       */
+      pressure_max: number;
+      /**
+       * Slew Max
+       * @description No setpoint rises or falls faster.
+       * @default 20000000
+       */
+      slew_max: number;
+      /**
+       * Measured
+       * @description Dead time, lag and map were found in this rig, not assumed.
+       * @default false
+       */
+      measured: boolean;
     };
     /**
      * WaitStep
@@ -8746,6 +9765,570 @@ export interface operations {
       431: components["responses"]["Refused431"];
       500: components["responses"]["Refused500"];
       503: components["responses"]["Refused503"];
+    };
+  };
+  read_drivers: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Drivers"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  read_rig_file: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["RigFileState"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  write_rig_file: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["RigFileText"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      202: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": unknown;
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  read_commissioning: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["CommissioningState"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  start_commissioning_step: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        step:
+          | "drivers"
+          | "jog"
+          | "frame"
+          | "signs"
+          | "pressure"
+          | "statics"
+          | "decay"
+          | "identify"
+          | "closed_loop";
+      };
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["StartBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      202: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["CommissioningState"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  stop_commissioning_step: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        step:
+          | "drivers"
+          | "jog"
+          | "frame"
+          | "signs"
+          | "pressure"
+          | "statics"
+          | "decay"
+          | "identify"
+          | "closed_loop";
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["CommissioningState"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  accept_commissioning_step: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        step:
+          | "drivers"
+          | "jog"
+          | "frame"
+          | "signs"
+          | "pressure"
+          | "statics"
+          | "decay"
+          | "identify"
+          | "closed_loop";
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["CommissioningState"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  take_back_commissioning_step: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        step:
+          | "drivers"
+          | "jog"
+          | "frame"
+          | "signs"
+          | "pressure"
+          | "statics"
+          | "decay"
+          | "identify"
+          | "closed_loop";
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["CommissioningState"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  jog_chamber: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["JogBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["CommissioningState"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  confirm_chamber: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["ConfirmBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["CommissioningState"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  capture_point: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["CaptureBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["CommissioningState"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  read_commissioning_report: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description The page */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/html": string;
+        };
+      };
+      /** @description No HTTP request, or a range that is none */
+      400: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/html": components["schemas"]["Problem"];
+        };
+      };
+      /** @description Not signed in */
+      401: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/html": components["schemas"]["Problem"];
+        };
+      };
+      /** @description From another origin, or without the operator's lease */
+      403: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/html": components["schemas"]["Problem"];
+        };
+      };
+      /** @description There is no such thing */
+      404: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/html": components["schemas"]["Problem"];
+        };
+      };
+      /** @description Not in this state */
+      409: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/html": components["schemas"]["Problem"];
+        };
+      };
+      /** @description A body without its length */
+      411: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/html": components["schemas"]["Problem"];
+        };
+      };
+      /** @description The body is too long */
+      413: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/html": components["schemas"]["Problem"];
+        };
+      };
+      /** @description This server has another name */
+      421: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/html": components["schemas"]["Problem"];
+        };
+      };
+      /** @description Field, value and bound of what is wrong */
+      422: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/html": components["schemas"]["Problem"];
+        };
+      };
+      /** @description Too often; the header retry-after says for how long to wait [s] */
+      429: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/html": components["schemas"]["Problem"];
+        };
+      };
+      /** @description The request line and its headers are too long */
+      431: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/html": components["schemas"]["Problem"];
+        };
+      };
+      /** @description The server's disk or a file of its own fails */
+      500: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/html": components["schemas"]["Problem"];
+        };
+      };
+      /** @description The rig does not answer, or takes no command from this server */
+      503: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "text/html": components["schemas"]["Problem"];
+        };
+      };
     };
   };
   read_faults: {

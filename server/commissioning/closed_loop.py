@@ -1,0 +1,11 @@
+"""Soon."""
+
+from typing import Any
+
+from controller.errors import CommandRefused
+from server.commissioning.store import Found
+
+
+async def do(*_: Any) -> Found:
+    """Soon."""
+    raise CommandRefused("not there yet")

@@ -1,0 +1,13 @@
+"""Soon."""
+
+from typing import Any
+
+from controller.errors import CommandRefused
+from server.commissioning.store import Found
+
+
+async def identify(*_: Any) -> Found:
+    """Soon."""
+    raise CommandRefused("not there yet")
+
+

@@ -1,0 +1,183 @@
+"""The rig in a step's hands: from VENTED, under settings of its own, and back to VENTED, whatever ends it.
+
+A fresh rig's frame and signs may be wrong, so no step leaves it in HOLD, where the operator's own settings would close
+the loop: it comes to rest and vents first, then the settings are put back.
+"""
+
+import asyncio
+import contextlib
+from typing import Any
+
+import numpy as np
+
+from controller.arrays import Array, Rows
+from controller.errors import CommandRefused, RigUnreachable, TendrilError
+from controller.schema.modes import Law, Mode, Request
+from controller.schema.parameters import Settings
+from server.access.permit import Permit, own
+from server.commissioning.run import Run, Through, Torques
+from server.commissioning.store import CommissioningStore
+from server.log.events import words
+from server.operate.asking import shown
+from server.operate.operator import Target
+from server.operate.settings import put_in_force
+
+POLL = 0.05
+"""Between two looks at the rig, and between two torques on the way [s]."""
+ANSWER = 5.0
+"""Longest wait for a row that shows what was asked for [s]."""
+AGAIN = 1.0
+"""Between two tries to put the settings back [s]."""
+RESTED = 30.0
+"""Longest wait until the rig is vented [s]; it goes on to rest by itself."""
+WINDOW = 0.4
+"""Over which the tip must stand still [s]."""
+LIVE = (Mode.HOLD, Mode.FOLLOW, Mode.TRACK)
+
+
+class Motion:
+    """What a step may do with the rig."""
+
+    def __init__(self, through: Through, store: CommissioningStore, run: Run) -> None:
+        self._through, self._store, self._run = through, store, run
+
+    async def begin(self, **settings: Any) -> None:
+        """Arm and follow under `settings` in place of the operator's; open loop without sensors unless they say else."""
+        require_vented(self._through)
+        run, operator = self._run, self._through.operator
+        blind = {"law": Law.OPEN_LOOP, "u_open": (0.0, 0.0), "sensed": 0}
+        await asyncio.to_thread(self._store.borrow, run.before)
+        async with self._through.kept.changing:
+            run.ours = operator.settings.model_copy(update=blind | settings)
+            await put_in_force(run.ours, operator, run.leave)
+            await self._through.kept.keep(run.ours)  # a server that starts anew must not close the loop
+        held = await self._ask(Request.ARM)
+        await self._ask(Request.FOLLOW, (float(held["p_ref"][0]), float(held["p_ref"][1])))
+        run.follows = True
+
+    async def torque(self, u: Torques) -> None:
+        """Let the open loop go to `u` [N m], at `torque_rate_max`."""
+        run, operator = self._run, self._through.operator
+        async with self._through.kept.changing:
+            if run.ours is None or operator.settings != run.ours:
+                raise CommandRefused("the settings were changed")
+            run.ours = operator.settings.model_copy(update={"u_open": u})
+            await put_in_force(run.ours, operator, run.leave)
+
+    async def lead(self, begin: Torques, end: Torques) -> None:
+        """From one pair of torques to another as slowly as the rig comes to rest."""
+        rate = self._run.parameters.controller.rest_rate
+        steps = max(1, int(max(abs(b - a) for a, b in zip(begin, end, strict=True)) / (rate * POLL)))
+        for u in np.linspace(begin, end, steps + 1)[1:]:
+            await self.torque((float(u[0]), float(u[1])))
+            await asyncio.sleep(POLL)
+
+    async def target(self, at: Target) -> None:
+        """Move the live target [m]."""
+        reply = await asyncio.wrap_future(self._through.operator.move(at, self._run.leave))
+        if not reply.accepted:
+            raise CommandRefused(reply.detail)
+
+    async def still(self, shortest: float, longest: float, swing: float) -> bool:
+        """Wait until the tip swings by less than `swing` (rms) [m]; False where it does not within `longest` [s]."""
+        loop = asyncio.get_running_loop()
+        begin = loop.time()
+        while (passed := loop.time() - begin) < longest:
+            if passed > shortest:
+                rows = self.late(WINDOW)
+                if len(rows) and np.linalg.norm(rows["p_meas"].std(axis=0)) < swing:  # not of nan
+                    return True
+            await asyncio.sleep(POLL)
+        return False
+
+    def now(self) -> float:
+        """Clock of the rig [s]."""
+        return float(newest(self._through)["t_ns"]) * 1e-9
+
+    def late(self, seconds: float) -> Rows:
+        """The rows of the last `seconds`."""
+        now = self.now()
+        return self.between(now - seconds, now)
+
+    def between(self, begin: float, end: float) -> Rows:
+        """Rows from `begin` to `end` on the rig's clock [s]; CommandRefused where they are lost."""
+        rows = self._through.history.rows(begin, end)
+        if rows is None or not len(rows):
+            raise CommandRefused("telemetry of this step was lost")
+        return rows
+
+    def pressures(self, seconds: float) -> Array:
+        """Mean measured pressures of late (4,) [Pa]."""
+        found: Array = self.late(seconds)["pressure_meas"].mean(axis=0)
+        return found
+
+    async def end(self) -> None:
+        """Come to rest, vent, and put the operator's settings back; whatever has become of the step."""
+        run, through = self._run, self._through
+        run.follows = False
+        if run.ours is None:
+            return
+        await rest(through, run.info.boot, run.leave)
+        await put_back(through, self._store, run.before, run.ours)
+        run.ours = None
+
+    async def _ask(self, request: Request, target: Target | None = None) -> np.void:
+        """Ask the rig; the first row that came of it."""
+        reply = await asyncio.wrap_future(self._through.operator.request(request, self._run.leave, target))
+        if not reply.accepted:
+            raise CommandRefused(reply.detail)
+        return await shown(self._through.rig, reply.n, ANSWER)
+
+
+def newest(through: Through) -> np.void:
+    """The rig's newest row; RigUnreachable without one."""
+    found = through.rig.newest
+    if found is None or through.rig.boot() is None:
+        raise RigUnreachable("the rig does not answer")
+    row: np.void = found[0]
+    return row
+
+
+def require_vented(through: Through) -> None:
+    """Raise CommandRefused unless the rig is VENTED and its time goes on."""
+    if through.rig.paused:
+        raise CommandRefused("the twin is paused; continue it first")
+    if (mode := Mode(int(newest(through)["mode"]))) != Mode.VENTED:
+        raise CommandRefused(f"this step begins with the rig vented, and it is in {words(mode)}: let it rest first")
+
+
+async def rest(through: Through, boot: int, leave: Permit) -> None:
+    """Let what was armed come to rest and vent; one that was stopped or restarted has done so itself."""
+    loop = asyncio.get_running_loop()
+    end, again = loop.time() + RESTED, 0.0
+    while loop.time() < end and through.rig.boot() == boot and (row := through.rig.newest) is not None:
+        mode = Mode(int(row[0]["mode"]))
+        if mode not in (*LIVE, Mode.REST):
+            return
+        if mode in LIVE and loop.time() > again:
+            again = loop.time() + AGAIN
+            with contextlib.suppress(TendrilError):
+                permit = leave if leave.stands() else own()
+                await asyncio.wrap_future(through.operator.request(Request.REST, permit))
+        await asyncio.sleep(POLL)
+
+
+async def put_back(through: Through, store: CommissioningStore, before: Settings, ours: Settings) -> None:
+    """Put `before` back in place of `ours`, but for what somebody has changed meanwhile; until the rig takes it."""
+    while True:
+        async with through.kept.changing:
+            found = through.operator.settings
+            lent = [name for name in Settings.model_fields if getattr(found, name) == getattr(ours, name)]
+            given_back = found.model_copy(update={name: getattr(before, name) for name in lent})
+            with contextlib.suppress(TendrilError):
+                await put_in_force(given_back, through.operator, _giving_back())
+                break
+        await asyncio.sleep(AGAIN)
+    await through.kept.keep(through.operator.settings)
+    with contextlib.suppress(OSError):  # it is tried again at the next start
+        await asyncio.to_thread(store.borrow, None)
+
+
+def _giving_back() -> Permit:
+    """For the settings that the step found; it covers no request."""
+    return Permit(None, lambda request: "", frozenset({Request.NONE}))
