@@ -68,6 +68,7 @@ class BoardPeer:
     def plug(self) -> None:
         """Give the board power if it has none, and plug in its cable; raises OSError."""
         if self._process is None or self._process.poll() is not None:
+            self.power_off()
             self._start()
         elif self._port.is_symlink():
             return
@@ -106,10 +107,16 @@ class BoardPeer:
 
     def power_off(self) -> None:
         """Everything without current: valves vent, supply closed, no port. `plug` gives it power again."""
-        if self._process is not None and self._process.poll() is None:
-            self._process.kill()
-            self._process.wait()
+        process, self._process = self._process, None
         self._port.unlink(missing_ok=True)
+        if process is None:
+            return
+        process.kill()
+        process.wait()
+        for pipe in (process.stdin, process.stdout):
+            if pipe is not None:
+                with contextlib.suppress(OSError):
+                    pipe.close()
 
     def close(self) -> None:
         """End the firmware and its thread, and remove what it left."""
@@ -117,10 +124,6 @@ class BoardPeer:
         self.power_off()
         if self._thread is not None:
             self._thread.join()
-        for pipe in (self._process.stdin, self._process.stdout) if self._process else ():
-            if pipe is not None:
-                with contextlib.suppress(OSError):
-                    pipe.close()
         self._forgotten()
 
     def _start(self) -> None:

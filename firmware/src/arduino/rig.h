@@ -67,6 +67,7 @@ class Rig {
   void begin() {
 #if defined(__AVR__)
     wdt_enable(WDTO_120MS);  // a core that hangs starts anew, and so vents
+    ADCSRA = static_cast<uint8_t>((ADCSRA & ~7) | 5);  // four times faster: four sensors in 0.1 of each millisecond
 #endif
     for (const ValvePair& pair : wiring_.valves) pair.begin();
     pinMode(wiring_.supply_pin, OUTPUT);
@@ -78,16 +79,18 @@ class Rig {
   }
 
   void poll() {
-    listen();
     if (micros() - stepped_ >= 1000) step();
+    listen();
   }
 
  private:
   void listen() {
-    while (port_.available() > 0) {
-      if (board_.receive(static_cast<uint8_t>(port_.read()), micros())) {
-        apply();
+    for (int byte = port_.read(); byte >= 0; byte = port_.read()) {
+      if (byte != 0) {
+        board_.receive(static_cast<uint8_t>(byte), 0);  // only an end has a time
+      } else if (board_.receive(0, micros())) {
         port_.write(board_.reply(), board_.reply_size());
+        return;  // a host that never pauses must not keep the sensors from being read
       }
     }
   }
@@ -97,7 +100,7 @@ class Rig {
     int32_t pressures[CHANNELS];
     for (uint8_t i = 0; i < CHANNELS; ++i) {
       pressures[i] = wiring_.sensors[i].read();
-      listen();  // a conversion takes as long as 11 bytes, and the port keeps 64
+      listen();  // the port keeps 64 bytes, which is 0.64 ms
     }
     board_.step(micros(), pressures, digitalRead(wiring_.e_stop_pin) == HIGH);
     ++slot_;

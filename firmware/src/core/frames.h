@@ -1,6 +1,7 @@
 // The frames of docs/serial.md, little endian: where each number lies, and nothing else.
 #pragma once
 #include <stdint.h>
+#include <string.h>
 
 #include "cobs.h"
 #include "crc16.h"
@@ -29,34 +30,38 @@ constexpr uint8_t command_size(uint8_t channels) { return static_cast<uint8_t>(1
 constexpr uint8_t state_size(uint8_t channels) { return static_cast<uint8_t>(24 + 4 * channels + CRC_SIZE); }
 constexpr uint8_t on_wire(uint8_t size) { return static_cast<uint8_t>(size + 3); }  // 00, code, 00
 
-inline uint16_t u16_at(const uint8_t* p) { return static_cast<uint16_t>(p[0] | (static_cast<uint16_t>(p[1]) << 8)); }
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "numbers are copied as they lie");
 
-inline uint32_t u32_at(const uint8_t* p) {
-  return static_cast<uint32_t>(u16_at(p)) | (static_cast<uint32_t>(u16_at(p + 2)) << 16);
+template <typename Number>
+Number number_at(const uint8_t* p) {
+  Number value;
+  memcpy(&value, p, sizeof value);
+  return value;
 }
 
-inline int32_t i32_at(const uint8_t* p) { return static_cast<int32_t>(u32_at(p)); }
+inline uint16_t u16_at(const uint8_t* p) { return number_at<uint16_t>(p); }
+inline uint32_t u32_at(const uint8_t* p) { return number_at<uint32_t>(p); }
+inline int32_t i32_at(const uint8_t* p) { return number_at<int32_t>(p); }
 
 // Writes one number after the other.
 class Writer {
  public:
   explicit Writer(uint8_t* at) : first_(at), at_(at) {}
   void u8(uint8_t value) { *at_++ = value; }
-  void u16(uint16_t value) {
-    u8(static_cast<uint8_t>(value));
-    u8(static_cast<uint8_t>(value >> 8));
-  }
-  void u32(uint32_t value) {
-    u16(static_cast<uint16_t>(value));
-    u16(static_cast<uint16_t>(value >> 16));
-  }
-  void i32(int32_t value) { u32(static_cast<uint32_t>(value)); }
+  void u16(uint16_t value) { put(value); }
+  void u32(uint32_t value) { put(value); }
+  void i32(int32_t value) { put(value); }
   void text(const char* text, uint8_t size) {
     for (uint8_t i = 0; i < size; ++i) u8(static_cast<uint8_t>(*text ? *text++ : 0));
   }
   uint8_t size() const { return static_cast<uint8_t>(at_ - first_); }
 
  private:
+  template <typename Number>
+  void put(Number value) {
+    memcpy(at_, &value, sizeof value);
+    at_ += sizeof value;
+  }
   uint8_t* first_;
   uint8_t* at_;
 };
