@@ -48,3 +48,16 @@ def test_questions_and_answers_find_the_offset_within_a_millisecond(drift: float
         if i > 100:
             assert abs(clock.ours(int((asked + there) * (1 + drift)) + 900 * S) - asked - there) < 4 * MS
     assert clock.known
+
+
+def test_a_better_answer_moves_the_offset_slowly_and_all_the_way() -> None:
+    clock = TwoWayClock()
+    for i in range(100):
+        clock.answered(i * 50 * MS, i * 50 * MS + 9 * MS, i * 50 * MS + 10 * MS)
+    slow = clock.offset_ns
+    offsets = []
+    for i in range(100, 400):
+        clock.answered(i * 50 * MS, i * 50 * MS + MS // 2, i * 50 * MS + MS)
+        offsets.append(clock.offset_ns)
+    assert slow == -4 * MS and offsets[-1] == 0
+    assert max(np.diff([slow, *offsets])) <= 50_000, "a thousandth of the time between"

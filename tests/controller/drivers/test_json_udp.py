@@ -64,7 +64,7 @@ def test_angles_come_as_angles(opened):
 def test_a_source_that_tells_its_clock_has_its_latency_known(opened, capsys, late):
     source = JsonSource(offset=1.7e9)
     device = opened(driver(source))
-    with showing(source, late):
+    with showing(source, late, period=0.002):
         found = frames(device, 120)[20:]
     latency = float(np.median([arrived - sample.t_ns for sample, arrived in found])) * 1e-9
     with capsys.disabled():
