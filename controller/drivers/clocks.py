@@ -8,6 +8,8 @@ BUCKET_NS = 500_000_000
 """The quickest of each half second are kept [ns]."""
 DRIFT_MAX = 2e-4
 """Ratio by which two sound clocks go apart at most."""
+SLEW, SETTLING_NS = 1e-3, 2_000_000_000
+"""An offset moves no faster than this ratio, once it has settled [ns]."""
 
 
 class OneWayClock:
@@ -37,21 +39,33 @@ class OneWayClock:
 
 
 class TwoWayClock:
-    """Offset by questions and answers, as NTP does it: the quickest of late halves the way there and back."""
+    """Offset by questions and answers, as NTP does it: the quickest of late halves the way there and back.
+
+    A better answer moves the offset slowly: at once it would put a jump into the times of samples, and so into speeds.
+    """
 
     def __init__(self) -> None:
         self._answers: deque[tuple[int, int, int]] = deque()
         """(when, way there and back, offset) [ns]."""
+        self._first = 0
+        self.offset_ns = 0
+        """Ours minus the device's [ns]."""
 
     def answered(self, asked_ns: int, device_ns: int, answered_ns: int) -> None:
         """A question left at `asked_ns`, the device answered at its `device_ns`, and that came at `answered_ns`."""
         way = answered_ns - asked_ns
         offset = asked_ns + way // 2 - device_ns
-        if self._answers and abs(offset - self._answers[-1][2]) > 1_000_000_000:
+        if not self._answers or abs(offset - self._answers[-1][2]) > 1_000_000_000:
             self._answers.clear()
+            self._first = answered_ns
+        since = answered_ns - self._answers[-1][0] if self._answers else 0
         self._answers.append((answered_ns, way, offset))
         while answered_ns - self._answers[0][0] > WINDOW_NS:
             self._answers.popleft()
+        most = int(SLEW * since)
+        change = self._best() - self.offset_ns
+        settled = answered_ns - self._first > SETTLING_NS
+        self.offset_ns += min(most, max(-most, change)) if settled else change
 
     @property
     def known(self) -> bool:
@@ -62,8 +76,7 @@ class TwoWayClock:
         """A time of the device on our clock [ns]."""
         return device_ns + self.offset_ns
 
-    @property
-    def offset_ns(self) -> int:
-        """Ours minus the device's [ns]: of the quickest answer, each older one held to be a little slower."""
+    def _best(self) -> int:
+        """Offset of the quickest answer, each older one held to be a little slower [ns]."""
         now = self._answers[-1][0]
         return min(self._answers, key=lambda one: one[1] + 2 * DRIFT_MAX * (now - one[0]))[2]

@@ -13,6 +13,7 @@ from controller.schema.messages import Measurement
 
 Post = Callable[[np.ndarray], None]
 """Takes an array of one Measurement record; never from two threads at once."""
+CLOCKS_DIFFER_NS = 3_000_000
 NEVER = 1
 """A time long past, for pressures that nobody has read yet: 0 would say that they are always fresh [ns]."""
 
@@ -37,13 +38,17 @@ class Inlet:
         return True
 
     def take_reading(self, reading: Reading) -> bool:
-        """Pressures (4,) [Pa]; they only count as fresh while the board obeys. False as for markers."""
+        """Pressures (4,) [Pa]; they only count as fresh while the board obeys. False for what is old, or to come.
+
+        A little older than the newest is as good: estimates of a board's clock differ by as much.
+        """
         with self._lock:
-            if not self._record[0]["pressures_ns"] < reading.t_ns <= time.monotonic_ns():
+            newest = int(self._record[0]["pressures_ns"])
+            if not newest - CLOCKS_DIFFER_NS < reading.t_ns <= time.monotonic_ns():
                 return False
             self._record["pressures"] = reading.pressures
             if not reading.stopped:
-                self._record["pressures_ns"] = reading.t_ns
+                self._record["pressures_ns"] = max(newest, reading.t_ns)
             self._put()
         return True
 
