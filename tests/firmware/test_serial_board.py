@@ -110,24 +110,6 @@ def test_a_broken_sensor_is_no_number_and_stops_what_hangs_at_it(bench: Bench) -
     assert said.stopped == "a pressure sensor in use is broken"
 
 
-def test_the_boards_own_loop_brings_a_chamber_to_its_setpoint(bench: Bench) -> None:
-    device = bench.driven()
-
-    def fill() -> None:
-        """A chamber behind a valve: 30 ms from a supply of 400 kPa, or to the atmosphere."""
-        if bench.drive is not None:
-            opening, p = float(bench.drive.openings[0]), float(bench.pressures[0])
-            flow = opening * (400e3 - p) if opening > 0 else opening * p
-            bench.pressures = np.array([p + flow * 0.002 / 0.03, *[0.0] * 15])
-
-    for end in (150e3, 60e3):
-        for _ in range(400):
-            said = answer(device, outlet(end))
-            fill()
-            time.sleep(0.002)
-        assert said.pressures[0] == pytest.approx(end, abs=0.03 * end)
-
-
 def test_a_reset_is_seen_and_the_board_waits_for_a_vent(bench: Bench) -> None:
     device = bench.driven()
     stays(device, outlet(50e3), 0.03)
