@@ -25,6 +25,7 @@ MOST = 512
 """More points than this are no view of one actuator."""
 FURTHEST = 1e3
 """A coordinate beyond this is no measurement [m]."""
+CONNECTING_MS = 2000
 SILENCE = 5.0
 """Without a message for so long, the topic is subscribed to again [s]."""
 Message = Literal["PointStamped", "PoseStamped", "TransformStamped", "PoseArray"]
@@ -73,7 +74,7 @@ class Ros2Capture(CaptureDevice[Ros2Options]):
         config = zenoh.Config()
         config.insert_json5("mode", '"client"')
         config.insert_json5("connect/endpoints", f'["tcp/{self.options.router}"]')
-        config.insert_json5("connect/timeout_ms", "2000")
+        config.insert_json5("connect/timeout_ms", str(CONNECTING_MS))
         config.insert_json5("scouting/multicast/enabled", "false")
         self._clock, self._came, self._heard = OneWayClock(), queue.Queue(WAITING), time.monotonic()
         try:

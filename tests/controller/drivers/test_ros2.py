@@ -11,6 +11,7 @@ import pytest
 pytest.importorskip("rosbags")
 import zenoh
 
+from controller.drivers import ros2
 from controller.drivers.device import DeviceError
 from controller.drivers.ros2 import Ros2Capture, Ros2Options
 from controller.virtual.json_source import JsonSource
@@ -83,7 +84,8 @@ def test_a_topic_is_read_as_rmw_zenoh_and_the_bridge_name_it(opened, router):
         assert device.rejected == 1
 
 
-def test_where_no_zenoh_is_the_error_says_so():
+def test_where_no_zenoh_is_the_error_says_so(monkeypatch):
+    monkeypatch.setattr(ros2, "CONNECTING_MS", 300)
     with pytest.raises(DeviceError, match="no zenoh at"):
         Ros2Capture(Ros2Options(router=f"127.0.0.1:{JsonSource().port}", topic="rods")).open()
 
