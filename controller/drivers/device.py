@@ -1,9 +1,9 @@
 """What a driver of hardware is: one class that opens a device, talks to it and closes it. Everything else is ours.
 
-`controller/drivers/threads.py` gives every device a thread of its own, opens it again when it is lost, counts what comes
-and stands between it and the loop: no device, however slow or dead, delays a tick. A driver raises DeviceError (or
-OSError) when the device is lost, and returns None when nothing has come in time. `tendril docs drivers` has a template;
-`tendril drivers check NAME` tries a driver the hard way.
+`controller/drivers/threads.py` gives every device a thread of its own, opens it again when it is lost, counts what
+comes and stands between it and the loop: no device, however slow or dead, delays a tick. A driver raises DeviceError
+(or OSError) when the device is lost, and returns None when nothing has come in time. `tendril docs drivers` has a
+template; `tendril drivers check NAME` tries a driver the hard way.
 """
 
 from abc import ABC, abstractmethod

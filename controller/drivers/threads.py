@@ -9,6 +9,7 @@ import time
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
@@ -73,7 +74,7 @@ class DeviceThread(ABC):
     def status(self) -> DriverStatus:
         """How it fares now."""
         age, arrivals = self._age(), list(self._arrivals)
-        apart = [b[0] - a[0] for a, b in zip(arrivals, arrivals[1:], strict=False)]
+        apart = [b[0] - a[0] for a, b in pairwise(arrivals)]
         fresh = 0.0 <= age <= SILENT
         state = "silent" if self._state == "running" and not fresh else self._state
         known = self.device.clock != "arrival" and len(arrivals) > 0

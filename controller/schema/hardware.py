@@ -17,9 +17,7 @@ RODS = 10
 CHANNELS = 16
 """Most valve channels of a board."""
 
-DriverName = Annotated[
-    str, spelled(r"^[A-Za-z0-9_-]{1,40}$", "1 to 40 letters (a to z), digits and _ -, no blanks")
-]
+DriverName = Annotated[str, spelled(r"^[A-Za-z0-9_-]{1,40}$", "1 to 40 letters (a to z), digits and _ -, no blanks")]
 Options = dict[str, str | int | float | bool | list[int] | list[float] | list[str]]
 """What a driver is told; each driver checks its own."""
 Coefficient = Annotated[float, Bounds(ge=-1e4, le=1e4)]
@@ -44,11 +42,11 @@ class MotionCapture(Model):
     """Where markers come from, and which of them sits on which rod."""
 
     driver: DriverName
-    options: Options = {}
+    options: Options = Bounds(default={})
     frame: Frame = Frame()
     rods: Annotated[tuple[RodNumber, ...], Bounds(min_length=1, max_length=RODS)] = (10,)
     """Rods that bear a marker, at their distal ends: 10 is the tip."""
-    labels: dict[str, RodNumber] = {}
+    labels: dict[str, RodNumber] = Bounds(default={})
     """Names that the camera gives to markers, and their rods. Points without a name are told apart by where the
     observer expects them."""
     gate: Annotated[float, Bounds(ge=0.002, le=1.0), Q("m")] = 0.06
@@ -80,7 +78,7 @@ class Valves(Model):
     """What fills and empties the four chambers."""
 
     driver: DriverName
-    options: Options = {}
+    options: Options = Bounds(default={})
     chambers: Annotated[tuple[Channel, Channel, Channel, Channel], Q("1", shape=(4,))] = (0, 1, 2, 3)
     """Channels of the board at which the chambers u1+, u1-, u2+, u2- hang."""
     command: Literal["pressure", "opening"] = "pressure"

@@ -39,7 +39,7 @@ class RigFile(Model):
     limits: SafetyLimits = SafetyLimits()
     twin: TwinParameters = TwinParameters()
     """The plant of the virtual rig, and of previews."""
-    commissioned: dict[str, Annotated[str, Bounds(max_length=200)]] = {}
+    commissioned: dict[str, Annotated[str, Bounds(max_length=200)]] = Bounds(default={})
     """Steps of the commissioning that are done, and what came of each."""
 
     def parameters(self, folder: Path) -> RigParameters:

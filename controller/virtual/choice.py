@@ -14,12 +14,14 @@ Given = dict[str, Any]
 
 def capture_peer(asked: MotionCapture) -> CapturePeer:
     """A camera for the driver that `asked` names; ParameterError where nothing can stand in for it."""
-    return _known(CAMERAS, asked.driver, "motion_capture")(asked.options)
+    found: CapturePeer = _known(CAMERAS, asked.driver, "motion_capture")(asked.options)
+    return found
 
 
 def valve_peer(asked: Valves, read: ReadPressures, take: TakeDrive) -> ValvePeer:
     """A board for the driver that `asked` names; ParameterError where nothing can stand in for it."""
-    return _known(BOARDS, asked.driver, "valves")(asked.options, read, take)
+    found: ValvePeer = _known(BOARDS, asked.driver, "valves")(asked.options, read, take)
+    return found
 
 
 def _known(peers: dict[str, Any], driver: str, table: str) -> Any:

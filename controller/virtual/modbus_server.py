@@ -27,6 +27,8 @@ class ModbusPeer:
         """As `freeze` has it."""
         self.exception = 0
         """Answers every request with this exception code."""
+        self.unknown: set[int] = set()
+        """Functions that it does not know."""
         self.late = 0.0
         """Answers so much later [s]."""
         self.requests = 0
@@ -72,6 +74,10 @@ class ModbusPeer:
             self._alone = threading.Timer(left, lambda: self.terminal.look(time.monotonic()))
             self._alone.daemon = True
             self._alone.start()
+
+    def close(self) -> None:
+        """As `unplug`: nothing is left."""
+        self.unplug()
 
     def freeze(self) -> None:
         """Take no request and give no answer, over connections that stay."""
@@ -142,8 +148,8 @@ class ModbusPeer:
             return ExcCodes.DEVICE_BUSY
         if self.late > 0.0:
             await asyncio.sleep(self.late)
-        if self.exception:
-            return ExcCodes(self.exception)
+        if self.exception or function in self.unknown:
+            return ExcCodes(self.exception or ExcCodes.ILLEGAL_FUNCTION)
         self.requests += 1
         now = time.monotonic()
         if values is not None:

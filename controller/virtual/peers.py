@@ -54,3 +54,18 @@ class CapturePeer(Peer, Protocol):
 
 class ValvePeer(Peer, Protocol):
     """A board with valves, built with `ReadPressures` and `TakeDrive`. It has a watchdog of its own, as a real one."""
+
+    def reset(self) -> None:
+        """It begins anew, as after its reset button."""
+
+    def freeze(self) -> None:
+        """Its program hangs."""
+
+    def thaw(self) -> None:
+        """After `freeze`."""
+
+    def half_frame(self) -> None:
+        """Its next answer is cut in half."""
+
+    def close(self) -> None:
+        """Unplug it for good, and leave nothing behind."""

@@ -27,9 +27,9 @@ from controller.schema.messages import TwinFaults
 from controller.schema.parameters import SENSORS
 from controller.schema.rig_file import RigFile, changed, read_rig_file
 from controller.system.whole_file import write_whole
-from controller.virtual.peers import CapturePeer, Drive, ValvePeer
-from controller.virtual.plant import RunningPlant
 from controller.virtual.choice import capture_peer, valve_peer
+from controller.virtual.peers import CapturePeer, Drive, Peer, ValvePeer
+from controller.virtual.plant import RunningPlant
 
 LOOK = 5e-4
 """Pause between two looks for a new sample [s]."""
@@ -136,7 +136,7 @@ class VirtualRig:
     def stop(self) -> None:
         """End everything."""
         self.camera.stop()
-        self.valves.unplug()
+        self.valves.close()
         self.plant.stop()
 
     def addresses(self) -> dict[str, str | int]:
@@ -162,9 +162,12 @@ class VirtualRig:
         self._faults = TwinFaults.model_validate(self._faults.model_dump() | faults)
         inject(self._faults, self.plant.plant.faults)
 
-    def wire(self, name: str) -> "CapturePeer | ValvePeer":
+    def wire(self, name: str) -> Peer:
         """The device `name`."""
-        return {"camera": self.camera.peer, "valves": self.valves}[name]
+        wires: dict[str, Peer] = {"camera": self.camera.peer, "valves": self.valves}
+        if name not in wires:
+            raise ValueError(f"{name} is not camera or valves")
+        return wires[name]
 
     def mend(self) -> None:
         """Everything as it was; what is unplugged stays so."""
@@ -206,13 +209,13 @@ FAULTS: dict[str, Callable[..., None]] = {
     "reset": lambda rig: rig.valves.reset(),
     "freeze": lambda rig: rig.valves.freeze(),
     "thaw": lambda rig: rig.valves.thaw(),
-    "half": lambda rig, name: rig.wire(name).half_frame(),
+    "half": lambda rig: rig.valves.half_frame(),
     "mend": lambda rig: rig.mend(),
 }
 """What a line may begin with: camera and valves are unplugged and plugged, samples are `late` [s] beyond the camera's
 own latency, `ghosts` are seen, two rods' markers are `swap`ped, one is `hide`den, `noise` [m] is added, a valve or a
-pressure sensor (1 to 4: u1+, u1-, u2+, u2-) sticks, the supply is lost, the board is `reset`, frozen and thawed, `half` a
-frame comes; `mend` ends all that is not unplugged."""
+pressure sensor (1 to 4: u1+, u1-, u2+, u2-) sticks, the supply is lost, the board is `reset`, frozen and thawed, its next
+answer is cut in `half`; `mend` ends all that is not unplugged."""
 
 
 def run_virtual_rig(path: Path, plant: str, out: Path | None, lines: TextIO = sys.stdin) -> None:

@@ -82,6 +82,10 @@ class UdpTargetPeer:
         timer.daemon = True
         timer.start()
 
+    def close(self) -> None:
+        """As `unplug`: nothing is left."""
+        self.unplug()
+
     def freeze(self) -> None:
         """Give no answers, and hear nothing."""
         self.silent = True

@@ -119,8 +119,8 @@ def up(
 ) -> None:
     """Start rig (twin, or the devices of a rig file) and server on this machine and keep both alive."""
     from controller.realtime.settings import RigSettings
-    from server.settings import ServerSettings
     from server.cli.rig_files import named_rig, rig_parameters
+    from server.settings import ServerSettings
     from server.supervise.up import run_up, with_last_actuator
 
     _start_log("up", log_format)

@@ -24,7 +24,7 @@ NO_FILE = "the rig was started without a rig file: start it with `tendril up --r
 
 
 def accepted(text: str, path: Path, in_force: Settings) -> RigParameters:
-    """The rig that `text` describes; ParameterError unless its drivers exist, and it stood and moved here, simulated."""
+    """The rig that `text` describes; ParameterError unless its drivers exist, and it stood and moved, simulated."""
     from controller.simulation.acceptance import require_running  # in the planner only
 
     found = parse_rig_file(text, path.name)
