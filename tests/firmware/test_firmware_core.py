@@ -130,6 +130,12 @@ def test_a_hello_stops_the_board(driving: Core) -> None:
     assert driving.says("reasons") == frames.GREETED
 
 
+def test_a_hello_of_another_version_learns_ours_and_changes_nothing(driving: Core) -> None:
+    assert isinstance(driving.hear(frames.sealed(b"\x02\x01" + bytes(6))), HelloReply)
+    assert not driving.vented
+    assert driving.says("rejected") == 1
+
+
 def test_setpoints_rise_and_fall_no_faster_than_the_slew(driving: Core) -> None:
     for target in (300_000, 0, 1_200_000, -1_200_000):
         before = driving.setpoint()
