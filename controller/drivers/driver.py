@@ -21,8 +21,10 @@ class Driver(Protocol):
 
     simulated: bool
     """True for the twin: pages and recordings say so."""
-    twin: Plant
-    """What the loop steps after every tick."""
+
+    @property
+    def twin(self) -> Plant:
+        """What the loop steps after every tick."""
 
     def start(self, post: Post, newest: Newest, command: NewestCommand) -> None:
         """Begin to post measurements (captured on the monotonic clock) and to follow the loop's commands."""

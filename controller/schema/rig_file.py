@@ -1,7 +1,7 @@
 """The rig file: everything that one lab's rig is, in TOML: actuator, drivers, markers, frame, valves, limits.
 
-`tendril up --rig rig.toml` runs it, `tendril virtual-rig rig.toml` stands in for its devices, and the page's commissioning
-writes what it measures into it. Comments and order of the file stay.
+`tendril up --rig rig.toml` runs it, `tendril virtual-rig rig.toml` stands in for its devices, and the page's
+commissioning writes what it measures into it. Comments and order of the file stay.
 """
 
 import tomllib

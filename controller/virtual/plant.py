@@ -1,4 +1,4 @@
-"""The plant of a virtual rig: a twin or Cosserat rod at 1 kHz in a thread of its own, without observer or controller."""
+"""The plant of a virtual rig: a twin or Cosserat rod at 1 kHz in a thread of its own, and no observer or controller."""
 
 import threading
 import time

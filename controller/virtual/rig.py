@@ -1,6 +1,6 @@
-"""`tendril virtual-rig`: the simulated plant behind the wires that a rig file names, in real time, with faults to switch.
+"""`tendril virtual-rig`: the simulated plant behind the wires that a rig file names, in real time, and faults to switch.
 
-What is typed into it, a line each, breaks it as real devices break: see `FAULTS`. It answers each line with one of JSON.
+What is typed into it, a line each, breaks it as real devices break: see `FAULTS`. Each is answered by a line of JSON.
 """
 
 import json
@@ -214,12 +214,12 @@ FAULTS: dict[str, Callable[..., None]] = {
 }
 """What a line may begin with: camera and valves are unplugged and plugged, samples are `late` [s] beyond the camera's
 own latency, `ghosts` are seen, two rods' markers are `swap`ped, one is `hide`den, `noise` [m] is added, a valve or a
-pressure sensor (1 to 4: u1+, u1-, u2+, u2-) sticks, the supply is lost, the board is `reset`, frozen and thawed, its next
-answer is cut in `half`; `mend` ends all that is not unplugged."""
+pressure sensor (1 to 4: u1+, u1-, u2+, u2-) sticks, the supply is lost, the board is `reset`, frozen and thawed, its
+next answer is cut in `half`; `mend` ends all that is not unplugged."""
 
 
 def run_virtual_rig(path: Path, plant: str, out: Path | None, lines: TextIO = sys.stdin) -> None:
-    """Run until the lines end or Ctrl-C; `out` is written once the wires answer. Raises ParameterError, TendrilError."""
+    """Run until the lines end or Ctrl-C; `out` is written once the wires answer. Raises TendrilError."""
     for number in (signal.SIGINT, signal.SIGTERM):  # a shell may have started us in the background, SIGINT ignored
         signal.signal(number, signal.default_int_handler)
     found = read_rig_file(path)
