@@ -48,6 +48,8 @@ class NiDaqOptions(Model):
     """How the sensors are wired."""
     dump_line: Annotated[str, Bounds(pattern=r"^([A-Za-z0-9_-]{1,60}/[A-Za-z0-9_/-]{1,60})?$")] = ""
     """Digital line, as "Dev1/port0/line0", that holds an external dump valve shut while high; "": there is none."""
+    heartbeat_line: Annotated[str, Bounds(pattern=r"^([A-Za-z0-9_-]{1,60}/[A-Za-z0-9_/-]{1,60})?$")] = ""
+    """Digital line that changes with every exchange that does not vent, for a relay that watches it; "": none."""
     output_zero: Volts = 0.0
     """For a setpoint of 0 Pa, or a shut valve [V]."""
     output_scale: Annotated[float, Bounds(ge=100.0, le=1e6)] = 100e3
@@ -94,15 +96,18 @@ class NiDaq(ValveDevice[NiDaqOptions]):
         super().__init__(options, chambers, raw)
         known = min(len(options.outputs), len(options.inputs))
         if max(chambers) >= known:
-            raise ParameterError(
-                f"valves.chambers = {list(chambers)}: outputs and inputs name channels 0 to {known - 1}"
-            )
+            raise ParameterError(f"valves.chambers = {list(chambers)}: there are channels 0 to {known - 1}")
+        exhausting = options.output_zero - options.opening_volts
+        if raw and exhausting < options.output_min:
+            raise ParameterError(f"output_min = {options.output_min:g} V: a valve exhausts at {exhausting:g} V")
         self._outputs = [options.outputs[channel] for channel in chambers]
         self._inputs = [options.inputs[channel] for channel in chambers]
         self._tasks: list[Any] = []
         self._writer: Any = None
         self._reader: Any = None
         self._dump: Any = None
+        self._heartbeat: Any = None
+        self._beat = False
         self._watchdog: Any = None
         self._volts = np.zeros(4)
 
@@ -132,16 +137,23 @@ class NiDaq(ValveDevice[NiDaqOptions]):
 
     def _open_outputs(self) -> None:
         options = self.options
-        if options.dump_line:
-            line = self._task(Task)
-            line.do_channels.add_do_chan(options.dump_line)
-            self._dump = DigitalSingleChannelWriter(line.out_stream, auto_start=True)
-            self._dump.write_one_sample_one_line(False)
+        self._dump = self._line(options.dump_line)
+        self._heartbeat = self._line(options.heartbeat_line)
         out = self._task(Task)
         for name in self._outputs:
             out.ao_channels.add_ao_voltage_chan(name, min_val=options.output_min, max_val=options.output_max)
         self._writer = AnalogMultiChannelWriter(out.out_stream, auto_start=True)
         self._writer.write_one_sample(vented_volts(options, self.raw))
+
+    def _line(self, name: str) -> Any:
+        """Writer of a digital line, which is low now; None for ""."""
+        if not name:
+            return None
+        line = self._task(Task)
+        line.do_channels.add_do_chan(name)
+        writer = DigitalSingleChannelWriter(line.out_stream, auto_start=True)
+        writer.write_one_sample_one_line(False)
+        return writer
 
     def _open_inputs(self) -> None:
         options = self.options
@@ -177,7 +189,7 @@ class NiDaq(ValveDevice[NiDaqOptions]):
         with suppress(Exception):
             self._send(True, vented_volts(self.options, self.raw), 0.1)
         tasks, self._tasks = self._tasks, []
-        self._writer = self._reader = self._dump = self._watchdog = None
+        self._writer = self._reader = self._dump = self._heartbeat = self._watchdog = None
         for task in tasks:
             with suppress(Exception):
                 task.close()
@@ -185,7 +197,7 @@ class NiDaq(ValveDevice[NiDaqOptions]):
     def exchange(self, outlet: Outlet, timeout: float) -> Reading | None:
         """Set the voltages, then measure once: both without a clock of the device's own, as we ask."""
         try:
-            self._send(outlet.vent or outlet.cut, volts_of(outlet, self.options, self.raw), timeout)
+            self._send(vents(outlet, self.raw), volts_of(outlet, self.options, self.raw), timeout)
             asked = time.monotonic_ns()
             self._ready().read_one_sample(self._volts, timeout=timeout)
         except AnyDaqError as error:
@@ -203,8 +215,16 @@ class NiDaq(ValveDevice[NiDaqOptions]):
             self._watchdog.reset_timer()
         if self._dump is not None:
             self._dump.write_one_sample_one_line(not vent, timeout=timeout)
+        if self._heartbeat is not None and not vent:
+            self._beat = not self._beat
+            self._heartbeat.write_one_sample_one_line(self._beat, timeout=timeout)
         if self._writer is not None:
             self._writer.write_one_sample(volts, timeout=timeout)
+
+
+def vents(outlet: Outlet, raw: bool) -> bool:
+    """Whether to let the air out: it is asked for, or what is asked for is not finite."""
+    return outlet.vent or outlet.cut or not bool(np.isfinite(outlet.openings if raw else outlet.pressures).all())
 
 
 def vented_volts(options: NiDaqOptions, raw: bool) -> Array:
@@ -215,9 +235,9 @@ def vented_volts(options: NiDaqOptions, raw: bool) -> Array:
 
 def volts_of(outlet: Outlet, options: NiDaqOptions, raw: bool) -> Array:
     """(4,) for what is wanted, within the outputs' limits [V]; what is not finite vents."""
-    wanted = np.asarray(outlet.openings if raw else outlet.pressures, float)
-    if outlet.vent or outlet.cut or not bool(np.isfinite(wanted).all()):
+    if vents(outlet, raw):
         return vented_volts(options, raw)
+    wanted = np.asarray(outlet.openings if raw else outlet.pressures, float)
     each = np.clip(wanted, -1.0, 1.0) * options.opening_volts if raw else wanted / options.output_scale
     return np.clip(options.output_zero + each, options.output_min, options.output_max)
 

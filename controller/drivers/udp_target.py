@@ -94,6 +94,13 @@ class UdpTarget(ValveDevice[UdpOptions]):
         self._sequence, self._seen, self._round_ends = 0, -1, 0
         self._quickest = None
         self._sent.clear()
+        try:
+            self._begin()
+        except BaseException:
+            self.close()
+            raise
+
+    def _begin(self) -> None:
         vented = Outlet(time.monotonic_ns(), True, False, np.zeros(4), np.zeros(4))
         if self.exchange(vented, self.options.connect_time) is None:
             raise DeviceError(f"no answer from {self.options.host}:{self.options.port}")

@@ -71,9 +71,11 @@ def opens_and_closes_twice(trial: Trial) -> str:
     device = trial.device()
     begun = time.monotonic()
     for _ in range(2):
-        within(OPEN_LIMIT, "open", device.open)
-        trial.first(device)
-        within(CLOSE_LIMIT, "close", device.close)
+        try:
+            within(OPEN_LIMIT, "open", device.open)
+            trial.first(device)
+        finally:
+            within(CLOSE_LIMIT, "close", device.close)
         within(CLOSE_LIMIT, "close", device.close)
     took = time.monotonic() - begun
     until = time.monotonic() + 1.0

@@ -10,7 +10,7 @@ from controller.drivers.conformance.bench import RADIUS
 from controller.drivers.conformance.trial import Failed, Trial, require
 from controller.drivers.device import Angles, Reading, Sample
 
-SPAN = 1.0
+SPAN = 0.5
 """For so long frames are watched [s]."""
 AGE_MAX = 0.5
 """A frame that is older when it comes counts as stale [s]."""

@@ -1,6 +1,6 @@
 """All checks of a driver, one after the other, and a row for each."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any
 
 from controller.drivers.conformance import common, frames, valves
@@ -47,9 +47,12 @@ def check_driver(
     options: dict[str, Any] | None = None,
     bench: Bench | None = None,
     drive: bool = False,
+    only: Collection[str] = (),
     tell: Callable[[Row], None] = lambda row: None,
 ) -> list[Row]:
-    """Try `driver`, by name or class, against `bench` or the device that `options` name; `tell` hears each row at once.
+    """Try `driver`, by name or class, against `bench` or the device that `options` name.
+
+    `only` the checks of these names, if there are any; `tell` hears each row at once.
 
     Pressures are commanded only with a bench, or with `drive`: then nobody may be near the actuator. Raises
     ParameterError where there is no such driver, or it does not take the options.
@@ -63,6 +66,8 @@ def check_driver(
     checked_options(kind, trial.options, "driver")
     rows = []
     for name, check in (FIRST | (VALVES if trial.valves else CAPTURE) | LAST).items():
+        if only and name not in only:
+            continue
         rows.append(_row(name, check, trial))
         tell(rows[-1])
     return rows

@@ -19,6 +19,8 @@ TIMEOUT = 0.1
 """That each read and exchange is called with [s]."""
 MARGIN = 0.1
 """By which it may come back later [s]."""
+HANGS = 3.0
+"""By which a call may come back later before it is given up [s]."""
 OPEN_LIMIT = 30.0
 """Longest that open may take [s]."""
 CLOSE_LIMIT = 1.0
@@ -96,9 +98,9 @@ class Trial:
         begun = time.monotonic()
         if self.valves:
             sent = outlet if outlet is not None else vented()
-            found = within(timeout + OPEN_LIMIT / 10, what, lambda: there.exchange(sent, timeout))
+            found = within(timeout + HANGS, what, lambda: there.exchange(sent, timeout))
         else:
-            found = within(timeout + OPEN_LIMIT / 10, what, lambda: there.read(timeout))
+            found = within(timeout + HANGS, what, lambda: there.read(timeout))
         took = time.monotonic() - begun
         require(took <= timeout + MARGIN, f"{what} took {took:.3f} s at a timeout of {timeout:g} s")
         return found

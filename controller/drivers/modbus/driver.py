@@ -52,16 +52,23 @@ class ModbusValves(ValveDevice[ModbusOptions]):
 
     def open(self) -> None:
         """Connect, set the device's watchdog, and have a VTEM's motion app run at pressure 0."""
-        options, timeout = self.options, self.options.connect_time
-        self._wire.connect(timeout)
+        self._wire.connect(self.options.connect_time)
         self._stopped = ""
+        try:
+            self._set_up(self.options.connect_time)
+        except BaseException:
+            self.close()
+            raise
+
+    def _set_up(self, timeout: float) -> None:
+        options, wire = self.options, self._wire
         if options.watchdog > 0.0 and self._watchdog_register >= 0:
-            vtem.set_watchdog(self._wire, self._watchdog_register, options.watchdog, timeout)
-        if options.map == "vtem":
-            if options.fail_safe != "ignore":
-                change = options.fail_safe == "set"
-                vtem.require_fail_safe(self._wire, options.output_base, options.input_base, change, timeout)
-            vtem.start(self._wire, self._map.slots, options.start_time, timeout)
+            vtem.set_watchdog(wire, self._watchdog_register, options.watchdog, timeout)
+        if options.map != "vtem":
+            return
+        if options.fail_safe != "ignore":
+            vtem.require_fail_safe(wire, options.output_base, options.input_base, options.fail_safe == "set", timeout)
+        vtem.start(wire, self._map.slots, options.start_time, timeout)
 
     def close(self) -> None:
         """Drop the connection, and what it has not sent yet."""

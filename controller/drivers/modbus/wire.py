@@ -173,17 +173,25 @@ class Wire:
             raise DeviceError("the device takes no requests any more") from error
 
     def _answer(self, request: ModbusPDU, until: float) -> list[int] | None:
-        while True:
-            while frame := self._frame():
-                if (frame.transaction, frame.unit) == (request.transaction_id, self._unit):
-                    found = registers_of(frame.body, request, self._decoder)
-                    if found is not None:
-                        return found
-                self.rejected += 1
-            left = until - time.monotonic()
-            if left <= 0.0:
-                return None
-            self._receive(left)
+        while (left := until - time.monotonic()) > 0.0:
+            found = self.take(self._received(left), request)
+            if found is not None:
+                return found
+        return None
+
+    def take(self, data: bytes, request: ModbusPDU) -> list[int] | None:
+        """Registers in the answer to `request` among what came, `data` after all before it; None if it is not there.
+
+        Whatever else is a frame is counted. Raises Refused, and DeviceError where no frame can begin.
+        """
+        self._buffer += data
+        while frame := self._frame():
+            if (frame.transaction, frame.unit) == (request.transaction_id, self._unit):
+                found = registers_of(frame.body, request, self._decoder)
+                if found is not None:
+                    return found
+            self.rejected += 1
+        return None
 
     def _frame(self) -> Frame | None:
         try:
@@ -192,13 +200,13 @@ class Wire:
             self.rejected += 1
             raise
 
-    def _receive(self, timeout: float) -> None:
+    def _received(self, timeout: float) -> bytes:
         here = self._connected()
         here.settimeout(timeout)
         data = here.recv(4096)
         if not data:
             raise DeviceError("the device closed the connection")
-        self._buffer += data
+        return data
 
     def _connected(self) -> socket.socket:
         if self._socket is None:
