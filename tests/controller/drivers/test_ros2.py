@@ -2,6 +2,7 @@
 
 import json
 import random
+import socket
 import struct
 import time
 
@@ -14,7 +15,6 @@ import zenoh
 from controller.drivers import ros2
 from controller.drivers.device import DeviceError
 from controller.drivers.ros2 import Ros2Capture, Ros2Options
-from controller.virtual.json_source import JsonSource
 from tests.controller.drivers.conftest import frames
 
 FUZZ = 100_000
@@ -43,10 +43,16 @@ def taking(message):
     return Ros2Capture(Ros2Options(router="127.0.0.1:7447", topic="rods", message=message, label="tip"))
 
 
+def free_address():
+    """Where nothing listens."""
+    with socket.create_server(("127.0.0.1", 0)) as asked:
+        return f"127.0.0.1:{asked.getsockname()[1]}"
+
+
 @pytest.fixture
 def router():
     """A zenoh session that others connect to, and its address."""
-    address = f"127.0.0.1:{JsonSource().port}"
+    address = free_address()
     config = zenoh.Config()
     config.insert_json5("mode", '"router"')
     config.insert_json5("listen/endpoints", json.dumps([f"tcp/{address}"]))
@@ -87,7 +93,7 @@ def test_a_topic_is_read_as_rmw_zenoh_and_the_bridge_name_it(opened, router):
 def test_where_no_zenoh_is_the_error_says_so(monkeypatch):
     monkeypatch.setattr(ros2, "CONNECTING_MS", 300)
     with pytest.raises(DeviceError, match="no zenoh at"):
-        Ros2Capture(Ros2Options(router=f"127.0.0.1:{JsonSource().port}", topic="rods")).open()
+        Ros2Capture(Ros2Options(router=free_address(), topic="rods")).open()
 
 
 def test_a_hundred_thousand_random_and_mutated_messages_are_read_or_counted(capsys):
