@@ -2,7 +2,7 @@
 
 import re
 import time
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 import pylsl
@@ -38,7 +38,7 @@ class LslOptions(Model):
     """Its name."""
     type: Text = "MoCap"
     """Its type; used where there is no name."""
-    dimensions: Literal[2, 3] = 3
+    dimensions: Annotated[int, Bounds(ge=2, le=3)] = 3
     """Coordinates of each point."""
     labels: Annotated[tuple[Annotated[str, Bounds(max_length=64)], ...], Bounds(max_length=512)] = ()
     """Names of the points; none: from the stream's description, where it has one."""
@@ -87,6 +87,7 @@ class LslCapture(CaptureDevice[LslOptions]):
             self._labels = self._names(inlet, count // o.dimensions)
             inlet.open_stream(2.0)
             self._read_clocks(inlet)
+            inlet.flush()  # what came while the clocks were compared is old
         except RuntimeError as error:
             self.close()
             raise DeviceError(f"{self.name} was lost: {error}") from error

@@ -138,9 +138,12 @@ class Vendor(CaptureDevice[VendorOptions]):
         """The next line before `deadline`; raises DeviceError where there will be none."""
         while b"\n" not in self._rest:
             left = deadline - time.monotonic()
-            if not _readable(self._out, max(0.0, left)):
-                return None
-            more = os.read(self._out.fileno(), 65536)
+            try:
+                if not _readable(self._out, max(0.0, left)):
+                    return None
+                more = os.read(self._out.fileno(), 65536)
+            except ValueError as error:  # another thread closed it
+                raise DeviceError(f"{self.name} is not open") from error
             if not more or len(self._rest) > LONGEST:
                 raise DeviceError(f"{self.name}: the connection ended")
             self._rest += more

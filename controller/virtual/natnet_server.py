@@ -46,7 +46,7 @@ class NatNetServer:
         echo: bool = True,
         to_data_port: bool = False,
     ) -> None:
-        """`drift`: how much faster its clock runs than ours; ports of 0 are chosen when it is plugged in, and kept.
+        """`drift`: how much faster its clock runs than ours; ports of 0 are chosen when they are needed first.
 
         `to_data_port`: unicast frames go to the data port of a client's machine, not to the port that asked.
         """
@@ -67,7 +67,8 @@ class NatNetServer:
 
     @property
     def options(self) -> dict[str, str | int]:
-        """Of the driver "natnet"."""
+        """Of the driver "natnet"; ports that were left open are chosen now."""
+        self._choose_ports()
         return {
             "server": self.address,
             "local_address": self.address,
@@ -91,8 +92,7 @@ class NatNetServer:
         """Begin to answer and stream; raises OSError."""
         if self._socket is not None:
             return
-        if not self.data_port:
-            self.data_port = _free_port(self.address)
+        self._choose_ports()
         made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
             made.bind((self.address, self.command_port))
@@ -103,10 +103,13 @@ class NatNetServer:
             made.close()
             raise
         made.settimeout(0.05)
-        self.command_port = made.getsockname()[1]
         self._socket = made
         self._thread = threading.Thread(target=self._serve, args=(made,), name="natnet server", daemon=True)
         self._thread.start()
+
+    def _choose_ports(self) -> None:
+        self.command_port = self.command_port or _free_port(self.address)
+        self.data_port = self.data_port or _free_port(self.address)
 
     def unplug(self) -> None:
         """Vanish: nobody is told, and every client is forgotten."""

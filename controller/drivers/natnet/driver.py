@@ -158,13 +158,14 @@ class NatNet(CaptureDevice[NatNetOptions]):
 
     def read(self, timeout: float) -> Sample | None:
         """The next frame within `timeout` [s]; DeviceError once the server is silent or has ended the connection."""
-        if self._link is None:
-            raise DeviceError(f"{self.name} is not open")
         deadline = time.monotonic() + timeout
         while True:
+            link = self._link  # another thread may close it
+            if link is None:
+                raise DeviceError(f"{self.name} is not open")
             now = time.monotonic()
-            self._beat(self._link, now)
-            got = self._link.receive(min(deadline, self._next_beat) - now)
+            self._beat(link, now)
+            got = link.receive(min(deadline, self._next_beat) - now)
             if got is not None and (sample := self._take(*got)) is not None:
                 return sample
             if time.monotonic() >= deadline:

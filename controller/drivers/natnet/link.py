@@ -70,7 +70,11 @@ class Link:
 
     def receive(self, timeout: float) -> tuple[int, bytes, int] | None:
         """Kind, payload and arrival [ns] of the next message within `timeout` [s]; None for none, or nonsense."""
-        for key, _ in self._selector.select(max(0.0, timeout)):
+        try:
+            ready = self._selector.select(max(0.0, timeout))
+        except ValueError as error:
+            raise DeviceError("the link was closed") from error
+        for key, _ in ready:
             assert isinstance(key.fileobj, socket.socket)
             try:
                 datagram, sender = key.fileobj.recvfrom(LARGEST)
