@@ -26,6 +26,8 @@ OLDEST = 10.0
 """No frame is older when it comes [s]."""
 BEAT = 0.5
 """Between looks at the clocks [s]."""
+LONGEST_CALL = 0.1
+"""Of LSL [s]."""
 SILENCE = 5.0
 """Without a sample for so long, the stream is looked for again [s]."""
 _AXIS = re.compile(r"(?i)^(.*?)[\s_.:-]*(?:pos(?:ition)?)?[\s_.:-]*[xyz]$")
@@ -101,21 +103,25 @@ class LslCapture(CaptureDevice[LslOptions]):
 
     def read(self, timeout: float) -> Sample | None:
         """The next sample within `timeout` [s]; DeviceError once the stream has ended."""
-        inlet = self._inlet
-        if inlet is None:
-            raise DeviceError(f"{self.name} is not open")
-        try:
-            if time.monotonic() >= self._next_beat:
-                self._read_clocks(inlet)
-            values, stamp = inlet.pull_sample(max(timeout, 1e-3))
-        except RuntimeError as error:
-            raise DeviceError(f"{self.name} was lost: {error}") from error
-        if values is not None and stamp is not None:
-            self._heard = time.monotonic()
-            return self._sample(np.array(values, float), stamp, time.monotonic_ns())
-        if time.monotonic() - self._heard > SILENCE:
-            raise DeviceError(f"nothing came from {self.name} for {SILENCE:g} s")
-        return None
+        deadline = time.monotonic() + timeout
+        while True:
+            inlet = self._inlet  # another thread may close it, which ends no call of LSL's
+            if inlet is None:
+                raise DeviceError(f"{self.name} is not open")
+            try:
+                if time.monotonic() >= self._next_beat:
+                    self._read_clocks(inlet)
+                values, stamp = inlet.pull_sample(min(max(deadline - time.monotonic(), 1e-3), LONGEST_CALL))
+            except RuntimeError as error:
+                raise DeviceError(f"{self.name} was lost: {error}") from error
+            now = time.monotonic()
+            if values is not None and stamp is not None:
+                self._heard = now
+                return self._sample(np.array(values, float), stamp, time.monotonic_ns())
+            if now - self._heard > SILENCE:
+                raise DeviceError(f"nothing came from {self.name} for {SILENCE:g} s")
+            if now >= deadline:
+                return None
 
     def _sample(self, values: Array, stamp: float, arrived: int) -> Sample | None:
         points = values.reshape(-1, self.options.dimensions) * self.options.scale
