@@ -46,7 +46,9 @@ class TwoWayClock:
 
     def __init__(self) -> None:
         self._answers: deque[tuple[int, int, int]] = deque()
-        """(when, way there and back, offset) [ns]."""
+        """(when, way there and back, offset) of the quickest of each bucket [ns]."""
+        self._bucket = self._last = 0
+        """When the newest bucket was begun, and the last answer came [ns]."""
         self._first = 0
         self.offset_ns = 0
         """Ours minus the device's [ns]."""
@@ -57,11 +59,15 @@ class TwoWayClock:
         offset = asked_ns + way // 2 - device_ns
         if not self._answers or abs(offset - self._answers[-1][2]) > 1_000_000_000:
             self._answers.clear()
-            self._first = answered_ns
-        since = answered_ns - self._answers[-1][0] if self._answers else 0
-        self._answers.append((answered_ns, way, offset))
+            self._first = self._last = answered_ns
+        if not self._answers or answered_ns - self._bucket >= BUCKET_NS:
+            self._answers.append((answered_ns, way, offset))
+            self._bucket = answered_ns
+        elif way < self._answers[-1][1]:
+            self._answers[-1] = (answered_ns, way, offset)
         while answered_ns - self._answers[0][0] > WINDOW_NS:
             self._answers.popleft()
+        since, self._last = answered_ns - self._last, answered_ns
         most = int(SLEW * since)
         change = self._best() - self.offset_ns
         settled = answered_ns - self._first > SETTLING_NS
@@ -78,5 +84,5 @@ class TwoWayClock:
 
     def _best(self) -> int:
         """Offset of the quickest answer, each older one held to be a little slower [ns]."""
-        now = self._answers[-1][0]
+        now = self._last
         return min(self._answers, key=lambda one: one[1] + 2 * DRIFT_MAX * (now - one[0]))[2]

@@ -163,9 +163,17 @@ def _fitted(start: Array, most: Array, chambers: Sequence[ChamberSteps], dt: flo
     least = np.array([0.0, *[LAG_LEAST] * (len(start) - 1)])
     inside = np.clip(start, least + 1e-6, most - 1e-6)
     found = least_squares(
-        _residuals, inside, bounds=(least, most), loss="soft_l1", f_scale=scale, x_scale=0.02, diff_step=1e-3,
-        xtol=1e-7, ftol=1e-9, args=(chambers, dt),
-    )  # fmt: skip
+        _residuals,
+        inside,
+        bounds=(least, most),
+        loss="soft_l1",
+        f_scale=scale,
+        x_scale=0.02,
+        diff_step=[1e-3] * len(start),
+        xtol=1e-7,
+        ftol=1e-9,
+        args=(chambers, dt),
+    )
     theta: Array = found.x
     return theta
 

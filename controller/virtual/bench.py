@@ -12,7 +12,7 @@ from controller.arrays import Array
 from controller.drivers.conformance.bench import RADIUS, Driven
 from controller.schema.hardware import CHANNELS
 from controller.virtual.peers import Drive
-from controller.virtual.registry import CAPTURE_PEERS, peer_class
+from controller.virtual.registry import CAPTURE_PEERS, capture_peer, valve_peer
 
 LAG = 0.05
 """Time constant of a chamber [s]."""
@@ -63,8 +63,11 @@ class PeerBench:
     def __init__(self, driver: str) -> None:
         self.chambers = Chambers()
         self._capture = driver in CAPTURE_PEERS
-        made = peer_class(driver)
-        self.peer: Any = made() if self._capture else made(self.chambers.pressures, self.chambers.take)
+        self.peer: Any = (
+            capture_peer(driver, {})
+            if self._capture
+            else valve_peer(driver, {}, self.chambers.pressures, self.chambers.take)
+        )
         self._silent = False
         self._ends = threading.Event()
         self._thread: threading.Thread | None = None

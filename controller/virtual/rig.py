@@ -1,4 +1,4 @@
-"""`tendril virtual-rig`: the simulated plant behind the wires that a rig file names, in real time, and faults to switch.
+"""`tendril virtual-rig`: the simulated plant behind the wires that a rig file names, in real time, with faults.
 
 What is typed into it, a line each, breaks it as real devices break: see `FAULTS`. Each is answered by a line of JSON.
 """
@@ -27,9 +27,9 @@ from controller.schema.messages import TwinFaults
 from controller.schema.parameters import SENSORS
 from controller.schema.rig_file import RigFile, changed, read_rig_file
 from controller.system.whole_file import write_whole
-from controller.virtual.choice import capture_peer, valve_peer
-from controller.virtual.peers import CapturePeer, Drive, Peer, ValvePeer
+from controller.virtual.peers import CapturePeer, Drive, Peer
 from controller.virtual.plant import RunningPlant
+from controller.virtual.registry import valve_peer
 
 LOOK = 5e-4
 """Pause between two looks for a new sample [s]."""
@@ -123,8 +123,9 @@ class VirtualRig:
         parameters = found.parameters(folder).model_copy(update={"twin": twin})
         self.plant = RunningPlant(parameters, raw=found.valves.command == "opening")
         board = Board(found.valves, self.plant)
-        self.camera = Camera(found.motion_capture, self.plant, capture_peer(found.motion_capture))
-        self.valves: ValvePeer = valve_peer(found.valves, board.pressures, board.drive)
+        asked = found.valves
+        self.valves = valve_peer(asked.driver, asked.options, board.pressures, board.drive)
+        self.valves = valve_peer(found.valves.driver, found.valves.options, board.pressures, board.drive)
         self._faults = TwinFaults()
 
     def start(self) -> None:

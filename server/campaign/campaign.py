@@ -29,8 +29,9 @@ from server.campaign.rows import (
     sensing,
     stops,
     strangers,
+    wires,
 )
-from server.campaign.scene import Scene
+from server.campaign.scene import Kind, Scene
 from server.campaign.table import OVER_TLS, Fault
 from server.campaign.waiting import Seen, Skipped
 
@@ -79,6 +80,15 @@ ACTS: dict[str, Callable[[Scene], Seen]] = {
     "sensor-stuck": plant.sensor_stuck,
     "valve-stuck": plant.valve_stuck,
     "supply-lost": plant.supply_lost,
+    "serial-cut": wires.serial_cut,
+    "board-reset": wires.board_reset,
+    "board-hung": wires.board_hung,
+    "half-frame": wires.half_frame,
+    "natnet-stopped": wires.camera_stopped,
+    "markers-swapped": wires.markers_swapped,
+    "markers-ghosts": wires.ghosts,
+    "modbus-timeout": wires.modbus_timeout,
+    "markers-unnamed-swap": wires.unnamed_swapped,
     "gains-hard": choices.gains_hard,
     "actuator-unbuildable": choices.actuator_unbuildable,
     "link-cut": link.cut,
@@ -158,13 +168,17 @@ class Campaign:
         raise AssertionError
 
     def _at(self, fault: Fault) -> Scene:
-        """A scene that fits: the faults of the link need a proxy in it, some of the strangers' a link over TLS."""
-        own_rates = 1.0 if fault.name in AT_OWN_RATES else 100.0  # an abuser who is told to wait would ask less
-        kind = fault.name.startswith("link-"), fault.name.endswith(OVER_TLS), own_rates
+        """A scene that fits: with a proxy in the link, a link over TLS, or the devices of a virtual rig."""
+        kind = Kind(
+            proxied=fault.name.startswith("link-"),
+            encrypted=fault.name.endswith(OVER_TLS),
+            rate_factor=1.0 if fault.name in AT_OWN_RATES else 100.0,  # an abuser who is told to wait would ask less
+            wires=wires.RIGS.get(fault.name, ""),
+        )
         if self._scene is None or self._scene.kind != kind:
             self._leave()
             self._scenes += 1
-            self._scene = Scene(self._folder / str(self._scenes), *kind)
+            self._scene = Scene(self._folder / str(self._scenes), kind)
         return self._scene
 
     def _machine_stood_still(self, start: int) -> bool:

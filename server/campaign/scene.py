@@ -9,23 +9,24 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 
 from controller.arrays import Rows
-from controller.errors import RigUnreachable
+from controller.errors import RigUnreachable, TendrilError
 from controller.realtime.ring import find_ring, remove_rings
 from controller.realtime.settings import RigSettings
 from controller.realtime.supervisor import Supervisor
 from controller.schema.modes import Cause, Mode
 from controller.schema.parameters import RigParameters, SafetyLimits
+from controller.virtual.process import VirtualProcess
 from server.campaign import inside, trace
 from server.campaign.certificates import make_certificates
 from server.campaign.person import Person
 from server.campaign.proxy import Proxy
 from server.campaign.table import GAP
-from server.campaign.waiting import Failed, require, wait
+from server.campaign.waiting import Failed, Skipped, require, wait
 from server.presets.actuator import kept_file
 from server.presets.orders import Orders
 from server.settings import ServerSettings
@@ -37,16 +38,32 @@ SPEED, SLOW = 0.1, 0.01
 QUIET_SECONDS = 2.0
 """How long nothing may move after a fault without a fresh action [s]."""
 NAP = 0.05
+PATIENCE_DEVICES = 10.0
+"""Longest wait for devices that were plugged in again [s]."""
 PATIENCE = 2.0
 """Of the campaign's servers with a disk that takes nothing [s]: others have 10 s."""
+
+
+class Kind(NamedTuple):
+    """What a scene must have for a fault."""
+
+    proxied: bool = False
+    """The link goes through a `Proxy`."""
+    encrypted: bool = False
+    """It is over TLS."""
+    rate_factor: float = 100.0
+    """Times the server's own limits of how often it may be asked."""
+    wires: str = ""
+    """Rig file of a virtual rig whose devices are driven over their wires; "": the twin."""
 
 
 class Scene:
     """A product of its own: rig name, ports and folders."""
 
-    def __init__(self, folder: Path, proxied: bool, encrypted: bool = False, rate_factor: float = 100.0) -> None:
-        """`proxied`: the link goes through a `Proxy`; `encrypted`: over TLS; server limits times `rate_factor`."""
-        self.folder, self.kind = folder, (proxied, encrypted, rate_factor)
+    def __init__(self, folder: Path, kind: Kind) -> None:
+        """Raises Skipped where its devices cannot be stood in for here."""
+        self.folder, self.kind = folder, kind
+        proxied, encrypted, rate_factor = kind.proxied, kind.encrypted, kind.rate_factor
         folder.mkdir()
         self.tls = folder / "tls" if encrypted else None
         if self.tls:
@@ -67,7 +84,10 @@ class Scene:
             disk_patience=PATIENCE,
         )
         self.key = settings.key
+        self.virtual = _virtual(kind.wires, folder, self._log) if kind.wires else None
         parameters = RigParameters(limits=SafetyLimits(loop_gap=GAP))
+        if self.virtual is not None:
+            parameters = self.virtual.rig.parameters(folder).model_copy(update={"limits": parameters.limits})
         self._supervisor = Supervisor(
             RigSettings(
                 rig=self.rig,
@@ -213,6 +233,8 @@ class Scene:
             self.proxy.mend()
         self._server.stop()
         self._supervisor.stop()
+        if self.virtual is not None:
+            self.virtual.stop()
         if self.proxy:
             self.proxy.close()
         self._log.close()
@@ -230,11 +252,17 @@ class Scene:
             self._carried_out.look()
 
     def _arm_anew(self) -> None:
+        if self.virtual is not None:
+            wait(self._devices_run, PATIENCE_DEVICES, "devices that run", 0.1)
         for request in ("e_stop", "clear", "arm"):
             self.operator.command(request)
         start = time.monotonic_ns()
         self.until(start, (Mode.HOLD,), 2.0)
         wait(lambda: self.operator.shows(Mode.HOLD, start), 5.0, "HOLD on the page")
+
+    def _devices_run(self) -> bool:
+        drivers = self.operator.ask("GET", "/api/drivers")["drivers"]
+        return all(one["state"] == "running" for one in drivers)
 
     def _until_moving(self, mode: Mode, speed: float) -> None:
         def moving() -> bool:
@@ -245,6 +273,13 @@ class Scene:
 
         wait(moving, 15.0, f"motion in {mode.name}")
         time.sleep(0.5)
+
+
+def _virtual(text: str, folder: Path, output: IO[bytes]) -> VirtualProcess:
+    try:
+        return VirtualProcess(text, folder, output)
+    except TendrilError as error:
+        raise Skipped(f"no virtual rig: {error}") from error
 
 
 Act = Callable[[Scene], Any]

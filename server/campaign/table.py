@@ -57,6 +57,11 @@ STRANGERS = (
     ),
 )
 
+BOARD_MS = 300.0
+"""100 ms without pressures (safety.md), and what came just before."""
+CAMERA_MS = 700.0
+"""500 ms without a usable marker, the same."""
+
 FAULTS = (
     Fault("server-killed", "kill -9 of the server", "HOLD; the next server finds it held and can go on", HOLD_MS, True),
     Fault("server-stopped", "SIGSTOP of the server, SIGCONT after 2 s", "HOLD, also on resume", HOLD_MS),
@@ -211,6 +216,46 @@ FAULTS = (
     Fault("sensor-stuck", "the pressure sensor of chamber u1+ keeps its value", "E_STOP, latched", 3000.0),
     Fault("valve-stuck", "the spool of chamber u1+ stays where it is", "E_STOP, latched", 3000.0),
     Fault("supply-lost", "the supply line is open to the atmosphere", "E_STOP, latched", 3000.0),
+    Fault(
+        "serial-cut",
+        "the cable of the valves' board is pulled, plugged in again after 2 s",
+        "E-STOP (board lost), latched; the board vents by itself; nothing moves again without a fresh action",
+        BOARD_MS,
+        True,
+    ),
+    Fault(
+        "board-reset",
+        "the board's reset button",
+        "E-STOP (board lost), latched: it drives nothing until it was vented",
+        BOARD_MS,
+    ),
+    Fault("board-hung", "the board's program hangs for 2 s", "E-STOP (board lost), latched", BOARD_MS),
+    Fault("half-frame", "half of one answer of the board", "TRACK goes on; it is counted", 1e3 * GAP),
+    Fault(
+        "natnet-stopped",
+        "the motion capture's stream ends, and begins again after 2 s",
+        "FAULT (no measurement), latched",
+        CAMERA_MS,
+    ),
+    Fault(
+        "markers-swapped",
+        "the camera gives tip and rod 6 each other's names",
+        "FAULT (markers jumped), latched",
+        CAMERA_MS,
+    ),
+    Fault("markers-ghosts", "eight ghosts in every frame for 2 s", "TRACK goes on, at the true tip", 1e3 * GAP),
+    Fault(
+        "modbus-timeout",
+        "the valve terminal answers no more, and again after 2 s",
+        "E-STOP (board lost), latched",
+        BOARD_MS,
+    ),
+    Fault(
+        "markers-unnamed-swap",
+        "markers without names come in another order for 2 s",
+        "TRACK goes on, at the true tip",
+        1e3 * GAP,
+    ),
     Fault("gains-hard", "K_I = 20 1/s, the most that the page allows", "REST within 1 s of the whip, named", 1000.0),
     Fault(
         "actuator-unbuildable",

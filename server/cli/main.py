@@ -13,6 +13,7 @@ from rich.logging import RichHandler
 from controller.system.complaints import one_line_errors
 from controller.system.logs import LogFormat, log_json
 from server.cli.docs import docs
+from server.cli.drivers import app as drivers_app
 from server.cli.recordings import app as recordings_app
 from server.cli.research.commands import ActuatorName, PlantName
 from server.cli.research.commands import app as research_app
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 app = commands(no_args_is_help=True, pretty_exceptions_enable=False)
 app.add_typer(recordings_app, name="recordings")
 app.add_typer(token_app, name="token")
+app.add_typer(drivers_app, name="drivers")
 app.command("virtual-rig")(virtual_rig)
 app.add_typer(research_app)
 out = Console()

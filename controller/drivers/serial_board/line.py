@@ -4,7 +4,7 @@ import os
 import select
 import time
 
-import serial  # type: ignore[import-untyped]  # it has no types
+import serial
 
 from controller.drivers.device import DeviceError
 

@@ -9,6 +9,7 @@ from controller.schema.modes import Cause, Freeze, Mode
 from server.campaign import trace
 from server.campaign.scene import Scene
 from server.campaign.waiting import Seen, require
+from server.log.events import words
 
 OLD = 0.05
 """Age of a sample from which on there is no feedback [s] (SafetyLimits.measurement_old)."""
@@ -30,7 +31,7 @@ def latched(scene: Scene, mode: Mode, cause: Cause, seconds: float, **faults: An
     inject(scene, **faults)
     try:
         row = scene.until(start, (mode,), SLACK + seconds)
-        line = scene.operator.sees(f"rig: {mode.name.replace('_', ' ')}", mark)
+        line = scene.operator.sees(f"rig: {words(mode)}", mark)
         time.sleep(max(0.0, seconds - (time.monotonic_ns() - start) * 1e-9))
     finally:
         inject(scene, **NONE)

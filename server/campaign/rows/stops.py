@@ -13,7 +13,7 @@ import numpy as np
 from controller.schema.modes import Mode
 from server.campaign import trace
 from server.campaign.person import Person
-from server.campaign.scene import Scene
+from server.campaign.scene import Kind, Scene
 from server.campaign.waiting import Seen, require, wait
 
 WAYS = ("socket", "http")
@@ -78,7 +78,7 @@ def main() -> None:
     """`python -m server.campaign.rows.stops [PRESSES]`: quiet, then under the flood, both ways."""
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 100
     with tempfile.TemporaryDirectory(prefix="tendril-stops-") as folder:
-        scene = Scene(Path(folder, "scene"), proxied=False, rate_factor=1.0)
+        scene = Scene(Path(folder, "scene"), Kind(rate_factor=1.0))
         try:
             for way in WAYS:
                 print("quiet,", told(way, presses(scene, way, count)), flush=True)

@@ -1,0 +1,144 @@
+"""Devices that fail on their own wires: the rig drives a virtual rig, which is told to break."""
+
+import time
+
+import numpy as np
+
+from controller.schema.modes import Cause, Mode
+from server.campaign import trace
+from server.campaign.scene import Scene
+from server.campaign.waiting import Seen, require
+from server.log.events import words
+
+SERIAL = """
+name = "virtual"
+[motion_capture]
+driver = "natnet"
+rods = [6, 10]
+labels = { six = 6, tip = 10 }
+options = { server = "127.0.0.1", local_address = "127.0.0.1", points = "labelled" }
+[motion_capture.frame]
+axes = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]
+origin = [0.1, -0.2]
+[valves]
+driver = "serial"
+chambers = [2, 3, 0, 1]
+"""
+"""Markers that the camera knows by name, and our own firmware on a pseudo-terminal."""
+MODBUS = """
+name = "virtual"
+[motion_capture]
+driver = "natnet"
+rods = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10]
+options = { server = "127.0.0.1", local_address = "127.0.0.1", points = "unlabelled" }
+[valves]
+driver = "modbus"
+options = { host = "127.0.0.1" }
+"""
+"""Markers without names, and a Festo terminal."""
+ON_SERIAL = (
+    "serial-cut",
+    "board-reset",
+    "board-hung",
+    "half-frame",
+    "natnet-stopped",
+    "markers-swapped",
+    "markers-ghosts",
+)
+RIGS = dict.fromkeys(ON_SERIAL, SERIAL) | {"modbus-timeout": MODBUS, "markers-unnamed-swap": MODBUS}
+"""The virtual rig that each of these faults needs."""
+
+OUT = 2.0
+"""For which a device is gone, or wrong [s]."""
+SLACK = 3.0
+"""After which a reaction is not waited for any more [s]; its limit is judged by the ring's own times."""
+NEAR = 0.03
+"""The tip that the rig believes in stays this near to the plant's own course [m]."""
+
+
+def serial_cut(scene: Scene) -> Seen:
+    """The port is gone."""
+    return _latched(scene, ("unplug valves", "plug valves"), Mode.E_STOP, Cause.PRESSURES_LOST)
+
+
+def board_reset(scene: Scene) -> Seen:
+    """It is there again at once, and drives nothing."""
+    return _latched(scene, ("reset", "mend"), Mode.E_STOP, Cause.PRESSURES_LOST)
+
+
+def board_hung(scene: Scene) -> Seen:
+    """The port is there, and nobody answers."""
+    return _latched(scene, ("freeze", "thaw"), Mode.E_STOP, Cause.PRESSURES_LOST)
+
+
+def modbus_timeout(scene: Scene) -> Seen:
+    """The connection is there, and nobody answers."""
+    return _latched(scene, ("freeze", "thaw"), Mode.E_STOP, Cause.PRESSURES_LOST)
+
+
+def camera_stopped(scene: Scene) -> Seen:
+    """Its program is closed."""
+    return _latched(scene, ("unplug camera", "plug camera"), Mode.FAULT, Cause.MEASUREMENT_LOST)
+
+
+def markers_swapped(scene: Scene) -> Seen:
+    """Names are believed, so only the way that a marker cannot have gone shows it."""
+    return _latched(scene, ("swap 6 10", "mend"), Mode.FAULT, Cause.MEASUREMENT_JUMPED)
+
+
+def half_frame(scene: Scene) -> Seen:
+    """One answer of 500 a second."""
+    before = _rejected(scene)
+    seen = _unmoved(scene, ("half", "mend"))
+    require(_rejected(scene) > before, "the half frame was not counted")
+    return seen
+
+
+def ghosts(scene: Scene) -> Seen:
+    """Points without names, anywhere."""
+    return _unmoved(scene, ("ghosts 8", "mend"))
+
+
+def unnamed_swapped(scene: Scene) -> Seen:
+    """Who is who is found anew in every frame."""
+    return _unmoved(scene, ("swap 3 10", "mend"))
+
+
+def _latched(scene: Scene, lines: tuple[str, str], mode: Mode, cause: Cause) -> Seen:
+    """Break and mend: the rig has to go to `mode` because of `cause`, and stay there until it is cleared."""
+    assert scene.virtual is not None
+    scene.track()
+    mark, start = len(scene.operator.log), time.monotonic_ns()
+    scene.virtual.do(lines[0])
+    try:
+        row = scene.until(start, (mode,), SLACK)
+        line = scene.operator.sees(f"rig: {words(mode)}", mark)
+        time.sleep(max(0.0, OUT - (time.monotonic_ns() - start) * 1e-9))
+    finally:
+        scene.virtual.do(lines[1])
+    require(row["cause"] == cause, f"{trace.told(row)} instead of {cause.name}")
+    scene.stays_calm()
+    require(scene.mode == mode, f"in {scene.mode.name} though nobody cleared it")
+    scene.acts_again()
+    return Seen(f"{trace.told(row)}, latched; page: {line}", (row["t_ns"] - start) * 1e-6)
+
+
+def _unmoved(scene: Scene, lines: tuple[str, str]) -> Seen:
+    """Break for a while: the rig has to go on as if nothing were."""
+    assert scene.virtual is not None
+    scene.track()
+    start = time.monotonic_ns()
+    scene.virtual.do(lines[0])
+    time.sleep(OUT)
+    scene.virtual.do(lines[1])
+    rows = scene.since(start)
+    require((rows["mode"] == Mode.TRACK).all(), f"left TRACK for {trace.told(rows[-1])}")
+    off = np.hypot(*(rows["p_meas"] - rows["p_hat"]).T)
+    require(np.nanmax(off) < NEAR, f"the tip was seen {1e3 * np.nanmax(off):.0f} mm from where the observer has it")
+    stood = 1e-6 * float(np.diff(rows["t_ns"]).max())
+    return Seen(f"TRACK goes on; the measured tip within {1e3 * np.nanmax(off):.0f} mm of the observer's", stood)
+
+
+def _rejected(scene: Scene) -> int:
+    drivers = scene.operator.ask("GET", "/api/drivers")["drivers"]
+    return sum(one["rejected"] + one["lost"] for one in drivers)
