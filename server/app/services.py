@@ -15,9 +15,8 @@ from server.access.token_watch import TokenWatch
 from server.access.tokens import Secrets, TokenFile
 from server.access.user_files import UserFiles
 from server.commissioning.commissioning import Commissioning
-from server.commissioning.file import CommissionedFile
-from server.commissioning.run import Through
-from server.commissioning.store import CommissioningStore, commissioning_file, data_folder
+from server.commissioning.motion import Through
+from server.commissioning.store import CommissionedFile, CommissioningStore, commissioning_file, data_folder
 from server.drawing.store import Drawings
 from server.hardware.rig_file import RigFileKeeper
 from server.health.alarm_watch import AlarmWatch

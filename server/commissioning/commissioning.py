@@ -10,14 +10,13 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
-from controller.errors import CommandRefused, RigUnreachable, TendrilError
+from controller.errors import CommandRefused, TendrilError
 from controller.schema.modes import Cause, Mode, Request
 from controller.schema.rig_file import RigFile
 from controller.system.tasks import Tasks
 from controller.system.whole_file import write_whole
 from server.access.permit import Permit, own
-from server.commissioning import closed_loop, drivers, pressure, report, signs, sweep
-from server.commissioning.file import CommissionedFile, value_of
+from server.commissioning import closed_loop, drivers, frame, pressure, report, sweep
 from server.commissioning.frame import Framing
 from server.commissioning.identify import identify
 from server.commissioning.jog import Jogging
@@ -31,11 +30,9 @@ from server.commissioning.messages import (
     StartBody,
     StepName,
 )
-from server.commissioning.motion import Motion, put_back, require_vented, rest
-from server.commissioning.run import Run, Through
-from server.commissioning.steps import ABOUT, resting_on
-from server.commissioning.store import CommissioningStore, Found, KeptResult
-from server.commissioning.view import Seen, lacking, step_view
+from server.commissioning.motion import Motion, Run, Through, put_back, require_vented, rest
+from server.commissioning.steps import Seen, lacking, resting_on, step_view
+from server.commissioning.store import CommissionedFile, CommissioningStore, Found, KeptResult, value_of
 from server.hardware.messages import RigFileState
 from server.http.given import given
 from server.log.events import EventLog, words
@@ -204,7 +201,7 @@ class Commissioning:
             return self._framing.do
         acts: dict[StepName, Act] = {
             "drivers": lambda run, motion: drivers.do(run, through),
-            "signs": signs.do,
+            "signs": frame.signs,
             "pressure": lambda run, motion: pressure.do(run, motion, through),
             "statics": lambda run, motion: sweep.statics(run, motion, through),
             "decay": lambda run, motion: sweep.decays(run, motion, through),
@@ -227,8 +224,10 @@ class Commissioning:
         mode, cause = Mode(int(newest[0]["mode"])), Cause(int(newest[0]["cause"]))
         if run.follows and mode != Mode.FOLLOW:
             return f"the rig is in {words(mode)} ({words(cause)})"
-        changed = run.ours is not None and self._through.operator.settings != run.ours
-        return "the settings were changed" if changed and not self._through.kept.changing.locked() else ""
+        if run.ours is None or run.returning or self._through.kept.changing.locked():
+            return ""
+        changed = self._through.operator.settings != run.ours
+        return "the settings were changed" if changed else ""
 
     async def _go(self, run: Run, act: Act) -> None:
         run.task = asyncio.current_task()
@@ -259,8 +258,7 @@ class Commissioning:
             await asyncio.to_thread(self._store.keep, run.step, result)
         except OSError as error:
             self._events.add(f"the result of {TITLES[run.step]} cannot be kept: {error.strerror}", "error")
-        level = "info" if found.good else "warning"
-        self._events.add(f"commissioning, {TITLES[run.step]}: {found.text}", level)
+        self._events.add(f"commissioning, {TITLES[run.step]}: {found.text}", "info" if found.good else "warning")
 
     def _end(self, run: Run, reason: str) -> None:
         if run.over:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from controller.errors import CommandRefused
 from controller.schema.hardware import Drivers, DriverStatus
 from server.commissioning.messages import Number
-from server.commissioning.run import Run, Through
+from server.commissioning.motion import Run, Through
 from server.commissioning.store import Found
 
 WATCHED, LOOK = 2.0, 0.2

@@ -1,10 +1,11 @@
-"""The frame step: base, tip at rest and one bent pose, touched or seen, tell how the camera lies to the plane."""
+"""The frame step: base, tip at rest and a bent pose tell how the camera lies to the plane. The signs step checks it."""
 
 import asyncio
 import math
 from collections.abc import Sequence
 
 import numpy as np
+from pydantic import JsonValue
 
 from controller.arrays import Array
 from controller.errors import CommandRefused, TendrilError
@@ -12,8 +13,7 @@ from controller.schema.hardware import Drivers
 from server.commissioning import planning
 from server.commissioning.jog import jog_pressure, jog_torque
 from server.commissioning.messages import PLACES, CaptureBody, Captured, Number, Place, PointName
-from server.commissioning.motion import Motion
-from server.commissioning.run import Run, Through
+from server.commissioning.motion import Motion, Run, Through
 from server.commissioning.store import Found
 
 WINDOW, LOOK = 0.5, 0.02
@@ -29,6 +29,14 @@ BENDS = 2.5
 """For which u1+ is filled before the bent pose is captured [s]."""
 IDLE = 600.0
 """Without a capture for so long the step ends [s]."""
+
+SIGN_BENDS, SIGN_RESTS = 2.0, 1.5
+"""For how long a chamber is filled, and emptied again [s]."""
+TIP_WINDOW = 0.3
+"""Over which the tip is averaged [s]."""
+MOVES_LEAST = 3e-3
+"""Way of the tip along y that tells a sign [m]."""
+PAIRS = (("u1+", 0), ("u2+", 2))
 
 
 class Framing:
@@ -71,7 +79,7 @@ class Framing:
                 if not answer.done():
                     answer.set_result(None)
         places = [np.array(self._points[place].at) for place in PLACES]
-        return judged(places, run.actuator.length, rest)
+        return judged_frame(places, run.actuator.length, rest)
 
     async def _take(self, body: CaptureBody, run: Run, motion: Motion) -> Captured:
         run.say(f"captures {body.place}", len(self._points) / len(PLACES))
@@ -111,12 +119,10 @@ class Framing:
             if near is None:
                 name = _chosen(points, name)
                 near = points[name]
-            if points:
-                unnamed = name is None or name.startswith("#")
-                one = min(points.values(), key=lambda at: float(np.linalg.norm(at - near))) if unnamed else points.get(name)
-                if one is not None:
-                    seen.append(one)
-                    near = one
+            one = _followed(points, name, near)
+            if one is not None:
+                seen.append(one)
+                near = one
             await asyncio.sleep(LOOK)
         return captured(body.place, name or "", seen)
 
@@ -142,11 +148,12 @@ def captured(place: Place, name: str, seen: Sequence[Array]) -> Captured:
     at = np.median(seen, axis=0)
     spread = float(np.sqrt(((np.array(seen) - at) ** 2).sum(axis=1).mean()))
     if spread > SPREAD_MAX:
-        raise CommandRefused(f"{place}: the point moved by {spread:.4g} m (rms), at most {SPREAD_MAX:g} m: hold it still")
+        bound = f"at most {SPREAD_MAX:g} m: hold it still"
+        raise CommandRefused(f"{place}: the point moved by {spread:.4g} m (rms), {bound}")
     return Captured(place=place, point=name, at=[float(value) for value in at], spread=spread)
 
 
-def judged(places: Sequence[Array], length: float, rest: tuple[float, float]) -> Found:
+def judged_frame(places: Sequence[Array], length: float, rest: tuple[float, float]) -> Found:
     """The frame by base, tip at rest and bent tip (3,) each, with the tip of the model at `rest` (x, y) [m].
 
     x runs from base to tip (turned by the angle under which the model's tip is seen at rest), y to the side to which
@@ -164,7 +171,8 @@ def judged(places: Sequence[Array], length: float, rest: tuple[float, float]) ->
         )
     ]
     if not numbers[0].kept:
-        text = f"base and tip at rest are {apart:.4g} m apart, and the actuator's are {wanted:.4g} m: {_units(apart, wanted)}"
+        why = _units(apart, wanted)
+        text = f"base and tip at rest are {apart:.4g} m apart, and the actuator's are {wanted:.4g} m: {why}"
         return Found(False, text, tuple(numbers))
     along = (tip - base) / apart
     aside = (bent - base) - ((bent - base) @ along) * along
@@ -179,13 +187,21 @@ def judged(places: Sequence[Array], length: float, rest: tuple[float, float]) ->
     y = math.sin(turn) * along + math.cos(turn) * across
     axes = np.array([x, y])
     origin = -(axes @ base)
-    changes = {
+    changes: dict[str, JsonValue] = {
         "motion_capture.frame.axes": [[float(v) for v in row] for row in axes],
         "motion_capture.frame.origin": [float(v) for v in origin],
         "motion_capture.frame.measured": True,
     }
-    text = f"base and tip {apart * 1e3:.1f} mm apart (actuator {length * 1e3:.1f} mm), u1+ bends {off * 1e3:.1f} mm to +y"
+    told = f"base and tip {apart * 1e3:.1f} mm apart (actuator {length * 1e3:.1f} mm)"
+    text = f"{told}, u1+ bends {off * 1e3:.1f} mm to +y"
     return Found(True, text, tuple(numbers), changes)
+
+
+def _followed(points: dict[str, Array], name: PointName | None, near: Array) -> Array | None:
+    """The point of this name; of those without one, whose numbers may change, the nearest to where it was."""
+    if name is not None and not name.startswith("#"):
+        return points.get(name)
+    return min(points.values(), key=lambda at: float(np.linalg.norm(at - near)), default=None)
 
 
 def _units(apart: float, wanted: float) -> str:
@@ -205,3 +221,42 @@ def _chosen(points: dict[str, Array], name: PointName | None) -> PointName:
     return name
 
 
+async def signs(run: Run, motion: Motion) -> Found:
+    """Fill u1+, then u2+, and look where the tip goes."""
+    await motion.begin()
+    ways = []
+    for number, (name, chamber) in enumerate(PAIRS):
+        run.say(f"fills {name}", number / len(PAIRS))
+        await asyncio.sleep(TIP_WINDOW)
+        begin = _tip(motion)
+        pressure = jog_pressure(chamber, run.body.pressure, run.parameters)
+        await motion.torque(jog_torque(chamber, pressure, run.parameters))
+        await asyncio.sleep(SIGN_BENDS)
+        ways.append(_tip(motion) - begin)
+        await motion.torque((0.0, 0.0))
+        await asyncio.sleep(SIGN_RESTS)
+    return judged_signs(ways)
+
+
+def judged_signs(ways: list[Array]) -> Found:
+    """By the ways (2,) [m] of the tip when u1+ and u2+ were filled."""
+    bound = f"at least {MOVES_LEAST:g} m"
+    numbers, faults = [], []
+    for (name, _), way in zip(PAIRS, ways, strict=True):
+        dy = float(way[1])
+        numbers.append(Number(name=f"{name}, tip along y", value=dy, unit="m", bound=bound, kept=dy >= MOVES_LEAST))
+        if abs(dy) < MOVES_LEAST:
+            faults.append(f"{name} moves the tip by {dy * 1e3:.1f} mm along y, at least {MOVES_LEAST * 1e3:g} mm")
+        elif dy < 0.0:
+            faults.append(f"{name} moves the tip to -y, by {-dy * 1e3:.1f} mm: is it {name[:2]}- that fills?")
+    moved = ", ".join(f"{name} {way[1] * 1e3:+.1f} mm" for (name, _), way in zip(PAIRS, ways, strict=True))
+    return Found(not faults, "; ".join(faults) or f"tip along y: {moved}", tuple(numbers))
+
+
+def _tip(motion: Motion) -> Array:
+    rows = motion.late(TIP_WINDOW)
+    seen = np.isfinite(rows["p_meas"]).all(axis=1)
+    if not seen.any():
+        raise CommandRefused("the tip's marker is not seen: is the frame right, and does rod 10 bear a marker?")
+    found: Array = rows["p_meas"][seen].mean(axis=0)
+    return found

@@ -10,8 +10,7 @@ from controller.arrays import Array
 from controller.errors import CommandRefused
 from controller.schema.parameters import RigParameters
 from server.commissioning.messages import CHAMBERS, Chamber, Jogged, JogView, Number
-from server.commissioning.motion import POLL, Motion
-from server.commissioning.run import Run, Torques
+from server.commissioning.motion import POLL, Motion, Run, Torques
 from server.commissioning.store import Found
 
 RENEWED = 0.4
@@ -135,7 +134,7 @@ class Jogging:
 
 
 def judged(jogged: Sequence[Jogged], channels: Sequence[int]) -> Found:
-    """The order of channels that follows from four confirmed chambers, each commanded through its of `channels` (4,)."""
+    """The order of channels by four confirmed chambers, each of which was commanded through its one of `channels`."""
     faults = []
     by_filled: dict[Chamber, list[Chamber]] = {}
     for one in jogged:
@@ -144,7 +143,7 @@ def judged(jogged: Sequence[Jogged], channels: Sequence[int]) -> Found:
         if one.rose is None:
             faults.append(f"{one.commanded} was filled, and no sensor, or more than one, rose with it")
         elif one.rose != one.commanded:
-            faults.append(f"{one.commanded} was filled, and the sensor of {one.rose} rose: sensors and valves are crossed")
+            faults.append(f"{one.commanded} was filled, and the sensor of {one.rose} rose: their wires are crossed")
     faults += [f"{' and '.join(by)} both filled {filled}" for filled, by in by_filled.items() if len(by) > 1]
     if faults:
         return Found(False, "; ".join(faults) + ": jog again")

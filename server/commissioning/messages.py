@@ -8,9 +8,7 @@ from pydantic import JsonValue
 
 from controller.schema.layout import Model
 
-StepName = Literal[
-    "drivers", "jog", "frame", "signs", "pressure", "statics", "decay", "identify", "closed_loop"
-]
+StepName = Literal["drivers", "jog", "frame", "signs", "pressure", "statics", "decay", "identify", "closed_loop"]
 STEPS: tuple[StepName, ...] = get_args(StepName)
 """In the order in which they are done."""
 TITLES: dict[StepName, str] = {
@@ -48,7 +46,7 @@ class StartBody(Model):
 
 
 class JogBody(Model):
-    """Body of PUT /api/commissioning/jog: sent at 5 Hz at least while a button is held, once with null at its release."""
+    """Body of PUT /api/commissioning/jog: sent at 5 Hz at least while a button is held, null at its release."""
 
     chamber: Chamber | None
 

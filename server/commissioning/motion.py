@@ -6,21 +6,31 @@ the loop: it comes to rest and vents first, then the settings are put back.
 
 import asyncio
 import contextlib
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from controller.arrays import Array, Rows
 from controller.errors import CommandRefused, RigUnreachable, TendrilError
+from controller.schema.actuator import Actuator
+from controller.schema.hardware import Drivers
+from controller.schema.messages import RigInfo
 from controller.schema.modes import Law, Mode, Request
-from controller.schema.parameters import Settings
+from controller.schema.parameters import RigParameters, Settings
+from controller.schema.rig_file import RigFile
 from server.access.permit import Permit, own
-from server.commissioning.run import Run, Through, Torques
+from server.commissioning.messages import Progress, StartBody, StepName
 from server.commissioning.store import CommissioningStore
 from server.log.events import words
 from server.operate.asking import shown
-from server.operate.operator import Target
-from server.operate.settings import put_in_force
+from server.operate.operator import Operator, Target
+from server.operate.settings import KeptSettings, put_in_force
+from server.rig.client import Rig
+from server.rig.history import History
+from server.rig.planner import Planner
 
 POLL = 0.05
 """Between two looks at the rig, and between two torques on the way [s]."""
@@ -33,6 +43,81 @@ RESTED = 30.0
 WINDOW = 0.4
 """Over which the tip must stand still [s]."""
 LIVE = (Mode.HOLD, Mode.FOLLOW, Mode.TRACK)
+Torques = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Through:
+    """What a step works through."""
+
+    rig: Rig
+    history: History
+    operator: Operator
+    kept: KeptSettings
+    planner: Planner
+    drivers: Callable[[], Drivers]
+    """How the rig's devices fare; it waits for the rig's answer."""
+    folder: Path
+    """For measured tables."""
+
+
+@dataclass
+class Run:
+    """One step as it goes."""
+
+    step: StepName
+    body: StartBody
+    permit: Permit
+    """Of who asked for it."""
+    info: RigInfo
+    file: RigFile
+    folder: Path
+    """Of the rig file."""
+    before: Settings
+    leave: Permit = field(init=False)
+    """Of its requests."""
+    follows: bool = False
+    """A row has shown FOLLOW: another mode ends it."""
+    moves: bool = True
+    """It has the rig, or waits for it; from then on it only computes, and nothing ends it but `stop`."""
+    ours: Settings | None = None
+    """Settings that it has asked for last."""
+    returning: bool = False
+    """They are being put back."""
+    overtaken: str = ""
+    """What else was asked for."""
+    over: str = ""
+    """Why it ended before its result, "" while it goes on."""
+    doing: str = "begins"
+    share: float = 0.0
+    waits: bool = False
+    task: asyncio.Task[None] | None = None
+
+    def __post_init__(self) -> None:
+        self.leave = replace(self.permit, objection=self._objection)
+
+    @property
+    def parameters(self) -> RigParameters:
+        """Of the rig."""
+        return self.info.parameters
+
+    @property
+    def actuator(self) -> Actuator:
+        """That the rig believes in."""
+        return self.info.parameters.actuator
+
+    def say(self, doing: str, share: float = 0.0, waits: bool = False) -> None:
+        """Let pages know."""
+        self.doing, self.share, self.waits = doing, min(1.0, max(0.0, share)), waits
+
+    def view(self) -> Progress:
+        """For the page."""
+        return Progress(step=self.step, doing=self.doing, share=self.share, waits=self.waits, by=self.permit.name)
+
+    def _objection(self, request: Request | None) -> str:
+        if why := self.over or self.overtaken:
+            return f"this step of the commissioning has ended: {why}"
+        return self.permit.objection(request)
 
 
 class Motion:
@@ -42,7 +127,7 @@ class Motion:
         self._through, self._store, self._run = through, store, run
 
     async def begin(self, **settings: Any) -> None:
-        """Arm and follow under `settings` in place of the operator's; open loop without sensors unless they say else."""
+        """Arm and follow under `settings` in place of the operator's: open loop without sensors where they leave it."""
         require_vented(self._through)
         run, operator = self._run, self._through.operator
         blind = {"law": Law.OPEN_LOOP, "u_open": (0.0, 0.0), "sensed": 0}
@@ -94,6 +179,10 @@ class Motion:
         """Clock of the rig [s]."""
         return float(newest(self._through)["t_ns"]) * 1e-9
 
+    def slot(self) -> int:
+        """Of the newest row, on the loop's grid."""
+        return int(newest(self._through)["slot"])
+
     def late(self, seconds: float) -> Rows:
         """The rows of the last `seconds`."""
         now = self.now()
@@ -117,9 +206,10 @@ class Motion:
         run.follows = False
         if run.ours is None:
             return
+        run.returning = True
         await rest(through, run.info.boot, run.leave)
         await put_back(through, self._store, run.before, run.ours)
-        run.ours = None
+        run.ours, run.returning = None, False
 
     async def _ask(self, request: Request, target: Target | None = None) -> np.void:
         """Ask the rig; the first row that came of it."""

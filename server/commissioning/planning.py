@@ -1,14 +1,169 @@
-"""What this room asks the planner for."""
+"""What this room asks the planner for. The planner alone imports what plans: here that comes when it is called."""
 
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from controller.arrays import Array, Rows
+from controller.errors import ParameterError
 from controller.schema.parameters import RigParameters
+
+CIRCLE_RADIUS = 0.06
+"""Of the first circle, as a share of the actuator's length: 15 mm of P1."""
+CIRCLE_SHARES = (0.2, 0.3, 0.4, 0.5, 0.6)
+"""Of u_max, for the pose at the circle's middle: the first with which the tip moves well in both directions."""
+CIRCLE_POINTS = 64
+DIRECTIONS = 16
+WELL = 0.4
+"""Of the best share of all poses that are looked at, how well the tip must move in its worst direction."""
+NUDGE = 0.01
+"""Of u_max, by which sensitivities are told."""
+INSIDE = 0.9
+"""Share of the admissible torques that the circle may need."""
+
+
+class PressureSteps(NamedTuple):
+    """Telemetry of the steps of one chamber."""
+
+    slots: Array
+    """(n,) of the loop's grid."""
+    asked: Array
+    """(n,) setpoint [Pa]."""
+    shown: Array
+    """(n,) measured [Pa]."""
+    starts: tuple[int, ...]
+    """Slots at which the steps begin."""
+
+
+class PressureFit(NamedTuple):
+    """What they tell: (value, low, high) [s]."""
+
+    dead_time: tuple[float, float, float]
+    lag: tuple[float, float, float]
+    inflate: tuple[float, float, float]
+    exhaust: tuple[float, float, float]
+    residual: float
+    """rms [Pa]."""
+    gains: tuple[float, ...]
+    offsets: tuple[float, ...]
+    """[Pa]."""
+    curves: tuple[Array, ...]
+    """For each chamber (m,4): time [s], asked, shown and model [Pa]."""
+
+
+class Circle(NamedTuple):
+    """Where the first closed loop goes."""
+
+    middle: tuple[float, float]
+    radius: float
+    """[m]."""
 
 
 def rest_tip(rig: RigParameters) -> tuple[float, float]:
     """Where the model's tip is without torques (x, y) [m]."""
     from controller.build.statics import static_map
-    from controller.kernels.model.equilibrium import make_scratch
-    from controller.kernels.model.statics import static_tip
+    from controller.reference.feasible.reach import static_tips
 
-    smap = static_map(rig.actuator, rig.controller)
-    x, y = static_tip(smap.statics, 0.0, 0.0, smap.scratch if hasattr(smap, "scratch") else make_scratch(10))
+    x, y = static_tips(static_map(rig.actuator, rig.controller), np.zeros(2))
     return float(x), float(y)
+
+
+def sweep_torques(rig: RigParameters, grid: int, share: float) -> list[tuple[float, float]]:
+    """Torques [N m] on a grid of `grid` a side within `share` of the admissible ones, each near the one before."""
+    from controller.build.statics import static_map
+    from controller.kernels.model.polygon import admissible
+
+    polygon, u_max = static_map(rig.actuator, rig.controller).polygon, rig.actuator.u_max
+    side = np.linspace(-share, share, grid) * u_max
+    found = []
+    for row, u1 in enumerate(side):
+        for u2 in side if row % 2 == 0 else side[::-1]:
+            if admissible(polygon, u1 / share, u2 / share):
+                found.append((float(u1), float(u2)))
+    return found
+
+
+def release_torques(rig: RigParameters, share: float, repeats: int) -> list[tuple[float, float]]:
+    """Torques [N m] from which the actuator is released: to either side in turn, within `share` of the admissible."""
+    from controller.build.statics import static_map
+    from controller.kernels.model.polygon import nearest_admissible
+
+    polygon, u_max = static_map(rig.actuator, rig.controller).polygon, rig.actuator.u_max
+    found = []
+    for side in (1.0, -1.0) * repeats:
+        u1, u2 = nearest_admissible(polygon, side * u_max, side * u_max)
+        found.append((share * float(u1), share * float(u2)))
+    return found
+
+
+def pressure_fit(chambers: tuple[PressureSteps, ...], rig: RigParameters) -> PressureFit:
+    """Dead time and lags of the four chambers; ParameterError where the steps do not tell them."""
+    from controller.simulation.pneumatic_fit import ChamberSteps, fit_pneumatics
+
+    dt = rig.controller.dt
+    steps = []
+    for one in chambers:
+        grid = np.arange(one.slots[0], one.slots[-1] + 1)
+        newest = np.searchsorted(one.slots, grid, "right") - 1  # in a slot that was lost: the last row before
+        starts = tuple(int(start - grid[0]) for start in one.starts)
+        steps.append(ChamberSteps(one.asked[newest], one.shown[newest], starts))
+    fit = fit_pneumatics(steps, dt)
+    curves = []
+    for step, model in zip(steps, fit.model, strict=True):
+        every = max(1, len(model) // 300)
+        t = np.arange(len(model)) * dt
+        curves.append(np.column_stack((t, step.asked, step.shown, model))[::every])
+    return PressureFit(
+        dead_time=(fit.dead_time.value, fit.dead_time.low, fit.dead_time.high),
+        lag=(fit.lag.value, fit.lag.low, fit.lag.high),
+        inflate=(fit.inflate.value, fit.inflate.low, fit.inflate.high),
+        exhaust=(fit.exhaust.value, fit.exhaust.low, fit.exhaust.high),
+        residual=fit.residual,
+        gains=fit.gains,
+        offsets=fit.offsets,
+        curves=tuple(curves),
+    )
+
+
+def small_circle(rig: RigParameters) -> Circle:
+    """A circle near the rest that the tip can follow with torque to spare; ParameterError where there is none."""
+    from controller.build.statics import static_map
+    from controller.kernels.model.polygon import admissible
+    from controller.reference.feasible.reach import static_tips
+    from controller.reference.feasible.within_reach import carried
+
+    smap, u_max = static_map(rig.actuator, rig.controller), rig.actuator.u_max
+    angles = 2.0 * math.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    ways = np.column_stack((np.cos(angles), np.sin(angles)))
+    poses = [share * u_max * way for share in CIRCLE_SHARES for way in ways]
+    poses = [u for u in poses if admissible(smap.polygon, *(u / INSIDE))]
+
+    def worst(u: Array) -> float:
+        """By how much the tip moves in its worst direction [m/(N m)]."""
+        nudge = NUDGE * u_max
+        tips = static_tips(smap, u + nudge * np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]))
+        return float(np.linalg.svd((tips[1:] - tips[0]) / nudge, compute_uv=False)[-1])
+
+    turns = 2.0 * math.pi * np.arange(CIRCLE_POINTS) / CIRCLE_POINTS
+    radius = CIRCLE_RADIUS * rig.actuator.length
+    scores = [worst(u) for u in poses]
+    for u, score in zip(poses, scores, strict=True):
+        if score < WELL * max(scores):
+            continue
+        middle = static_tips(smap, u)
+        path = carried(smap, middle + radius * np.column_stack((np.cos(turns), np.sin(turns))), u)
+        spare = all(admissible(smap.polygon, *(one / INSIDE)) for one in path.u)
+        if spare and not path.changes and not path.distance.any():
+            return Circle((float(middle[0]), float(middle[1])), radius)
+    raise ParameterError(f"no circle of {radius * 1e3:.0f} mm lies within reach with torque to spare")
+
+
+def still_markers(rows: Rows, rods: tuple[int, ...]) -> Array:
+    """Mean markers of `rods` over `rows`, (len(rods), 2) [m]; nan where one was never seen."""
+    markers = rows["markers"][:, np.array(rods) - 1]
+    seen = np.isfinite(markers).all(axis=2)
+    sums = np.where(seen[..., None], markers, 0.0).sum(axis=0)
+    with np.errstate(invalid="ignore"):
+        found: Array = sums / seen.sum(axis=0)[:, None]
+    return found

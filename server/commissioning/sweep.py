@@ -1,14 +1,161 @@
-"""Soon."""
+"""Static poses over both torques, and free decays: measured tables as `tendril identify` reads them."""
 
-from typing import Any
+import asyncio
+import csv
+import io
+from collections.abc import Sequence
+from pathlib import Path
 
+import numpy as np
+from pydantic import JsonValue
+
+from controller.arrays import Array, Rows
 from controller.errors import CommandRefused
+from controller.schema.actuator import Actuator
+from controller.system.whole_file import write_whole
+from server.commissioning import planning
+from server.commissioning.messages import Number
+from server.commissioning.motion import WINDOW, Motion, Run, Through, Torques
+from server.commissioning.planning import still_markers
 from server.commissioning.store import Found
 
+POSES, DECAYS = "poses.csv", "decays.csv"
+STILL = 5e-4
+"""A pose rests where its tip swings by less (rms) [m]."""
+SHORTEST, LONGEST = 0.8, 4.0
+"""A pose is waited for so long at least, and at most [s]."""
+STILL_SHARE = 0.8
+"""Share of the poses that must have come to rest."""
+WATCHED, DECAYS_LONGEST = 2.5, 6.0
+"""A decay is watched so long at least, and at most [s]."""
+FREE = 0.05
+"""A release is over where the pressures are below this share of those before it."""
+SAMPLE = 0.01
+"""Between two samples of a decay at least [s]."""
+SAMPLES_LEAST = 150
+"""`tendril identify` takes no shorter decay."""
 
-async def statics(*_: Any) -> Found:
-    """Soon."""
-    raise CommandRefused("not there yet")
+
+async def statics(run: Run, motion: Motion, through: Through) -> Found:
+    """Every pose of the grid, one after another, each at rest."""
+    rods = run.file.motion_capture.rods
+    torques = await through.planner.do(planning.sweep_torques, run.parameters, run.body.grid, run.body.share)
+    await motion.begin()
+    lines, rested, here = list[list[float]](), 0, (0.0, 0.0)
+    for number, u in enumerate(torques):
+        run.say(f"pose {number + 1} of {len(torques)}", number / len(torques))
+        await motion.lead(here, u)
+        rested += await motion.still(SHORTEST, LONGEST, STILL)
+        lines.append(_pose(motion.late(WINDOW), rods))
+        here = u
+    await motion.lead(here, (0.0, 0.0))
+    await _write(through.folder / POSES, ["p1", "p2", *_axes(rods)], lines)
+    return judged_poses(np.array(lines), rested, run.actuator)
 
 
-decays = statics
+def judged_poses(poses: Array, rested: int, actuator: Actuator) -> Found:
+    """By the table (n, 2 + 2 m) of pressures [Pa] and markers [m], `rested` of which came to rest."""
+    tips, share = poses[:, -2:], rested / max(1, len(poses))
+    bound = f"at least {STILL_SHARE:.0%}"
+    swept = float(np.ptp(tips[:, 1])) if len(tips) else 0.0
+    numbers = (
+        Number(name="poses", value=len(poses), unit="1"),
+        Number(name="poses at rest", value=share, unit="1", bound=bound, kept=share >= STILL_SHARE),
+        Number(name="tip along y", value=swept, unit="m"),
+        Number(name="furthest tip", value=float(np.linalg.norm(tips, axis=1).max(initial=0.0)), unit="m"),
+    )
+    data: dict[str, JsonValue] = {"tips": np.round(tips, 5).tolist(), "length": actuator.length}
+    if share < STILL_SHARE:
+        text = f"{rested} of {len(poses)} poses came to rest within {LONGEST:g} s: {bound}"
+        return Found(False, text, numbers, data=data)
+    return Found(True, f"{len(poses)} poses, tip over {swept * 1e3:.0f} mm along y", numbers, data=data)
+
+
+async def decays(run: Run, motion: Motion, through: Through) -> Found:
+    """Released to either side in turn, and watched until at rest."""
+    rods, share = run.file.motion_capture.rods, run.body.share
+    torques = await through.planner.do(planning.release_torques, run.parameters, share, run.body.repeats)
+    await motion.begin()
+    parts = list[Array]()
+    for number, u in enumerate(torques):
+        run.say(f"release {number + 1} of {len(torques)}", number / len(torques))
+        parts.append(await _decay(u, rods, motion))
+    lines = [[float(number), *row] for number, part in enumerate(parts) for row in part.tolist()]
+    await _write(through.folder / DECAYS, ["ID", "t", *_axes(rods)], lines)
+    return judged_decays(parts)
+
+
+def judged_decays(parts: Sequence[Array]) -> Found:
+    """By the decays (n, 1 + 2 m): time [s] and markers [m]."""
+    short = [number for number, part in enumerate(parts) if len(part) <= SAMPLES_LEAST]
+    swings = [float(np.linalg.norm(part[:, -2:] - part[-20:, -2:].mean(axis=0), axis=1).max()) for part in parts]
+    bound = f"more than {SAMPLES_LEAST}"
+    least = min(len(part) for part in parts)
+    numbers = (
+        Number(name="decays", value=len(parts), unit="1"),
+        Number(name="samples of the shortest", value=least, unit="1", bound=bound, kept=not short),
+        Number(name="largest swing", value=max(swings), unit="m"),
+    )
+    curves = [np.round(part[:: max(1, len(part) // 300)][:, [0, -2, -1]], 5).tolist() for part in parts]
+    data: dict[str, JsonValue] = {"curves": curves}
+    if short:
+        return Found(False, f"decay {short[0]} has {least} samples, {bound} are needed", numbers, data=data)
+    return Found(True, f"{len(parts)} decays of up to {max(swings) * 1e3:.0f} mm", numbers, data=data)
+
+
+async def _decay(u: Torques, rods: Sequence[int], motion: Motion) -> Array:
+    """One release from `u`: (n, 1 + 2 m), from when the chambers are empty on."""
+    await motion.lead((0.0, 0.0), u)
+    await motion.still(SHORTEST, LONGEST, STILL)
+    full = float(np.abs(motion.pressures(WINDOW)).max())
+    begin = motion.now()
+    await motion.torque((0.0, 0.0))
+    await motion.still(WATCHED, DECAYS_LONGEST, STILL)
+    return free_part(motion.between(begin, motion.now()), full, rods)
+
+
+def free_part(rows: Rows, full: float, rods: Sequence[int]) -> Array:
+    """Samples (n, 1 + 2 m) of telemetry from when no chamber has FREE of `full` [Pa] any more: time [s], markers [m].
+
+    Raises CommandRefused where the chambers do not empty.
+    """
+    free = np.flatnonzero((np.abs(rows["pressure_meas"]) < FREE * full).all(axis=1))
+    if not free.size:
+        raise CommandRefused(f"the chambers did not come below {FREE * full:.0f} Pa after the release")
+    rows = rows[free[0] :]
+    markers = rows["markers"][:, np.array(rods) - 1].reshape(len(rows), -1)
+    t = (rows["t_ns"] - rows["t_ns"][0]) * 1e-9
+    fresh = np.isfinite(markers).all(axis=1)
+    fresh[1:] &= (markers[1:] != markers[:-1]).any(axis=1)  # a marker is held between two samples
+    found, last = list[int](), -np.inf
+    for row in np.flatnonzero(fresh):
+        if t[row] >= last + 0.9 * SAMPLE:
+            found.append(int(row))
+            last = t[row]
+    return np.column_stack((t, markers))[found]
+
+
+def _pose(rows: Rows, rods: Sequence[int]) -> list[float]:
+    """Differences of pressure [Pa] and markers [m], averaged."""
+    p = rows["pressure_meas"].mean(axis=0)
+    markers = still_markers(rows, tuple(rods))
+    if not np.isfinite(markers).all():
+        unseen = [rod for rod, marker in zip(rods, markers, strict=True) if not np.isfinite(marker).all()]
+        raise CommandRefused(f"the marker of rod {unseen[0]} is not seen in this pose")
+    return [float(p[0] - p[1]), float(p[2] - p[3]), *markers.ravel().tolist()]
+
+
+def _axes(rods: Sequence[int]) -> list[str]:
+    return [f"{axis}{number}" for number in range(1, len(rods) + 1) for axis in "xy"]
+
+
+async def _write(path: Path, header: Sequence[str], lines: Sequence[Sequence[float]]) -> None:
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(header)
+    table.writerows([[f"{value:.7g}" for value in line] for line in lines])
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        await asyncio.to_thread(write_whole, path, text.getvalue())
+    except OSError as error:
+        raise CommandRefused(f"{path} cannot be written: {error.strerror}") from error
