@@ -16,6 +16,7 @@ OURS = {
     "motioncapture": "controller.drivers.vendor:Vendor",
     "json": "controller.drivers.json_udp:JsonCapture",
     "lsl": "controller.drivers.lsl:LslCapture",
+    "ros2": "controller.drivers.ros2:Ros2Capture",
     "serial": "controller.drivers.serial_board.driver:SerialBoard",
     "udp": "controller.drivers.udp_target:UdpTarget",
     "modbus": "controller.drivers.modbus.driver:ModbusValves",

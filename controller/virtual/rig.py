@@ -123,9 +123,9 @@ class VirtualRig:
         parameters = found.parameters(folder).model_copy(update={"twin": twin})
         self.plant = RunningPlant(parameters, raw=found.valves.command == "opening")
         board = Board(found.valves, self.plant)
-        asked = found.valves
-        self.valves = valve_peer(asked.driver, asked.options, board.pressures, board.drive)
-        self.valves = valve_peer(found.valves.driver, found.valves.options, board.pressures, board.drive)
+        seen, driven = found.motion_capture, found.valves
+        self.camera = Camera(seen, self.plant, capture_peer(seen.driver, seen.options))
+        self.valves = valve_peer(driven.driver, driven.options, board.pressures, board.drive)
         self._faults = TwinFaults()
 
     def start(self) -> None:
