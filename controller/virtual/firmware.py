@@ -37,16 +37,21 @@ def built_firmware() -> Path:
     return program
 
 
+def compiler() -> str | None:
+    """The C++ compiler of this machine, if it has one."""
+    return next((found for name in COMPILERS if (found := shutil.which(name))), None)
+
+
 def build(source: Path, program: Path, flags: Sequence[str] = FLAGS) -> None:
     """Build `program` of `source`, whole or not at all; TendrilError with what the compiler said."""
-    compiler = next((found for name in COMPILERS if (found := shutil.which(name))), None)
-    if compiler is None:
+    found = compiler()
+    if found is None:
         raise TendrilError("a virtual serial board needs a C++ compiler. On Debian: apt-get install g++")
     draft = program.with_name(f"{program.name}.{os.getpid()}")
     try:
-        done = subprocess.run([compiler, *flags, "-o", str(draft), str(source)], capture_output=True, text=True)
+        done = subprocess.run([found, *flags, "-o", str(draft), str(source)], capture_output=True, text=True)
         if done.returncode != 0:
-            raise TendrilError(f"{compiler} does not build {source}: {done.stderr.strip()[:400]}")
+            raise TendrilError(f"{found} does not build {source}: {done.stderr.strip()[:400]}")
         os.replace(draft, program)
     finally:
         draft.unlink(missing_ok=True)

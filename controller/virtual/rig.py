@@ -29,7 +29,7 @@ from controller.schema.rig_file import RigFile, changed, read_rig_file
 from controller.system.whole_file import write_whole
 from controller.virtual.peers import CapturePeer, Drive, Peer
 from controller.virtual.plant import RunningPlant
-from controller.virtual.registry import valve_peer
+from controller.virtual.registry import capture_peer, valve_peer
 
 LOOK = 5e-4
 """Pause between two looks for a new sample [s]."""

@@ -14,12 +14,14 @@ from typing import IO, Any, NamedTuple
 import numpy as np
 
 from controller.arrays import Rows
-from controller.errors import RigUnreachable, TendrilError
+from controller.errors import RigUnreachable
 from controller.realtime.ring import find_ring, remove_rings
 from controller.realtime.settings import RigSettings
 from controller.realtime.supervisor import Supervisor
 from controller.schema.modes import Cause, Mode
 from controller.schema.parameters import RigParameters, SafetyLimits
+from controller.schema.rig_file import parse_rig_file
+from controller.virtual.firmware import compiler
 from controller.virtual.process import VirtualProcess
 from server.campaign import inside, trace
 from server.campaign.certificates import make_certificates
@@ -276,10 +278,9 @@ class Scene:
 
 
 def _virtual(text: str, folder: Path, output: IO[bytes]) -> VirtualProcess:
-    try:
-        return VirtualProcess(text, folder, output)
-    except TendrilError as error:
-        raise Skipped(f"no virtual rig: {error}") from error
+    if parse_rig_file(text, "the scene's rig").valves.driver == "serial" and compiler() is None:
+        raise Skipped("no C++ compiler for the board's firmware")
+    return VirtualProcess(text, folder, output)
 
 
 Act = Callable[[Scene], Any]
