@@ -74,8 +74,8 @@ Stepping = Annotated[
 ]
 
 LoopGap = Annotated[
-    float,
-    typer.Option(help="The rig holds after its loop stood still for so long [s]; a virtual machine may need more."),
+    float | None,
+    typer.Option(help="The rig holds after its loop stood still for so long [s], 0.05 or what the rig file says."),
 ]
 
 
@@ -107,7 +107,7 @@ def up(
     plant: PlantName = "rod",
     rods: Rods = 10,
     integrator: Stepping = "implicit",
-    loop_gap: LoopGap = 0.05,
+    loop_gap: LoopGap = None,
     host: Host = "127.0.0.1",
     port: Port = 8321,
     recordings: RecordingsFolder = None,
@@ -142,7 +142,7 @@ def up(
 
     def parameters() -> "tuple[RigParameters, RigParameters | None]":
         if file is not None:
-            return rig_parameters(file), None
+            return rig_parameters(file, loop_gap), None
         found = _parameters(actuator or "P1", plant, rods, integrator, loop_gap)
         return (found, None) if actuator else (with_last_actuator(found, settings), found)
 
@@ -194,7 +194,7 @@ def rig(
     plant: PlantName = "rod",
     rods: Rods = 10,
     integrator: Stepping = "implicit",
-    loop_gap: LoopGap = 0.05,
+    loop_gap: LoopGap = None,
     listen: Annotated[str, typer.Option(help="Where servers connect.")] = "tcp/127.0.0.1:7447",
     key_file: KeyFile = None,
     link_tls: LinkTls = None,
@@ -208,7 +208,7 @@ def rig(
 
     _start_log("rig", log_format)
     name, file = named_rig(rig)
-    parameters = rig_parameters(file) if file else _parameters(actuator, plant, rods, integrator, loop_gap)
+    parameters = rig_parameters(file, loop_gap) if file else _parameters(actuator, plant, rods, integrator, loop_gap)
     link = RigSettings(rig=name, listen=listen, key_file=key_file, link_tls=link_tls, ready=ready)
     run_rig(link.model_copy(update={"parameters": parameters}))
 
@@ -299,7 +299,9 @@ def _say_addresses(at: "Addresses") -> None:
     out.print(f"to operate: {at.operator}\nto look:    {at.viewer}", markup=False, soft_wrap=True)
 
 
-def _parameters(actuator: str, plant: "PlantKind", rods: int, integrator: str, loop_gap: float) -> "RigParameters":
+def _parameters(
+    actuator: str, plant: "PlantKind", rods: int, integrator: str, loop_gap: float | None
+) -> "RigParameters":
     """Those of a rig, refused here rather than in the process that would run it."""
     from controller.schema.actuator import PRESETS, read_actuator
     from controller.schema.modes import Integrator
@@ -307,7 +309,7 @@ def _parameters(actuator: str, plant: "PlantKind", rods: int, integrator: str, l
     from controller.simulation.acceptance import require_built, require_running
 
     controller = ControllerParameters(rods=rods, integrator=Integrator[integrator.upper()])
-    limits = SafetyLimits(loop_gap=loop_gap)
+    limits = SafetyLimits() if loop_gap is None else SafetyLimits(loop_gap=loop_gap)
     twin = TwinParameters(plant=plant)
     parameters = RigParameters(actuator=read_actuator(actuator), controller=controller, limits=limits, twin=twin)
     require = require_built if actuator in PRESETS else require_running

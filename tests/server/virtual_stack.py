@@ -1,0 +1,89 @@
+"""`tendril up` on a twin, or on a virtual rig behind real wires, and a person who operates it."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from controller.virtual.process import VirtualProcess
+from server.campaign.person import Person
+from server.campaign.table import GAP
+from server.campaign.waiting import wait
+
+PATIENT = f"""
+[limits]
+loop_gap = {GAP}
+"""
+"""Shared machines pause for 50 ms and more."""
+READY = 240.0
+"""Longest wait for rig and server [s]: a cold cache compiles."""
+
+
+class Stack(NamedTuple):
+    """What runs, and who operates it."""
+
+    name: str
+    """The rig's id."""
+    person: Person
+    virtual: VirtualProcess | None
+    rig_process: int
+    server_process: int
+
+    def drivers(self) -> dict[str, dict[str, Any]]:
+        """What the page is told of the devices, by role."""
+        return {one["role"]: one for one in self.person.ask("GET", "/api/drivers")["drivers"]}
+
+    def arm(self) -> None:
+        """From wherever things are to HOLD, once the devices run."""
+        wait(lambda: all(one["state"] == "running" for one in self.drivers().values()), 20.0, "devices that run", 0.1)
+        for request in ("e_stop", "clear", "arm"):
+            self.person.command(request)
+
+    def run(self, reference: str, seconds: float = 120.0) -> dict[str, Any]:
+        """Follow a reference of the library to its end; what came of it."""
+        begun = self.person.ask("POST", "/api/run", reference=reference, record=False)["id"]
+
+        def ended() -> dict[str, Any] | None:
+            found = self.person.ask("GET", "/api/runs")
+            return found[0] if found and found[0]["id"] == begun else None
+
+        return wait(ended, seconds, f"the end of {reference}", 0.2)
+
+
+@contextmanager
+def stack(folder: Path, text: str = "") -> Iterator[Stack]:
+    """On the virtual rig of the rig file `text`; on the twin with "". Everything that it writes is in `folder`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    ready, log = folder / "up.json", (folder / "output.log").open("wb")
+    virtual = VirtualProcess(text + PATIENT, folder, log) if text else None
+    name = virtual.rig.name if virtual else f"twin-{os.getpid()}"
+    rig = [str(virtual.path)] if virtual else [name, "--loop-gap", str(GAP)]
+    given = ["--rig", *rig, "--port", "0", "--no-browser", "--ready", str(ready)]
+    places = {"TENDRIL_STATE": str(folder / "state"), "TENDRIL_RECORDINGS": str(folder / "recordings")}
+    up = subprocess.Popen(
+        [sys.executable, "-m", "server", "up", *given],
+        stdout=log,
+        stderr=log,
+        env={**os.environ, **places, "TENDRIL_RATE_FACTOR": "100"},
+    )
+    try:
+        wait(lambda: ready.exists() or up.poll() is not None, READY, "rig and server", 0.1)
+        assert up.poll() is None, (folder / "output.log").read_text()[-2000:]
+        found = json.loads(ready.read_text())
+        person = Person(found["url"])
+        person.operate()
+        yield Stack(name, person, virtual, found["rig_process"], found["server_process"])
+        person.close()
+    finally:
+        up.send_signal(signal.SIGINT)
+        up.wait(60)
+        if virtual:
+            virtual.stop()
+        log.close()
+        time.sleep(0.1)
