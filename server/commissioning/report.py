@@ -1,8 +1,233 @@
-"""Soon."""
+"""The report: every step with its numbers and figures, and the rig file, as one HTML page with nothing outside it.
 
-from typing import Any
+Whatever is not `Markup` is text, and is escaped.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import UTC, datetime
+from typing import NamedTuple
+
+import numpy as np
+from markupsafe import Markup
+from pydantic import JsonValue
+
+from controller.schema.messages import RigInfo
+from controller.schema.palette import MEASURED, OBSERVER, REFERENCE, css
+from controller.system.origin import our_version
+from server.commissioning.messages import CHAMBERS, STEPS, TITLES, Number, StepName
+from server.commissioning.steps import ABOUT, commissioned, lacking
+from server.commissioning.store import Kept, KeptResult
+from server.hardware.messages import RigFileState
+
+STYLE = Markup("""
+@page { size: A4; margin: 14mm }
+body { font: 10pt/1.4 "Liberation Sans", Arial, Helvetica, sans-serif; color: #1a1a1a; background: #fff;
+  max-width: 182mm; margin: 8mm auto; padding: 0 4mm }
+h1 { font-size: 16pt; margin: 0 } h2 { font-size: 12pt; margin: 6mm 0 1mm; border-top: 1px solid #999; padding-top: 2mm;
+  break-after: avoid }
+p { margin: 1mm 0 } .about { color: #555 } .fault { color: #a33a00; font-weight: 600 }
+table { break-inside: avoid; border-collapse: collapse; margin: 2mm 0; font-size: 9pt;
+  font-variant-numeric: tabular-nums }
+th, td { text-align: left; padding: .6mm 6mm .6mm 0; border-bottom: 1px solid #ddd; vertical-align: top }
+th { font-weight: 600; border-bottom-color: #999 } .number { text-align: right }
+.plots { display: grid; grid-template-columns: 1fr 1fr; gap: 2mm } figure { margin: 0; break-inside: avoid }
+figcaption { font-size: 8.5pt; font-weight: 600 } svg { width: 100%; height: auto }
+svg text { font-size: 9px; fill: #333 }
+pre { font: 8.5pt/1.35 "Liberation Mono", monospace; background: #f6f6f6; padding: 2mm; white-space: pre-wrap }
+""")
+PAGE = Markup(
+    '<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{heading}</title>'
+    '<meta name="viewport" content="width=device-width, initial-scale=1">'
+    "<style>{style}</style></head><body><h1>{heading}</h1>{body}</body></html>\n"
+)
+GOOD, FAULT = Markup("<p>{}</p>"), Markup("<p class=fault>{}</p>")
+WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 340.0, 220.0, 44.0, 8.0, 8.0, 30.0
+"""Of a figure, and of its margins [px]."""
+TICKS = 5
 
 
-def page(*_: Any) -> str:
-    """Soon."""
-    return "<!doctype html><title>Commissioning</title>"
+class Curve(NamedTuple):
+    """One line of a figure."""
+
+    name: str
+    colour: int
+    points: Sequence[tuple[float, float]]
+    dots: bool = False
+
+
+def page(file: RigFileState, kept: Kept, info: RigInfo | None) -> str:
+    """The whole page: of the rig of `file`, with what was `kept`, and `info` of the rig that runs, if any."""
+    rig = file.rig.name if file.rig else "unknown"
+    heading = f"Commissioning of rig {rig}"
+    parts = [_about(file, info), _missing(file), _overview(file, kept)]
+    parts += [_section(step, kept.results[step]) for step in STEPS if step in kept.results]
+    parts.append(Markup("<h2>Rig file</h2><p class=about>{}</p><pre>{}</pre>").format(file.path, file.text))
+    return str(PAGE.format(heading=heading, style=STYLE, body=_joined(parts)))
+
+
+def _about(file: RigFileState, info: RigInfo | None) -> Markup:
+    program = info.program if info else f"Tendril {our_version()}"
+    plant = "simulated" if info and info.twin else "hardware" if info else "not connected"
+    actuator = info.parameters.actuator.name if info else "unknown"
+    text = f"{program}, {datetime.now(UTC):%Y-%m-%d %H:%M} UTC. Actuator {actuator}, plant: {plant}. SI units."
+    return Markup("<p class=about>{}</p>").format(text)
+
+
+def _missing(file: RigFileState) -> Markup:
+    missing = lacking(file.rig)
+    if not missing:
+        return Markup("<p>The rig is commissioned: every step was accepted.</p>")
+    return FAULT.format(f"Missing: {'; '.join(missing)}.")
+
+
+def _overview(file: RigFileState, kept: Kept) -> Markup:
+    told = commissioned(file.rig)
+    rows = []
+    for step in STEPS:
+        result = kept.results.get(step)
+        text = result.text if result else told.get(step, "not done")
+        when = f"{result.at:%Y-%m-%d %H:%M}" if result else ""
+        rows.append((TITLES[step], text, "yes" if step in told else "no", result.by if result else "", when))
+    return _table(("step", "result", "accepted", "by", "at (UTC)"), rows, ())
+
+
+def _section(step: StepName, result: KeptResult) -> Markup:
+    rows = [_number_row(one) for one in result.numbers]
+    changes = [(field, _short(result.before.get(field)), _short(after)) for field, after in result.changes.items()]
+    said = result.data.get("said")
+    return _joined(
+        [
+            Markup("<h2>{}</h2><p class=about>{}</p>").format(TITLES[step], ABOUT[step].purpose),
+            (GOOD if result.good else FAULT).format(result.text),
+            _table(("number", "value", "95 % interval", "unit", "bound"), rows, (1,)),
+            _table(("rig file", "before", "found"), changes, ()),
+            _figures(step, result.data),
+            Markup("<pre>{}</pre>").format(said) if isinstance(said, str) else Markup(),
+        ]
+    )
+
+
+def _number_row(one: Number) -> tuple[str, ...]:
+    interval = "" if one.low is None or one.high is None else f"{one.low:.4g} .. {one.high:.4g}"
+    bound = one.bound if one.kept or not one.bound else f"{one.bound}: not kept"
+    return one.name, "" if one.value is None else f"{one.value:.4g}", interval, one.unit, bound
+
+
+def _figures(step: StepName, data: Mapping[str, JsonValue]) -> Markup:
+    """What the step's data show; nothing where there are none."""
+    figures = []
+    if step == "pressure":
+        figures = [_pressure(name, curve) for name, curve in zip(CHAMBERS, _arrays(data, "curves"), strict=False)]
+    elif step == "statics":
+        figures = [
+            _chart("Tips at rest, x and y", "x [m]", [Curve("tip", MEASURED, p, True) for p in [_pairs(data, "tips")]])
+        ]
+    elif step == "decay":
+        figures = [
+            _chart(f"Release {number}, y of the tip", "t [s]", [Curve("tip", MEASURED, _columns(curve, 0, 2))])
+            for number, curve in enumerate(_arrays(data, "curves"), 1)
+        ]
+    elif step == "closed_loop":
+        curves = [Curve("reference", REFERENCE, _pairs(data, "reference")), Curve("tip", MEASURED, _pairs(data, "tip"))]
+        figures = [_chart("Circle, x and y", "x [m]", curves)]
+    return Markup('<div class="plots">{}</div>').format(_joined(figures)) if figures else Markup()
+
+
+def _pressure(name: str, curve: np.ndarray) -> Markup:
+    parts = (("asked", REFERENCE, 1), ("measured", MEASURED, 2), ("dead time and lag", OBSERVER, 3))
+    kilo = curve * np.array([1.0, 1e-3, 1e-3, 1e-3])
+    return _chart(f"{name}, kPa", "t [s]", [Curve(label, colour, _columns(kilo, 0, at)) for label, colour, at in parts])
+
+
+def _chart(title: str, below: str, curves: Sequence[Curve]) -> Markup:
+    """Lines over common axes, as a figure."""
+    points = [point for curve in curves for point in curve.points if all(map(math.isfinite, point))]
+    if not points:
+        return Markup()
+    (x_0, x_1), (y_0, y_1) = (_range([point[axis] for point in points]) for axis in (0, 1))
+
+    def place(x: float, y: float) -> tuple[float, float]:
+        across = LEFT + (x - x_0) / (x_1 - x_0) * (WIDTH - LEFT - RIGHT)
+        return across, TOP + (y_1 - y) / (y_1 - y_0) * (HEIGHT - TOP - BOTTOM)
+
+    parts = []
+    for value in np.linspace(x_0, x_1, TICKS):
+        across = place(float(value), y_0)[0]
+        parts.append(
+            _line(across, TOP, across, HEIGHT - BOTTOM) + _text(across, HEIGHT - BOTTOM + 11, "middle", f"{value:.3g}")
+        )
+    for value in np.linspace(y_0, y_1, TICKS):
+        down = place(x_0, float(value))[1]
+        parts.append(_line(LEFT, down, WIDTH - RIGHT, down) + _text(LEFT - 3, down + 3, "end", f"{value:.3g}"))
+    parts += [
+        _drawn(curve, [place(*point) for point in curve.points if all(map(math.isfinite, point))]) for curve in curves
+    ]
+    legend = ", ".join(f"{curve.name}" for curve in curves)
+    parts.append(_text(WIDTH - RIGHT, HEIGHT - 4, "end", below))
+    for number, curve in enumerate(curves if len(curves) > 1 else ()):
+        across = LEFT + 90.0 * number
+        parts.append(Markup('<circle cx="{}" cy="{}" r="3" fill="{}"/>').format(across, HEIGHT - 7, css(curve.colour)))
+        parts.append(_text(across + 6, HEIGHT - 4, "start", curve.name))
+    svg = Markup('<svg viewBox="0 0 {} {}" role="img" aria-label="{}: {}">{}</svg>').format(
+        int(WIDTH), int(HEIGHT), title, legend, _joined(parts)
+    )
+    return Markup("<figure><figcaption>{}</figcaption>{}</figure>").format(title, svg)
+
+
+def _drawn(curve: Curve, places: Sequence[tuple[float, float]]) -> Markup:
+    if curve.dots:
+        dot = Markup('<circle cx="{:.1f}" cy="{:.1f}" r="2.5" fill="{}"/>')
+        return _joined(dot.format(x, y, css(curve.colour)) for x, y in places)
+    line = " ".join(f"{x:.1f},{y:.1f}" for x, y in places)
+    return Markup('<polyline points="{}" fill="none" stroke="{}" stroke-width="1.2"/>').format(line, css(curve.colour))
+
+
+def _line(x_0: float, y_0: float, x_1: float, y_1: float) -> Markup:
+    return Markup('<line x1="{:.1f}" y1="{:.1f}" x2="{:.1f}" y2="{:.1f}" stroke="#ddd"/>').format(x_0, y_0, x_1, y_1)
+
+
+def _text(x: float, y: float, anchor: str, words: str) -> Markup:
+    return Markup('<text x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>').format(x, y, anchor, words)
+
+
+def _range(values: Sequence[float]) -> tuple[float, float]:
+    low, high = min(values), max(values)
+    margin = 0.05 * (high - low) or 1e-3
+    return low - margin, high + margin
+
+
+def _arrays(data: Mapping[str, JsonValue], name: str) -> list[np.ndarray]:
+    found = data.get(name)
+    return [np.array(one, float) for one in found] if isinstance(found, list) else []
+
+
+def _pairs(data: Mapping[str, JsonValue], name: str) -> list[tuple[float, float]]:
+    return [(float(x), float(y)) for x, y in _arrays(data, name)]
+
+
+def _columns(table: np.ndarray, x: int, y: int) -> list[tuple[float, float]]:
+    return list(zip(table[:, x].tolist(), table[:, y].tolist(), strict=True))
+
+
+def _short(value: JsonValue) -> str:
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_short, value))}]"
+    return "" if value is None else str(value)
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[int]) -> Markup:
+    """Nothing without rows."""
+    if not rows:
+        return Markup()
+    cell, number = Markup("<td>{}</td>"), Markup("<td class=number>{}</td>")
+    first = _joined(Markup("<th>{}</th>").format(word) for word in head)
+    lines = [_joined((number if i in numbers else cell).format(word) for i, word in enumerate(row)) for row in rows]
+    rest = _joined(Markup("<tr>{}</tr>").format(line) for line in lines)
+    return Markup("<table><tr>{}</tr>{}</table>").format(first, rest)
+
+
+def _joined(parts: Iterable[Markup]) -> Markup:
+    return Markup().join(parts)
