@@ -105,6 +105,10 @@ class Hardware(Model):
     motion_capture: MotionCapture
     valves: Valves
 
+    def __hash__(self) -> int:
+        """By what it says, as options are dicts: what is kept for a rig's parameters is looked up by them."""
+        return hash(self.model_dump_json())
+
 
 class DriverStatus(Model):
     """How one driver of the rig fares, looked at now."""
