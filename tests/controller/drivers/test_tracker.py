@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controller.arrays import Array
@@ -35,6 +35,7 @@ def sample(points: Array, labels: tuple[str, ...] = (), quality: Array | None = 
     return Sample(1, points, labels, quality)
 
 
+@settings(deadline=None)
 @given(st.permutations(range(10)), st.floats(-3.0, 3.0), st.floats(-0.15, 0.15))
 def test_unnamed_points_in_any_order_find_their_rods_near_where_the_observer_expects_them(
     order: list[int], bend: float, off: float
@@ -100,6 +101,7 @@ def test_a_flood_of_points_is_cut_off() -> None:
     assert one.strangers < POINTS_MAX
 
 
+@settings(deadline=None)
 @given(st.floats(-4.0, 4.0))
 def test_angles_along_an_even_bend_give_its_backbone(bend: float) -> None:
     arcs = np.linspace(0.025, L, 10)

@@ -1,0 +1,148 @@
+"""The last stage before real valves: nothing leaves that is beyond its limits, whatever the loop asks."""
+
+import math
+import time
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from controller.build.plant import build_hardware, build_plant
+from controller.build.rig import build_rig
+from controller.kernels.plant.hardware import Hardware
+from controller.kernels.plant.step import plant_step
+from controller.realtime.loop import loop_memory, run_loop
+from controller.realtime.mailbox import receive, words
+from controller.realtime.ring import HEADER_WORDS, ROW_WORDS, STOP
+from controller.schema.hardware import PressureLoop, Valves
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Measurement, Telemetry, ValveCommand
+from controller.schema.modes import Mode
+from controller.schema.parameters import RigParameters
+from controller.virtual.plant import RunningPlant
+
+DT = 1e-3
+DRIVEN = (Mode.HOLD, Mode.FOLLOW, Mode.TRACK, Mode.REST, Mode.FAULT)
+Number = st.floats(allow_nan=True, allow_infinity=True, width=64)
+
+
+def hardware(**fields: Any) -> Hardware:
+    return build_hardware(Valves(driver="serial", **fields), DT)
+
+
+class Stage:
+    """One stage, and what it is asked."""
+
+    def __init__(self, **fields: Any) -> None:
+        self.hardware = hardware(**fields)
+        self.row, self.sensed = (np.zeros(1, record_dtype(model)) for model in (Telemetry, Measurement))
+
+    def step(self, mode: Mode, asked: Any, shown: Any = (0.0, 0.0, 0.0, 0.0)) -> np.void:
+        self.row["mode"], self.row["pressure_cmd"], self.row["pressure_meas"] = mode, asked, shown
+        plant_step(1, self.hardware, self.row[0], self.sensed[0])
+        command: np.void = self.hardware.command[0]
+        return command
+
+
+@settings(deadline=None)
+@given(st.lists(st.tuples(st.sampled_from(list(Mode)), st.tuples(*[Number] * 4)), min_size=1, max_size=30))
+def test_whatever_is_asked_setpoints_stay_within_range_and_rate(asked: list[tuple[Mode, tuple[float, ...]]]) -> None:
+    stage, last = Stage(pressure_max=200e3, slew_max=10e6), np.zeros(4)
+    for mode, pressures in asked:
+        command = stage.step(mode, pressures)
+        now = command["pressures"].copy()
+        assert np.isfinite(now).all() and (now >= 0.0).all() and (now <= 200e3).all()
+        if command["vent"]:
+            assert not now.any() and (command["openings"] == -1.0).all()
+        else:
+            assert np.abs(now - last).max() <= 10e6 * DT * (1 + 1e-9)
+            assert mode in DRIVEN and np.isfinite(pressures).all()
+        assert bool(command["cut"]) == (mode == Mode.E_STOP)
+        last = now
+
+
+@pytest.mark.parametrize("mode", DRIVEN)
+def test_setpoints_reach_what_is_asked_in_every_driven_state(mode: Mode) -> None:
+    stage = Stage()
+    for _ in range(20):
+        command = stage.step(mode, (1e5, 0.0, 0.0, 2e5))
+    assert tuple(command["pressures"]) == (1e5, 0.0, 0.0, 2e5)
+
+
+@pytest.mark.parametrize("mode", [Mode.VENTED, Mode.E_STOP])
+def test_a_stopped_rig_vents_at_once_and_starts_again_from_nothing(mode: Mode) -> None:
+    stage = Stage(slew_max=1e6)
+    for _ in range(300):
+        stage.step(Mode.HOLD, (1e5, 1e5, 1e5, 1e5))
+    command = stage.step(mode, (1e5, 1e5, 1e5, 1e5))
+    assert command["vent"] and not command["pressures"].any()
+    assert stage.step(Mode.HOLD, (1e5, 1e5, 1e5, 1e5))["pressures"].max() <= 1e6 * DT
+
+
+def test_a_pressure_that_is_not_a_number_vents_everything() -> None:
+    stage = Stage()
+    assert not stage.step(Mode.HOLD, (1e5, 0.0, 0.0, 0.0))["vent"]
+    assert stage.step(Mode.HOLD, (1e5, math.nan, 0.0, 0.0))["vent"]
+
+
+def test_openings_of_raw_valves_have_the_sign_of_the_error_and_stay_within_the_stroke() -> None:
+    stage = Stage(command="opening")
+    for _ in range(100):
+        command = stage.step(Mode.HOLD, (1e5, 0.0, 5e4, 0.0), shown=(0.0, 5e4, 5e4, 0.0))
+    openings = command["openings"]
+    assert openings[0] > 0.0 > openings[1]
+    assert abs(openings[2]) < 1e-9
+    assert np.abs(openings).max() <= 1.0
+
+
+def test_the_loop_of_raw_valves_holds_pressures_of_the_twins_chambers() -> None:
+    loop = PressureLoop(inflate_gain=2e-6, exhaust_gain=4e-6, integral_time=0.5)
+    stage = Stage(command="opening", loop=loop)
+    parameters = RigParameters()
+    quick = parameters.twin.model_copy(update={"dead_time": 0.005})
+    plant = build_plant(parameters.model_copy(update={"twin": quick}))
+    plant.chambers.raw[0] = 1
+    row, sensed = (np.zeros(1, record_dtype(model)) for model in (Telemetry, Measurement))
+    asked = (8e4, 0.0, 0.0, 4e4)
+    for _ in range(3000):
+        command = stage.step(Mode.HOLD, asked, shown=sensed["pressures"][0])
+        row["mode"], row["pressure_cmd"] = Mode.HOLD, command["openings"]
+        plant_step(1, plant, row[0], sensed[0])
+    assert np.abs(sensed["pressures"][0] - asked).max() < 2e3
+
+
+def test_the_last_thing_that_the_valves_are_told_is_to_vent() -> None:
+    header, rows = np.zeros(HEADER_WORDS, np.int64), np.zeros((4, ROW_WORDS), np.int64)
+    header[STOP] = 1
+    stage = hardware()
+    stage.command["vent"], stage.command["pressures"] = 0, 5e4
+    memory = loop_memory(header, rows, stage)
+    run_loop(build_rig(RigParameters(), boot=1), stage, memory, 1_000_000)
+    told = np.zeros(1, record_dtype(ValveCommand))
+    receive(memory.outlets, 0, words(told).copy(), words(told))
+    assert told["vent"][0] == 1 and not told["pressures"].any() and told["t_ns"][0] > 0
+
+
+@pytest.mark.parametrize("raw", [False, True])
+def test_a_running_plant_fills_and_empties_as_it_is_told(raw: bool) -> None:
+    plant = RunningPlant(RigParameters(), raw)
+    plant.start()
+    try:
+        plant.drive(np.array([6e4, 0.0, 0.0, 0.0]), np.array([0.05, -1.0, -1.0, -1.0]), vent=False, cut=False)
+        peak = _until(lambda: plant.newest()["pressures"][0] > 3e4)
+        plant.drive(np.full(4, 6e4), np.ones(4), vent=True, cut=False)
+        empty = _until(lambda: plant.newest()["pressures"][0] < 5e3)
+    finally:
+        plant.stop()
+    assert peak and empty
+
+
+def _until(what: Any) -> bool:
+    end = time.monotonic() + 20.0
+    while not what():
+        if time.monotonic() > end:
+            return False
+        time.sleep(1e-3)
+    return True
