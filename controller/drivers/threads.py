@@ -31,6 +31,10 @@ OUTLET_OLD_NS = 50_000_000
 """Of a loop that made no command for so long, the valves get none: they vent [ns]."""
 LATE = 200
 """Frames of which rate and latency are the median."""
+IDLE_PERIOD = 0.01
+"""Between two exchanges while nothing is driven [s]: no board's watchdog minds, and the machine rests."""
+SHOWN = 20
+"""Points of a frame that are shown."""
 ROUNDS = 3
 """Times that the vented command is sent before a board is let go."""
 
@@ -52,7 +56,7 @@ class DeviceThread(ABC):
         self._number = -1
         self._arrivals: deque[tuple[int, int]] = deque(maxlen=LATE)
         """(arrival, capture) of late frames [ns]."""
-        self._values: dict[str, list[float | None]] = {}
+        self._newest_seen: Sample | Angles | Reading | None = None
 
     def start(self) -> None:
         """Begin to open the device."""
@@ -95,7 +99,7 @@ class DeviceThread(ABC):
             lost=self._lost,
             rejected=self.device.rejected + self._refused + self._strangers(),
             reconnects=self._reconnects,
-            values=dict(self._values),
+            values=raw_values(self._newest_seen),
         )
 
     def _age(self) -> float:
@@ -167,7 +171,7 @@ class CaptureThread(DeviceThread):
             seen = self.device.read(READ_TIMEOUT)
             if seen is not None:
                 self._note(self._inlet.take_markers(seen.t_ns, self._tracker.markers(seen)), seen.t_ns, seen.number)
-                self._values = raw_values(seen)
+                self._newest_seen = seen
 
 
 class ValveThread(DeviceThread):
@@ -183,8 +187,10 @@ class ValveThread(DeviceThread):
     def _talk(self) -> None:
         due = time.monotonic()
         while not self._stopping.is_set():
-            self._exchange(self.allowed())
-            due = max(due + self.device.period, time.monotonic())
+            outlet = self.allowed()
+            self._exchange(outlet)
+            period = max(self.device.period, IDLE_PERIOD if outlet.vent else 0.0)
+            due = max(due + period, time.monotonic())
             time.sleep(max(0.0, due - time.monotonic()))
         for _ in range(ROUNDS):
             self.device.exchange(vented(), READ_TIMEOUT)
@@ -199,7 +205,7 @@ class ValveThread(DeviceThread):
         if reading is None:
             return
         self._note(self._inlet.take_reading(reading), reading.t_ns, reading.number)
-        self._values = {"pressures": finite(reading.pressures)}
+        self._newest_seen = reading
         self._detail = reading.stopped if not outlet.vent else ""
 
 
@@ -213,12 +219,13 @@ def finite(values: Any) -> list[float | None]:
     return [float(value) if np.isfinite(value) else None for value in np.asarray(values, float).ravel()]
 
 
-def raw_values(seen: Sample | Angles) -> dict[str, list[float | None]]:
-    """What came, for the eye: points by name, or angles."""
+def raw_values(seen: Sample | Angles | Reading | None) -> dict[str, list[float | None]]:
+    """What came, for the eye: points by name, angles, or pressures."""
+    if seen is None:
+        return {}
+    if isinstance(seen, Reading):
+        return {"pressures": finite(seen.pressures)}
     if isinstance(seen, Angles):
         return {"angles": finite(seen.angles)}
     labels = [*seen.labels, *[""] * (len(seen.points) - len(seen.labels))]
-    return {labels[i] or f"#{i + 1}": finite(seen.points[i]) for i in range(min(len(seen.points), 20))}
-
-
-__all__ = ["CaptureThread", "Reading", "ValveThread", "vented"]
+    return {labels[i] or f"#{i + 1}": finite(seen.points[i]) for i in range(min(len(seen.points), SHOWN))}
