@@ -8,9 +8,9 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from controller.arrays import Array
+from controller.drivers.assignment import assigned
 from controller.drivers.device import Angles, Sample
 from controller.schema.hardware import Frame, MotionCapture
 from controller.schema.parameters import SENSORS
@@ -65,13 +65,13 @@ class Tracker:
             return
         expected = self._expected()[np.array(free) - 1]
         way = np.linalg.norm(expected[:, None, :] - points[None, :, :], axis=2)
-        # Beyond the gate every way costs the same, more than all within: the most markers are found, then the nearest.
-        gate = self._asked.gate
-        cost = np.where(way <= gate, way**2, (len(free) + 1) * gate**2)
-        rows, columns = linear_sum_assignment(np.where(np.isfinite(cost), cost, (len(free) + 1) * gate**2))
+        # No point at all costs more than all points within the gate: the most markers are found, then the nearest.
+        gate, none = self._asked.gate, (len(free) + 1) * self._asked.gate**2
+        cost = np.full((len(free), len(points) + len(free)), none)
+        cost[:, : len(points)] = np.where(way <= gate, way**2, 2 * none)
         taken = 0
-        for row, column in zip(rows, columns, strict=True):
-            if way[row, column] <= gate:
+        for row, column in enumerate(assigned(cost)):
+            if column < len(points) and way[row, column] <= gate:
                 found[free[row] - 1] = points[column]
                 taken += 1
         self.strangers += len(points) - taken
