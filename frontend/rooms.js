@@ -7,14 +7,14 @@ const FLOORS = [
   ["recorder"],
   ["plan", "scene"],
   ["runs"],
-  ["drawing"],
-  ["access", "health", "log", "notify", "plots", "presets", "sensing"],
+  ["commissioning", "drawing"],
+  ["access", "hardware", "health", "log", "notify", "plots", "presets", "sensing"],
   ["operate"],
   ["live"],
   ["rig", "ui"],
   ["api"],
 ];
-const MOST = { floors: 11, rooms: 18, files: 16 };
+const MOST = { floors: 11, rooms: 20, files: 16 };
 
 const SRC = join(import.meta.dirname, "src");
 const SOURCE = /\b(?:from|import|import\(|URL\()\s*"(\.[^"]+)"/g;

@@ -52,12 +52,13 @@ class RigFileKeeper:
         path = self.settings.rig_file
         if path is None:
             return RigFileState(path="", text="", rig=None, reason=NO_FILE, in_force=False)
+        text = ""
         try:
             text = read_whole(path).decode("utf-8-sig")
             found = parse_rig_file(text, path.name)
             runs = found.parameters(path.parent) == self.rig.require_info().parameters if self.rig.info else False
         except (OSError, UnicodeDecodeError, ParameterError) as error:
-            return RigFileState(path=str(path), text="", rig=None, reason=str(error), in_force=False)
+            return RigFileState(path=str(path), text=text, rig=None, reason=str(error), in_force=False)
         reason = "" if self.settings.orders else ELSEWHERE
         return RigFileState(path=str(path), text=text, rig=found, reason=reason, in_force=runs)
 

@@ -1,6 +1,9 @@
 import { Loader, Tabs } from "@mantine/core";
 import { memo, useEffect, useState, type ComponentType } from "react";
 import { Login } from "../access/Login";
+import { CommissioningBar } from "../commissioning/CommissioningBar";
+import { isHardware } from "../commissioning/commissioning";
+import { useCommissioningState } from "../commissioning/useCommissioning";
 import { HealthPanel } from "../health/HealthPanel";
 import { Flags } from "../health/Flags";
 import { usePage } from "../live/page";
@@ -24,6 +27,7 @@ import { Part } from "../ui/Part";
 import { Guide } from "./guide/Guide";
 import { Header } from "./Header";
 import { KeyHelp } from "./KeyHelp";
+import { RigPanel } from "./RigPanel";
 import { Wall } from "./Wall";
 
 const SLOW_MS = 1500;
@@ -94,6 +98,9 @@ function Bench() {
         </Part>
         <Part name="First mode">
           <FirstModeBar />
+        </Part>
+        <Part name="Commissioning">
+          <CommissioningBar />
         </Part>
       </div>
       <Live hidden={view !== "live"} />
@@ -189,6 +196,9 @@ const TABS: readonly Tab[] = [
   ["log", "Log", LogPanel],
 ];
 
+/** Of a rig that is made of devices. */
+const RIG_TAB: Tab = ["rig", "Rig", RigPanel];
+
 /** One panel at a time: what otherwise stands beside the panels is one of them. */
 const NARROW_TABS: readonly Tab[] = [
   ...TABS.slice(0, 2),
@@ -199,17 +209,20 @@ const NARROW_TABS: readonly Tab[] = [
 
 function Panels({ tabs }: { readonly tabs: readonly Tab[] }) {
   const [chosen, setChosen] = useState<string | null>("control");
-  const shown = tabs.some(([value]) => value === chosen) ? chosen : "control";
+  const hardware = usePage(isHardware);
+  const all = hardware ? [...tabs, RIG_TAB] : tabs;
+  const shown = all.some(([value]) => value === chosen) ? chosen : "control";
   return (
     <Tabs value={shown} onChange={setChosen} className="tabs" keepMounted={false}>
       <Tabs.List>
-        {tabs.map(([value, label], i) => (
+        {all.map(([value, label], i) => (
           <Tabs.Tab key={value} value={value} title={`${label} (${i + 1})`} aria-keyshortcuts={`${i + 1}`}>
             {label}
+            {value === "rig" ? <NotCommissioned /> : null}
           </Tabs.Tab>
         ))}
       </Tabs.List>
-      {tabs.map(([value, label, Panel]) => (
+      {all.map(([value, label, Panel]) => (
         <Tabs.Panel key={value} value={value}>
           <Part name={label}>
             <Panel />
@@ -217,5 +230,18 @@ function Panels({ tabs }: { readonly tabs: readonly Tab[] }) {
         </Tabs.Panel>
       ))}
     </Tabs>
+  );
+}
+
+/** A mark on the tab of a rig that lacks something. */
+function NotCommissioned() {
+  const state = useCommissioningState();
+  if (state === null || !state.available || state.complete) return null;
+  return (
+    <span data-grade="warning">
+      {" "}
+      <span aria-hidden>▲</span>
+      <span className="sr-only">not commissioned</span>
+    </span>
   );
 }

@@ -1,9 +1,11 @@
 import { LiveSocket, socketUrl } from "../api/socket";
+import { Commissioning } from "../commissioning/commissioning";
 import { Drawing } from "../drawing/drawing";
 import { keepDrawing } from "../drawing/kept";
 import { References } from "../drawing/library/references";
 import { Planner } from "../drawing/planner";
 import { SavedDrawings } from "../drawing/saved";
+import { RigFileEditor } from "../hardware/rigFile";
 import { Alarms } from "../health/alarms";
 import { Connection } from "../live/connection";
 import { Live } from "../live/live";
@@ -108,6 +110,8 @@ export function wire(notify: Notify, shelf: Shelf): Services {
     new Layers(shelf),
     new TwinTime(page, operations),
     new Notices(page, shelf),
+    new Commissioning(page),
+    new RigFileEditor(),
     new Gamepads({ aim, live, page, operations, ticker }),
   );
   return services;

@@ -95,6 +95,8 @@ export interface Page {
   readonly step: number;
   /** Name that the next recording gets. */
   readonly recordingName: string;
+  /** What the panel of a rig of devices shows. */
+  readonly rigSection: "drivers" | "file" | "commissioning";
   /** How much of every tick the next recording keeps. */
   readonly recordingProfile: Profile;
 }
@@ -147,6 +149,7 @@ export const EMPTY_PAGE: Page = {
   marked: null,
   step: 10,
   recordingName: "",
+  rigSection: "drivers",
   recordingProfile: "standard",
 };
 

@@ -93,7 +93,7 @@ const REMEDY: Partial<Record<Cause, string>> = {
   21: "Lower K_P, K_I or K_FF",
   22: "Lower K_P, K_I or K_FF",
   23: "Check that the actuator is the one in use, markers and camera, then K_o",
-  24: "Check the valves' board, its cable and its power; the page Rig says what it heard last",
+  24: "Check the valves' board, its cable and its power; the tab Rig says what is wrong",
 };
 
 export function remedy(cause: Cause): string {

@@ -1,0 +1,44 @@
+import { NumberInput } from "@mantine/core";
+import { useWhyNot } from "../operate/permission";
+import { INPUTS, type Input, type StepName, type Typed } from "./steps";
+
+interface Props {
+  readonly step: StepName;
+  readonly typed: Typed;
+  readonly type: (typed: Typed) => void;
+}
+
+/** With what a step begins; what is left empty is as usual. */
+export function StepInputs({ step, typed, type }: Props) {
+  const reason = useWhyNot("settings");
+  const inputs = INPUTS[step];
+  if (inputs.length === 0) return null;
+  return (
+    <div className="row row-fields">
+      {inputs.map((input) => (
+        <NumberInput
+          key={input.name}
+          size="xs"
+          w={150}
+          className="number-field"
+          label={labelOf(input)}
+          placeholder="as usual"
+          data-testid={`input-${step}-${input.name}`}
+          value={typed[input.name] ?? (input.usual === null ? "" : Math.round(input.usual * input.scale))}
+          min={input.min}
+          max={input.max}
+          step={input.step}
+          clampBehavior="blur"
+          readOnly={reason !== null}
+          onChange={(value) => {
+            type({ ...typed, [input.name]: typeof value === "number" ? value : "" });
+          }}
+        />
+      ))}
+    </div>
+  );
+}
+
+function labelOf({ label, unit, min, max }: Input): string {
+  return `${label}, ${min} … ${max}${unit === "" ? "" : ` ${unit}`}`;
+}

@@ -1,0 +1,78 @@
+import { Facts } from "../ui/Facts";
+import { driverFacts, GRADE, MARK, namesOf, raw, ROLE_WORD, trouble, type DriverStatus } from "./drivers";
+import { useDrivers } from "./useDrivers";
+
+/** A card for each of the rig's devices, looked at twice a second. */
+export function DriversPanel() {
+  const { drivers, problem } = useDrivers();
+  return (
+    <div className="drivers" data-testid="drivers">
+      {problem === "" ? null : (
+        <p className="note" role="alert" data-grade="bad">
+          {problem}
+        </p>
+      )}
+      {drivers.length === 0 && problem === "" ? <p className="note">Asking the rig.</p> : null}
+      {drivers.map((driver) => (
+        <DriverCard key={driver.role} driver={driver} />
+      ))}
+    </div>
+  );
+}
+
+function DriverCard({ driver }: { readonly driver: DriverStatus }) {
+  const { role, state, device, capabilities } = driver;
+  const wrong = trouble(driver);
+  return (
+    <section className="driver" aria-label={ROLE_WORD[role]} data-testid={`driver-${role}`}>
+      <div className="driver-head">
+        <h3 className="bar-title">{ROLE_WORD[role]}</h3>
+        <span className="grade" data-grade={GRADE[state]} role="status" data-testid={`driver-state-${role}`}>
+          <span aria-hidden>{MARK[state]}</span> {state}
+        </span>
+      </div>
+      <p className="note driver-device">
+        {driver.driver}: {device}
+      </p>
+      <p
+        className="driver-trouble"
+        role="status"
+        data-grade={GRADE[state]}
+        data-testid={`driver-trouble-${role}`}
+      >
+        {wrong}
+      </p>
+      <Facts facts={driverFacts(driver)} testId={`driver-facts-${role}`} />
+      <RawValues values={driver.values} />
+      {capabilities.length === 0 ? null : (
+        <details className="note">
+          <summary>Capabilities</summary>
+          {capabilities.join(", ")}
+        </details>
+      )}
+    </section>
+  );
+}
+
+/** As they came, before any transform. */
+function RawValues({ values }: Pick<DriverStatus, "values">) {
+  const names = namesOf(values);
+  if (names.length === 0) return <p className="note">No raw values.</p>;
+  return (
+    <table className="raw-values">
+      <caption className="note">Raw values, as they came</caption>
+      <tbody>
+        {names.map((name) => (
+          <tr key={name}>
+            <th scope="row">{name}</th>
+            {(values[name] ?? []).map((value, i) => (
+              <td key={i} className="number">
+                {raw(value)}
+              </td>
+            ))}
+          </tr>
+        ))}
+      </tbody>
+    </table>
+  );
+}
