@@ -100,7 +100,7 @@ def measured(text: str, folder: Path, repeats: int) -> dict[str, Any]:
         quiet = cost(one)
         one.arm()
         tasks = {task: [rmse(one, task) for _ in range(repeats)] for task in TASKS}
-        one.arm()
+        time.sleep(2.0)
         drags = drag_ms(one)
         row = find_ring(one.name).newest()
         assert row is not None

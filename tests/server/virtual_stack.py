@@ -61,7 +61,8 @@ def stack(folder: Path, text: str = "") -> Iterator[Stack]:
     """On the virtual rig of the rig file `text`; on the twin with "". Everything that it writes is in `folder`."""
     folder.mkdir(parents=True, exist_ok=True)
     ready, log = folder / "up.json", (folder / "output.log").open("wb")
-    virtual = VirtualProcess(text + PATIENT, folder, log) if text else None
+    own = text.replace('name = "virtual"', f'name = "virtual-{os.getpid()}"')  # another test may run one, too
+    virtual = VirtualProcess(own + PATIENT, folder, log) if text else None
     name = virtual.rig.name if virtual else f"twin-{os.getpid()}"
     rig = [str(virtual.path)] if virtual else [name, "--loop-gap", str(GAP)]
     given = ["--rig", *rig, "--port", "0", "--no-browser", "--ready", str(ready)]
@@ -78,7 +79,12 @@ def stack(folder: Path, text: str = "") -> Iterator[Stack]:
         found = json.loads(ready.read_text())
         person = Person(found["url"])
         person.operate()
-        yield Stack(name, person, virtual, found["rig_process"], found["server_process"])
+        try:
+            yield Stack(name, person, virtual, found["rig_process"], found["server_process"])
+        except BaseException as error:
+            told = "\n  ".join(person.log[-20:])
+            error.add_note(f"the page's log:\n  {told}\n{(folder / 'output.log').read_text(errors='replace')[-2000:]}")
+            raise
         person.close()
     finally:
         up.send_signal(signal.SIGINT)
