@@ -25,7 +25,7 @@ KEPT_LINES = 80
 RESIDUAL = r"^ *(residual, .+?) {2,}(\S+) +rms of \d+ +(\S+) *$"
 """A line of its table."""
 CHANGED_MOST = 20.0
-"""An actuator that is so many times stiffer or softer than was believed is rather another one, or measured wrongly."""
+"""An actuator this many times stiffer or softer than was believed is another one, or was measured wrongly."""
 
 
 async def identify(run: Run, through: Through, results: Mapping[StepName, KeptResult]) -> Found:

@@ -28,7 +28,7 @@ GAIN_OFF_MAX = 0.15
 OFFSET_MAX = 5e3
 """What a sensor may show of an open chamber [Pa]."""
 LAG_WANTED, LAG_PER_DEAD_TIME = 0.03, 2.0
-"""The lag that a loop of raw valves is to have: this [s], but so many dead times at least, or it swings."""
+"""The lag that a loop of raw valves is to have: this [s], but this many dead times at least, or it swings."""
 GAIN_STEP = 3.0
 """Most by which a gain changes at once."""
 GAIN_SAME = 0.15
