@@ -1,8 +1,13 @@
 """Errors of our own, from one base, each carrying the value and the bound it broke."""
 
+from typing import TYPE_CHECKING
+
 from pydantic import ValidationError
 
 from controller.spelled import complaint
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
 
 
 class TendrilError(Exception):
@@ -59,7 +64,11 @@ class RecordingError(TendrilError):
 
 def sentence(error: ValidationError) -> str:
     """The first complaint of `error` as one line: field = value: what is wrong."""
-    first = error.errors(include_url=False)[0]
+    return said(error.errors(include_url=False)[0])
+
+
+def said(first: "ErrorDetails") -> str:
+    """The same of one of its items."""
     field, text = ".".join(str(part) for part in first["loc"]), complaint(first)
     if not field:
         return text if first["type"] == "value_error" else f"message: {text}"

@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from controller.drivers.device import CaptureDevice, Device, ValveDevice
-from controller.errors import ParameterError, sentence
+from controller.errors import ParameterError, said, sentence
 from controller.schema.hardware import MotionCapture, Valves
 
 GROUP = "tendril.drivers"
@@ -53,18 +53,37 @@ def extra(name: str) -> str:
 
 def capture_device(asked: MotionCapture) -> CaptureDevice[Any]:
     """The device that `asked` names, not yet open; ParameterError naming field, value and bound."""
-    kind = driver_class(asked.driver)
-    if not issubclass(kind, CaptureDevice):
-        raise ParameterError(f"motion_capture.driver = {asked.driver} drives valves")
+    kind = capture_class(asked.driver)
     return kind(checked_options(kind, asked.options, "motion_capture"))
+
+
+def capture_class(name: str) -> type[CaptureDevice[Any]]:
+    """The driver `name` for motion capture; ParameterError where it is none."""
+    kind = _class_of(name, "motion_capture")
+    if not issubclass(kind, CaptureDevice):
+        raise ParameterError(f"motion_capture.driver = {name} drives valves")
+    return kind
 
 
 def valve_device(asked: Valves) -> ValveDevice[Any]:
     """The board that `asked` names, not yet open; ParameterError naming field, value and bound."""
-    kind = driver_class(asked.driver)
-    if not issubclass(kind, ValveDevice):
-        raise ParameterError(f"valves.driver = {asked.driver} gives no pressures and takes none")
+    kind = valve_class(asked.driver)
     return kind(checked_options(kind, asked.options, "valves"), asked.chambers, asked.command == "opening")
+
+
+def valve_class(name: str) -> type[ValveDevice[Any]]:
+    """The driver `name` for valves; ParameterError where it is none."""
+    kind = _class_of(name, "valves")
+    if not issubclass(kind, ValveDevice):
+        raise ParameterError(f"valves.driver = {name} gives no pressures and takes none")
+    return kind
+
+
+def _class_of(name: str, table: str) -> type[Device[Any]]:
+    try:
+        return driver_class(name)
+    except ParameterError as error:
+        raise ParameterError(f"{table}.{error}") from error
 
 
 def checked_options(kind: type[Device[Any]], options: dict[str, Any], table: str) -> Any:
@@ -73,3 +92,13 @@ def checked_options(kind: type[Device[Any]], options: dict[str, Any], table: str
         return kind.Options.model_validate(options)
     except ValidationError as error:
         raise ParameterError(f"{table}.options.{sentence(error)}") from error
+
+
+def check_given(kind: type[Device[Any]], options: dict[str, Any], table: str) -> None:
+    """As `checked_options`, but what is left out, or a port of 0, may be filled in later."""
+    try:
+        kind.Options.model_validate(options)
+    except ValidationError as error:
+        for one in error.errors(include_url=False):
+            if one["type"] != "missing" and not (str(one["loc"][-1]).endswith("port") and one["input"] == 0):
+                raise ParameterError(f"{table}.options.{said(one)}") from error

@@ -3,10 +3,11 @@
 The rig file (`controller/rigfile`) holds `Hardware`; the rig process hands out `DriverStatus`, and the page shows it.
 """
 
+import math
 from typing import Annotated, Literal, Self
 
+from pydantic import BeforeValidator, model_validator
 from pydantic import Field as Bounds
-from pydantic import model_validator
 
 from controller.schema.layout import Model
 from controller.schema.layout import Quantity as Q
@@ -16,9 +17,22 @@ RODS = 10
 """Sensor positions along the backbone, as `parameters.SENSORS`."""
 CHANNELS = 16
 """Most valve channels of a board."""
+ACROSS = 0.1
+"""Sine of the least angle between the axes of a frame."""
 
 DriverName = Annotated[str, spelled(r"^[A-Za-z0-9_-]{1,40}$", "1 to 40 letters (a to z), digits and _ -, no blanks")]
-Options = dict[str, str | int | float | bool | list[int] | list[float] | list[str]]
+
+
+def _plain(value: object) -> object:
+    """A value that TOML writes in one line without braces."""
+    kinds = {type(one) for one in (value if isinstance(value, list) else [value])}
+    if not (kinds <= {int, float} or kinds in ({str}, {bool})):
+        raise ValueError("is neither a text, a number, true or false, nor a list of texts or of numbers")
+    return value
+
+
+Option = Annotated[str | int | float | bool | list[int] | list[float] | list[str], BeforeValidator(_plain)]
+Options = dict[str, Option]
 """What a driver is told; each driver checks its own."""
 Coefficient = Annotated[float, Bounds(ge=-1e4, le=1e4)]
 Axis = Annotated[tuple[Coefficient, Coefficient, Coefficient], Q("1", shape=(3,))]
@@ -36,6 +50,14 @@ class Frame(Model):
     """Where the camera's origin lies in the plane."""
     measured: bool = False
     """Found in this rig, not assumed."""
+
+    @model_validator(mode="after")
+    def _a_plane(self) -> Self:
+        (a, b, c), (d, e, f) = self.axes
+        lengths = math.hypot(a, b, c) * math.hypot(d, e, f)
+        if math.hypot(b * f - c * e, c * d - a * f, a * e - b * d) <= ACROSS * lengths:
+            raise ValueError(f"axes = {[list(axis) for axis in self.axes]} do not span a plane")
+        return self
 
 
 class MotionCapture(Model):

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from tomlkit.exceptions import TOMLKitError
 
 from controller.errors import ParameterError, sentence
-from controller.schema.actuator import PRESETS, Actuator, read_actuator
+from controller.schema.actuator import Actuator, read_actuator
 from controller.schema.hardware import Hardware, MotionCapture, Valves
 from controller.schema.layout import Model
 from controller.schema.parameters import ControllerParameters, RigParameters, SafetyLimits, TwinParameters
@@ -56,7 +56,7 @@ class RigFile(Model):
         """The actuator that it names or holds; ParameterError where there is none."""
         if isinstance(self.actuator, Actuator):
             return self.actuator
-        return read_actuator(self.actuator if self.actuator in PRESETS else folder / self.actuator)
+        return read_actuator(folder / self.actuator if self.actuator.endswith(".toml") else self.actuator)
 
 
 def read_rig_file(path: Path) -> RigFile:

@@ -4,6 +4,7 @@ The board's sensors and valves are words in a file that it shares with the plant
 """
 
 import contextlib
+import os
 import select
 import shutil
 import signal
@@ -18,6 +19,7 @@ import numpy as np
 
 from controller.arrays import Words
 from controller.drivers.serial_board.frames import OPENING_END, SUPPLY_CUT, TAKES_RAW, VENTED
+from controller.errors import TendrilError
 from controller.schema.hardware import CHANNELS
 from controller.virtual.firmware import built_firmware
 from controller.virtual.peers import Drive, ReadPressures, TakeDrive
@@ -42,8 +44,11 @@ class BoardPeer:
     def __init__(self, read_pressures: ReadPressures, take_drive: TakeDrive, port: Path | None = None) -> None:
         """`port`: where its terminal is to be found; None: in a folder of its own.
 
-        Builds the firmware where that has not been done; raises TendrilError where there is no compiler.
+        Builds the firmware where that has not been done; raises TendrilError where there is no compiler, and where
+        something is at `port` that no virtual board has left there: a real board, perhaps.
         """
+        if port is not None and os.path.lexists(port) and not _left_over(port):
+            raise TendrilError(f"valves.options.port = {port} is there already: name a path that is not")
         self._read_pressures, self._take_drive = read_pressures, take_drive
         self._program = built_firmware()
         self._folder = Path(tempfile.mkdtemp(prefix="tendril-board-"))
@@ -182,6 +187,11 @@ class BoardPeer:
             vent=bool(flags & VENTED),
             cut=bool(flags & SUPPLY_CUT),
         )
+
+
+def _left_over(port: Path) -> bool:
+    """Whether this is the link of a virtual board that was killed."""
+    return port.is_symlink() and not port.exists() and os.readlink(port).startswith("/dev/pts/")
 
 
 def without_current() -> Drive:

@@ -112,7 +112,7 @@ class ModbusPeer:
         try:
             await self._server.serve_forever(background=True)
         except RuntimeError as error:
-            raise OSError(str(error)) from error
+            raise OSError("it is taken, or not for this user") from error
         transport: Any = self._server.transport
         self._port = transport.sockets[0].getsockname()[1]
         self._watching = asyncio.get_running_loop().create_task(self._watch())

@@ -4,11 +4,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from controller.drivers.registry import capture_class, check_given, valve_class
 from controller.errors import ParameterError
 from controller.virtual.peers import CapturePeer, ReadPressures, TakeDrive, ValvePeer
 
 Given = dict[str, Any]
 """Options of the rig file's driver."""
+LOOPBACK = "127.0.0.1"
 
 
 def has_peer(driver: str) -> bool:
@@ -20,6 +22,7 @@ def capture_peer(driver: str, options: Given) -> CapturePeer:
     """A camera for `driver`, at the addresses of `options`; ParameterError where nothing can stand in for it."""
     if driver not in CAPTURE_PEERS:
         raise ParameterError(f"motion_capture.driver = {driver}: only {', '.join(CAPTURE_PEERS)} can be stood in for")
+    check_given(capture_class(driver), options, "motion_capture")
     return CAPTURE_PEERS[driver](options)
 
 
@@ -27,6 +30,7 @@ def valve_peer(driver: str, options: Given, read: ReadPressures, take: TakeDrive
     """A board for `driver`, likewise."""
     if driver not in VALVE_PEERS:
         raise ParameterError(f"valves.driver = {driver}: only {', '.join(VALVE_PEERS)} can be stood in for")
+    check_given(valve_class(driver), options, "valves")
     return VALVE_PEERS[driver](options, read, take)
 
 
@@ -58,13 +62,21 @@ def _serial(given: Given, read: ReadPressures, take: TakeDrive) -> ValvePeer:
 def _modbus(given: Given, read: ReadPressures, take: TakeDrive) -> ValvePeer:
     from controller.virtual.modbus_server import ModbusPeer
 
+    require_here(given)
     return ModbusPeer(read, take, given.get("port", 0), given.get("unit", 1))
 
 
 def _udp(given: Given, read: ReadPressures, take: TakeDrive) -> ValvePeer:
     from controller.virtual.udp_target import UdpTargetPeer
 
+    require_here(given)
     return UdpTargetPeer(read, take, given.get("port", 0))
+
+
+def require_here(given: Given) -> None:
+    """ParameterError for a host that is not this machine: who drove it would drive the real one."""
+    if given.get("host", LOOPBACK) not in (LOOPBACK, "localhost"):
+        raise ParameterError(f"valves.options.host = {given['host']}: a virtual rig is at {LOOPBACK}")
 
 
 CAPTURE_PEERS: dict[str, Callable[[Given], CapturePeer]] = {"natnet": _natnet, "json": _json}

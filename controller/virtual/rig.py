@@ -15,7 +15,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
 import numpy as np
 
@@ -60,7 +60,8 @@ class Camera:
     def stop(self) -> None:
         """End the thread and the wire."""
         self._stopping.set()
-        self._thread.join()
+        if self._thread.ident is not None:
+            self._thread.join()
         self.peer.unplug()
 
     def _run(self) -> None:
@@ -126,13 +127,18 @@ class VirtualRig:
         seen, driven = found.motion_capture, found.valves
         self.camera = Camera(seen, self.plant, capture_peer(seen.driver, seen.options))
         self.valves = valve_peer(driven.driver, driven.options, board.pressures, board.drive)
+        self._asked = {"motion_capture": addresses(seen.options), "valves": addresses(driven.options)}
         self._faults = TwinFaults()
 
     def start(self) -> None:
-        """Let plant and wires go; raises OSError where an address is taken."""
+        """Let plant and wires go; TendrilError names the wire whose address cannot be had."""
         self.plant.start()
-        self.valves.plug()
-        self.camera.start()
+        for wire, begin in (("valves", self.valves.plug), ("motion_capture", self.camera.start)):
+            try:
+                begin()
+            except OSError as error:
+                self.stop()
+                raise TendrilError(f"{wire} cannot begin at {self._asked[wire]}: {error.strerror or error}") from error
 
     def stop(self) -> None:
         """End everything."""
@@ -176,6 +182,12 @@ class VirtualRig:
         inject(self._faults, self.plant.plant.faults)
         self.camera.late, self.camera.ghosts, self.camera.swapped = 0.0, 0, None
         self.camera.hidden.clear()
+
+
+def addresses(options: dict[str, Any]) -> str:
+    """Those that `options` name, as "server = 127.0.0.1, command_port = 1510"."""
+    found = [f"{name} = {options[name]}" for name in options if name.endswith(("host", "server", "address", "port"))]
+    return ", ".join(found) or "a free address"
 
 
 def _set(place: str, kind: Callable[[str], object]) -> Callable[..., None]:
@@ -224,11 +236,11 @@ def run_virtual_rig(path: Path, plant: str, out: Path | None, lines: TextIO = sy
     for number in (signal.SIGINT, signal.SIGTERM):  # a shell may have started us in the background, SIGINT ignored
         signal.signal(number, signal.default_int_handler)
     found = read_rig_file(path)
-    rig = VirtualRig(found, path.parent, plant)
     try:
+        rig = VirtualRig(found, path.parent, plant)
         rig.start()
-    except OSError as error:
-        raise TendrilError(f"the virtual rig cannot begin: {error}") from error
+    except TendrilError as error:
+        raise TendrilError(f"{path}: {error}") from error
     try:
         _say({"ready": found.name, **rig.addresses()})
         if out is not None:
