@@ -22,8 +22,14 @@ def prefer_process() -> None:
     """
     with contextlib.suppress(OSError):
         os.setpriority(os.PRIO_PROCESS, 0, NICE_PROCESS)
-        if os.getsid(0) == os.getpid():  # autogrouping kernels weigh whole sessions: this one is ours alone
-            Path("/proc/self/autogroup").write_text(str(NICE_PROCESS))
+        if os.getsid(0) == os.getpid():
+            prefer_session(os.getpid())
+
+
+def prefer_session(process: int) -> None:
+    """The same for a session of its own that `process` began: autogrouping kernels weigh whole sessions."""
+    with contextlib.suppress(OSError):
+        Path(f"/proc/{process}/autogroup").write_text(str(NICE_PROCESS))
 
 
 def raise_thread_priority() -> str:

@@ -20,6 +20,7 @@ import numpy as np
 from controller.arrays import Words
 from controller.drivers.serial_board.frames import OPENING_END, SUPPLY_CUT, TAKES_RAW, VENTED
 from controller.errors import TendrilError
+from controller.realtime.priority import prefer_session
 from controller.schema.hardware import CHANNELS
 from controller.virtual.firmware import built_firmware
 from controller.virtual.peers import Drive, ReadPressures, TakeDrive
@@ -137,6 +138,7 @@ class BoardPeer:
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0, start_new_session=True
         )
+        prefer_session(self._process.pid)
         if self._thread is None:
             self._thread = threading.Thread(target=self._couple, name="board-peer", daemon=True)
             self._thread.start()

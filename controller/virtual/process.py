@@ -26,6 +26,7 @@ class VirtualProcess:
             stdout=subprocess.PIPE,
             stderr=output,
             bufsize=0,
+            start_new_session=True,
         )
         addresses = self._answer()
         addresses.pop("ready")
