@@ -38,6 +38,8 @@ ANSWER = 5.0
 """Longest wait for a row that shows what was asked for [s]."""
 AGAIN = 1.0
 """Between two tries to put the settings back [s]."""
+READY = 5.0
+"""For so long the rig may refuse to be armed [s]."""
 RESTED = 30.0
 """Longest wait until the rig is vented [s]; it goes on to rest by itself."""
 WINDOW = 0.4
@@ -136,7 +138,7 @@ class Motion:
             run.ours = operator.settings.model_copy(update=blind | settings)
             await put_in_force(run.ours, operator, run.leave)
             await self._through.kept.keep(run.ours)  # a server that starts anew must not close the loop
-        held = await self._ask(Request.ARM)
+        held = await self._arm()
         await self._ask(Request.FOLLOW, (float(held["p_ref"][0]), float(held["p_ref"][1])))
         run.follows = True
 
@@ -210,6 +212,18 @@ class Motion:
         await rest(through, run.info.boot, run.leave)
         await put_back(through, self._store, run.before, run.ours)
         run.ours, run.returning = None, False
+
+    async def _arm(self) -> np.void:
+        """Arm; after a new start of the rig its devices need a moment."""
+        loop = asyncio.get_running_loop()
+        end = loop.time() + READY
+        while True:
+            try:
+                return await self._ask(Request.ARM)
+            except CommandRefused:
+                if loop.time() > end:
+                    raise
+            await asyncio.sleep(AGAIN / 2)
 
     async def _ask(self, request: Request, target: Target | None = None) -> np.void:
         """Ask the rig; the first row that came of it."""
