@@ -3,6 +3,7 @@
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -14,7 +15,7 @@ from tests.server.live_server import wait_for
 EXAMPLES = ROOT / "docs" / "examples"
 PAGES = [*sorted(ROOT.glob("[A-Z]*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
 FENCE = re.compile(r"^```(\S*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-STARTS = re.compile(r"tendril (rig|serve|up)\b")
+STARTS = re.compile(r"tendril (rig|serve|up|virtual-rig)\b")
 """What these start answers until it is stopped."""
 
 NOT_HERE = {
@@ -26,6 +27,8 @@ NOT_HERE = {
     "systemctl enable --now tendril-server": "systemd does not run here",
     "install -m 600 -o tendril-server /var/lib/tendril-rig/twin.key -D /var/lib/tendril-server/twin.key": "as above",
     "tendril faults --json faults.json": "test_campaign runs the whole campaign",
+    "tendril drivers check labboard --options host=127.0.0.1 --options port=4000": "test_driver_template tries it",
+    "tendril drivers check labboard --options host=127.0.0.1 --options port=4000 --drive": "as above",
     "python -m tests.e2e.record_live_path --seed 214 --out live.csv": "drags a real Chromium for minutes; made once",
 }
 """Commands that no test can run, and why."""
@@ -70,6 +73,17 @@ def commands(page: Path) -> list[str]:
     return found
 
 
+def free_port() -> str:
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        return str(found.getsockname()[1])
+
+
+def elsewhere(rig_file: str, folder: Path) -> str:
+    """A shipped rig file at addresses that no other test has."""
+    return re.sub(r"\b15[01]\d\d\b", lambda _: free_port(), rig_file).replace("/tmp/tendril-board", f"{folder}/board")
+
+
 class Shell:
     """Runs commands in `folder` as their reader would; `places` are names in the documents that stand for others."""
 
@@ -78,6 +92,8 @@ class Shell:
         for file in EXAMPLES.iterdir():
             if file.is_file():
                 (folder / file.name).write_bytes(file.read_bytes())
+        for file in folder.glob("rig*.toml"):
+            file.write_text(elsewhere(file.read_text(), folder))
         kept = {key: value for key, value in os.environ.items() if not re.search("^TENDRIL_|^XDG_|_proxy$", key, re.I)}
         self._environment = kept | environment | {
             "HOME": str(folder),
@@ -109,8 +125,13 @@ class Shell:
 
     def _start(self, command: str, what: str) -> None:
         ready = self.folder / f"{what}.ready.json"
-        more = {"rig": "", "serve": "--port 0", "up": "--port 0 --no-browser"}[what]
-        line = f"exec {self._placed(command)} --ready {ready} {more}"
+        more = {
+            "rig": f"--ready {ready}",
+            "serve": f"--port 0 --ready {ready}",
+            "up": f"--port 0 --no-browser --ready {ready}",
+            "virtual-rig": f"--out {ready} < /dev/null",  # a rig file, once its wires answer
+        }[what]
+        line = f"exec {self._placed(command)} {more}"
         process = subprocess.Popen(["bash", "-euc", line], cwd=self.folder, env=self._environment)
         self._started.append(process)
         wait_for(lambda: ready.exists() or process.poll() is not None, command)

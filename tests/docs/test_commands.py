@@ -2,7 +2,6 @@
 
 import json
 import re
-import socket
 import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,26 +13,25 @@ import typer
 import yaml
 from click import Command
 
+from controller.drivers.registry import capture_device, valve_device
 from controller.research.identification.tables import read_measured
 from controller.schema.actuator import PRESETS, Actuator, read_actuator
+from controller.schema.rig_file import RigFile
 from server.cli.main import app
-from tests.docs.blocks import EXAMPLES, LONG, NOT_HERE, PAGES, SMALLER, Block, Shell, blocks, commands, name
+from tests.docs.blocks import EXAMPLES, LONG, NOT_HERE, PAGES, SMALLER, Block, Shell, blocks, commands, free_port, name
 
 SERVED = "127.0.0.1:8321", " ID "
 """What a command names that needs a server with a recording: test_served has its page."""
 ALL = [command for page in PAGES for command in commands(page)]
+LEFT_ALONE = {"text", "matlab", "py"}
+"""No commands; `py` is a program that a test of its own runs."""
 HERE = [page for page in PAGES if not any(one in command for command in commands(page) for one in SERVED)]
-
-
-def free_port() -> str:
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return str(found.getsockname()[1])
 
 
 @pytest.fixture
 def shell(tmp_path: Path) -> Iterator[Shell]:
     places = {"0.0.0.0": "127.0.0.1", "RIG": "127.0.0.1", "7447": free_port(), "/etc/systemd/system": "."}
+    places |= {f"docs/examples/{file.name}": file.name for file in EXAMPLES.glob("*.toml")}
     found = Shell(tmp_path, places, TENDRIL_RECORDINGS=str(tmp_path / "recordings"))
     yield found
     found.close()
@@ -41,7 +39,7 @@ def shell(tmp_path: Path) -> Iterator[Shell]:
 
 def test_every_block_says_what_it_is() -> None:
     kinds = {(name(page), block.kind) for page in PAGES for block in blocks(page)}
-    assert [one for one in sorted(kinds) if one[1] not in {"sh", "python", "text", *WHOLE}] == []
+    assert [one for one in sorted(kinds) if one[1] not in {"sh", "python", *LEFT_ALONE, *WHOLE}] == []
     assert sum(page.read_text().count("\n```") for page in PAGES) == 2 * sum(len(blocks(page)) for page in PAGES)
 
 
@@ -64,13 +62,32 @@ def test_a_long_command_runs(command: str, shell: Shell) -> None:
     shell.run(command)
 
 
-def actuator_or_part(text: str, file: Path) -> None:
-    """A whole actuator file, or one of its tables."""
-    if "mass" in tomllib.loads(text):
+def toml(text: str, file: Path) -> None:
+    """Of an actuator or a rig: a whole file, or some of its tables; of a package, only that it can be read."""
+    found = tomllib.loads(text)
+    if "motion_capture" in found or "valves" in found:
+        rig_or_part(found)
+    elif "project" not in found:
+        actuator_or_part(text, found, file)
+
+
+def rig_or_part(found: dict[str, Any]) -> None:
+    """With the options that its drivers take."""
+    capture, valves = (
+        found.get(table, {"driver": like}) for table, like in (("motion_capture", "natnet"), ("valves", "udp"))
+    )
+    whole = RigFile.model_validate(found | {"motion_capture": capture, "valves": valves})
+    if "motion_capture" in found:
+        capture_device(whole.motion_capture)
+    valve_device(whole.valves)
+
+
+def actuator_or_part(text: str, found: dict[str, Any], file: Path) -> None:
+    if "mass" in found:
         file.write_text(text)
         read_actuator(str(file))
     else:
-        Actuator.model_validate(PRESETS["P1"].model_dump() | tomllib.loads(text))
+        Actuator.model_validate(PRESETS["P1"].model_dump() | found)
 
 
 def table(text: str, file: Path) -> None:
@@ -81,7 +98,7 @@ def table(text: str, file: Path) -> None:
 WHOLE: dict[str, Callable[[str, Path], Any]] = {
     "json": lambda text, file: json.loads(text),
     "yaml": lambda text, file: yaml.safe_load(text)["scrape_configs"],
-    "toml": actuator_or_part,
+    "toml": toml,
     "csv": table,
 }
 FILES = [block for page in PAGES for block in blocks(page) if block.kind in WHOLE]
