@@ -59,7 +59,7 @@ def _built(parameters: RigParameters, boot: int) -> Rig:
         q=observer.state.q,
         v=observer.state.v,
         reference=np.zeros((REFERENCE_ROWS, 2)),
-        guide=np.full((REFERENCE_ROWS, 2), math.nan),
+        guide=np.zeros((REFERENCE_ROWS, 2)),  # written with every reference: memory that nothing has touched is none
         kinds=np.full(REFERENCE_ROWS, RowKind.DRAWN, np.uint8),
         plan=np.zeros(1, PLAN),
         state=state,

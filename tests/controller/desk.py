@@ -67,7 +67,7 @@ class Desk:
 
     def plan(self, rows: np.ndarray, again: int = 0, ticks: int | None = None) -> None:
         """Put a reference for TRACK in place."""
-        self.rig.control.reference[: len(rows)] = rows
+        self.rig.control.reference[: len(rows)], self.rig.control.guide[: len(rows)] = rows, np.nan
         self.rig.control.plan[0] = len(rows), again, len(rows) if ticks is None else ticks
 
     def into(self, mode: Mode) -> None:

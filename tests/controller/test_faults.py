@@ -190,7 +190,7 @@ def track(trial: Trial, path: np.ndarray, ticks: int) -> Rows:
     trial.arm()
     trial.follow(*path[0], 2.0)
     trial.ask(Request.HOLD, ticks=300)
-    trial.rig.control.reference[: len(path)] = path
+    trial.rig.control.reference[: len(path)], trial.rig.control.guide[: len(path)] = path, np.nan
     trial.rig.control.plan[0] = len(path), 0, 100_000
     return trial.ask(Request.TRACK, ticks=ticks)
 

@@ -200,6 +200,7 @@ def test_between_two_solutions_the_reference_follows_the_torque_and_a_hold_stays
     trial.arm()
     reference, plan = trial.rig.control.reference, trial.rig.control.plan
     reference[:2000], plan[0] = (0.16, 0.0), (2000, 0, 2000)
+    trial.rig.control.guide[:2000] = np.nan
     begun = trial.ask(Request.TRACK)[-1]
     assert static_tip(trial.rig.control.smap.statics, *begun["u_ff"]) == pytest.approx(begun["p_ref"], abs=1e-4)
     trial.switch(law=Law.OPEN_LOOP)

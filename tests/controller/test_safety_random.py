@@ -131,6 +131,7 @@ class AnythingGoes(RuleBasedStateMachine):
         angle = np.linspace(0.0, 2 * np.pi * turns, rows)
         control = self.world.rig.control
         control.reference[:rows] = np.column_stack([0.15 + radius * np.cos(angle), radius * np.sin(angle)])
+        control.guide[:rows] = np.nan
         control.plan[0] = rows, 0, 2 * rows
 
     @rule(
