@@ -31,7 +31,7 @@ from server.commissioning.messages import (
     StepName,
 )
 from server.commissioning.motion import Motion, Run, Through, put_back, require_vented, rest
-from server.commissioning.steps import Seen, lacking, resting_on, step_view
+from server.commissioning.steps import STILL_STEPS, Seen, lacking, resting_on, step_view
 from server.commissioning.store import CommissionedFile, CommissioningStore, Found, KeptResult, value_of
 from server.hardware.messages import RigFileState
 from server.http.given import given
@@ -83,7 +83,8 @@ class Commissioning:
         view = step_view(step, self._seen(file))
         if view.needs or file.rig is None:
             raise CommandRefused("; ".join(view.needs))
-        require_vented(self._through)
+        if step not in STILL_STEPS:
+            require_vented(self._through)
         permit.require()
         info = self._through.rig.require_info()
         run = Run(step, body, permit, info, file.rig, Path(file.path).parent, self._through.operator.settings)
@@ -119,16 +120,24 @@ class Commissioning:
         await self._framing.capture(body, run)
 
     async def accept(self, step: StepName, permit: Permit) -> None:
-        """Write what `step` came to; CommandRefused unless it is done, ParameterError where the file cannot have it."""
+        """Write what `step` came to; where that changes a value, what rests on it is to be done anew.
+
+        CommandRefused unless it is done, ParameterError where the file cannot have it.
+        """
         async with self._writing:
             result = self._store.kept.results.get(step)
             self._require_idle()
             if result is None or not result.good:
                 why = f": {result.text}" if result else ""
                 raise CommandRefused(f"{TITLES[step]} has no result to accept{why}")
+            file = await asyncio.to_thread(self._file.state)
+            if file.rig is None:
+                raise CommandRefused(file.reason)
             await self._write_files(result)
-            noted = {} if result.again else {f"commissioned.{step}": result.text[:KEPT_TEXT]}
-            await self._file.change(result.changes | noted, permit)
+            anew = any(value_of(file.rig, field) != value for field, value in result.changes.items())
+            gone = resting_on(step) - {step} if anew else set()
+            await self._file.change(_accepted(step, result, file.rig, gone), permit)
+            await asyncio.to_thread(self._store.forget, gone)
         self._events.add(f"{permit.name}: commissioning, {TITLES[step]} accepted: {result.text}")
 
     async def back(self, step: StepName, permit: Permit) -> None:
@@ -222,7 +231,8 @@ class Commissioning:
         if run.overtaken:
             return run.overtaken
         mode, cause = Mode(int(newest[0]["mode"])), Cause(int(newest[0]["cause"]))
-        if run.follows and mode != Mode.FOLLOW:
+        stopped = run.ours is not None and mode in (Mode.FAULT, Mode.E_STOP)
+        if stopped or (run.follows and mode != Mode.FOLLOW):
             return f"the rig is in {words(mode)} ({words(cause)})"
         if run.ours is None or run.returning or self._through.kept.changing.locked():
             return ""
@@ -244,9 +254,11 @@ class Commissioning:
             raise
         finally:
             run.moves = False
-            await motion.end()
-            await self._settle(run, found)
-            self._run = None
+            try:
+                await motion.end()
+                await self._settle(run, found)
+            finally:
+                self._run = None
 
     async def _settle(self, run: Run, found: Found | None) -> None:
         """Keep what came of it."""
@@ -289,6 +301,14 @@ class Commissioning:
                 self._events.add("the settings that a step of the commissioning had borrowed are put back", "warning")
         finally:
             self._returning = False
+
+
+def _accepted(step: StepName, result: KeptResult, rig: RigFile, gone: set[StepName]) -> dict[str, object]:
+    """What the rig file is to have by `result` of `step`; what rests on it and is `gone` is to be done anew."""
+    told = {name: text for name, text in rig.commissioned.items() if name not in gone}
+    if not result.again:
+        told[step] = result.text[:KEPT_TEXT]
+    return {**_taken_back(rig, gone), **result.changes, "commissioned": told}
 
 
 def _taken_back(rig: RigFile, gone: set[StepName]) -> dict[str, object]:

@@ -133,7 +133,10 @@ class Motion:
         require_vented(self._through)
         run, operator = self._run, self._through.operator
         blind = {"law": Law.OPEN_LOOP, "u_open": (0.0, 0.0), "sensed": 0}
-        await asyncio.to_thread(self._store.borrow, run.before)
+        try:
+            await asyncio.to_thread(self._store.borrow, run.before)
+        except OSError as error:
+            raise CommandRefused(f"the settings cannot be kept meanwhile: {error.strerror}") from error
         async with self._through.kept.changing:
             run.ours = operator.settings.model_copy(update=blind | settings)
             await put_in_force(run.ours, operator, run.leave)

@@ -200,6 +200,12 @@ def test_a_chamber_fills_only_while_its_button_is_held_and_what_filled_becomes_t
     assert "# at the left side" in bench.file.read_text()
     step = bench.step("jog")
     assert (step["accepted"], step["lacks"], step["by"]) == (True, "", found["by"])
+    bench.file.write_text(bench.file.read_text() + 'frame = "seen with the other order"\n')
+    taken(bench.post("jog", "accept"))  # once more, and nothing changes by it
+    assert "frame" in bench.rig().commissioned
+    bench.file.write_text(bench.file.read_text().replace("0, 1, 3, 2", "0, 1, 2, 3"))
+    taken(bench.post("jog", "accept"))
+    assert set(bench.rig().commissioned) == {"drivers", "jog"} and bench.rig().valves.chambers == (0, 1, 3, 2)
     taken(bench.post("drivers", "back"))
     assert bench.rig().commissioned == {} and bench.step("jog")["state"] == "todo"
     assert bench.state()["jog"] is None
