@@ -11,6 +11,7 @@ import math
 import socket
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -101,9 +102,11 @@ class JsonCapture(CaptureDevice[JsonOptions]):
         self._socket = made
 
     def close(self) -> None:
-        """Close the socket."""
+        """Close the socket; who waits at it is woken."""
         made, self._socket = self._socket, None
         if made is not None:
+            with suppress(OSError):  # never connected
+                made.shutdown(socket.SHUT_RDWR)
             made.close()
 
     def read(self, timeout: float) -> Sample | Angles | None:

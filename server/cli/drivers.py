@@ -58,6 +58,8 @@ def check(
     if peer or (peer is None and not given and has_peer(name)):
         from controller.virtual.bench import PeerBench
 
+        if not has_peer(name):
+            raise typer.BadParameter(f"driver {name} has no virtual peer: `tendril drivers list`", param_hint="--peer")
         bench = PeerBench(name)
         try:
             rows = check_driver(name, given, bench, tell=_tell)

@@ -18,6 +18,8 @@ LARGEST = 65535
 ANSWER = 0.25
 """After this an unanswered question is put again [s]."""
 TRIES = 4
+NAP = 0.05
+"""Nothing wakes who waits when another thread closes the sockets: it looks so often [s]."""
 
 
 class Link:
@@ -69,9 +71,9 @@ class Link:
             self._commands.sendto(HEADER.pack(kind, len(payload)) + payload, self._to)
 
     def receive(self, timeout: float) -> tuple[int, bytes, int] | None:
-        """Kind, payload and arrival [ns] of the next message within `timeout` [s]; None for none, or nonsense."""
+        """Kind, payload and arrival [ns] of the next message; None for nonsense, or none in `timeout` [s] or NAP."""
         try:
-            ready = self._selector.select(max(0.0, timeout))
+            ready = self._selector.select(max(0.0, min(timeout, NAP)))
         except ValueError as error:
             raise DeviceError("the link was closed") from error
         for key, _ in ready:
