@@ -17,33 +17,38 @@ from playwright.sync_api import BrowserContext, Page
 
 from controller.realtime.ring import find_ring, remove_rings
 from controller.schema.modes import Mode
+from controller.schema.rig_file import read_rig_file
 from server.supervise.ready import UpReady
 
 SCREENSHOTS = Path(os.environ.get("TENDRIL_SCREENSHOTS", "/tmp/tendril-screenshots"))
+LOOP_GAP = ("--loop-gap", "0.4")
+"""Shared machines pause for 50 ms and more; that the rig then holds is tested without one. A rig file has its own."""
 
 
 class Product:
-    """A running `tendril up`, with more options of its own where a test needs them."""
+    """A running `tendril up`, with more options of its own where a test needs them.
 
-    def __init__(self, folder: Path, *options: str) -> None:
+    With a rig file it drives the devices of that rather than a twin.
+    """
+
+    def __init__(self, folder: Path, *options: str, rig_file: Path | None = None) -> None:
         self.folder = folder
         self.recordings = folder / "recordings"
         ready = folder / "up.json"
         environment = os.environ | {"XDG_STATE_HOME": str(folder / "state"), "TENDRIL_LIGHT_SCENE": "1"}
         environment["TENDRIL_RECORD_FAULTS"] = "0"  # tests stop the rig often, and press the record button themselves
-        self.rig = f"e2e-{os.getpid()}-{folder.name}"
+        self.rig = read_rig_file(rig_file).name if rig_file else f"e2e-{os.getpid()}-{folder.name}"
         command = [
             str(Path(sys.executable).parent / "tendril"),
             "up",
             "--no-browser",
-            "--loop-gap",
-            "0.4",  # shared machines pause for 50 ms and more; that the rig then holds is tested without one
+            *(() if rig_file else LOOP_GAP),
             "--port",
             "0",
             "--ready",
             str(ready),
         ]
-        command += ["--recordings", str(self.recordings), "--rig", self.rig, *options]
+        command += ["--recordings", str(self.recordings), "--rig", str(rig_file or self.rig), *options]
         self.log = (folder / "up.log").open("w")
         self.process = subprocess.Popen(command, env=environment, stdout=self.log, stderr=self.log)
         wait_until(ready.exists, 240.0, self.alive)

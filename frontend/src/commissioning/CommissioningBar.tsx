@@ -40,8 +40,11 @@ export function CommissioningBar() {
 export function Lacking({ text }: { readonly text: string }) {
   if (text === "") return null;
   return (
-    <p className="lacking" data-grade="warning" data-testid="not-commissioned">
-      <span aria-hidden>▲</span> {text}
+    <p className="lacking" data-testid="not-commissioned">
+      <span aria-hidden data-grade="warning">
+        ▲
+      </span>{" "}
+      {text}
     </p>
   );
 }

@@ -8,13 +8,19 @@ import { useCommissioningState, useLooks } from "./useCommissioning";
 
 const LOOKS_PER_S = 4;
 
+/** The step that somebody opened, or none, and how many were accepted then: with one more the next opens by itself. */
+interface Chosen {
+  readonly step: StepName | null;
+  readonly done: number;
+}
+
 /** The guided steps: each with what is done, what it lacks, and the way back. */
 export function CommissioningPanel() {
   useLooks(LOOKS_PER_S);
   const state = useCommissioningState();
   const { store } = useService(Commissioning);
   const refusal = useStore(store, (seen) => seen.refusal);
-  const [chosen, setChosen] = useState<StepName | "none" | null>(null);
+  const [chosen, setChosen] = useState<Chosen | null>(null);
   if (state === null) return <p className="note">Asking the server.</p>;
   if (!state.available)
     return (
@@ -22,8 +28,8 @@ export function CommissioningPanel() {
         {state.reason}
       </p>
     );
-  const open = chosen ?? nextStep(state);
   const done = state.steps.filter(({ accepted }) => accepted).length;
+  const open = chosen?.done === done ? chosen.step : nextStep(state);
   return (
     <div className="commissioning" data-testid="commissioning">
       <div className="row">
@@ -50,7 +56,7 @@ export function CommissioningPanel() {
             open={open === step.name}
             refusal={open === step.name ? refusal : ""}
             toggle={() => {
-              setChosen(open === step.name ? "none" : step.name);
+              setChosen({ step: open === step.name ? null : step.name, done });
             }}
           />
         ))}

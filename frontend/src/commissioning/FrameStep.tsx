@@ -108,7 +108,7 @@ function Capture({ place, title, how, point, done }: CaptureProps) {
         size="compact-sm"
         loading={asking === `capture ${place}`}
         testId={`capture-${place}`}
-        meaning={how}
+        meaning="Takes half a second"
         onClick={() => void commissioning.capture(place, point)}
       >
         {done === null ? "Capture" : "Capture anew"}

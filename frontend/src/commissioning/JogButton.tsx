@@ -70,7 +70,7 @@ export function JogButton({ chamber }: { readonly chamber: Chamber }) {
         event.preventDefault();
       }}
     >
-      {held ? "Filling" : "Hold"} {chamber}
+      {held ? "Filling" : "Fill"} {chamber}
     </button>
   );
 }

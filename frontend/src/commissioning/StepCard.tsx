@@ -92,8 +92,7 @@ function Running({ state, step }: { readonly state: CommissioningState; readonly
     <>
       <div className="step-progress">
         <p className="note" role="status">
-          {running.waits ? "Waits for you: " : ""}
-          {running.doing}, started by {running.by}
+          {capitalised(running.doing)}, started by {running.by}
         </p>
         <Progress value={share} size="sm" aria-label={`${step.title}, share done`} />
       </div>
@@ -101,6 +100,10 @@ function Running({ state, step }: { readonly state: CommissioningState; readonly
       {step.name === "frame" ? <FrameStep captured={state.captured} /> : null}
     </>
   );
+}
+
+function capitalised(text: string): string {
+  return text.charAt(0).toUpperCase() + text.slice(1);
 }
 
 function Result({ step }: { readonly step: StepView }) {

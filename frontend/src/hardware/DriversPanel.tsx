@@ -59,20 +59,16 @@ function RawValues({ values }: Pick<DriverStatus, "values">) {
   const names = namesOf(values);
   if (names.length === 0) return <p className="note">No raw values.</p>;
   return (
-    <table className="raw-values">
-      <caption className="note">Raw values, as they came</caption>
-      <tbody>
+    <figure className="raw-values">
+      <figcaption className="note">Raw values, as they came</figcaption>
+      <dl>
         {names.map((name) => (
-          <tr key={name}>
-            <th scope="row">{name}</th>
-            {(values[name] ?? []).map((value, i) => (
-              <td key={i} className="number">
-                {raw(value)}
-              </td>
-            ))}
-          </tr>
+          <div key={name}>
+            <dt>{name}</dt>
+            <dd className="number">{(values[name] ?? []).map(raw).join(", ")}</dd>
+          </div>
         ))}
-      </tbody>
-    </table>
+      </dl>
+    </figure>
   );
 }

@@ -7,7 +7,7 @@ import { DASH, plain } from "../ui/format";
 import { LiveText } from "../ui/LiveText";
 import { useService } from "../ui/services";
 import { isSensed, markersOf, missOf, residualOf } from "./residual";
-import { bit, PRESETS, RODS } from "./rods";
+import { ALL_RODS, bearing, bit, PRESETS, RODS, markedText, whyUnseen } from "./rods";
 import { TwinFaultsPanel } from "./TwinFaultsPanel";
 
 const NUMBERS_PER_S = 4;
@@ -18,12 +18,13 @@ export function SensingPanel() {
   const mask = usePage((page) => page.settings?.sensed ?? 0);
   const twin = usePage((page) => page.rig?.twin ?? false);
   const reason = useWhyNot("settings");
+  const marked = usePage(({ rig }) => bearing(rig?.parameters.hardware?.motion_capture.rods));
   const choose = (sensed: number) => {
     if (reason === null) void operations.changeSettings("Sensing not changed", { sensed });
   };
   return (
     <div className="panel">
-      <Presets mask={mask} reason={reason} choose={choose} />
+      <Presets mask={mask} marked={marked} reason={reason} choose={choose} />
       <div className="backbone" role="group" aria-label="Sensed rods, base left, tip right">
         <span className="backbone-base">
           <span>base</span>
@@ -31,12 +32,21 @@ export function SensingPanel() {
           {twin ? <span className="backbone-row">estimate</span> : null}
         </span>
         {RODS.map((rod) => (
-          <Sensor key={rod} rod={rod} mask={mask} reason={reason} choose={choose} twin={twin} />
+          <Sensor
+            key={rod}
+            rod={rod}
+            mask={mask}
+            marked={marked}
+            reason={reason}
+            choose={choose}
+            twin={twin}
+          />
         ))}
       </div>
       <p className="note">
         mm. Residual: from the measured marker to the observer
         {twin ? ". Estimate: from the observer to where the twin really is" : ""}
+        {marked === ALL_RODS ? "" : `. ${markedText(marked)}`}
       </p>
       {twin ? <TwinFaultsPanel /> : null}
     </div>
@@ -45,14 +55,20 @@ export function SensingPanel() {
 
 interface ChoiceProps {
   readonly mask: number;
+  /** Rods that bear a marker. */
+  readonly marked: number;
   readonly reason: string | null;
   readonly choose: (mask: number) => void;
 }
 
-function Presets({ mask, reason, choose }: ChoiceProps) {
+function Presets({ mask, marked, reason: forbidden, choose }: ChoiceProps) {
+  const presets = PRESETS.map((preset) => ({
+    ...preset,
+    reason: forbidden ?? whyUnseen(preset.sensed, marked),
+  }));
   return (
     <div className="row" role="group" aria-label="Presets">
-      {PRESETS.map(({ label, testId, sensed, meaning }) => (
+      {presets.map(({ label, testId, sensed, meaning, reason }) => (
         <Tooltip key={label} label={reason ?? meaning} openDelay={reason ? 0 : 500}>
           <button
             type="button"
@@ -61,7 +77,7 @@ function Presets({ mask, reason, choose }: ChoiceProps) {
             aria-disabled={reason !== null}
             data-testid={testId}
             onClick={() => {
-              choose(sensed);
+              if (reason === null) choose(sensed);
             }}
           >
             {label}
@@ -77,8 +93,9 @@ interface SensorProps extends ChoiceProps {
   readonly twin: boolean;
 }
 
-function Sensor({ rod, mask, reason, choose, twin }: SensorProps) {
+function Sensor({ rod, mask, marked, reason: forbidden, choose, twin }: SensorProps) {
   const on = isSensed(mask, rod);
+  const reason = forbidden ?? (on ? null : whyUnseen(bit(rod), marked));
   const live = useService(Live);
   const residual = () => {
     const marker = on && live.telemetry && markersOf(live.telemetry).find((seen) => seen.rod === rod);
@@ -100,7 +117,7 @@ function Sensor({ rod, mask, reason, choose, twin }: SensorProps) {
           aria-disabled={reason !== null}
           data-testid={`sense-${rod}`}
           onClick={() => {
-            choose(mask ^ bit(rod));
+            if (reason === null) choose(mask ^ bit(rod));
           }}
         >
           {rod}

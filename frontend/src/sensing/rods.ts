@@ -20,3 +20,23 @@ export const FAULTY_RODS: readonly (readonly [string, number])[] = [
   ["all rods", ALL_RODS],
   ...RODS.map((rod) => [`rod ${rod}`, bit(rod)] as const),
 ];
+
+/** Mask of the rods that bear a marker: those of the rig file, and all of a twin. */
+export function bearing(rods: readonly number[] | undefined): number {
+  return rods === undefined ? ALL_RODS : rods.reduce((mask, rod) => mask | bit(rod), 0);
+}
+
+/** Why `sensed` cannot be sensed, null where each of its rods is `marked`. */
+export function whyUnseen(sensed: number, marked: number): string | null {
+  const rods = named(sensed & ~marked);
+  return rods.length === 0 ? null : `No marker on rod ${rods.join(" and ")}`;
+}
+
+/** Which rods bear a marker, in a sentence. */
+export function markedText(marked: number): string {
+  return `Markers on rod ${named(marked).join(", ")} alone`;
+}
+
+function named(mask: number): number[] {
+  return RODS.filter((rod) => (mask & bit(rod)) !== 0);
+}

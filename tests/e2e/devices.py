@@ -1,0 +1,41 @@
+"""A virtual rig for browser tests: what it is made of, and `tendril up` that drives it."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from controller.virtual.process import VirtualProcess
+from tests.e2e.product import Product
+
+FILE = """
+name = "devices-{number}"
+[motion_capture]
+driver = "natnet"
+rods = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10]
+options = {{ server = "127.0.0.1", local_address = "127.0.0.1", points = "unlabelled" }}
+[valves]
+driver = "modbus"
+options = {{ host = "127.0.0.1" }}
+[limits]
+loop_gap = 0.4
+measurement_old = 1.0
+measurement_lost = 5.0
+pressures_lost = 5.0
+pressure_off_time = 5.0
+[commissioned]
+drivers = "both run, as a test says"
+"""
+"""Patient: a machine that is shared gives neither camera nor valves their turn in time."""
+
+
+@contextmanager
+def driven(folder: Path) -> Iterator[tuple[Product, VirtualProcess]]:
+    """Both running, and ended in order."""
+    with (folder / "virtual.log").open("wb") as output:
+        virtual = VirtualProcess(FILE.format(number=os.getpid()), folder, output)
+        try:
+            with Product(folder, rig_file=virtual.path) as product:
+                yield product, virtual
+        finally:
+            virtual.stop()
