@@ -3351,7 +3351,7 @@ export interface components {
     };
     /**
      * JogBody
-     * @description Body of PUT /api/commissioning/jog: sent at 5 Hz at least while a button is held, once with null at its release.
+     * @description Body of PUT /api/commissioning/jog: sent at 5 Hz at least while a button is held, null at its release.
      */
     JogBody: {
       /** Chamber */
