@@ -120,9 +120,8 @@ def _figures(step: StepName, data: Mapping[str, JsonValue]) -> Markup:
     if step == "pressure":
         figures = [_pressure(name, curve) for name, curve in zip(CHAMBERS, _arrays(data, "curves"), strict=False)]
     elif step == "statics":
-        figures = [
-            _chart("Tips at rest, x and y", "x [m]", [Curve("tip", MEASURED, p, True) for p in [_pairs(data, "tips")]])
-        ]
+        tips = Curve("tip", MEASURED, _pairs(data, "tips"), dots=True)
+        figures = [_chart("Tips at rest, x and y", "x [m]", [tips], plan=True)]
     elif step == "decay":
         figures = [
             _chart(f"Release {number}, y of the tip", "t [s]", [Curve("tip", MEASURED, _columns(curve, 0, 2))])
@@ -130,7 +129,7 @@ def _figures(step: StepName, data: Mapping[str, JsonValue]) -> Markup:
         ]
     elif step == "closed_loop":
         curves = [Curve("reference", REFERENCE, _pairs(data, "reference")), Curve("tip", MEASURED, _pairs(data, "tip"))]
-        figures = [_chart("Circle, x and y", "x [m]", curves)]
+        figures = [_chart("Circle, x and y", "x [m]", curves, plan=True)]
     return Markup('<div class="plots">{}</div>').format(_joined(figures)) if figures else Markup()
 
 
@@ -140,25 +139,27 @@ def _pressure(name: str, curve: np.ndarray) -> Markup:
     return _chart(f"{name}, kPa", "t [s]", [Curve(label, colour, _columns(kilo, 0, at)) for label, colour, at in parts])
 
 
-def _chart(title: str, below: str, curves: Sequence[Curve]) -> Markup:
-    """Lines over common axes, as a figure."""
+def _chart(title: str, below: str, curves: Sequence[Curve], plan: bool = False) -> Markup:
+    """Lines over common axes, as a figure; a `plan` has equal scales."""
     points = [point for curve in curves for point in curve.points if all(map(math.isfinite, point))]
     if not points:
         return Markup()
     (x_0, x_1), (y_0, y_1) = (_range([point[axis] for point in points]) for axis in (0, 1))
+    if plan:
+        (x_0, x_1), (y_0, y_1) = _equal((x_0, x_1), (y_0, y_1))
 
     def place(x: float, y: float) -> tuple[float, float]:
         across = LEFT + (x - x_0) / (x_1 - x_0) * (WIDTH - LEFT - RIGHT)
         return across, TOP + (y_1 - y) / (y_1 - y_0) * (HEIGHT - TOP - BOTTOM)
 
     parts = []
-    for value in np.linspace(x_0, x_1, TICKS):
-        across = place(float(value), y_0)[0]
+    for value in _ticks(x_0, x_1):
+        across = place(value, y_0)[0]
         parts.append(
             _line(across, TOP, across, HEIGHT - BOTTOM) + _text(across, HEIGHT - BOTTOM + 11, "middle", f"{value:.3g}")
         )
-    for value in np.linspace(y_0, y_1, TICKS):
-        down = place(x_0, float(value))[1]
+    for value in _ticks(y_0, y_1):
+        down = place(x_0, value)[1]
         parts.append(_line(LEFT, down, WIDTH - RIGHT, down) + _text(LEFT - 3, down + 3, "end", f"{value:.3g}"))
     parts += [
         _drawn(curve, [place(*point) for point in curve.points if all(map(math.isfinite, point))]) for curve in curves
@@ -189,6 +190,24 @@ def _line(x_0: float, y_0: float, x_1: float, y_1: float) -> Markup:
 
 def _text(x: float, y: float, anchor: str, words: str) -> Markup:
     return Markup('<text x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>').format(x, y, anchor, words)
+
+
+def _equal(x: tuple[float, float], y: tuple[float, float]) -> tuple[tuple[float, float], tuple[float, float]]:
+    """The same ranges, the shorter widened about its middle so that both have one scale."""
+    wide, high = WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
+    scale = max((x[1] - x[0]) / wide, (y[1] - y[0]) / high)
+    middle_x, middle_y = (x[0] + x[1]) / 2, (y[0] + y[1]) / 2
+    half_x, half_y = scale * wide / 2, scale * high / 2
+    return (middle_x - half_x, middle_x + half_x), (middle_y - half_y, middle_y + half_y)
+
+
+def _ticks(low: float, high: float) -> list[float]:
+    """Round numbers between `low` and `high`, TICKS or some more."""
+    raw = (high - low) / TICKS
+    power = 10.0 ** math.floor(math.log10(raw))
+    step = power * max(one for one in (1.0, 2.0, 5.0) if one * power <= raw * (1.0 + 1e-9))
+    first = math.ceil(low / step)
+    return [number * step for number in range(first, math.floor(high / step) + 1)]
 
 
 def _range(values: Sequence[float]) -> tuple[float, float]:
