@@ -9,6 +9,7 @@ from controller.realtime.ring import find_ring
 from controller.virtual.process import VirtualProcess
 from tests.e2e.devices import driven
 from tests.e2e.product import Product, open_page, shot, wait_until
+from tests.e2e.test_accessibility import in_both_schemes, load_axe, look
 
 JOGGED = 5e3
 """A chamber that shows more than this is filled [Pa]."""
@@ -73,6 +74,15 @@ def test_what_only_a_twin_has_is_not_there(rig_page: Page) -> None:
     rig_page.get_by_role("tab", name="Rig").click()
 
 
+def test_axe_finds_nothing_serious_in_any_part_of_the_tab(rig_page: Page) -> None:
+    load_axe(rig_page)
+    findings = []
+    for name in ("Drivers", "Rig file", "Commissioning"):
+        section(rig_page, name)
+        findings += look(rig_page, name, ".rig-panel")
+    assert not findings, "\n".join(findings)
+
+
 def test_a_wrong_rig_file_is_refused_beside_the_line_with_field_value_and_bound(rig_page: Page) -> None:
     section(rig_page, "Rig file")
     text = rig_page.get_by_test_id("rig-file-text")
@@ -112,6 +122,7 @@ def test_a_chamber_fills_while_its_button_is_held_and_not_after_its_release(
     card.get_by_test_id("step-start-jog").click()
     expect(card.get_by_test_id("jog-u1+")).to_have_count(0)
     card.get_by_test_id("jog-clear").click()
+    expect(card.get_by_test_id("jog-filled-u2+-u2+")).to_have_attribute("aria-disabled", "true")
     button = card.get_by_test_id("jog-u2+")
     for press, release in (
         (lambda: (button.hover(), rig_page.mouse.down()), rig_page.mouse.up),
@@ -126,6 +137,8 @@ def test_a_chamber_fills_while_its_button_is_held_and_not_after_its_release(
         wait_until(lambda: max(pressures(product)) < JOGGED, 10.0)
         rig_page.mouse.up()
     shot(rig_page, "hardware-jog")
+    findings = in_both_schemes(rig_page, "jog", ".jog")
+    assert not findings, "\n".join(findings)
     card.get_by_test_id("step-stop-jog").click()
     expect(card.get_by_test_id("step-word-jog")).to_contain_text("failed")
     expect(card.get_by_test_id("step-result-jog")).to_contain_text("stopped by")

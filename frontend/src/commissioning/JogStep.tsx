@@ -80,16 +80,22 @@ function JogRow({ chamber, pressure, jogged }: RowProps) {
       >
         {answer?.text ?? "not jogged yet"}
       </span>
-      {jogged === null ? null : <Filled jogged={jogged} />}
+      <Filled commanded={chamber} filled={jogged?.filled ?? null} jogged={jogged !== null} />
     </div>
   );
 }
 
-/** Which chamber the operator saw fill. */
-function Filled({ jogged }: { readonly jogged: Jogged }) {
+interface FilledProps {
+  readonly commanded: Chamber;
+  readonly filled: Chamber | null;
+  readonly jogged: boolean;
+}
+
+/** Which chamber the operator saw fill; its place is kept before that can be said. */
+function Filled({ commanded, filled, jogged }: FilledProps) {
   const commissioning = useService(Commissioning);
-  const reason = useWhyNot("settings");
-  const { commanded, filled } = jogged;
+  const forbidden = useWhyNot("settings");
+  const reason = forbidden ?? (jogged ? null : `Hold the button of ${commanded} first`);
   return (
     <span className="jog-filled" role="group" aria-label={`Which chamber filled when ${commanded} was held?`}>
       <span className="note">{filled === null ? "Which filled?" : "Filled:"}</span>
