@@ -2,7 +2,7 @@
 
 import asyncio
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Response
 from fastapi.responses import HTMLResponse
 
 from server.access.asking import Permitted
@@ -90,7 +90,7 @@ async def capture_point(
     return await commissioning.state()
 
 
-@router.get("/api/commissioning/report", response_class=HTMLResponse, responses=sends("text/html", "The page"))
+@router.get("/api/commissioning/report", response_class=Response, responses=sends("text/html", "The page"))
 async def read_commissioning_report(commissioning: GivenCommissioning) -> HTMLResponse:
     """All results as one HTML page with nothing outside it, fit to print."""
     return HTMLResponse(await asyncio.to_thread(commissioning.report))

@@ -10212,123 +10212,19 @@ export interface operations {
           "text/html": string;
         };
       };
-      /** @description No HTTP request, or a range that is none */
-      400: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "text/html": components["schemas"]["Problem"];
-        };
-      };
-      /** @description Not signed in */
-      401: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "text/html": components["schemas"]["Problem"];
-        };
-      };
-      /** @description From another origin, or without the operator's lease */
-      403: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "text/html": components["schemas"]["Problem"];
-        };
-      };
-      /** @description There is no such thing */
-      404: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "text/html": components["schemas"]["Problem"];
-        };
-      };
-      /** @description Not in this state */
-      409: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "text/html": components["schemas"]["Problem"];
-        };
-      };
-      /** @description A body without its length */
-      411: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "text/html": components["schemas"]["Problem"];
-        };
-      };
-      /** @description The body is too long */
-      413: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "text/html": components["schemas"]["Problem"];
-        };
-      };
-      /** @description This server has another name */
-      421: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "text/html": components["schemas"]["Problem"];
-        };
-      };
-      /** @description Field, value and bound of what is wrong */
-      422: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "text/html": components["schemas"]["Problem"];
-        };
-      };
-      /** @description Too often; the header retry-after says for how long to wait [s] */
-      429: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "text/html": components["schemas"]["Problem"];
-        };
-      };
-      /** @description The request line and its headers are too long */
-      431: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "text/html": components["schemas"]["Problem"];
-        };
-      };
-      /** @description The server's disk or a file of its own fails */
-      500: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "text/html": components["schemas"]["Problem"];
-        };
-      };
-      /** @description The rig does not answer, or takes no command from this server */
-      503: {
-        headers: {
-          [name: string]: unknown;
-        };
-        content: {
-          "text/html": components["schemas"]["Problem"];
-        };
-      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
     };
   };
   read_faults: {
