@@ -12,15 +12,15 @@ from controller.schema.hardware import MotionCapture, Valves
 
 GROUP = "tendril.drivers"
 OURS = {
-    "natnet": "controller.drivers.natnet.driver:NatNet",
-    "motioncapture": "controller.drivers.vendor:Vendor",
-    "json": "controller.drivers.json_udp:JsonCapture",
-    "lsl": "controller.drivers.lsl:LslCapture",
-    "ros2": "controller.drivers.ros2:Ros2Capture",
-    "serial": "controller.drivers.serial_board.driver:SerialBoard",
-    "udp": "controller.drivers.udp_target:UdpTarget",
-    "modbus": "controller.drivers.modbus.driver:ModbusValves",
-    "nidaq": "controller.drivers.nidaq:NiDaq",
+    "natnet": "controller.drivers.capture.natnet.driver:NatNet",
+    "motioncapture": "controller.drivers.capture.vendor:Vendor",
+    "json": "controller.drivers.capture.json_udp:JsonCapture",
+    "lsl": "controller.drivers.capture.lsl:LslCapture",
+    "ros2": "controller.drivers.capture.ros2:Ros2Capture",
+    "serial": "controller.drivers.valves.serial_board.driver:SerialBoard",
+    "udp": "controller.drivers.valves.udp_target:UdpTarget",
+    "modbus": "controller.drivers.valves.modbus.driver:ModbusValves",
+    "nidaq": "controller.drivers.valves.nidaq:NiDaq",
 }
 """Module and class; loaded when named, because some need a package that is an extra."""
 

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from controller.arrays import Words
-from controller.drivers.serial_board.frames import OPENING_END, SUPPLY_CUT, TAKES_RAW, VENTED
+from controller.drivers.valves.serial_board.frames import OPENING_END, SUPPLY_CUT, TAKES_RAW, VENTED
 from controller.errors import TendrilError
 from controller.realtime.priority import prefer_session
 from controller.schema.hardware import CHANNELS

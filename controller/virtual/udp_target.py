@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from controller.drivers.udp_layout import (
+from controller.drivers.valves.udp_layout import (
     COMMAND,
     CUT,
     LIMIT,

@@ -4,7 +4,7 @@ import threading
 
 import numpy as np
 
-from controller.drivers.modbus.vtem import (
+from controller.drivers.valves.modbus.vtem import (
     ACKNOWLEDGE,
     BOTH,
     CONTROL,

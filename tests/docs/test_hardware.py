@@ -11,7 +11,7 @@ from typing import Any, cast
 
 import pytest
 
-from controller.drivers.json_udp import JsonCapture, JsonOptions
+from controller.drivers.capture.json_udp import JsonCapture, JsonOptions
 from controller.drivers.registry import capture_device, driver_class, driver_names, valve_device
 from controller.schema.layout import Model
 from controller.schema.rig_file import RigFile, read_rig_file

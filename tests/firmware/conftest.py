@@ -9,7 +9,7 @@ import pytest
 
 from controller.arrays import Array
 from controller.drivers.device import Outlet, Reading
-from controller.drivers.serial_board.driver import SerialBoard, SerialOptions
+from controller.drivers.valves.serial_board.driver import SerialBoard, SerialOptions
 from controller.virtual.board import BoardPeer
 from controller.virtual.peers import Drive
 

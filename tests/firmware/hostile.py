@@ -3,7 +3,7 @@
 import random
 from collections.abc import Callable, Iterator
 
-from controller.drivers.serial_board.frames import sealed
+from controller.drivers.valves.serial_board.frames import sealed
 
 Damage = Callable[[bytes, random.Random], bytes]
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from controller.drivers.serial_board import frames
-from controller.drivers.serial_board.frames import Cutter, HelloReply, State
+from controller.drivers.valves.serial_board import frames
+from controller.drivers.valves.serial_board.frames import Cutter, HelloReply, State
 from controller.virtual.firmware import firmware_folder
 from tests.firmware import simulated_avr
 from tests.firmware.simulated_avr import SimulatedAvr

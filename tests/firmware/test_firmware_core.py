@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from controller.drivers.serial_board import frames
-from controller.drivers.serial_board.frames import BROKEN, RAW, VENT, Cutter, HelloReply, State
+from controller.drivers.valves.serial_board import frames
+from controller.drivers.valves.serial_board.frames import BROKEN, RAW, VENT, Cutter, HelloReply, State
 from controller.virtual.firmware import FLAGS, build, firmware_folder
 
 CHANNELS = 8

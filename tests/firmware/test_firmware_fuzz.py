@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from controller.drivers.serial_board import frames
+from controller.drivers.valves.serial_board import frames
 from controller.virtual.firmware import FLAGS, build, firmware_folder
 from tests.firmware.hostile import hostile, runs
 

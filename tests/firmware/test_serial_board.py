@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from controller.drivers.device import DeviceError
-from controller.drivers.serial_board.driver import SerialBoard, SerialOptions
+from controller.drivers.valves.serial_board.driver import SerialBoard, SerialOptions
 from controller.schema.hardware import Valves
 from tests.firmware.conftest import VENT, Bench, answer, outlet, stays, wait_for
 

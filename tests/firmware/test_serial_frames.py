@@ -6,8 +6,8 @@ import struct
 
 import pytest
 
-from controller.drivers.serial_board import frames
-from controller.drivers.serial_board.frames import Cutter, FrameError, HelloReply, State, VersionError
+from controller.drivers.valves.serial_board import frames
+from controller.drivers.valves.serial_board.frames import Cutter, FrameError, HelloReply, State, VersionError
 from controller.system.origin import ROOT
 from tests.firmware.hostile import hostile, runs
 

@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from controller.drivers.device import DeviceError
-from controller.drivers.serial_board import frames
-from controller.drivers.serial_board.driver import SerialBoard, SerialOptions
+from controller.drivers.valves.serial_board import frames
+from controller.drivers.valves.serial_board.driver import SerialBoard, SerialOptions
 from controller.system.origin import ROOT
 from controller.virtual.board import LAST_COMMAND, VENTED_AT
 from tests.firmware.conftest import VENT, Bench, answer, outlet, wait_for
@@ -22,7 +22,7 @@ DRIVES = """
 import sys, time
 import numpy as np
 from controller.drivers.device import Outlet
-from controller.drivers.serial_board.driver import SerialBoard, SerialOptions
+from controller.drivers.valves.serial_board.driver import SerialBoard, SerialOptions
 board = SerialBoard(SerialOptions(port=sys.argv[1]), (0, 1, 2, 3), False)
 board.open()
 asked = np.full(4, 80e3)

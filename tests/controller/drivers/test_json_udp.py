@@ -9,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from controller.drivers.capture.json_udp import LARGEST, JsonCapture, JsonOptions
 from controller.drivers.device import Angles, DeviceError, Sample
-from controller.drivers.json_udp import LARGEST, JsonCapture, JsonOptions
 from controller.virtual.json_source import JsonSource
 from tests.controller.drivers.conftest import LABELS, POINTS, frames, named, showing
 

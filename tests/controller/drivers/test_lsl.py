@@ -22,7 +22,7 @@ import numpy as np
 import pylsl
 import pytest
 from controller.drivers.device import DeviceError
-from controller.drivers.lsl import LslCapture, LslOptions
+from controller.drivers.capture.lsl import LslCapture, LslOptions
 
 def outlet(name, channels=6, form="float32", labels=("tip", "mid")):
     info = pylsl.StreamInfo(name, "MoCap", channels, 100, form, f"tendril-{name}")

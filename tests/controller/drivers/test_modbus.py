@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from controller.drivers.device import DeviceError
-from controller.drivers.modbus.driver import ModbusValves
+from controller.drivers.valves.modbus.driver import ModbusValves
 from controller.errors import ParameterError
 from controller.virtual.modbus_server import ModbusPeer
 from tests.controller.drivers.commands import SETPOINTS, Plant, vented, wanted

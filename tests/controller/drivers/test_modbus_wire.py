@@ -13,8 +13,8 @@ from pymodbus.pdu.register_message import (
 )
 
 from controller.drivers.device import DeviceError
-from controller.drivers.modbus.registers import spans
-from controller.drivers.modbus.wire import Refused, Wire, take_frame
+from controller.drivers.valves.modbus.registers import spans
+from controller.drivers.valves.modbus.wire import Refused, Wire, take_frame
 
 ROUNDS = 100_000
 UNIT = 1

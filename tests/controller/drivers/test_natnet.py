@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from controller.drivers.capture.natnet.driver import NatNet, NatNetOptions
 from controller.drivers.device import DeviceError
-from controller.drivers.natnet.driver import NatNet, NatNetOptions
 from controller.drivers.registry import capture_device
 from controller.errors import ParameterError
 from controller.schema.hardware import MotionCapture

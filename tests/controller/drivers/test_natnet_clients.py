@@ -10,7 +10,7 @@ from controller.virtual.natnet_server import NatNetServer
 from tests.controller.drivers.conftest import LABELS, frames, named, showing
 
 natnet = pytest.importorskip("natnet")
-vendor = pytest.importorskip("controller.drivers.vendor")
+vendor = pytest.importorskip("controller.drivers.capture.vendor")
 
 GROUP = "239.255.42.99"
 EACH = pytest.mark.parametrize(

@@ -10,9 +10,9 @@ from natnet.data_frame import DataFrame
 from natnet.packet_buffer import PacketBuffer
 from natnet.version import Version as TheirVersion
 
-from controller.drivers.natnet.definitions import Names, parse_definitions, parse_server_info
-from controller.drivers.natnet.packets import VERSIONS, Malformed, message, parse_frame
-from controller.drivers.natnet.points import MOST, Naming
+from controller.drivers.capture.natnet.definitions import Names, parse_definitions, parse_server_info
+from controller.drivers.capture.natnet.packets import VERSIONS, Malformed, message, parse_frame
+from controller.drivers.capture.natnet.points import MOST, Naming
 from controller.virtual import natnet_wire
 from tests.controller.drivers.natnet_bytes import DEFINITIONS, FRAMES, SERVER
 

@@ -13,7 +13,7 @@ from tests.controller.drivers.commands import vented, wanted
 if importlib.util.find_spec("nidaqmx") is None:
     pytest.skip("the package nidaqmx is not installed", allow_module_level=True)
 
-from controller.drivers.nidaq import NiDaq, vented_volts, volts_of
+from controller.drivers.valves.nidaq import NiDaq, vented_volts, volts_of
 
 RAW = {"output_zero": 5.0, "opening_volts": 5.0}
 

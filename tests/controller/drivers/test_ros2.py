@@ -12,9 +12,9 @@ import pytest
 pytest.importorskip("rosbags")
 import zenoh
 
-from controller.drivers import ros2
+from controller.drivers.capture import ros2
+from controller.drivers.capture.ros2 import Ros2Capture, Ros2Options
 from controller.drivers.device import DeviceError
-from controller.drivers.ros2 import Ros2Capture, Ros2Options
 from tests.controller.drivers.conftest import frames
 
 FUZZ = 100_000

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controller.drivers.udp_layout import (
+from controller.drivers.valves.udp_layout import (
     COMMAND,
     COMMAND_FIELDS,
     COMMAND_MAGIC,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from controller.drivers.device import DeviceError
-from controller.drivers.udp_layout import VENT, Command, pack_command, pack_reply, unpack_command
-from controller.drivers.udp_target import UdpTarget
+from controller.drivers.valves.udp_layout import VENT, Command, pack_command, pack_reply, unpack_command
+from controller.drivers.valves.udp_target import UdpTarget
 from controller.errors import ParameterError
 from controller.virtual.udp_target import OFFSET_NS, PATIENCE, PRESSURE_MAX, UdpTargetPeer
 from tests.controller.drivers.commands import SETPOINTS, Plant, vented, wanted

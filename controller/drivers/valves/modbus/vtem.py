@@ -4,8 +4,8 @@ import time
 from typing import NamedTuple
 
 from controller.drivers.device import DeviceError
-from controller.drivers.modbus.registers import SLOT_WORDS, Slot
-from controller.drivers.modbus.wire import Refused, Wire
+from controller.drivers.valves.modbus.registers import SLOT_WORDS, Slot
+from controller.drivers.valves.modbus.wire import Refused, Wire
 
 PRESSURE_APP = 3
 """Proportional pressure regulation, -0.9 to 7 bar, each of a valve's two ports for itself."""

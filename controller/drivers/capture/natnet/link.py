@@ -8,9 +8,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TypeVar
 
+from controller.drivers.capture.natnet.definitions import ServerInfo, parse_server_info
+from controller.drivers.capture.natnet.packets import CONNECT, HEADER, SERVER_INFO, Malformed, Version, message
 from controller.drivers.device import DeviceError
-from controller.drivers.natnet.definitions import ServerInfo, parse_server_info
-from controller.drivers.natnet.packets import CONNECT, HEADER, SERVER_INFO, Malformed, Version, message
 
 T = TypeVar("T")
 

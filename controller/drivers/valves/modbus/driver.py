@@ -3,10 +3,10 @@
 import time
 
 from controller.drivers.device import Outlet, Reading, ValveDevice
-from controller.drivers.modbus import vtem
-from controller.drivers.modbus.options import ModbusOptions
-from controller.drivers.modbus.registers import pressures_of, register_map, spans, values_of, vents, words_of
-from controller.drivers.modbus.wire import ILLEGAL_FUNCTION, Refused, Wire
+from controller.drivers.valves.modbus import vtem
+from controller.drivers.valves.modbus.options import ModbusOptions
+from controller.drivers.valves.modbus.registers import pressures_of, register_map, spans, values_of, vents, words_of
+from controller.drivers.valves.modbus.wire import ILLEGAL_FUNCTION, Refused, Wire
 from controller.errors import ParameterError
 
 

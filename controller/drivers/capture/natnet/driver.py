@@ -8,11 +8,9 @@ from typing import Annotated, Literal
 from pydantic import Field as Bounds
 from pydantic import field_validator
 
-from controller.drivers.clocks import OneWayClock, TwoWayClock
-from controller.drivers.device import CaptureDevice, DeviceError, Sample
-from controller.drivers.natnet.definitions import MODEL_REQUESTS, Names, ServerInfo, parse_definitions
-from controller.drivers.natnet.link import Link, connect_request
-from controller.drivers.natnet.packets import (
+from controller.drivers.capture.natnet.definitions import MODEL_REQUESTS, Names, ServerInfo, parse_definitions
+from controller.drivers.capture.natnet.link import Link, connect_request
+from controller.drivers.capture.natnet.packets import (
     CONNECT,
     DISCONNECT,
     DISCONNECT_BY_TIMEOUT,
@@ -34,7 +32,9 @@ from controller.drivers.natnet.packets import (
     Version,
     parse_frame,
 )
-from controller.drivers.natnet.points import Naming, Wanted
+from controller.drivers.capture.natnet.points import Naming, Wanted
+from controller.drivers.clocks import OneWayClock, TwoWayClock
+from controller.drivers.device import CaptureDevice, DeviceError, Sample
 from controller.schema.layout import Model
 from controller.spelled import spelled
 

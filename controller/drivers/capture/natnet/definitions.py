@@ -4,7 +4,7 @@ import struct
 from collections import Counter
 from dataclasses import dataclass, field
 
-from controller.drivers.natnet.packets import Cursor, Malformed, Version
+from controller.drivers.capture.natnet.packets import Cursor, Malformed, Version
 
 MARKER_SET, RIGID_BODY, SKELETON, FORCE_PLATE, DEVICE, CAMERA, ASSET = range(7)
 _INFO = struct.Struct("<256s4B4BQH?4B")

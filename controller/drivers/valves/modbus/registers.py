@@ -7,7 +7,7 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.drivers.device import Outlet
-from controller.drivers.modbus.options import ModbusOptions
+from controller.drivers.valves.modbus.options import ModbusOptions
 from controller.errors import ParameterError
 
 Span = tuple[int, int]

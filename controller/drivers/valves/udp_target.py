@@ -10,7 +10,7 @@ from pydantic import Field as Bounds
 
 from controller.drivers.clocks import TwoWayClock
 from controller.drivers.device import DeviceError, Outlet, Reading, ValveDevice
-from controller.drivers.udp_layout import (
+from controller.drivers.valves.udp_layout import (
     COMMAND,
     CUT,
     LIMIT,

@@ -10,9 +10,9 @@ from pydantic import Field as Bounds
 
 from controller.drivers.clocks import TwoWayClock
 from controller.drivers.device import DeviceError, Outlet, Reading, ValveDevice
-from controller.drivers.serial_board import frames
-from controller.drivers.serial_board.frames import HelloReply, State
-from controller.drivers.serial_board.line import Line
+from controller.drivers.valves.serial_board import frames
+from controller.drivers.valves.serial_board.frames import HelloReply, State
+from controller.drivers.valves.serial_board.line import Line
 from controller.schema.layout import Model
 from controller.schema.layout import Quantity as Q
 

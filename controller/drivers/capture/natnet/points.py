@@ -6,8 +6,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from controller.arrays import Array
-from controller.drivers.natnet.definitions import Names
-from controller.drivers.natnet.packets import MODEL_FILLED, OCCLUDED, TRACKED, UNLABELLED, Frame, Malformed
+from controller.drivers.capture.natnet.definitions import Names
+from controller.drivers.capture.natnet.packets import MODEL_FILLED, OCCLUDED, TRACKED, UNLABELLED, Frame, Malformed
 
 Wanted = Literal["labelled", "unlabelled", "rigid_bodies", "all"]
 

@@ -1,0 +1,1 @@
+"""Motion capture and other sensors of shape, a device each."""

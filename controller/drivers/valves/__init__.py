@@ -1,0 +1,1 @@
+"""Valves and the pressure sensors at them, a device each."""
