@@ -35,6 +35,8 @@ from controller.virtual.registry import capture_peer, valve_peer
 LOOK = 5e-4
 """Pause between two looks for a new sample [s]."""
 CHAMBERS = 4
+WAND = "wand"
+"""Its name, where the camera gives names."""
 GHOST_RANGE = 0.4
 """Ghosts are seen this far from the base at most [m]."""
 
@@ -46,6 +48,7 @@ class Camera:
         self._asked, self._plant, self.peer = asked, plant, peer
         self.late, self.ghosts = 0.0, 0
         self.swapped: tuple[int, int] | None = None
+        self.wand: tuple[float, float] | None = None
         self.hidden: set[int] = set()
         self._names = {rod: name for name, rod in asked.labels.items()}
         self._random = random.Random(1)
@@ -84,6 +87,9 @@ class Camera:
             places[a], places[b] = places[b], places[a]
         points = [places[rod] for rod in rods] + [self._ghost() for _ in range(self.ghosts)]
         labels = [self._names.get(rod, "") for rod in rods] + [""] * self.ghosts
+        if self.wand is not None:
+            points.append(np.array(self.wand))
+            labels.append(WAND if self._names else "")
         self.peer.show(t_ns, seen_by_camera(np.array(points).reshape(-1, 2), self._asked.frame), tuple(labels))
 
     def _ghost(self) -> Array:
@@ -183,6 +189,7 @@ class VirtualRig:
         inject(self._faults, self.plant.plant.faults)
         self.camera.late, self.camera.ghosts, self.camera.swapped = 0.0, 0, None
         self.camera.hidden.clear()
+        self.camera.wand = None
 
 
 def addresses(options: dict[str, Any]) -> str:
@@ -191,8 +198,16 @@ def addresses(options: dict[str, Any]) -> str:
     return ", ".join(found) or "a free address"
 
 
-def _set(place: str, kind: Callable[[str], object]) -> Callable[..., None]:
-    return lambda rig, value: setattr(rig.camera, place, kind(value))
+def _within(name: str, text: str, low: float, high: float) -> float:
+    value = float(text)
+    if not low <= value <= high:
+        raise ValueError(f"{name} = {text} is outside [{low:g}, {high:g}]")
+    return value
+
+
+def _touch(rig: VirtualRig, x: str, y: str = "") -> None:
+    off = (x, y) == ("off", "")
+    rig.camera.wand = None if off else (_within("x", x, -1.0, 1.0), _within("y", y or "nan", -1.0, 1.0))
 
 
 def _rod(value: str) -> int:
@@ -212,8 +227,9 @@ def _chamber(value: str) -> int:
 FAULTS: dict[str, Callable[..., None]] = {
     "unplug": lambda rig, name: rig.wire(name).unplug(),
     "plug": lambda rig, name: rig.wire(name).plug(),
-    "late": _set("late", float),
-    "ghosts": _set("ghosts", int),
+    "late": lambda rig, late: setattr(rig.camera, "late", _within("late", late, 0.0, 10.0)),
+    "ghosts": lambda rig, count: setattr(rig.camera, "ghosts", int(_within("ghosts", count, 0, 500))),
+    "wand": _touch,
     "swap": lambda rig, a, b: setattr(rig.camera, "swapped", (_rod(a), _rod(b))),
     "hide": lambda rig, rod: rig.camera.hidden.add(_rod(rod)),
     "noise": lambda rig, sigma: rig.inject(noise=float(sigma)),
@@ -227,9 +243,10 @@ FAULTS: dict[str, Callable[..., None]] = {
     "mend": lambda rig: rig.mend(),
 }
 """What a line may begin with: camera and valves are unplugged and plugged, samples are `late` [s] beyond the camera's
-own latency, `ghosts` are seen, two rods' markers are `swap`ped, one is `hide`den, `noise` [m] is added, a valve or a
-pressure sensor (1 to 4: u1+, u1-, u2+, u2-) sticks, the supply is lost, the board is `reset`, frozen and thawed, its
-next answer is cut in `half`; `mend` ends all that is not unplugged."""
+own latency, `ghosts` are seen, a `wand` touches a place of the plane [m] or none (`off`), two rods' markers are
+`swap`ped, one is `hide`den, `noise` [m] is added, a valve or a pressure sensor (1 to 4: u1+, u1-, u2+, u2-) sticks, the
+supply is lost, the board is `reset`, frozen and thawed, its next answer is cut in `half`; `mend` ends all that is not
+unplugged."""
 
 
 def run_virtual_rig(path: Path, plant: str, out: Path | None, lines: TextIO = sys.stdin) -> None:
