@@ -35,7 +35,7 @@ export function StepCard({ step, state, open, refusal, toggle }: Props) {
       <h3>
         <button type="button" className="step-head" aria-expanded={open} aria-controls={id} onClick={toggle}>
           <span className="step-title">{step.title}</span>
-          <span className="step-lacks note cut">{step.lacks}</span>
+          <span className="step-lacks note">{step.lacks}</span>
           <span className="grade" data-grade={grade} data-testid={`step-word-${step.name}`}>
             <span aria-hidden>{mark}</span> {word}
           </span>

@@ -13,10 +13,26 @@ export function DriversPanel() {
         </p>
       )}
       {drivers.length === 0 && problem === "" ? <p className="note">Asking the rig.</p> : null}
+      <div className="row driver-states" aria-hidden>
+        {drivers.map((driver) => (
+          <span key={driver.role}>
+            {ROLE_WORD[driver.role]} <State state={driver.state} />
+          </span>
+        ))}
+      </div>
       {drivers.map((driver) => (
         <DriverCard key={driver.role} driver={driver} />
       ))}
     </div>
+  );
+}
+
+/** In a coloured word, with a mark. */
+function State({ state }: Pick<DriverStatus, "state">) {
+  return (
+    <span className="grade" data-grade={GRADE[state]}>
+      <span aria-hidden>{MARK[state]}</span> {state}
+    </span>
   );
 }
 
@@ -27,8 +43,8 @@ function DriverCard({ driver }: { readonly driver: DriverStatus }) {
     <section className="driver" aria-label={ROLE_WORD[role]} data-testid={`driver-${role}`}>
       <div className="driver-head">
         <h3 className="bar-title">{ROLE_WORD[role]}</h3>
-        <span className="grade" data-grade={GRADE[state]} role="status" data-testid={`driver-state-${role}`}>
-          <span aria-hidden>{MARK[state]}</span> {state}
+        <span role="status" data-testid={`driver-state-${role}`}>
+          <State state={state} />
         </span>
       </div>
       <p className="note driver-device">

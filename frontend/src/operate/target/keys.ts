@@ -169,6 +169,10 @@ export const KEY_LIST: readonly KeyGroup[] = [
     ],
   },
   {
+    where: "Commissioning of a rig",
+    keys: [["Space", "Held on a chamber's button: fill it; letting go empties it"]],
+  },
+  {
     where: "Recordings",
     keys: [
       ["↑ ↓", "From row to row of the list"],
