@@ -42,11 +42,15 @@ INJECTED = (0.0, 0.005, 0.02)
 
 
 def rmse(one: Stack, task: str) -> float:
-    """Of one run [mm]; nan where it was broken off."""
+    """Of one run [mm]; nan where it was broken off, which is said."""
     sensed = ROD_6 if task.startswith("sensing") else TIP
     one.person.ask("PATCH", "/api/settings", changes={"sensed": sensed})
     found = one.run(task)
-    return 1e3 * found["rmse"] if found["state"] == "done" else float("nan")
+    if found["state"] == "done":
+        return 1e3 * float(found["rmse"])
+    print(f"{one.name}: {task} {found['state']}: {found['reason']}", flush=True)
+    one.arm()
+    return float("nan")
 
 
 def drag_ms(one: Stack, presses: int = 16) -> list[float]:

@@ -1,12 +1,15 @@
 """A rig over real wires, on a simulated plant in a process of its own, as an operator has it."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from controller.realtime.ring import find_ring
+from controller.schema.hardware import Frame
 from controller.schema.modes import Cause, Mode
+from controller.schema.rig_file import read_rig_file
 from controller.virtual.firmware import compiler
 from server.campaign.rows.wires import MODBUS, SERIAL
 from server.campaign.waiting import wait
@@ -33,6 +36,42 @@ def test_a_task_over_real_wires_ends_as_the_twin_foresaw_and_a_lost_board_stops_
         assert 0.7 < found["rmse"] / foreseen < 1.3
         _times_of_capture_are_true(one)
         _a_lost_board_stops_and_stays(one)
+
+
+TURNED = Frame(axes=((0.0, 0.0, 1.0), (1.0, 0.0, 0.0)), origin=(0.1, -0.2))
+"""How the camera really lies."""
+BEFORE = {"drivers": "running", "jog": "u1+ u1- u2+ u2-"}
+"""What was commissioned before."""
+
+
+def test_the_frame_is_found_by_touching_base_tip_and_a_bent_pose(tmp_path: Path) -> None:
+    table = f"[motion_capture.frame]\naxes = {[list(axis) for axis in TURNED.axes]}\norigin = {list(TURNED.origin)}\n"
+    believed = {"motion_capture.frame": {}, "commissioned": BEFORE}
+    with stack(tmp_path, MODBUS + table, believed) as one:
+        assert one.virtual is not None
+        wait(lambda: all(each["state"] == "running" for each in one.drivers().values()), 20.0, "devices that run")
+        one.person.ask("POST", "/api/commissioning/frame/start", repeats=1)
+        one.virtual.do("wand 0 0")
+        _capture(one, "base", "#11")
+        one.virtual.do("wand off")
+        _capture(one, "tip", "#10")
+        _capture(one, "bent", "#10")
+        wait(lambda: _step(one, "frame")["state"] != "running", 20.0, "a frame")
+        assert _step(one, "frame")["state"] == "done", _step(one, "frame")["result"]
+        one.person.ask("POST", "/api/commissioning/frame/accept")
+        found = read_rig_file(one.virtual.path).motion_capture.frame
+    assert found.measured
+    assert np.abs(np.array(found.axes) - TURNED.axes).max() < 0.02
+    assert np.abs(np.array(found.origin) - TURNED.origin).max() < 2e-3
+
+
+def _capture(one: Stack, place: str, point: str) -> None:
+    one.person.ask("PUT", "/api/commissioning/frame/capture", place=place, point=point)
+
+
+def _step(one: Stack, name: str) -> dict[str, Any]:
+    steps = one.person.ask("GET", "/api/commissioning")["steps"]
+    return next(step for step in steps if step["name"] == name)
 
 
 def _nothing_moves_without_devices(one: Stack) -> None:

@@ -11,7 +11,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from controller.realtime.ring import CAPACITY, find_ring
+from controller.schema.rig_file import changed
 from controller.virtual.process import VirtualProcess
+from server.campaign import trace
 from server.campaign.person import Person
 from server.campaign.table import GAP
 from server.campaign.waiting import wait
@@ -56,13 +61,27 @@ class Stack(NamedTuple):
         return wait(ended, seconds, f"the end of {reference}", 0.2)
 
 
+def changes(rig: str) -> list[str]:
+    """Every change of mode or request that the rig's ring still has."""
+    ring = find_ring(rig)
+    rows = ring.read(max(0, ring.head - CAPACITY + 1000), CAPACITY)[1]
+    keys = np.column_stack([rows[key] for key in ("mode", "cause", "request_n", "request_cause")])
+    at = np.flatnonzero((np.diff(keys, axis=0) != 0).any(axis=1)) + 1
+    return [f"tick {rows['tick'][i]} {trace.told(rows[i])}, request {rows['request_n'][i]}" for i in at]
+
+
 @contextmanager
-def stack(folder: Path, text: str = "") -> Iterator[Stack]:
-    """On the virtual rig of the rig file `text`; on the twin with "". Everything that it writes is in `folder`."""
+def stack(folder: Path, text: str = "", believed: dict[str, Any] | None = None) -> Iterator[Stack]:
+    """On the virtual rig of the rig file `text`; on the twin with "". Everything that it writes is in `folder`.
+
+    `believed`: what the rig's own file says otherwise, as before a commissioning ("motion_capture.frame": {}).
+    """
     folder.mkdir(parents=True, exist_ok=True)
     ready, log = folder / "up.json", (folder / "output.log").open("wb")
     own = text.replace('name = "virtual"', f'name = "virtual-{os.getpid()}"')  # another test may run one, too
     virtual = VirtualProcess(own + PATIENT, folder, log) if text else None
+    if virtual and believed:
+        virtual.path.write_text(changed(virtual.path.read_text(), believed, "the believed rig"))
     name = virtual.rig.name if virtual else f"twin-{os.getpid()}"
     rig = [str(virtual.path)] if virtual else [name, "--loop-gap", str(GAP)]
     given = ["--rig", *rig, "--port", "0", "--no-browser", "--ready", str(ready)]
@@ -84,6 +103,7 @@ def stack(folder: Path, text: str = "") -> Iterator[Stack]:
         except BaseException as error:
             told = "\n  ".join(person.log[-20:])
             error.add_note(f"the page's log:\n  {told}\n{(folder / 'output.log').read_text(errors='replace')[-2000:]}")
+            error.add_note(f"the rig: {'; '.join(changes(name))}")
             raise
         person.close()
     finally:

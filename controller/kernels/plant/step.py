@@ -1,5 +1,6 @@
 """One step of the hardware, or of whichever plant stands in for it: loop and simulations are compiled for its type."""
 
+from collections.abc import Callable
 from typing import Any
 
 from numba.extending import overload
@@ -11,7 +12,11 @@ from controller.kernels.plant.twin import Twin, twin_step
 
 Simulated = Twin | Cosserat
 Plant = Simulated | Hardware
-STEPS = {Twin: twin_step, Cosserat: cosserat_step, Hardware: hardware_step}
+STEPS: dict[type, Callable[[int, Any, Record, Record], None]] = {
+    Twin: twin_step,
+    Cosserat: cosserat_step,
+    Hardware: hardware_step,
+}
 
 
 def plant_step(t_ns: int, plant: Plant, telemetry: Record, out_measurement: Record) -> None:
