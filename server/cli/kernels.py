@@ -85,16 +85,22 @@ def model() -> None:
 
 
 def plant() -> None:
-    """Both plants, with the rod and one integrator of `model`, for which they would wait longer than they take."""
+    """Both plants, with the rod and one integrator of `model`, for which they would wait longer than they take; and
+    the last stage before real valves.
+    """
     from controller.build.cosserat import build_cosserat
+    from controller.build.plant import build_hardware
     from controller.build.twin import build_twin
     from controller.kernels.plant.cosserat import cosserat_step
+    from controller.kernels.plant.hardware import hardware_step
     from controller.kernels.plant.twin import twin_step
+    from controller.schema.hardware import Valves
     from controller.schema.parameters import RigParameters
 
     _, measurement, _, telemetry = _records()
     twin_step(1, build_twin(RigParameters()), telemetry, measurement)
     cosserat_step(1, build_cosserat(RigParameters()), telemetry, measurement)
+    hardware_step(1, build_hardware(Valves(driver="serial"), 1e-3), telemetry, measurement)
 
 
 def estimate() -> None:
@@ -162,17 +168,13 @@ def beside() -> None:
 
 
 def loop() -> None:
-    """The loop of the rig, with either plant and with hardware, and either plant alone."""
-    from controller.build.plant import build_hardware, build_plant
+    """The loop of the rig, with either plant. With hardware, or as a virtual rig, 10 s are compiled when first asked."""
+    from controller.build.plant import build_plant
     from controller.build.rig import build_rig
     from controller.realtime.loop import compile_loop
-    from controller.schema.hardware import Valves
-    from controller.virtual.plant import compile_plant
 
     for parameters in _rigs():
         compile_loop(build_rig(parameters, boot=1), build_plant(parameters))
-        compile_plant(build_plant(parameters), raw=False)
-    compile_loop(_given().rig, build_hardware(Valves(driver="serial"), 1e-3))
 
 
 def preview() -> None:
