@@ -168,7 +168,7 @@ def beside() -> None:
 
 
 def loop() -> None:
-    """The loop of the rig, with either plant. With hardware, or as a virtual rig, 10 s are compiled when first asked."""
+    """The loop of the rig, with either plant. Hardware, or a virtual rig, compiles 10 s when it is first asked for."""
     from controller.build.plant import build_plant
     from controller.build.rig import build_rig
     from controller.realtime.loop import compile_loop
