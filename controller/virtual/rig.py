@@ -22,7 +22,6 @@ import numpy as np
 from controller.arrays import Array
 from controller.drivers.twin import inject
 from controller.errors import ParameterError, TendrilError
-from controller.realtime.priority import prefer_process
 from controller.schema.hardware import CHANNELS, Frame, MotionCapture, Valves
 from controller.schema.messages import TwinFaults
 from controller.schema.parameters import SENSORS
@@ -253,7 +252,6 @@ def run_virtual_rig(path: Path, plant: str, out: Path | None, lines: TextIO = sy
     """Run until the lines end or Ctrl-C; `out` is written once the wires answer. Raises TendrilError."""
     for number in (signal.SIGINT, signal.SIGTERM):  # a shell may have started us in the background, SIGINT ignored
         signal.signal(number, signal.default_int_handler)
-    prefer_process()  # no real device waits for a browser
     found = read_rig_file(path)
     try:
         rig = VirtualRig(found, path.parent, plant)

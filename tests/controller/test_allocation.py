@@ -15,7 +15,7 @@ from numba.core.runtime import _nrt_python, rtsys
 
 import controller.kernels
 from controller.build.cosserat import build_cosserat
-from controller.build.plant import build_plant
+from controller.build.plant import build_hardware, build_plant
 from controller.build.rig import build_rig
 from controller.build.rod import build_rod
 from controller.build.twin import build_twin
@@ -31,7 +31,9 @@ from controller.kernels.model.statics import at_rest, places, tip_angles_of, tip
 from controller.kernels.observer.observer import Replay
 from controller.kernels.observer.replay import RecordedSamples, replay
 from controller.kernels.plant.cosserat import cosserat_step
+from controller.kernels.plant.hardware import hardware_step
 from controller.kernels.plant.twin import twin_step
+from controller.schema.hardware import Valves
 from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry
 from controller.schema.parameters import PlantKind, RigParameters, TwinParameters
@@ -85,6 +87,7 @@ def outermost() -> dict[str, tuple[Any, ...]]:
         "tick": (1, command[0], measurement[0], status[0], rig, telemetry[0]),
         "twin_step": (1, twin, telemetry[0], measurement[0]),
         "cosserat_step": (1, build_cosserat(RigParameters()), telemetry[0], measurement[0]),
+        "hardware_step": (1, build_hardware(Valves(driver="serial"), 1e-3), telemetry[0], measurement[0]),
         "meet_hinges": (model, state.q, state.v, work),
         "replay": (1, samples, run, points[None]),
         "invert_along": (smap, points, 0, (0.0, 0.0), 1, 1, np.zeros(1), scratch, points.copy()),
@@ -116,6 +119,7 @@ def test_the_examples_reach_every_kernel() -> None:
         tick,
         twin_step,
         cosserat_step,
+        hardware_step,
         meet_hinges,
         replay,
         invert_along,
@@ -130,7 +134,17 @@ def test_the_examples_reach_every_kernel() -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["tick", "twin_step", "cosserat_step", "meet_hinges", "replay", "invert_along", "invert", "tip_angles_of"],
+    [
+        "tick",
+        "twin_step",
+        "cosserat_step",
+        "hardware_step",
+        "meet_hinges",
+        "replay",
+        "invert_along",
+        "invert",
+        "tip_angles_of",
+    ],
 )
 def test_the_machine_code_of_no_kernel_calls_an_allocator(name: str) -> None:
     assert allocators(kernels()[name], outermost()[name]) == set()

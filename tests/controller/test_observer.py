@@ -105,7 +105,8 @@ def test_no_actuator_number_of_rods_set_of_sensors_or_gains_makes_a_deviation_gr
     rig = build_rig(RigParameters(actuator=actuator, controller=ControllerParameters(rods=rods)), 1)
     gains = to_record(Settings(K_o=(K_o, K_o), B_o=(B_o, B_o)))[0]
     where = u if not any(actuator.gravity) else (0.0, 0.0)
-    assert growth(rig.observer, rig.sensing, gains, used, where) <= 1.0 + 1e-8
+    # Differences over 1e-6 know an eigenvalue near 1 that is nearly double to some 1e-8: growth of 1e-7 takes 3 hours.
+    assert growth(rig.observer, rig.sensing, gains, used, where) <= 1.0 + 1e-7
 
 
 def test_rk4_takes_no_more_gain_than_it_can_hold() -> None:

@@ -63,7 +63,7 @@ def test_the_examples_lie_beside_their_document() -> None:
     at = Path(CliRunner().invoke(app, ["docs", "examples", "--path"]).output.strip())
     assert {"poses.csv", "decays.csv", "spiral.csv", "client.py"} <= {file.name for file in at.parent.iterdir()}
     wheel = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"]
-    assert wheel["force-include"] == {"docs": "server/docs"}, "a package has the whole folder"
+    assert wheel["force-include"]["docs"] == "server/docs", "a package has the whole folder"
 
 
 def test_an_unknown_document_is_refused_with_the_names_that_there_are() -> None:

@@ -30,6 +30,8 @@ DOORS = {
     "app/app.py": ["stop"],
     "app/services.py": ["send", "stop"],
     "app/shutdown.py": ["request"],
+    "commissioning/motion.py": ["move", "request", "request"],
+    "commissioning/routes.py": ["present", "present"],
     "live/conversation.py": ["stop"],
     "operate/command_routes.py": ["request", "stop"],
     "operate/hand.py": ["move", "present", "request", "request"],

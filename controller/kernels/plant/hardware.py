@@ -33,9 +33,10 @@ class Hardware(NamedTuple):
 def hardware_step(t_ns: int, hardware: Hardware, telemetry: Record, out_measurement: Record) -> None:
     """Make the command of this tick from telemetry.pressure_cmd: vented unless chambers may be driven, within limits.
 
-    `out_measurement` is not touched: the rig's drivers measure. Paper, "Hardware setup": the loops of raw valves; the
-    limits are ours. In place: hardware, telemetry.twin_backbone.
+    There is no sample in `out_measurement`: the rig's drivers measure. Paper, "Hardware setup": the loops of raw
+    valves; the limits are ours. In place: hardware, telemetry.twin_backbone.
     """
+    out_measurement.t_ns = 0
     telemetry.twin_backbone[:] = math.nan
     command = hardware.command[0]
     command.t_ns = t_ns
