@@ -9,6 +9,7 @@ from pydantic import ValidationError
 from controller.drivers.device import CaptureDevice, Device, ValveDevice
 from controller.errors import ParameterError, said, sentence
 from controller.schema.hardware import MotionCapture, Valves
+from controller.system.origin import install_command
 
 GROUP = "tendril.drivers"
 OURS = {
@@ -40,15 +41,11 @@ def driver_class(name: str) -> type[Device[Any]]:
     try:
         found = getattr(import_module(module), attribute)
     except ImportError as error:
-        raise ParameterError(f"driver = {name}: {error}; install it with pip install '{extra(name)}'") from error
+        remedy = install_command(name) if name in OURS else "install what the package that brings it needs"
+        raise ParameterError(f"driver = {name}: {error}; {remedy}") from error
     if not (isinstance(found, type) and issubclass(found, Device)):
         raise ParameterError(f"driver = {name}: {places[name]} is not a driver")
     return found
-
-
-def extra(name: str) -> str:
-    """What to install for the driver `name`."""
-    return f"tendril-softrobotics[{name}]" if name in OURS else "the package that brings it"
 
 
 def capture_device(asked: MotionCapture) -> CaptureDevice[Any]:

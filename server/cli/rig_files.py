@@ -52,6 +52,8 @@ def virtual_rig(
     ] = None,
 ) -> None:
     """Simulate a rig in a process of its own that speaks the wires of real devices (tendril docs hardware)."""
+    from controller.realtime.priority import prefer_process
     from controller.virtual.rig import run_virtual_rig
 
+    prefer_process()  # no real device waits for a browser
     run_virtual_rig(rig_file, plant, out)
