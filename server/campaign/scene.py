@@ -27,7 +27,7 @@ from server.campaign import inside, trace
 from server.campaign.certificates import make_certificates
 from server.campaign.person import Person
 from server.campaign.proxy import Proxy
-from server.campaign.table import GAP
+from server.campaign.table import BOARD_GAP, GAP
 from server.campaign.waiting import Failed, Skipped, require, wait
 from server.presets.actuator import kept_file
 from server.presets.orders import Orders
@@ -87,7 +87,7 @@ class Scene:
         )
         self.key = settings.key
         self.virtual = _virtual(kind.wires, folder, self._log) if kind.wires else None
-        parameters = RigParameters(limits=SafetyLimits(loop_gap=GAP))
+        parameters = RigParameters(limits=SafetyLimits(loop_gap=GAP, pressures_lost=BOARD_GAP))
         if self.virtual is not None:
             parameters = self.virtual.rig.parameters(folder).model_copy(update={"limits": parameters.limits})
         self._supervisor = Supervisor(

@@ -18,14 +18,15 @@ from controller.schema.rig_file import changed
 from controller.virtual.process import VirtualProcess
 from server.campaign import trace
 from server.campaign.person import Person
-from server.campaign.table import GAP
+from server.campaign.table import BOARD_GAP, GAP
 from server.campaign.waiting import wait
 
 PATIENT = f"""
 [limits]
 loop_gap = {GAP}
+pressures_lost = {BOARD_GAP}
 """
-"""Shared machines pause for 50 ms and more."""
+"""Shared machines pause for 50 ms and more; a pause counts as the loop's own only beyond loop_gap."""
 READY = 240.0
 """Longest wait for rig and server [s]: a cold cache compiles."""
 
