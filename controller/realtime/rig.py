@@ -20,7 +20,9 @@ from typing import Any, BinaryIO, cast
 import numpy as np
 
 from controller.build.rig import build_rig
-from controller.drivers.rig import rig_driver
+from controller.drivers.driver import Driver
+from controller.drivers.hardware import HardwareDriver
+from controller.drivers.twin import TwinDriver
 from controller.errors import TendrilError
 from controller.link.keys import open_session
 from controller.link.rig_end import RigEnd
@@ -194,6 +196,13 @@ class RigProcess:
         if self.settings.ready:
             ready = RigReady(endpoint=endpoint, boot=self.boot, process=os.getpid())
             write_whole(self.settings.ready, ready.model_dump_json(), lasting=False)
+
+
+def rig_driver(parameters: RigParameters) -> Driver:
+    """The twin, or the real devices that `parameters` name; raises ParameterError where it cannot be built."""
+    if parameters.hardware is None:
+        return TwinDriver(parameters)
+    return HardwareDriver(parameters, parameters.hardware)
 
 
 def load_kernels(parameters: RigParameters) -> None:

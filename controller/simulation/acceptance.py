@@ -5,6 +5,7 @@ Whatever a rig is to be started with goes through here first: what is accepted m
 
 import time
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 
@@ -12,11 +13,13 @@ from controller.arrays import Rows
 from controller.build.plant import build_plant
 from controller.build.rig import build_rig
 from controller.build.statics import scratch_for
+from controller.drivers.registry import capture_device, valve_device
 from controller.errors import ParameterError
 from controller.kernels.model.statics import static_tip
 from controller.schema.messages import Command
 from controller.schema.modes import Cause, Mode, Request
 from controller.schema.parameters import PlantKind, RigParameters, Settings, TwinParameters
+from controller.schema.rig_file import RigFile
 from controller.simulation.simulate import Simulation
 
 BOOT = 1
@@ -36,6 +39,18 @@ DYNAMICS = "k, b, alpha, mass, length and pressure_map"
 def require_built(parameters: RigParameters) -> None:
     """Raise ParameterError unless all that a rig process builds at its start can be built."""
     _build(parameters)
+
+
+def accepted_rig(found: RigFile, folder: Path, in_force: Settings | None = None) -> RigParameters:
+    """What a rig process is started with by the rig file `found` in `folder`.
+
+    ParameterError unless its drivers are there and take their options, and it stood and moved here (`require_running`).
+    """
+    capture_device(found.motion_capture)
+    valve_device(found.valves)
+    parameters = found.parameters(folder)
+    require_running(parameters, in_force)
+    return parameters
 
 
 def require_running(parameters: RigParameters, in_force: Settings | None = None) -> None:

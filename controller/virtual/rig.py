@@ -41,7 +41,7 @@ GHOST_RANGE = 0.4
 
 
 class Camera:
-    """Shows the plant's markers to whoever is behind `peer`, as the rig file says that they are seen."""
+    """Shows the plant's markers to the client behind `peer`, as the rig file says that they are seen."""
 
     def __init__(self, asked: MotionCapture, plant: RunningPlant, peer: CapturePeer) -> None:
         self._asked, self._plant, self.peer = asked, plant, peer

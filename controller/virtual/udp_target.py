@@ -30,7 +30,7 @@ PRESSURE_MAX = 800e3
 
 
 class UdpTargetPeer:
-    """A ValvePeer. It answers whoever sends a right command; a new session ends the one before."""
+    """A ValvePeer. It answers every sender of a right command; a new session ends the one before."""
 
     def __init__(self, read_pressures: ReadPressures, take_drive: TakeDrive, port: int = 0) -> None:
         """On a free port if `port` is 0; it keeps it when it is plugged in again."""

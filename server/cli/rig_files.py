@@ -23,24 +23,19 @@ def named_rig(given: str) -> tuple[str, Path | None]:
 
 def rig_parameters(path: Path, loop_gap: float | None) -> "RigParameters":
     """Those of the rig in this file, refused here, by its name, rather than in the process that would run it."""
-    from controller.drivers.registry import capture_device, valve_device
     from controller.errors import ParameterError
     from controller.schema.parameters import SafetyLimits
     from controller.schema.rig_file import read_rig_file
-    from controller.simulation.acceptance import require_running
+    from controller.simulation.acceptance import accepted_rig
 
     found = read_rig_file(path)
+    if loop_gap is not None:
+        limits = SafetyLimits.model_validate(found.limits.model_dump() | {"loop_gap": loop_gap})
+        found = found.model_copy(update={"limits": limits})
     try:
-        capture_device(found.motion_capture)
-        valve_device(found.valves)
-        parameters = found.parameters(path.parent)
-        if loop_gap is not None:
-            limits = SafetyLimits.model_validate(parameters.limits.model_dump() | {"loop_gap": loop_gap})
-            parameters = parameters.model_copy(update={"limits": limits})
-        require_running(parameters)
+        return accepted_rig(found, path.parent)
     except ParameterError as error:
         raise ParameterError(f"{path}: {error}") from error
-    return parameters
 
 
 def virtual_rig(

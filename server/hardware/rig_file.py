@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from controller.drivers.registry import capture_device, valve_device
 from controller.errors import CommandRefused, ParameterError
 from controller.schema.parameters import RigParameters, Settings
 from controller.schema.rig_file import changed, parse_rig_file, write_rig_file
@@ -25,14 +24,9 @@ NO_FILE = "the rig was started without a rig file: start it with `tendril up --r
 
 def accepted(text: str, path: Path, in_force: Settings) -> RigParameters:
     """The rig that `text` describes; ParameterError unless its drivers exist, and it stood and moved, simulated."""
-    from controller.simulation.acceptance import require_running  # in the planner only
+    from controller.simulation.acceptance import accepted_rig  # in the planner only
 
-    found = parse_rig_file(text, path.name)
-    capture_device(found.motion_capture)
-    valve_device(found.valves)
-    parameters = found.parameters(path.parent)
-    require_running(parameters, in_force)
-    return parameters
+    return accepted_rig(parse_rig_file(text, path.name), path.parent, in_force)
 
 
 @dataclass(frozen=True)

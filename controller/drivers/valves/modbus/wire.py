@@ -75,7 +75,7 @@ def take_frame(buffer: bytearray) -> Frame | None:
 
 
 def registers_of(body: bytes, request: ModbusPDU, decoder: DecodePDU) -> list[int] | None:
-    """Registers in the answer `body` to `request`, [] to a write; None for what is no answer to it.
+    """Registers in the answer `body` to `request`, [] to a write; None for anything else.
 
     Raises Refused for an exception. Byte counts are checked here, because pymodbus takes what is there.
     """

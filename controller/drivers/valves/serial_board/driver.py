@@ -99,7 +99,7 @@ class SerialBoard(ValveDevice[SerialOptions]):
         return self._line, self.board
 
     def _command(self, outlet: Outlet, channels: int) -> tuple[int, int, list[int]]:
-        """What is wanted, which channels are driven, and their targets. What is no number vents all."""
+        """What is wanted, which channels are driven, and their targets. A number that is not finite vents all."""
         values = (outlet.openings if self.raw else outlet.pressures).tolist()
         targets, driven = [0] * channels, 0
         wanted = (frames.RAW if self.raw else 0) | (frames.CUT if outlet.cut else 0)
