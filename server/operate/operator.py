@@ -1,7 +1,8 @@
 """The operator's side of the rig: one whole, numbered command, and the one thread that sends it.
 
 Requests go in order, moved targets newest-wins while a call is under way, and the record is repeated every 100 ms so
-that the rig knows the server is alive. A repetition carries no request and the same presence: it can keep nothing
+that the rig knows the server is alive. A request is answered when the server has heard the row that shows it
+(`server/operate/shown.py`). A repetition carries no request and the same presence: it can keep nothing
 moving and arm nothing. Whether the asker may is looked at right before its record is sent. HOLD and REST drop what
 waits and would move the rig; an E-STOP has a lane of its own (`server/operate/stopper.py`) and drops everything.
 
@@ -33,6 +34,7 @@ from controller.schema.parameters import Settings
 from controller.system.worker import Worker
 from server.access.permit import Permit, own
 from server.http.given import given
+from server.operate.shown import LOOK, Shown
 from server.operate.stopper import Stopper
 
 REPEAT = 0.1
@@ -115,6 +117,7 @@ class Operator:
         self._mover: Permit | None = None
         """Whose permit began the motion that the rig accepted last."""
         self._leaving = self._closed = False
+        self._shown = Shown(boot, newest)
         self.worker = Worker("operator", self._run)
         self.worker.start()
 
@@ -221,10 +224,15 @@ class Operator:
         due = time.monotonic()
         while True:
             self.worker.turn()
+            self._shown.look()
             with self._wake:
-                self._wake.wait_for(lambda: self._jobs or self._closed, max(0.0, due - time.monotonic()))
+                pause = max(0.0, due - time.monotonic())
+                self._wake.wait_for(lambda: self._jobs or self._closed, min(pause, LOOK) if self._shown else pause)
                 if self._closed:
+                    self._shown.look(all_of_them=True)
                     return self._drop(RigUnreachable("the server is shutting down"))
+                if not self._jobs and time.monotonic() < due:
+                    continue
                 job = self._jobs.popleft() if self._jobs else Job(own())
             due = time.monotonic() + REPEAT
             try:
@@ -241,8 +249,8 @@ class Operator:
             return job.fail(error)
         except Exception as error:  # the heartbeat must outlive any failure of one call
             return job.fail(RigUnreachable(f"the command could not be sent: {error}"))
-        for asker in job.askers:
-            asker.set_result(reply)
+        asked = self._command.request_n if job.request != Request.NONE else 0
+        self._shown.give(reply, job.askers, self._boot, asked)
 
     def _settle(self, job: Job) -> None:
         """After a record that may have moved the rig and was not answered: HOLD first, and a drag must begin anew."""

@@ -122,6 +122,7 @@ class Server:
         job = operator._jobs.popleft() if operator._jobs else Job(own())
         self.serving = [one for one in self.world.asked if one.answer in job.askers]
         operator._serve(job)
+        operator._shown.look(all_of_them=True)  # as late as an answer comes: without the row that shows it
 
     def step_stop(self, fate: Fate) -> None:
         """One turn of the stopper's thread."""

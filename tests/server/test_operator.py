@@ -34,6 +34,8 @@ class Loop:
         self.arrived = threading.Semaphore(0)
         self.accepts = True
         self.answers = True
+        self.shows = True
+        """What it took is in its newest row at once."""
         self.boot: int | None = 7
         self.row = np.zeros(1, record_dtype(Telemetry))
 
@@ -45,6 +47,8 @@ class Loop:
             self.gate.wait()
         if not self.answers:
             raise RigUnreachable("no answer")
+        if self.accepts and self.shows:
+            self.row["request_n"] = max(self.row["request_n"][0], command.request_n)
         return CommandReply(n=command.n, accepted=self.accepts, mode=Mode.HOLD, cause=Cause.NONE, detail="")
 
     def stop(self, number: int, boot: int) -> CommandReply:
@@ -98,6 +102,23 @@ def test_repetition_neither_asks_nor_shows_presence_nor_moves(loop: Loop, operat
     operator.present(ANYTHING)
     operator.move((0.0, 0.1), ANYTHING).result(20)
     assert loop.heard[-1].presence == 901
+
+
+def test_a_request_is_answered_when_the_row_that_shows_it_has_come(loop: Loop, operator: Operator) -> None:
+    """Who is answered may ask for a run at once: what the server knows of the rig is then no older than the answer."""
+    loop.shows = False
+    asked = operator.request(Request.ARM, ANYTHING)
+    assert operator.move((0.0, 0.1), ANYTHING).result(20).accepted, "what asks for no mode is answered meanwhile"
+    assert not asked.done()
+    heard = len(loop.heard)
+    loop.row["request_n"] = 1
+    assert asked.result(20).accepted
+    assert len(loop.heard) - heard < 5, "to look for the row is no reason to send"
+    loop.accepts = False
+    assert not operator.request(Request.ARM, ANYTHING).result(20).accepted, "a refusal changes nothing to see"
+    loop.accepts, loop.boot = True, 8
+    second = operator.request(Request.ARM, ANYTHING)
+    assert second.result(20).accepted, "a rig that shows nothing delays its answer, and no more"
 
 
 def test_a_sign_of_the_operator_rises_above_what_another_server_sent(loop: Loop, operator: Operator) -> None:

@@ -49,6 +49,18 @@ def environment(folder: Path) -> dict[str, str]:
     return os.environ | {"XDG_STATE_HOME": str(folder / "state"), "TENDRIL_LIGHT_SCENE": "1"}
 
 
+def started_with(mark: dict[str, str]) -> list[psutil.Process]:
+    """Processes with `mark` in their environment: orphans too, who are nobody's children here."""
+
+    def is_marked(process: psutil.Process) -> bool:
+        try:
+            return mark.items() <= process.environ().items()
+        except (psutil.NoSuchProcess, psutil.AccessDenied):
+            return False
+
+    return [process for process in psutil.process_iter() if is_marked(process)]
+
+
 def test_a_second_up_says_in_one_sentence_why_not_and_the_first_goes_on(tmp_path: Path) -> None:
     with running(tmp_path) as first:
         port = urlsplit(first.url).port
@@ -58,10 +70,10 @@ def test_a_second_up_says_in_one_sentence_why_not_and_the_first_goes_on(tmp_path
             (RIG, 0, f"rig '{RIG}' already runs on this machine"),
             (f"{RIG}-other", port, f"port = {port}: Address already in use"),
         ):
-            before = {child.pid for child in psutil.Process().children(recursive=True)}
+            mark = {"SECOND_UP": f"{tmp_path}-{rig}"}
             done = subprocess.run(
                 command(tmp_path, rig, other_port, tmp_path / "second.json"),
-                env=environment(tmp_path),
+                env=environment(tmp_path) | mark,
                 capture_output=True,
                 text=True,
                 timeout=200,
@@ -70,7 +82,7 @@ def test_a_second_up_says_in_one_sentence_why_not_and_the_first_goes_on(tmp_path
             assert (done.returncode, len(said)) == (1, 1), done.stderr
             assert why in said[0] and "Traceback" not in done.stdout + done.stderr
             assert not (tmp_path / "second.json").exists()
-            assert {child.pid for child in psutil.Process().children(recursive=True)} <= before, "nothing is left"
+            assert not started_with(mark), "nothing is left"
         with Page(first.url.split("/?")[0]) as page:
             page.sign_in(first.url.split("token=")[1])
             wait_for(lambda: page.get("/api/health").json()["rig_connected"], "the rig of the first")
