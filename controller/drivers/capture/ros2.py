@@ -60,7 +60,8 @@ class Ros2Capture(CaptureDevice[Ros2Options]):
         self._types = get_typestore(Stores.ROS2_HUMBLE)
         self._session: zenoh.Session | None = None
         self._clock = OneWayClock()
-        self._came: queue.Queue[tuple[bytes, int]] = queue.Queue(WAITING)
+        self._came: queue.Queue[tuple[bytes, int] | None] = queue.Queue(WAITING)
+        """Messages and their times of arrival [ns]; None wakes a read that waits when the session is closed."""
         self._heard = 0.0
 
     @property
@@ -88,6 +89,7 @@ class Ros2Capture(CaptureDevice[Ros2Options]):
         """Leave zenoh."""
         session, self._session = self._session, None
         if session is not None:
+            self._leave(None)
             session.close()  # type: ignore[no-untyped-call]
 
     def read(self, timeout: float) -> Sample | None:
@@ -95,13 +97,15 @@ class Ros2Capture(CaptureDevice[Ros2Options]):
         if self._session is None:
             raise DeviceError(f"{self.name} is not open")
         try:
-            payload, arrived = self._came.get(timeout=max(timeout, 1e-4))
+            came = self._came.get(timeout=max(timeout, 1e-4))
         except queue.Empty:
             if time.monotonic() - self._heard > SILENCE:
                 raise DeviceError(f"nothing came on {self.name} for {SILENCE:g} s") from None
             return None
+        if came is None:
+            raise DeviceError(f"{self.name} is not open")
         self._heard = time.monotonic()
-        return self.take(payload, arrived)
+        return self.take(*came)
 
     def take(self, payload: bytes, arrived: int) -> Sample | None:
         """What a message says that came at `arrived` [ns]; None, and counted, where it is no frame."""
@@ -138,7 +142,10 @@ class Ros2Capture(CaptureDevice[Ros2Options]):
 
     def _put(self, sample: zenoh.Sample) -> None:
         """Called by a thread of zenoh's."""
-        came = sample.payload.to_bytes(), time.monotonic_ns()
+        self._leave((sample.payload.to_bytes(), time.monotonic_ns()))
+
+    def _leave(self, came: tuple[bytes, int] | None) -> None:
+        """For the next read; the oldest makes room."""
         while True:
             try:
                 self._came.put_nowait(came)

@@ -166,7 +166,7 @@ def systems() -> list[str]:
 
 
 def _readable(pipe: IO[bytes], timeout: float) -> bool:
-    with selectors.DefaultSelector() as selector:
+    with selectors.PollSelector() as selector:  # epoll would wait on for a pipe that another thread has closed
         selector.register(pipe, selectors.EVENT_READ)
         return bool(selector.select(timeout))
 

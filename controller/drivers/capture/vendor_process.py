@@ -11,6 +11,7 @@ import threading
 import time
 
 import motioncapture
+import numpy  # noqa: F401  positions are arrays: else the first frame would wait for this import
 
 CONNECTING = 10
 """A connection holds up every thread here; the system ends the process when it takes longer [s]."""

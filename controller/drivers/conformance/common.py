@@ -92,6 +92,7 @@ def ends_when_closed(trial: Trial) -> str:
         trial.first(device)
         if trial.bench is not None:
             trial.bench.silence()
+            trial.drain(device)
         try:
             return _closed_while_waiting(trial, device)
         finally:

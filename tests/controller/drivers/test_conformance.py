@@ -191,6 +191,16 @@ class WaitsOnWhenClosed(Good):
         return super().exchange(outlet, timeout)
 
 
+class WaitsOnBehindALateFrame(WaitsOnWhenClosed):
+    late = True
+
+    def exchange(self, outlet: Outlet, timeout: float) -> Reading | None:
+        if not self.bench.speaks and self.late:
+            self.late = False
+            return self.reading()
+        return super().exchange(outlet, timeout)
+
+
 class LooseOptions(Model):
     port: int = 4000
 
@@ -214,6 +224,7 @@ BAD: list[tuple[type[Good], str, str]] = [
     (LeaksAThread, "opens and closes twice", "it leaves a thread behind: leak, leak"),
     (OpensOnlyOnce, "opens and closes twice", "raised DeviceError: address in use"),
     (WaitsOnWhenClosed, "ends when closed", "a call that waits is not ended by close"),
+    (WaitsOnBehindALateFrame, "ends when closed", "a call that waits is not ended by close"),
     (HasNoBounds, "options have bounds", "options.port has no minimum"),
 ]
 

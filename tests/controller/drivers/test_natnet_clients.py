@@ -65,6 +65,15 @@ def test_libmotioncaptures_optitrack_sees_the_bodies(opened, version, group):
     assert 0 <= read - sample.t_ns < 1_000_000_000
 
 
+def test_libmotioncaptures_first_frame_comes_as_soon_as_it_is_connected(opened):
+    server = NatNetServer("4.1", ("tip",), GROUP)
+    settings = [f"interface_ip={server.address}", f"port_command={server.options['command_port']}"]
+    options = vendor.VendorOptions(system="optitrack", hostname=server.address, settings=settings)
+    with showing(server):
+        first = [frames(opened(vendor.Vendor(options)), 1)[0] for _ in range(3)]
+    assert min(read - sample.t_ns for sample, read in first) < 50_000_000  # of three, for the machine itself may pause
+
+
 def test_the_wheel_says_what_it_has_and_a_system_that_it_has_not_is_refused():
     there = vendor.systems()
     assert {"vicon", "qualisys", "vrpn", "optitrack"} <= set(there)
