@@ -88,6 +88,7 @@ ACTS: dict[str, Callable[[Scene], Seen]] = {
     "markers-swapped": wires.markers_swapped,
     "markers-ghosts": wires.ghosts,
     "modbus-timeout": wires.modbus_timeout,
+    "udp-silent": wires.udp_silent,
     "markers-unnamed-swap": wires.unnamed_swapped,
     "gains-hard": choices.gains_hard,
     "actuator-unbuildable": choices.actuator_unbuildable,

@@ -103,6 +103,7 @@ class Scene:
         )
         self._supervisor.start()
         self._supervisor.wait_ready()
+        trace.newest(self.rig)  # loads what reads the ring, or compiles it: later that would cost seconds of a fault
         self.proxy = Proxy(int(self.endpoint.rsplit(":", 1)[1])) if proxied else None
         settings = settings.model_copy(update={"endpoint": self.proxy.endpoint if self.proxy else self.endpoint})
         self.orders = folder / "orders" / "actuator.json"

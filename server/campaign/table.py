@@ -254,6 +254,12 @@ FAULTS = (
         BOARD_MS,
     ),
     Fault(
+        "udp-silent",
+        "the UDP target hears and answers no more, and again after 2 s",
+        "E-STOP (board lost), latched; the target vents by itself; nothing moves again without a fresh action",
+        BOARD_MS,
+    ),
+    Fault(
         "markers-unnamed-swap",
         "markers without names come in another order for 2 s",
         "TRACK goes on, at the true tip",

@@ -25,12 +25,14 @@ class Seen(NamedTuple):
 
 
 def wait(what: Callable[[], T | None], seconds: float, text: str, pause: float = 0.01) -> T:
-    """The first true value of `what()`; `Failed` after `seconds`."""
+    """The first true value of `what()`; `Failed` after `seconds`, and never without a look that began after them."""
     end = time.monotonic() + seconds
+    over = False
     while not (found := what()):
-        if time.monotonic() > end:
+        if over:
             raise Failed(f"not within {seconds:g} s: {text}")
         time.sleep(pause)
+        over = time.monotonic() > end
     return found
 
 

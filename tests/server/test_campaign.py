@@ -3,11 +3,13 @@
 import json
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
 from server.campaign.table import chosen
+from server.campaign.waiting import Failed, wait
 
 TENDRIL = Path(sys.executable).parent / "tendril"
 KEYS = {"name", "expected", "observed", "reaction_ms", "limit_ms", "pass"}
@@ -40,3 +42,15 @@ def test_an_unknown_fault_is_one_clear_line() -> None:
     done = subprocess.run([TENDRIL, "faults", "--only", "earthquake"], capture_output=True, text=True)
     assert (done.returncode, len(done.stderr.splitlines())) == (1, 1)
     assert "fault = 'earthquake' is not one of server-killed" in done.stderr
+
+
+def test_what_came_during_a_look_that_took_too_long_is_still_seen() -> None:
+    looks = iter([False, True])
+
+    def look() -> bool:
+        time.sleep(0.05)
+        return next(looks)
+
+    assert wait(look, 0.01, "what came")
+    with pytest.raises(Failed, match=r"not within 0\.01 s: what never comes"):
+        wait(lambda: False, 0.01, "what never comes")

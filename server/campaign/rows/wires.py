@@ -10,7 +10,7 @@ from server.campaign.scene import Scene
 from server.campaign.waiting import Seen, require
 from server.log.events import words
 
-SERIAL = """
+NAMED = """
 name = "virtual"
 [motion_capture]
 driver = "natnet"
@@ -20,11 +20,21 @@ options = { server = "127.0.0.1", local_address = "127.0.0.1", points = "labelle
 [motion_capture.frame]
 axes = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]
 origin = [0.1, -0.2]
+"""
+"""Markers that the camera knows by name."""
+SERIAL = f"""{NAMED}
 [valves]
 driver = "serial"
 chambers = [2, 3, 0, 1]
 """
-"""Markers that the camera knows by name, and our own firmware on a pseudo-terminal."""
+"""Our own firmware on a pseudo-terminal."""
+UDP = f"""{NAMED}
+[valves]
+driver = "udp"
+chambers = [2, 3, 0, 1]
+options = {{ host = "127.0.0.1" }}
+"""
+"""A target as Simulink or LabVIEW make one."""
 MODBUS = """
 name = "virtual"
 [motion_capture]
@@ -45,13 +55,15 @@ ON_SERIAL = (
     "markers-swapped",
     "markers-ghosts",
 )
-RIGS = dict.fromkeys(ON_SERIAL, SERIAL) | {"modbus-timeout": MODBUS, "markers-unnamed-swap": MODBUS}
+RIGS = dict.fromkeys(ON_SERIAL, SERIAL) | {"modbus-timeout": MODBUS, "udp-silent": UDP, "markers-unnamed-swap": MODBUS}
 """The virtual rig that each of these faults needs."""
 
 OUT = 2.0
 """For which a device is gone, or wrong [s]."""
 SLACK = 3.0
 """After which a reaction is not waited for any more [s]; its limit is judged by the ring's own times."""
+EMPTY = 5e3
+"""A chamber below this has been vented [Pa]."""
 NEAR = 0.03
 """The tip that the rig believes in stays this near to the plant's own course [m]."""
 
@@ -74,6 +86,19 @@ def board_hung(scene: Scene) -> Seen:
 def modbus_timeout(scene: Scene) -> Seen:
     """The connection is there, and nobody answers."""
     return _latched(scene, ("freeze", "thaw"), Mode.E_STOP, Cause.PRESSURES_LOST)
+
+
+def udp_silent(scene: Scene) -> Seen:
+    """There is no connection that could break, and no command to vent comes through: the target has to do it alone."""
+    start = time.monotonic_ns()
+    seen = _latched(scene, ("freeze", "thaw"), Mode.E_STOP, Cause.PRESSURES_LOST)
+    rows = scene.since(start)
+    sensed = rows["pressure_meas"][(rows["mode"] == Mode.E_STOP) & (rows["cause"] == Cause.PRESSURES_LOST)]
+    fresh = sensed[(sensed != sensed[0]).any(axis=1)]
+    require(len(fresh), "no pressures came back")
+    most = [1e-3 * float(pressures.max()) for pressures in (sensed[0], fresh[0])]
+    require(1e3 * most[1] < EMPTY, f"the target had not vented by itself: {most[1]:.0f} kPa in a chamber")
+    return seen._replace(observed=f"{seen.observed}; from {most[0]:.0f} to {most[1]:.0f} kPa by itself")
 
 
 def camera_stopped(scene: Scene) -> Seen:
