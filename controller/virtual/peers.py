@@ -26,6 +26,8 @@ class Drive(NamedTuple):
 ReadPressures = Callable[[], Array]
 """The plant's gauge pressures by board channel, (16,) [Pa]."""
 TakeDrive = Callable[[Drive], None]
+LATENCY = "latency"
+"""A line to the virtual rig that breaks nothing, and asks how old its camera's frames are when they leave."""
 
 
 class Peer(Protocol):

@@ -8,6 +8,7 @@ from typing import IO, Any
 
 from controller.errors import TendrilError
 from controller.schema.rig_file import changed, parse_rig_file
+from controller.virtual.peers import LATENCY
 
 END = 10.0
 """Longest wait for its orderly end [s]."""
@@ -40,11 +41,19 @@ class VirtualProcess:
 
     def do(self, line: str) -> None:
         """Break or mend it (`controller.virtual.rig.FAULTS`); raises TendrilError where it refuses."""
+        self._ask(line, "done")
+
+    def latency(self) -> float:
+        """How old its camera's frames really were when they left, mean of the last second [s]."""
+        return float(self._ask(LATENCY, LATENCY))
+
+    def _ask(self, line: str, key: str) -> Any:
         assert self._process.stdin is not None
         self._process.stdin.write(line.encode() + b"\n")
         answer = self._answer()
-        if "done" not in answer:
+        if key not in answer:
             raise TendrilError(f"the virtual rig: {answer.get('refused', answer)}")
+        return answer[key]
 
     def stop(self) -> None:
         """End it, at worst by force."""

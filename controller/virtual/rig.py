@@ -4,6 +4,7 @@ What is typed into it, a line each, breaks it as real devices break: see `FAULTS
 """
 
 import json
+import math
 import os
 import random
 import shlex
@@ -27,13 +28,15 @@ from controller.schema.messages import TwinFaults
 from controller.schema.parameters import SENSORS
 from controller.schema.rig_file import RigFile, changed, read_rig_file
 from controller.system.whole_file import write_whole
-from controller.virtual.peers import CapturePeer, Drive, Peer
+from controller.virtual.peers import LATENCY, CapturePeer, Drive, Peer
 from controller.virtual.plant import RunningPlant
 from controller.virtual.registry import capture_peer, valve_peer
 
 LOOK = 5e-4
 """Pause between two looks for a new sample [s]."""
 CHAMBERS = 4
+FRAMES_TOLD = 100
+"""Their latency is told, where somebody asks."""
 WAND = "wand"
 """Its name, where the camera gives names."""
 GHOST_RANGE = 0.4
@@ -52,6 +55,7 @@ class Camera:
         self._names = {rod: name for name, rod in asked.labels.items()}
         self._random = random.Random(1)
         self._waiting: deque[tuple[int, Array]] = deque()
+        self._ages_ns: deque[int] = deque(maxlen=FRAMES_TOLD)
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="camera", daemon=True)
 
@@ -59,6 +63,14 @@ class Camera:
         """Begin to show what the plant's own camera sees."""
         self.peer.plug()
         self._thread.start()
+
+    def latency(self) -> float:
+        """How old frames were when they left, mean of the last ones [s]; nan before the first.
+
+        A little more than what was asked for: this thread looks now and then, and takes a while to send.
+        """
+        ages = list(self._ages_ns)
+        return sum(ages) * 1e-9 / len(ages) if ages else math.nan
 
     def stop(self) -> None:
         """End the thread and the wire."""
@@ -90,6 +102,7 @@ class Camera:
             points.append(np.array(self.wand))
             labels.append(WAND if self._names else "")
         self.peer.show(t_ns, seen_by_camera(np.array(points).reshape(-1, 2), self._asked.frame), tuple(labels))
+        self._ages_ns.append(time.monotonic_ns() - t_ns)
 
     def _ghost(self) -> Array:
         return np.array([self._random.uniform(-GHOST_RANGE, GHOST_RANGE) for _ in range(2)])
@@ -275,7 +288,7 @@ def _obey(rig: VirtualRig, lines: TextIO) -> None:
         if not line.strip():
             continue
         try:
-            _say({"done": rig.do(line.strip())})
+            _say({LATENCY: rig.camera.latency()} if line.strip() == LATENCY else {"done": rig.do(line.strip())})
         except (TendrilError, OSError) as error:
             _say({"refused": str(error)})
     if _nobody_there(lines):

@@ -20,6 +20,7 @@ from controller.system.origin import ROOT
 from controller.virtual.firmware import compiler
 from controller.virtual.process import VirtualProcess
 from controller.virtual.registry import CAPTURE_PEERS, VALVE_PEERS
+from controller.virtual.peers import LATENCY
 from controller.virtual.rig import FAULTS
 from tests.docs.blocks import EXAMPLES, blocks, elsewhere, free_port
 from tests.docs.test_pages import rows_after
@@ -86,7 +87,7 @@ def test_the_table_has_everything_that_breaks_a_virtual_rig() -> None:
     said = [
         name for line, _ in rows_after(TEXT, "Type into the first terminal") for name in re.findall(r"`(\w+)", line)
     ]
-    assert set(said) == set(FAULTS)
+    assert set(said) == set(FAULTS) | {LATENCY}
     sentence = re.search(r"A virtual rig stands for (.*?) on this machine", TEXT, re.DOTALL)
     assert sentence and set(re.findall(r"`(\w+)`", sentence[1])) == {*CAPTURE_PEERS, *VALVE_PEERS}
 

@@ -53,7 +53,7 @@ def rmse(one: Stack, task: str) -> float:
     return float("nan")
 
 
-def drag_ms(one: Stack, presses: int = 16) -> list[float]:
+def drag_ms(one: Stack, presses: int = 64) -> list[float]:
     """From the tick that has a new target to the one in which the measured tip has moved [ms]."""
     one.person.ask("PATCH", "/api/settings", changes={"sensed": TIP})
     found, ring = [], find_ring(one.name)
@@ -74,14 +74,15 @@ def drag_ms(one: Stack, presses: int = 16) -> list[float]:
     return found
 
 
-def latencies(one: Stack) -> list[tuple[float, float]]:
-    """Injected, with the camera's own, and shown [ms]."""
+def latencies(one: Stack) -> list[tuple[float, float, float]]:
+    """Injected, with the camera's own; that with which frames really left, as the virtual rig has it; shown [ms]."""
     assert one.virtual is not None
     own, found = one.virtual.rig.twin.marker_latency, []
     for late in INJECTED:
         one.virtual.do(f"late {max(late, own) if late else 0}")
         time.sleep(4.0)
-        found.append((1e3 * max(late, own), 1e3 * one.drivers()["motion_capture"]["latency"]))
+        left, shown = one.virtual.latency(), one.drivers()["motion_capture"]["latency"]
+        found.append((1e3 * max(late, own), 1e3 * left, 1e3 * shown))
     one.virtual.do("mend")
     return found
 
@@ -138,8 +139,8 @@ def main() -> None:
             mine, twins = np.median(each), np.median(found["twin"]["tasks"][task])
             print(f"  {task:18} RMSE {mine:6.2f} mm, {mine / twins:5.2f} of the twin's")
         print(f"  from target to motion {np.median(one['drag']):.1f} ms (median of {len(one['drag'])})")
-        for injected, shown in one.get("latency", ()):
-            print(f"  latency injected {injected:5.1f} ms, shown {shown:5.1f}")
+        for injected, left, shown in one.get("latency", ()):
+            print(f"  latency injected {injected:5.1f} ms, left with {left:5.1f}, shown {shown:5.1f}")
         for role, each in one.get("drivers", {}).items():
             print(f"  {role}: {each}")
 
