@@ -36,13 +36,21 @@ addEventListener("message", ({ origin, data }) => {
 });
 const varint = (value) => (value < 128n ? [Number(value)] : [Number(value & 127n) | 128, ...varint(value >> 7n)]);
 const part = (field, bytes) => [field << 3 | 2, bytes.length, ...bytes];
+let hand = new AbortController();
 async function seek(seconds) {
-  const time = [8, ...varint(BigInt(Math.round(seconds * 1e9)))];  // TimelineTime { time }
-  const cursor = part(6, [...part(2, part(1, [116])), ...part(3, time)]);  // SetTimeCursorRequest on timeline "t"
+  const time = varint(BigInt(Math.round(seconds * 1e9)));
+  const cursor = part(6, [...part(2, part(1, [116])), ...part(3, [8, ...time])]);  // SetTimeCursorRequest, timeline "t"
+  const ask = (bytes) => _handle.viewer_control(new Uint8Array(bytes)).catch(() => null);
+  const stands = async () => `${await ask([26, 0])}`.includes(`${time}`);  // GetViewerState
   const draw = setInterval(() => _handle.override_panel_state("top"), 100), end = performance.now() + 60_000;
-  for (let done = false; !done && performance.now() < end; ) {
+  hand.abort();
+  const mine = hand = new AbortController();
+  for (const by of ["pointerdown", "keydown", "wheel"])
+    addEventListener(by, () => mine.abort(), { capture: true, signal: mine.signal });
+  for (let looks = 0; looks < 15 && !mine.signal.aborted && performance.now() < end; ) {
     await new Promise((then) => setTimeout(then, 200));
-    done = await _handle.viewer_control(new Uint8Array(cursor)).then(() => true, () => false);
+    if (await stands()) looks += 1;
+    else if (!mine.signal.aborted) looks = (await ask(cursor), 0);
   }
   clearInterval(draw);
 }
@@ -50,8 +58,9 @@ async function seek(seconds) {
 """So a viewer can start behind something else. It takes the focus as it starts: one who writes there, or has a finger
 on the key for HOLD, must keep it. `_handle` is there before rerun's page says READY. A viewer at rest finds what was
 added with its next frame only; to override nothing makes it draw one. The cursor is put where the run begins by
-rerun's own control of its viewer (viewer_control.proto), which takes nothing while no recording is there; frames are
-drawn until it did."""
+rerun's own control of its viewer (viewer_control.proto), which takes nothing while no recording is there, and forgets
+it as the recording's blueprint comes: so it is put again until it has stood for 3 s, unless a hand moves it; frames are
+drawn meanwhile."""
 
 CHANGES = (
     (b"delete WebAssembly.instantiateStreaming;", b""),
