@@ -58,9 +58,9 @@ async function seek(seconds) {
 """So a viewer can start behind something else. It takes the focus as it starts: one who writes there, or has a finger
 on the key for HOLD, must keep it. `_handle` is there before rerun's page says READY. A viewer at rest finds what was
 added with its next frame only; to override nothing makes it draw one. The cursor is put where the run begins by
-rerun's own control of its viewer (viewer_control.proto), which takes nothing while no recording is there, and forgets
-it as the recording's blueprint comes: so it is put again until it has stood for 3 s, unless a hand moves it; frames are
-drawn meanwhile."""
+rerun's own control of its viewer (viewer_control.proto), which takes nothing while no recording is there, and may
+forget it while the rest of one still comes: so it is put again until it has stood for 3 s, unless a hand moves it;
+frames are drawn meanwhile."""
 
 CHANGES = (
     (b"delete WebAssembly.instantiateStreaming;", b""),

@@ -18,9 +18,9 @@ from controller.schema.rig_file import RigFile, read_rig_file
 from controller.spelled import _WORDS
 from controller.system.origin import ROOT
 from controller.virtual.firmware import compiler
+from controller.virtual.peers import LATENCY
 from controller.virtual.process import VirtualProcess
 from controller.virtual.registry import CAPTURE_PEERS, VALVE_PEERS
-from controller.virtual.peers import LATENCY
 from controller.virtual.rig import FAULTS
 from tests.docs.blocks import EXAMPLES, blocks, elsewhere, free_port
 from tests.docs.test_pages import rows_after
