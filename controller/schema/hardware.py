@@ -88,12 +88,12 @@ class MotionCapture(Model):
 class PressureLoop(Model):
     """The loop from pressure error to valve opening that our tick runs for raw valves."""
 
-    inflate_gain: Annotated[float, Bounds(ge=0.0, le=1e-2), Q("1/Pa")] = 1e-5
+    inflate_gain: Annotated[float, Bounds(ge=0.0, le=1e-2), Q("1/Pa")] = 2e-6
     """Opening per pressure error below the setpoint."""
-    exhaust_gain: Annotated[float, Bounds(ge=0.0, le=1e-2), Q("1/Pa")] = 2e-5
+    exhaust_gain: Annotated[float, Bounds(ge=0.0, le=1e-2), Q("1/Pa")] = 4e-6
     """The same above it."""
-    integral_time: Annotated[float, Bounds(ge=0.01, le=100.0), Q("s")] = 0.2
-    """Reset time."""
+    integral_time: Annotated[float, Bounds(ge=0.01, le=100.0), Q("s")] = 0.5
+    """Reset time. These three are slow on purpose: the pressure step of the commissioning finds better ones."""
 
 
 class Valves(Model):

@@ -32,14 +32,12 @@ from server.commissioning.messages import (
 )
 from server.commissioning.motion import Motion, Run, Through, put_back, require_vented, rest
 from server.commissioning.steps import STILL_STEPS, Seen, lacking, resting_on, step_view
-from server.commissioning.store import CommissionedFile, CommissioningStore, Found, KeptResult, value_of
+from server.commissioning.store import KEPT_TEXT, CommissionedFile, CommissioningStore, Found, KeptResult, value_of
 from server.hardware.messages import RigFileState
 from server.http.given import given
-from server.log.events import EventLog, words
-from server.operate.asking import asked_for
+from server.log.events import EventLog
+from server.operate.asking import asked_for, found_in, why_over
 
-KEPT_TEXT = 200
-"""Most of a result that the rig file keeps [characters]."""
 MEASURED = {"frame": "motion_capture.frame.measured", "pressure": "valves.measured"}
 """What going back behind these steps takes back in the rig file."""
 Act = Callable[[Run, Motion], Awaitable[Found]]
@@ -224,16 +222,13 @@ class Commissioning:
         rig, newest = self._through.rig, self._through.rig.newest
         if not run.moves:
             return ""
-        if not run.permit.stands():
-            return f"{run.permit.name} no longer operates"
-        if (boot := rig.boot()) != run.info.boot or newest is None:
-            return "the rig is gone" if boot is None or newest is None else "the rig restarted"
-        if run.overtaken:
-            return run.overtaken
+        if (why := why_over(rig, run.info.boot, run.permit, run.overtaken)) or newest is None:
+            return why
         mode, cause = Mode(int(newest[0]["mode"])), Cause(int(newest[0]["cause"]))
         stopped = run.ours is not None and mode in (Mode.FAULT, Mode.E_STOP)
         if stopped or (run.follows and mode != Mode.FOLLOW):
-            return f"the rig is in {words(mode)} ({words(cause)})"
+            hint = pressure.advice(run.step, cause, run.file.valves)
+            return found_in(mode, cause) + hint
         if run.ours is None or run.returning or self._through.kept.changing.locked():
             return ""
         changed = self._through.operator.settings != run.ours

@@ -228,11 +228,11 @@ async def signs(run: Run, motion: Motion) -> Found:
     for number, (name, chamber) in enumerate(PAIRS):
         run.say(f"fills {name}", number / len(PAIRS))
         await asyncio.sleep(TIP_WINDOW)
-        begin = _tip(motion)
+        begin = motion.tip(TIP_WINDOW)
         pressure = jog_pressure(chamber, run.body.pressure, run.parameters)
         await motion.torque(jog_torque(chamber, pressure, run.parameters))
         await asyncio.sleep(SIGN_BENDS)
-        ways.append(_tip(motion) - begin)
+        ways.append(motion.tip(TIP_WINDOW) - begin)
         await motion.torque((0.0, 0.0))
         await asyncio.sleep(SIGN_RESTS)
     return judged_signs(ways)
@@ -251,12 +251,3 @@ def judged_signs(ways: list[Array]) -> Found:
             faults.append(f"{name} moves the tip to -y, by {-dy * 1e3:.1f} mm: is it {name[:2]}- that fills?")
     moved = ", ".join(f"{name} {way[1] * 1e3:+.1f} mm" for (name, _), way in zip(PAIRS, ways, strict=True))
     return Found(not faults, "; ".join(faults) or f"tip along y: {moved}", tuple(numbers))
-
-
-def _tip(motion: Motion) -> Array:
-    rows = motion.late(TIP_WINDOW)
-    seen = np.isfinite(rows["p_meas"]).all(axis=1)
-    if not seen.any():
-        raise CommandRefused("the tip's marker is not seen: is the frame right, and does rod 10 bear a marker?")
-    found: Array = rows["p_meas"][seen].mean(axis=0)
-    return found

@@ -4,14 +4,17 @@ import asyncio
 import os
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from pydantic import JsonValue
 
 from controller.errors import CommandRefused
 from controller.schema.actuator import Actuator, Tracking, parse_actuator, write_actuator
+from server.commissioning import planning
 from server.commissioning.messages import Number, StepName
 from server.commissioning.motion import Run, Through
 from server.commissioning.store import Found, KeptResult
@@ -24,35 +27,76 @@ KEPT_LINES = 80
 """Of what it says, for the report."""
 RESIDUAL = r"^ *(residual, .+?) {2,}(\S+) +rms of \d+ +(\S+) *$"
 """A line of its table."""
+ZETA = r"^ *zeta +\S+ +(\S+) \.\. (\S+) "
+"""The line of the damping ratio that it found, with its interval."""
 CHANGED_MOST = 20.0
 """An actuator this many times stiffer or softer than was believed is another one, or was measured wrongly."""
 
 
 async def identify(run: Run, through: Through, results: Mapping[StepName, KeptResult]) -> Found:
-    """Run it on the tables of both steps. Raises CommandRefused where they are missing, or it says what is wrong."""
+    """Run it on the poses, with the damping ratio that the decays told; where they told none, on their table.
+
+    Raises CommandRefused where a table is missing, or it says what is wrong.
+    """
     run.moves = False
     folder, name = through.folder, f"{run.file.name}-identified.toml"
-    tables = [folder / POSES, folder / DECAYS]
-    if missing := [path.name for path in tables if not path.exists()]:
+    poses, decays = folder / POSES, folder / DECAYS
+    if missing := [path.name for path in (poses, decays) if not path.exists()]:
         raise CommandRefused(f"{missing[0]} is missing: measure it anew")
     out, base = folder / name, folder / "base.toml"
     await asyncio.to_thread(write_actuator, as_base(run.actuator, run.file.motion_capture.rods), base)
     run.say("runs tendril identify")
+    mode = mode_in(results.get("decay"))
+    damping = [str(decays)] if mode is None else ["--zeta", f"{mode.zeta[0]:.4g}"]
     asked, note = ["--actuator", str(base), "--out", str(out)], ""
     try:
-        said = await _run(["identify", *map(str, tables), *asked], folder)
+        said = await _run(["identify", str(poses), *damping, *asked], folder)
+        _require_told(said)
     except CommandRefused as error:
         if DECAYS not in str(error):
             raise
         note = str(error)  # a body that hardly swings tells its stiffness all the same
         run.say("runs tendril identify with the poses alone", 0.5)
-        said = await _run(["identify", str(tables[0]), *asked], folder)
+        said = await _run(["identify", str(poses), *asked], folder)
     try:
         text = await asyncio.to_thread(out.read_text)
         found = parse_actuator(text, name)
     except OSError as error:
         raise CommandRefused(f"{name} was not written: {error.strerror}") from error
-    return judged(found, run.actuator, name, text, said, note)
+    result = judged(found, run.actuator, name, text, said, note)
+    if mode is None:
+        return result
+    rig = run.parameters.model_copy(update={"actuator": found})
+    return with_mode(result, mode, await through.planner.do(planning.kappa_of, mode.frequency[0], rig))
+
+
+class Mode(NamedTuple):
+    """What the decays told: (value, low, high)."""
+
+    frequency: Sequence[float]
+    """Undamped [Hz]."""
+    zeta: Sequence[float]
+
+
+def mode_in(decay: KeptResult | None) -> Mode | None:
+    """Of the decay step's result; None where it told none."""
+    frequency, zeta = (_floats(decay.data.get(name) if decay else None) for name in Mode._fields)
+    return Mode(frequency, zeta) if len(frequency) == len(zeta) == 3 else None
+
+
+def _floats(value: JsonValue) -> list[float]:
+    return [float(one) for one in value if isinstance(one, int | float)] if isinstance(value, list) else []
+
+
+def with_mode(result: Found, mode: Mode, kappa: float) -> Found:
+    """`result` with the damping ratio that its actuator has now, and kappa, which an actuator's file does not hold."""
+    spread = [kappa * (f / mode.frequency[0]) ** 2 for f in mode.frequency]
+    numbers = [
+        Number(name=name, value=value, unit="1", low=low, high=high)
+        for name, (value, low, high) in (("damping ratio", mode.zeta), ("kappa", spread))
+    ]
+    text = f"{result.text}, damping ratio {mode.zeta[0]:.3f}, kappa {kappa:.0f}" if result.good else result.text
+    return result._replace(text=text, numbers=(*result.numbers, *numbers))
 
 
 def as_base(actuator: Actuator, rods: tuple[int, ...]) -> Actuator:
@@ -94,6 +138,13 @@ def residuals_in(said: str) -> list[Number]:
         Number(name=name, value=float(value), unit=unit)
         for name, value, unit in re.findall(RESIDUAL, said, re.MULTILINE)
     ]
+
+
+def _require_told(said: str) -> None:
+    """CommandRefused where the decays leave it open whether there is any damping."""
+    found = re.search(ZETA, said, re.MULTILINE)
+    if found is not None and float(found[1]) <= 0.0:
+        raise CommandRefused(f"{DECAYS}: the damping ratio may be anything from {found[1]} to {found[2]}")
 
 
 def _worst(residuals: list[Number]) -> str:

@@ -38,11 +38,12 @@ class StartBody(Model):
     """Of a chamber [Pa]: jog, frame and signs take at most 40 kPa and a fifth of full, the pressure steps at most half
     of full; null: as much as that step usually takes."""
     repeats: Annotated[int, Bounds(ge=1, le=6)] = 3
-    """Up and down (pressure), releases to each side (decay), laps (closed_loop)."""
+    """Up and down (pressure), releases to each side (decay; two tell a damping ratio), laps (closed_loop)."""
     grid: Annotated[int, Bounds(ge=3, le=9)] = 5
     """Torques of each pair in the static sweep."""
     share: Annotated[float, Bounds(ge=0.2, le=0.9)] = 0.7
-    """How far sweep and decays go towards the admissible torques."""
+    """How far sweep and decays go towards the admissible torques; decays no further than until the tip is 0.3 of the
+    length off its rest."""
 
 
 class JogBody(Model):

@@ -154,13 +154,15 @@ class Motion:
             run.ours = operator.settings.model_copy(update={"u_open": u})
             await put_in_force(run.ours, operator, run.leave)
 
-    async def lead(self, begin: Torques, end: Torques) -> None:
-        """From one pair of torques to another as slowly as the rig comes to rest."""
+    async def lead(self, begin: Torques, end: Torques, enough: Callable[[], bool] = lambda: False) -> None:
+        """From one pair of torques to another as slowly as the rig comes to rest, or until it is `enough`."""
         rate = self._run.parameters.controller.rest_rate
         steps = max(1, int(max(abs(b - a) for a, b in zip(begin, end, strict=True)) / (rate * POLL)))
         for u in np.linspace(begin, end, steps + 1)[1:]:
             await self.torque((float(u[0]), float(u[1])))
             await asyncio.sleep(POLL)
+            if enough():
+                return
 
     async def target(self, at: Target) -> None:
         """Move the live target [m]."""
@@ -180,13 +182,17 @@ class Motion:
             await asyncio.sleep(POLL)
         return False
 
+    def row(self) -> np.void:
+        """The newest one."""
+        return newest(self._through)
+
     def now(self) -> float:
         """Clock of the rig [s]."""
-        return float(newest(self._through)["t_ns"]) * 1e-9
+        return float(self.row()["t_ns"]) * 1e-9
 
     def slot(self) -> int:
         """Of the newest row, on the loop's grid."""
-        return int(newest(self._through)["slot"])
+        return int(self.row()["slot"])
 
     def late(self, seconds: float) -> Rows:
         """The rows of the last `seconds`."""
@@ -199,6 +205,15 @@ class Motion:
         if rows is None or not len(rows):
             raise CommandRefused("telemetry of this step was lost")
         return rows
+
+    def tip(self, seconds: float) -> Array:
+        """Where it was of late, on average (2,) [m]; CommandRefused where its marker is not seen."""
+        rows = self.late(seconds)
+        seen = np.isfinite(rows["p_meas"]).all(axis=1)
+        if not seen.any():
+            raise CommandRefused("the tip's marker is not seen: is the frame right, and does rod 10 bear a marker?")
+        found: Array = rows["p_meas"][seen].mean(axis=0)
+        return found
 
     def pressures(self, seconds: float) -> Array:
         """Mean measured pressures of late (4,) [Pa]."""

@@ -1,13 +1,17 @@
 """What this room asks the planner for. The planner alone imports what plans: here that comes when it is called."""
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from controller.arrays import Array, Rows
 from controller.errors import ParameterError
+from controller.schema.hardware import PressureLoop, Valves
 from controller.schema.parameters import RigParameters
+
+if TYPE_CHECKING:
+    from controller.simulation.pneumatic_fit import ChamberSteps
 
 CIRCLE_RADIUS = 0.06
 """Of the first circle, as a share of the actuator's length: 15 mm of P1."""
@@ -19,6 +23,10 @@ WELL = 0.4
 """Of the best share of all poses that are looked at, how well the tip must move in its worst direction."""
 NUDGE = 0.01
 """Of u_max, by which sensitivities are told."""
+RELEASES_LEAST = 4
+"""Two to either side, from which an interval can follow."""
+SWING_PERIOD = 4e-3
+"""Of the rows from which the first mode is found [s]: it takes fifty of them for each swing at 5 Hz."""
 INSIDE = 0.9
 """Share of the admissible torques that the circle may need."""
 
@@ -36,6 +44,23 @@ class PressureSteps(NamedTuple):
     """Slots at which the steps begin."""
 
 
+class RawLoop(NamedTuple):
+    """What the steps of raw valves tell of them, and of the loop around them."""
+
+    delay: float
+    """Of the latest valve, with its spool [s]."""
+    fill: tuple[float, ...]
+    """Of each chamber, its valve wholly open [Pa/s]."""
+    exhaust: tuple[float, ...]
+    """The same at 60 kPa [Pa/s]."""
+    wanted: PressureLoop
+    """The loop that these valves should have."""
+    phase: tuple[float, float]
+    """Smallest phase margin [deg] of the loop in force, and of the one that is wanted."""
+    margin: tuple[float, float]
+    """By how much more delay each would swing for good [s]."""
+
+
 class PressureFit(NamedTuple):
     """What they tell: (value, low, high) [s]."""
 
@@ -46,10 +71,36 @@ class PressureFit(NamedTuple):
     residual: float
     """rms [Pa]."""
     gains: tuple[float, ...]
-    offsets: tuple[float, ...]
-    """[Pa]."""
+    zeros: tuple[float, ...]
+    """What each chamber's sensor shows before it is filled [Pa]."""
     curves: tuple[Array, ...]
     """For each chamber (m,4): time [s], asked, shown and model [Pa]."""
+
+
+class Release(NamedTuple):
+    """Telemetry of one release, from the lead to it until the arm rests."""
+
+    slots: Array
+    """(n,) of the loop's grid."""
+    pressures: Array
+    """(n,4) measured [Pa]."""
+    sent: Array
+    """(n,2) what the observer takes for them [N m]."""
+    tip: Array
+    """(n,2) measured [m]; nan where it was not seen."""
+    slot: int
+    """At which it was let go."""
+
+
+class Swing(NamedTuple):
+    """The first mode that releases tell: (value, low, high) of the undamped frequency [Hz] and of its damping ratio."""
+
+    frequency: tuple[float, float, float]
+    zeta: tuple[float, float, float]
+    friction: float
+    """By how much dry friction shifts the rest, either way [m]; zeta is without it."""
+    misfit: float
+    """Share of the motion (rms) that such a mode leaves over."""
 
 
 class Circle(NamedTuple):
@@ -97,17 +148,72 @@ def release_torques(rig: RigParameters, share: float, repeats: int) -> list[tupl
     return found
 
 
+def raw_loop(chambers: tuple[PressureSteps, ...], valves: Valves, rig: RigParameters) -> RawLoop:
+    """The raw `valves` of the four chambers, and the loop that they should have; ParameterError names the chamber."""
+    from controller.simulation.valve_fit import fit_valve, tuned_loop, worst_margins
+
+    found = []
+    for number, one in enumerate(chambers, 1):
+        try:
+            found.append(fit_valve(_on_the_grid(one), valves, rig.controller.dt))
+        except ParameterError as error:
+            raise ParameterError(f"chamber {number}: {error}") from error
+    full = min(valves.pressure_max, rig.actuator.pressure_max)
+    wanted = tuned_loop(found, full)
+    margins = [worst_margins(loop, found, full) for loop in (valves.loop, wanted)]
+    return RawLoop(
+        delay=max(one.theta for one in found),
+        fill=tuple(one.fill for one in found),
+        exhaust=tuple(one.exhaust for one in found),
+        wanted=wanted,
+        phase=(math.degrees(margins[0].phase), math.degrees(margins[1].phase)),
+        margin=(margins[0].delay, margins[1].delay),
+    )
+
+
+def swing(releases: tuple[Release, ...], rig: RigParameters) -> Swing:
+    """Of the first mode; ParameterError with the reason where the releases do not tell it.
+
+    Driven by the measured pressures, as docs/observer.md has it: slow valves count as little as dry friction.
+    """
+    from controller.simulation.first_mode import StepRecord, driving_torque, first_mode, mode_model
+
+    if len(releases) < RELEASES_LEAST:
+        raise ParameterError(f"{len(releases)} releases: at least {RELEASES_LEAST} are needed")
+    slots = np.concatenate([one.slots for one in releases])
+    every = max(1, round(SWING_PERIOD / rig.controller.dt))
+    grid = np.arange(slots[0], slots[-1] + 1, every)
+    rows = np.searchsorted(slots, grid, "right") - 1  # in a slot that was lost: the last row before
+    pressures, sent, tip = (
+        np.concatenate([getattr(one, name) for one in releases])[rows] for name in ("pressures", "sent", "tip")
+    )
+    let_go = np.zeros(len(grid), bool)
+    for one in releases:
+        let_go |= (grid >= one.slot) & (grid <= one.slots[-1])
+    tip[~let_go] = np.nan  # how it was led there tells nothing
+    torque, _ = driving_torque(pressures, sent, rig)
+    starts = tuple(int(np.searchsorted(grid, one.slot)) for one in releases)
+    found = first_mode(StepRecord(every * rig.controller.dt, torque, tip, starts), mode_model(rig))
+    frequency, zeta = ((one.value, one.low, one.high) for one in (found.frequency, found.zeta))
+    return Swing(frequency, zeta, found.friction, found.misfit)
+
+
+def kappa_of(frequency: float, rig: RigParameters) -> float:
+    """By which the stiffness of the chain that stands for the plant is to be multiplied for a first mode of so many Hz.
+
+    Statics leave it open: torque and gravity are multiplied by the same.
+    """
+    from controller.simulation.first_mode import mode_model
+
+    return float((2.0 * math.pi * frequency / mode_model(rig).omega) ** 2)
+
+
 def pressure_fit(chambers: tuple[PressureSteps, ...], rig: RigParameters) -> PressureFit:
     """Dead time and lags of the four chambers; ParameterError where the steps do not tell them."""
-    from controller.simulation.pneumatic_fit import ChamberSteps, fit_pneumatics
+    from controller.simulation.pneumatic_fit import fit_pneumatics
 
     dt = rig.controller.dt
-    steps = []
-    for one in chambers:
-        grid = np.arange(one.slots[0], one.slots[-1] + 1)
-        newest = np.searchsorted(one.slots, grid, "right") - 1  # in a slot that was lost: the last row before
-        starts = tuple(int(start - grid[0]) for start in one.starts)
-        steps.append(ChamberSteps(one.asked[newest], one.shown[newest], starts))
+    steps = [_on_the_grid(one) for one in chambers]
     fit = fit_pneumatics(steps, dt)
     curves = []
     for step, model in zip(steps, fit.model, strict=True):
@@ -121,9 +227,19 @@ def pressure_fit(chambers: tuple[PressureSteps, ...], rig: RigParameters) -> Pre
         exhaust=(fit.exhaust.value, fit.exhaust.low, fit.exhaust.high),
         residual=fit.residual,
         gains=fit.gains,
-        offsets=fit.offsets,
+        zeros=tuple(float(np.nanmedian(one.shown[: one.starts[0]])) for one in steps),
         curves=tuple(curves),
     )
+
+
+def _on_the_grid(steps: PressureSteps) -> "ChamberSteps":
+    """The same, evenly spaced: in a slot that was lost it is as in the last row before."""
+    from controller.simulation.pneumatic_fit import ChamberSteps
+
+    grid = np.arange(steps.slots[0], steps.slots[-1] + 1)
+    newest = np.searchsorted(steps.slots, grid, "right") - 1
+    starts = tuple(int(start - grid[0]) for start in steps.starts)
+    return ChamberSteps(steps.asked[newest], steps.shown[newest], starts)
 
 
 def small_circle(rig: RigParameters) -> Circle:

@@ -18,6 +18,9 @@ from server.access.permit import Permit
 from server.commissioning.messages import Number, StepName
 from server.hardware.messages import RigFileState
 
+KEPT_TEXT = 200
+"""Most of a result that the rig file keeps [characters]."""
+
 
 class Found(NamedTuple):
     """What a step came to."""

@@ -10,14 +10,14 @@ import numpy as np
 from pydantic import JsonValue
 
 from controller.arrays import Array, Rows
-from controller.errors import CommandRefused
+from controller.errors import CommandRefused, ParameterError
 from controller.schema.actuator import Actuator
 from controller.system.whole_file import write_whole
 from server.commissioning import planning
 from server.commissioning.messages import Number
-from server.commissioning.motion import WINDOW, Motion, Run, Through, Torques
-from server.commissioning.planning import still_markers
-from server.commissioning.store import Found
+from server.commissioning.motion import POLL, WINDOW, Motion, Run, Through, Torques
+from server.commissioning.planning import Release, Swing, still_markers
+from server.commissioning.store import KEPT_TEXT, Found
 
 POSES, DECAYS = "poses.csv", "decays.csv"
 STILL = 5e-4
@@ -28,12 +28,15 @@ STILL_SHARE = 0.8
 """Share of the poses that must have come to rest."""
 WATCHED, DECAYS_LONGEST = 2.5, 6.0
 """A decay is watched so long at least, and at most [s]."""
-FREE = 0.05
-"""A release is over where the pressures are below this share of those before it."""
+FREE, FREE_LEAST = 0.05, 5e3
+"""A release is over where the pressures are below this share of those before it, or below what a sensor may show of an
+open chamber [Pa]."""
 SAMPLE = 0.01
 """Between two samples of a decay at least [s]."""
 SAMPLES_LEAST = 150
 """`tendril identify` takes no shorter decay."""
+TRAVEL = 0.3
+"""The tip is released from so far off its rest at most, as a share of the length: further out one mode is not all."""
 
 
 async def statics(run: Run, motion: Motion, through: Through) -> Found:
@@ -76,17 +79,27 @@ async def decays(run: Run, motion: Motion, through: Through) -> Found:
     rods, share = run.file.motion_capture.rods, run.body.share
     torques = await through.planner.do(planning.release_torques, run.parameters, share, run.body.repeats)
     await motion.begin()
-    parts = list[Array]()
+    await motion.still(SHORTEST, LONGEST, STILL)
+    rest = motion.tip(WINDOW)
+    parts, releases = list[Array](), list[Release]()
     for number, u in enumerate(torques):
         run.say(f"release {number + 1} of {len(torques)}", number / len(torques))
-        parts.append(await _decay(u, rods, motion))
+        part, release = await _decay(u, rest, rods, run, motion)
+        parts.append(part)
+        releases.append(release)
+    run.moves = False
+    await motion.end()
     lines = [[float(number), *row] for number, part in enumerate(parts) for row in part.tolist()]
     await _write(through.folder / DECAYS, ["ID", "t", *_axes(rods)], lines)
-    return judged_decays(parts)
+    run.say("finds the mode that fits", 1.0)
+    try:
+        return judged_decays(parts, await through.planner.do(planning.swing, tuple(releases), run.parameters))
+    except ParameterError as error:
+        return judged_decays(parts, str(error))
 
 
-def judged_decays(parts: Sequence[Array]) -> Found:
-    """By the decays (n, 1 + 2 m): time [s] and markers [m]."""
+def judged_decays(parts: Sequence[Array], swing: Swing | str) -> Found:
+    """By the decays (n, 1 + 2 m): time [s] and markers [m]; and the mode that they tell, or why they tell none."""
     short = [number for number, part in enumerate(parts) if len(part) <= SAMPLES_LEAST]
     swings = [float(np.linalg.norm(part[:, -2:] - part[-20:, -2:].mean(axis=0), axis=1).max()) for part in parts]
     bound = f"more than {SAMPLES_LEAST}"
@@ -94,24 +107,61 @@ def judged_decays(parts: Sequence[Array]) -> Found:
     numbers = (
         Number(name="decays", value=len(parts), unit="1"),
         Number(name="samples of the shortest", value=least, unit="1", bound=bound, kept=not short),
-        Number(name="largest swing", value=max(swings), unit="m"),
+        Number(name="largest swing without air", value=max(swings), unit="m"),
+        *(() if isinstance(swing, str) else _mode_numbers(swing)),
     )
     curves = [np.round(part[:: max(1, len(part) // 300)][:, [0, -2, -1]], 5).tolist() for part in parts]
     data: dict[str, JsonValue] = {"curves": curves}
     if short:
         return Found(False, f"decay {short[0]} has {least} samples, {bound} are needed", numbers, data=data)
-    return Found(True, f"{len(parts)} decays of up to {max(swings) * 1e3:.0f} mm", numbers, data=data)
+    told = f"{len(parts)} releases"
+    if isinstance(swing, str):
+        return Found(True, f"{told}, which tell no damping: {swing}"[:KEPT_TEXT], numbers, data=data)
+    data |= {"frequency": [*swing.frequency], "zeta": [*swing.zeta]}
+    mode = f"{swing.frequency[0]:.2f} Hz, damping ratio {swing.zeta[0]:.3f}"
+    return Found(True, f"{told}: {mode} ({swing.zeta[1]:.3f} to {swing.zeta[2]:.3f})", numbers, data=data)
 
 
-async def _decay(u: Torques, rods: Sequence[int], motion: Motion) -> Array:
-    """One release from `u`: (n, 1 + 2 m), from when the chambers are empty on."""
-    await motion.lead((0.0, 0.0), u)
+def _mode_numbers(swing: Swing) -> tuple[Number, ...]:
+    return (
+        *(
+            Number(name=name, value=value, unit=unit, low=low, high=high)
+            for name, unit, (value, low, high) in (
+                ("first mode, undamped", "Hz", swing.frequency),
+                ("damping ratio", "1", swing.zeta),
+            )
+        ),
+        Number(name="dry friction, shift of the rest", value=swing.friction, unit="m"),
+        Number(name="left over by that mode", value=swing.misfit, unit="1"),
+    )
+
+
+async def _decay(u: Torques, rest: Array, rods: Sequence[int], run: Run, motion: Motion) -> tuple[Array, Release]:
+    """One release on the way to `u`: (n, 1 + 2 m), from when the chambers are empty on; and all of it from the start.
+
+    The arm's real stiffness is not known yet, so the tip itself says how far is far enough.
+    """
+    lead, far = motion.now(), TRAVEL * run.actuator.length
+    await motion.lead((0.0, 0.0), u, lambda: bool(np.linalg.norm(motion.row()["p_meas"] - rest) > far))
     await motion.still(SHORTEST, LONGEST, STILL)
     full = float(np.abs(motion.pressures(WINDOW)).max())
-    begin = motion.now()
+    begin, slot = motion.now(), motion.slot()
     await motion.torque((0.0, 0.0))
     await motion.still(WATCHED, DECAYS_LONGEST, STILL)
-    return free_part(motion.between(begin, motion.now()), full, rods)
+    part = await _long_enough(begin, full, rods, motion)
+    rows = motion.between(lead, motion.now())
+    slots, pressures, sent, tip = (rows[name].copy() for name in ("slot", "pressure_meas", "u_hat", "p_meas"))
+    release = Release(slots, pressures, sent, tip, slot)
+    return part, release
+
+
+async def _long_enough(begin: float, full: float, rods: Sequence[int], motion: Motion) -> Array:
+    """The free part of what was measured since `begin` [s], once it is long enough: valves and cameras may be slow."""
+    while True:
+        part = free_part(motion.between(begin, motion.now()), full, rods)
+        if len(part) > SAMPLES_LEAST or motion.now() > begin + 2 * DECAYS_LONGEST:
+            return part
+        await asyncio.sleep(2 * POLL)
 
 
 def free_part(rows: Rows, full: float, rods: Sequence[int]) -> Array:
@@ -119,9 +169,10 @@ def free_part(rows: Rows, full: float, rods: Sequence[int]) -> Array:
 
     Raises CommandRefused where the chambers do not empty.
     """
-    free = np.flatnonzero((np.abs(rows["pressure_meas"]) < FREE * full).all(axis=1))
+    most = max(FREE_LEAST, FREE * full)
+    free = np.flatnonzero((np.abs(rows["pressure_meas"]) < most).all(axis=1))
     if not free.size:
-        raise CommandRefused(f"the chambers did not come below {FREE * full:.0f} Pa after the release")
+        raise CommandRefused(f"the chambers did not come below {most:.0f} Pa after the release")
     rows = rows[free[0] :]
     markers = rows["markers"][:, np.array(rods) - 1].reshape(len(rows), -1)
     t = (rows["t_ns"] - rows["t_ns"][0]) * 1e-9

@@ -1,12 +1,13 @@
-"""What a run of several requests needs of each of them: the row that came of its own, and words for anybody else's."""
+"""What a run of several requests needs: the row that came of each, and words for what ends it before its own end."""
 
 import asyncio
 
 import numpy as np
 
 from controller.errors import RigUnreachable
-from controller.schema.modes import Request
+from controller.schema.modes import Cause, Mode, Request
 from server.access.permit import Permit
+from server.log.events import words
 from server.rig.client import Rig
 
 POLL = 5e-3
@@ -29,3 +30,20 @@ def asked_for(request: Request, permit: Permit | None) -> str:
     """What was asked of the rig, and by whom where that is known."""
     what = request.name.replace("_", "-") if request != Request.NONE else "another target"
     return what if permit is None else f"{what}, asked for by {permit.name}"
+
+
+def why_over(rig: Rig, boot: int, permit: Permit, overtaken: str) -> str:
+    """Why what was begun in this `boot` of the rig under `permit` may not go on, "" while it may.
+
+    `overtaken`: what else was asked for meanwhile, by `asked_for`.
+    """
+    if not permit.stands():
+        return f"{permit.name} no longer operates"
+    if (now := rig.boot()) != boot or rig.newest is None:
+        return "the rig is gone" if now is None or rig.newest is None else "the rig restarted"
+    return overtaken
+
+
+def found_in(mode: Mode, cause: Cause) -> str:
+    """The rig is in another mode than it should be."""
+    return f"the rig is in {words(mode)} ({words(cause)})"

@@ -71,9 +71,23 @@ def test_poses_and_decays_become_one_actuator_and_one_page(tmp_path: Path, poses
     assert all(part in text for part in ("Stiffness from static", "zeta", "<svg", "N m/rad", "poses.csv", "mine"))
 
 
+def test_a_damping_ratio_that_was_measured_otherwise_is_that_of_the_models_first_mode(
+    tmp_path: Path, poses: Path
+) -> None:
+    out, page = tmp_path / "mine.toml", tmp_path / "mine.html"
+    app(["identify", str(poses), "--zeta", "0.12", "--out", str(out), "--report", str(page)], standalone_mode=False)
+    found = read_actuator(out)
+    model = build_rod(found, found.table_rods)
+    modes = natural_modes(model, model.rest)
+    first = modes[np.argmin(np.abs(modes))]
+    assert -first.real / abs(first) == pytest.approx(0.12, rel=0.01)
+    assert "Damping as given" in page.read_text() and "# zeta = 0.12" in out.read_text()
+
+
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
+        (["{poses}", "{decays}", "--zeta", "0.1"], "has free decays, which tell it; leave one of both out"),
         (["{poses}", "--ids", "3"], "has no free decays to choose from"),
         (["{decays}", "--ids", "7"], "ID 7 is not there (IDs 0 to 2 are)"),
         (["{poses}", "--profile", "cubic"], "profile = 'cubic' is not one of auto, uniform, linear, scaled"),

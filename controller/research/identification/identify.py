@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from controller.errors import DataError, ParameterError, TendrilError, sentence
 from controller.research.identification.fit import Estimate, Fit
-from controller.research.identification.motion.damping_fit import FreeDecay, fit_damping
+from controller.research.identification.motion.damping_fit import FreeDecay, fit_damping, given_damping
 from controller.research.identification.motion.decays import Decay, decays_in, is_decay, long_ones
 from controller.research.identification.motion.modal_fit import fit_modes
 from controller.research.identification.poses import is_static, read_poses
@@ -31,6 +31,8 @@ class IdentificationTask:
     ids: str | None = None
     profile: str = "auto"
     robust: bool = False
+    zeta: float | None = None
+    """Damping ratio of the first mode, measured otherwise than by the data."""
     command: str = "tendril identify"
     """As it was typed."""
 
@@ -50,6 +52,8 @@ def identify(task: IdentificationTask) -> list[Fit]:
         with _naming(table.path):
             chosen = long_ones(decays_in(table, task.ids), "fit", table.path)
             fits += [fit_damping(outermost(chosen), fits[-1].actuator)] if fits else decay_fits(chosen, base)
+    if task.zeta is not None:
+        fits.append(given_damping(task.zeta, fits[-1].actuator))
     return fits
 
 
@@ -114,6 +118,8 @@ def _refuse(
     for kind, found in (("static tests", statics), ("free decays", decays)):
         if len(found) > 1:
             raise DataError(f"{found[1].path}: {kind} of one actuator belong in one file, {found[0].path} has some")
+    if task.zeta is not None and decays:
+        raise DataError(f"zeta = {task.zeta:g}: {decays[0].path} has free decays, which tell it; leave one of both out")
     if task.ids is not None and not decays:
         raise DataError(f"ids = {task.ids!r}: {task.data[0]} has no free decays to choose from")
 

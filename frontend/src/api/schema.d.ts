@@ -4110,19 +4110,19 @@ export interface components {
       /**
        * Inflate Gain
        * @description Opening per pressure error below the setpoint.
-       * @default 0.00001
+       * @default 0.000002
        */
       inflate_gain: number;
       /**
        * Exhaust Gain
        * @description The same above it.
-       * @default 0.00002
+       * @default 0.000004
        */
       exhaust_gain: number;
       /**
        * Integral Time
-       * @description Reset time.
-       * @default 0.2
+       * @description Reset time. These three are slow on purpose: the pressure step of the commissioning finds better ones.
+       * @default 0.5
        */
       integral_time: number;
     };
@@ -5791,7 +5791,7 @@ export interface components {
       pressure?: number | null;
       /**
        * Repeats
-       * @description Up and down (pressure), releases to each side (decay), laps (closed_loop).
+       * @description Up and down (pressure), releases to each side (decay; two tell a damping ratio), laps (closed_loop).
        * @default 3
        */
       repeats: number;
@@ -5803,7 +5803,8 @@ export interface components {
       grid: number;
       /**
        * Share
-       * @description How far sweep and decays go towards the admissible torques.
+       * @description How far sweep and decays go towards the admissible torques; decays no further than until the tip is 0.3 of the
+       *     length off its rest.
        * @default 0.7
        */
       share: number;
@@ -6503,9 +6504,9 @@ export interface components {
       /**
        * @description For raw openings.
        * @default {
-       *       "inflate_gain": 0.00001,
-       *       "exhaust_gain": 0.00002,
-       *       "integral_time": 0.2
+       *       "inflate_gain": 0.000002,
+       *       "exhaust_gain": 0.000004,
+       *       "integral_time": 0.5
        *     }
        */
       loop: components["schemas"]["PressureLoop"];

@@ -85,6 +85,7 @@ test("numbers carry a unit that fits them, and their interval", () => {
   expect(foundText({ ...number, low: null, high: null, value: null })).toBe("–");
   expect(foundText({ ...number, low: null, high: null, value: 71030.67 })).toBe("71031 s");
   expect(foundText({ ...number, low: null, high: null, value: 0.0123, unit: "1" })).toBe("0.0123");
+  expect(foundText({ ...number, low: null, high: null, value: 5.47e6, unit: "Pa/s" })).toBe("5470 kPa/s");
 });
 
 test("values of the rig file are shown as they are written there", () => {

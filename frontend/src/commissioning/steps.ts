@@ -134,6 +134,7 @@ const UNITS: Partial<
   Record<string, { readonly scale: number; readonly unit: string; readonly digits: number }>
 > = {
   Pa: { scale: 1e-3, unit: "kPa", digits: 1 },
+  "Pa/s": { scale: 1e-3, unit: "kPa/s", digits: 0 },
   m: { scale: 1e3, unit: "mm", digits: 1 },
   s: { scale: 1e3, unit: "ms", digits: 1 },
 };

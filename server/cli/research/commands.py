@@ -31,13 +31,16 @@ def identify(
     report: Annotated[Path | None, typer.Option(help="HTML page with plots and residuals to write.")] = None,
     profile: Annotated[str, typer.Option(help="Stiffness: uniform, linear, scaled, or auto as in the base.")] = "auto",
     robust: Annotated[bool, typer.Option(help="Weigh down static values that lie far out.")] = False,
+    zeta: Annotated[
+        float | None, typer.Option(min=1e-3, max=1.0, help="Damping ratio of the first mode, where no decays tell it.")
+    ] = None,
 ) -> None:
     """Fit stiffness and damping to measured data (`tendril docs identification`)."""
     from controller.research.identification.identify import IdentificationTask
     from controller.schema.actuator import read_actuator
     from server.cli.research.identify import run_identify
 
-    task = IdentificationTask(tuple(data), read_actuator(actuator), ids, profile, robust, command_line())
+    task = IdentificationTask(tuple(data), read_actuator(actuator), ids, profile, robust, zeta, command_line())
     run_identify(task, out_file, report, out)
 
 

@@ -20,7 +20,7 @@ from controller.system.tasks import Tasks
 from server.access.permit import Permit, own
 from server.http.given import given
 from server.log.events import EventLog, words
-from server.operate.asking import asked_for, shown
+from server.operate.asking import asked_for, found_in, shown, why_over
 from server.operate.operator import Operator, Target
 from server.operate.settings import KeptSettings, put_in_force
 from server.presets.first_mode import planning
@@ -164,15 +164,11 @@ class FirstModeMeasurement:
     def _why_over(self, run: _Run) -> str:
         """Why it may not go on, "" while it may."""
         rig, newest = self._parts.rig, self._parts.rig.newest
-        if not run.permit.stands():
-            return f"{run.permit.name} no longer operates"
-        if (boot := rig.boot()) != run.info.boot or newest is None:
-            return "the rig is gone" if boot is None or newest is None else "the rig restarted"
-        if run.overtaken:
-            return run.overtaken
+        if (why := why_over(rig, run.info.boot, run.permit, run.overtaken)) or newest is None:
+            return why
         mode, cause = Mode(int(newest[0]["mode"])), Cause(int(newest[0]["cause"]))
         if run.follows and mode != Mode.FOLLOW:
-            return f"the rig is in {words(mode)} ({words(cause)})"
+            return found_in(mode, cause)
         found = self._parts.operator.settings
         if run.ours is not None and found != run.ours and not self._parts.kept.changing.locked():
             return "the settings were changed"

@@ -14,8 +14,8 @@ from controller.schema.modes import Cause, Mode, Request
 from controller.system.tasks import Tasks
 from server.access.permit import Permit, own
 from server.http.given import given
-from server.log.events import EventLog, words
-from server.operate.asking import asked_for
+from server.log.events import EventLog
+from server.operate.asking import asked_for, found_in, why_over
 from server.operate.operator import Operator
 from server.rig.client import Rig
 from server.runs.macros import messages
@@ -128,11 +128,7 @@ class Macros:
     def _why_over(self, run: _Run) -> str:
         """Why it may not go on, "" while it may."""
         by_itself = self._look_at_mode(run)
-        if not run.permit.stands():
-            return f"{run.permit.name} no longer operates"
-        if (boot := self._rig.boot()) != run.boot:
-            return "the rig is gone" if boot is None else "the rig restarted"
-        return run.overtaken or by_itself
+        return why_over(self._rig, run.boot, run.permit, run.overtaken) or by_itself
 
     def _look_at_mode(self, run: _Run) -> str:
         """Why the rig is in another mode that no step has asked for, "" where one has."""
@@ -145,7 +141,7 @@ class Macros:
         before, run.mode = run.mode, mode
         vented = mode == Mode.VENTED and before not in LATCHED  # that was a clear, which is heard where no step asks
         held = mode == Mode.HOLD and cause not in ASKED
-        return f"the rig is in {words(mode)} ({words(cause)})" if mode in STOPPED or vented or held else ""
+        return found_in(mode, cause) if mode in STOPPED or vented or held else ""
 
     async def _go(self, run: _Run) -> None:
         run.task = asyncio.current_task()

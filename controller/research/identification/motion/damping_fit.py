@@ -11,7 +11,7 @@ from controller.arrays import Array
 from controller.build.rod import build_rod
 from controller.build.stability import natural_modes
 from controller.research.identification.fit import Estimate, Fit, Misfit
-from controller.research.identification.motion.damping import Decrement, log_decrement
+from controller.research.identification.motion.damping import Decrement, Interval, log_decrement
 from controller.research.identification.motion.rayleigh import Rayleigh, rayleigh
 from controller.research.identification.report.damping_plots import (
     amplitudes_plot,
@@ -59,20 +59,50 @@ def fit_damping(motions: Sequence[FreeDecay], base: Actuator) -> Fit:
     The band of interest is from the model's first to its second mode; between them the ratio is lower.
     """
     decays, found = _decrement(motions)
-    measured = _described(motions, decays, found, base)
-    first, second = model_modes(base)
-    band = rayleigh(found.zeta.value, first, second)
-    beta = {} if base.EI is None else {"beta": band.beta}
-    actuator = base.model_copy(update={"alpha": band.alpha, "b": tuple(band.beta * k for k in base.k), **beta})
-    modes = f"{first / math.tau:.3g} and {second / math.tau:.3g} Hz"
+    measured, damped = _described(motions, decays, found, base), _damped(found.zeta.value, base)
     return replace(
         measured,
-        method=f"{measured.method} (alpha, beta) give this ratio to the model's first two modes, {modes}.",
-        actuator=actuator,
-        parameters=(*measured.parameters, *_rayleigh(found, band, actuator)),
-        plots=(*measured.plots, ratios_plot(found, band, first, second)),
-        notes=(*_time_scale(found, first), *measured.notes),
+        method=f"{measured.method} {damped.said}",
+        actuator=damped.actuator,
+        parameters=(*measured.parameters, *_rayleigh(found.zeta, damped)),
+        plots=(*measured.plots, ratios_plot(found, damped.band, *damped.modes)),
+        notes=(*_time_scale(found, damped.modes[0]), *measured.notes),
     )
+
+
+def given_damping(zeta: float, base: Actuator) -> Fit:
+    """alpha and b = beta k of `base` for a ratio of the first mode that was measured otherwise, as `fit_damping`."""
+    damped, exact = _damped(zeta, base), Interval(zeta, zeta, zeta)
+    ratio = Estimate("zeta", zeta, zeta, zeta, "1", "given")
+    return Fit(
+        title="Damping as given",
+        method=f"The damping ratio of the first mode was measured otherwise. {damped.said}",
+        actuator=damped.actuator,
+        parameters=(ratio, *_rayleigh(exact, damped)),
+    )
+
+
+class _Damped(NamedTuple):
+    """An actuator with Rayleigh damping about its first two modes."""
+
+    actuator: Actuator
+    band: Rayleigh
+    modes: tuple[float, float]
+    """[rad/s]."""
+
+    @property
+    def said(self) -> str:
+        """For the report."""
+        first, second = (omega / math.tau for omega in self.modes)
+        return f"(alpha, beta) give this ratio to the model's first two modes, {first:.3g} and {second:.3g} Hz."
+
+
+def _damped(zeta: float, base: Actuator) -> _Damped:
+    modes = model_modes(base)
+    band = rayleigh(zeta, *modes)
+    beta = {} if base.EI is None else {"beta": band.beta}
+    changes = {"alpha": band.alpha, "b": tuple(band.beta * k for k in base.k), **beta}
+    return _Damped(base.model_copy(update=changes), band, modes)
 
 
 def _described(motions: Sequence[FreeDecay], decays: Sequence[Signal], found: Decrement, base: Actuator) -> Fit:
@@ -120,8 +150,9 @@ def _measured(found: Decrement) -> tuple[Estimate, ...]:
     )
 
 
-def _rayleigh(found: Decrement, band: Rayleigh, actuator: Actuator) -> tuple[Estimate, ...]:
-    low, high = found.zeta.low / found.zeta.value, found.zeta.high / found.zeta.value
+def _rayleigh(zeta: Interval, damped: _Damped) -> tuple[Estimate, ...]:
+    actuator, band, _ = damped
+    low, high = zeta.low / zeta.value, zeta.high / zeta.value
     values = [("alpha", band.alpha, "1/s"), ("beta", band.beta, "s")]
     ends = {"b, base joint": 0, "b, tip joint": -1} if len(actuator.b) > 1 else {"b": 0}
     values += [(name, actuator.b[end], "N m s/rad") for name, end in ends.items()]
