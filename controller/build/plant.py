@@ -4,13 +4,17 @@ import numpy as np
 
 from controller.build.cosserat import build_cosserat
 from controller.build.twin import build_twin
+from controller.kernels.plant.cosserat import Cosserat
 from controller.kernels.plant.hardware import Hardware
-from controller.kernels.plant.step import Simulated
+from controller.kernels.plant.twin import Twin
 from controller.kernels.plant.valve import PressureLoop
 from controller.schema.hardware import Valves
 from controller.schema.layout import to_record
 from controller.schema.messages import ValveCommand
 from controller.schema.parameters import RigParameters
+
+Simulated = Twin | Cosserat
+Plant = Simulated | Hardware
 
 
 def build_plant(parameters: RigParameters) -> Simulated:

@@ -1,9 +1,8 @@
 """The twin as a driver."""
 
-from controller.build.plant import build_plant
+from controller.build.plant import Simulated, build_plant
 from controller.drivers.driver import Newest, NewestCommand, Post
 from controller.kernels.plant.faults import Faults
-from controller.kernels.plant.step import Simulated
 from controller.schema.hardware import DriverStatus
 from controller.schema.messages import TwinFaults
 from controller.schema.parameters import RigParameters

@@ -9,10 +9,13 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from numba import njit
+from numba.core.types import unliteral as numba_unliteral
 
 from controller.system.kernel_cache import use
 
 use()
+
+unliteral: Any = numba_unliteral
 
 OPTIONS: dict[str, Any] = {
     "cache": True,
@@ -24,7 +27,23 @@ OPTIONS: dict[str, Any] = {
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-kernel: Callable[[F], F] = njit(**OPTIONS)
-"""Decorator of a kernel."""
-inlined: Callable[[F], F] = njit(forceinline=True, **OPTIONS)
-"""Decorator of a kernel that is part of its caller: what it is given stays in registers."""
+
+def kernel(function: F) -> F:
+    """Decorator of a kernel."""
+    return for_any_number(njit(**OPTIONS)(function))
+
+
+def inlined(function: F) -> F:
+    """Decorator of a kernel that is part of its caller: what it is given stays in registers."""
+    return for_any_number(njit(forceinline=True, **OPTIONS)(function))
+
+
+def for_any_number(function: Any) -> Any:
+    """The same compiled function, but one for all whole numbers that callers name: numba compiles one for each."""
+    of_numba = function.get_call_template
+
+    def get_call_template(arguments: Any, keywords: Any) -> Any:
+        return of_numba([unliteral(one) for one in arguments], {name: unliteral(keywords[name]) for name in keywords})
+
+    function.get_call_template = get_call_template
+    return function

@@ -8,6 +8,7 @@ from numba.core import cgutils as numba_cgutils
 from numba.extending import intrinsic as numba_intrinsic
 from numba.np import arrayobj as numba_arrayobj
 
+from controller.kernels.compiled import for_any_number
 from controller.system.kernel_cache import use
 
 use()
@@ -20,7 +21,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 def compiled(function: F) -> F:
     """`function` in machine code, without the GIL, cached on disk; a division by zero gives nan and never raises."""
-    return cast(F, njit(cache=True, nogil=True, error_model="numpy")(function))
+    return cast(F, for_any_number(njit(cache=True, nogil=True, error_model="numpy")(function)))
 
 
 def _element(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

@@ -3,14 +3,16 @@
 A slot that has passed when a tick ends is skipped and counted, never caught up, so the grid stays where it began.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from controller.arrays import Words
-from controller.kernels.control.tick import Rig, tick
+from controller.build.plant import Plant
+from controller.build.stages import Stages, stages_of
+from controller.kernels.apart import call
+from controller.kernels.control.tick import Rig
 from controller.kernels.plant.hardware import Hardware
-from controller.kernels.plant.step import Plant, plant_step
 from controller.realtime.clock import now_ns, sleep_until, slots_missed
 from controller.realtime.compiled import compiled, load_acquire, store_release
 from controller.realtime.mailbox import mailbox, post, receive, words
@@ -39,6 +41,7 @@ VENTED = int(Mode.VENTED)
 class LoopMemory(NamedTuple):
     """Everything the loop reads and writes: shared words and rows, mailboxes, and its own records with word views."""
 
+    stages: Stages
     header: Words
     rows: Words
     commands: Words
@@ -62,12 +65,16 @@ class LoopMemory(NamedTuple):
     scratch: Words
 
 
-def loop_memory(header: Words, rows: Words, plant: Plant) -> LoopMemory:
-    """Memory of a loop with `plant` that writes into the ring of `header` and `rows`, before any command."""
+def loop_memory(header: Words, rows: Words, rig: Rig, plant: Plant) -> LoopMemory:
+    """Memory of a loop of `rig` and `plant` that writes into the ring of `header` and `rows`, before any command.
+
+    Compiles, or loads from the cache, what the loop calls apart.
+    """
     command, measurement, sensed, telemetry, status = (
         np.zeros(1, record_dtype(model)) for model in (Command, Measurement, Measurement, Telemetry, LoopStatus)
     )
     return LoopMemory(
+        stages=stages_of(rig, plant),
         header=header,
         rows=rows,
         commands=mailbox(command.dtype),
@@ -140,9 +147,9 @@ def step_due(header: Words) -> bool:
 def advance(t_ns: int, paused_ns: int, clock: Words, rig: Rig, twin: Plant, memory: LoopMemory) -> None:
     """One tick at `t_ns` by the clock, one step of the twin, and the row into the ring. `clock` is scratch (4,)."""
     status, telemetry = memory.status[0], memory.telemetry[0]
-    tick(t_ns - paused_ns, memory.command[0], memory.measurement[0], status, rig, telemetry)
+    call(memory.stages.tick, (t_ns - paused_ns, memory.command[0], memory.measurement[0], status, rig, telemetry))
     status.step_ns = now_ns(clock) - t_ns
-    plant_step(t_ns - paused_ns, twin, telemetry, memory.sensed[0])
+    call(memory.stages.plant, (t_ns - paused_ns, twin, telemetry, memory.sensed[0]))
     if memory.outlet_words.shape[0] == 0:
         post(memory.measurements, memory.sensed_words)
     else:
@@ -168,7 +175,7 @@ def write_vented_row(slot: int, t_ns: int, twin: Plant, memory: LoopMemory) -> N
     for i in range(telemetry.u.shape[0]):
         telemetry.u[i] = telemetry.u_ff[i] = telemetry.u_fb[i] = 0.0
     if memory.outlet_words.shape[0] > 0:
-        plant_step(t_ns, twin, telemetry, memory.sensed[0])
+        call(memory.stages.plant, (t_ns, twin, telemetry, memory.sensed[0]))
         post(memory.outlets, memory.outlet_words)
     ring_push(memory.header, memory.rows, memory.telemetry_words)
 
@@ -192,15 +199,18 @@ def run_baseline(header: Words, period_ns: int) -> None:
         deadline += (1 + missed) * period_ns
 
 
-def compile_loop(rig: Rig, twin: Plant) -> None:
+def compile_loop(rig: Rig, twin: Plant) -> bool:
     """Compile, or load from the cache, all that the loop and its readers call; `rig` and `twin` are spares.
+
+    Whether this process had to compile.
 
     The loop ends at once because STOP is set, and writes its one row into a ring that is thrown away.
     """
     header, rows = np.zeros(HEADER_WORDS, np.int64), np.zeros((4, ROW_WORDS), np.int64)
     header[STOP] = 1
-    memory = loop_memory(header, rows, twin)
+    memory = loop_memory(header, rows, rig, twin)
     run_loop(rig, twin, memory, 1_000_000)
     run_baseline(header, 1_000_000)
     post(memory.commands, memory.command_words)
     ring_read(header, rows, 0, np.empty((1, ROW_WORDS), np.int64))
+    return memory.stages.compiled or bool(cast(Any, run_loop).stats.cache_misses)

@@ -15,7 +15,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import BinaryIO
 
 import numpy as np
 
@@ -81,7 +81,8 @@ class RigProcess:
         self._rig = build_rig(parameters, self.boot)
         self._driver = rig_driver(parameters)
         self.ring: Ring = create_ring(settings.rig, self.boot, settings.folder)
-        self.memory: LoopMemory = loop_memory(self.ring.header, self.ring.rows, self._driver.twin)
+        plant = self._driver.twin
+        self.memory: LoopMemory = loop_memory(self.ring.header, self.ring.rows, self._rig, plant)
         self._outlet = np.zeros(1, record_dtype(ValveCommand))
         self._outlet_scratch = words(self._outlet).copy()
         self._sent = 0
@@ -211,8 +212,7 @@ def load_kernels(parameters: RigParameters) -> None:
     So a process that had to compile, after an update or on another kind of processor, begins anew in its own place.
     Once: where the cache keeps nothing it would compile again.
     """
-    compile_loop(build_rig(parameters, boot=1), rig_driver(parameters).twin)
-    if cast(Any, run_loop).stats.cache_misses and AGAIN not in os.environ:
+    if compile_loop(build_rig(parameters, boot=1), rig_driver(parameters).twin) and AGAIN not in os.environ:
         flush_log()
         os.execve(sys.executable, sys.orig_argv, os.environ | {AGAIN: "1"})
 

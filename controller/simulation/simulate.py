@@ -6,9 +6,11 @@ from typing import Any
 import numpy as np
 
 from controller.arrays import Rows, Words
+from controller.build.plant import Plant
+from controller.build.stages import Stages, stages_of
+from controller.kernels.apart import call
 from controller.kernels.compiled import kernel
-from controller.kernels.control.tick import Rig, tick
-from controller.kernels.plant.step import Plant, plant_step
+from controller.kernels.control.tick import Rig
 from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry
 
@@ -24,6 +26,7 @@ class Simulation:
 
     def __init__(self, rig: Rig, twin: Plant, command: Command) -> None:
         self.rig, self.twin, self.present = rig, twin, True
+        self._stages = stages_of(rig, twin)
         self.command = to_record(command)
         self.measurement = to_record(Measurement())
         self._status = to_record(LoopStatus())
@@ -45,7 +48,7 @@ class Simulation:
         """Telemetry of the next periods, one for each of `out_rows` (ticks,)."""
         period_ns = round(self.rig.control.dt * 1e9)
         first = np.array([self._ticks, period_ns, self.present], np.int64)
-        _run(self.rig, self.twin, first, (self.command, self.measurement, self._status), out_rows)
+        _run((self.rig, self.twin, self._stages), first, (self.command, self.measurement, self._status), out_rows)
         self._ticks += len(out_rows)
 
 
@@ -62,8 +65,9 @@ def simulate(rig: Rig, twin: Plant, commands: Sequence[tuple[int, Command]], tic
 
 
 @kernel
-def _run(rig: Rig, twin: Plant, first: Words, records: tuple[Any, Any, Any], rows: Rows) -> None:
+def _run(system: tuple[Rig, Plant, Stages], first: Words, records: tuple[Any, Any, Any], rows: Rows) -> None:
     """Tick and plant in turn, like the real loop: the measurement of a step is seen by the next tick."""
+    rig, twin, stages = system
     command, measurement, status = records[0][0], records[1][0], records[2][0]
     for n in range(rows.size):
         slot = first[0] + n
@@ -71,5 +75,5 @@ def _run(rig: Rig, twin: Plant, first: Words, records: tuple[Any, Any, Any], row
         status.server_ns = status.pump_ns = t_ns
         command.presence += first[2]
         rows[n].slot = slot
-        tick(t_ns, command, measurement, status, rig, rows[n])
-        plant_step(t_ns, twin, rows[n], measurement)
+        call(stages.tick, (t_ns, command, measurement, status, rig, rows[n]))
+        call(stages.plant, (t_ns, twin, rows[n], measurement))

@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Array, Rows, Words
-from controller.build.plant import build_plant
-from controller.kernels.plant.step import Plant, Simulated, plant_step
+from controller.build.plant import Plant, Simulated, build_plant
+from controller.build.stages import step_of
+from controller.kernels.apart import Apart, call
 from controller.realtime.clock import now_ns, sleep_until, slots_missed
 from controller.realtime.compiled import compiled, load_acquire
 from controller.realtime.mailbox import mailbox, post, receive, words
@@ -24,6 +25,7 @@ E_STOP, HOLD = int(Mode.E_STOP), int(Mode.HOLD)
 class PlantMemory(NamedTuple):
     """What the plant's thread shares with those of the wires."""
 
+    step: Apart
     stop: Words
     """(1,) 1: end."""
     drives: Words
@@ -39,11 +41,12 @@ class PlantMemory(NamedTuple):
     scratch: Words
 
 
-def plant_memory() -> PlantMemory:
-    """Before the first command: vented."""
+def plant_memory(plant: Simulated) -> PlantMemory:
+    """For `plant`, before the first command: vented."""
     drive, telemetry, sensed = (np.zeros(1, record_dtype(model)) for model in (ValveCommand, Telemetry, Measurement))
     drive["vent"] = 1
     return PlantMemory(
+        step=step_of(plant),
         stop=np.zeros(1, np.int64),
         drives=mailbox(drive.dtype),
         shown=mailbox(sensed.dtype),
@@ -70,7 +73,7 @@ def run_plant(plant: Plant, memory: PlantMemory, raw: bool, period_ns: int) -> N
         for j in range(4):
             asked = drive.openings[j] if raw else drive.pressures[j]
             telemetry.pressure_cmd[j] = asked if drive.vent == 0 else -1.0 if raw else 0.0
-        plant_step(now_ns(clock), plant, telemetry, memory.sensed[0])
+        call(memory.step, (now_ns(clock), plant, telemetry, memory.sensed[0]))
         post(memory.shown, memory.sensed_words)
         deadline += (1 + slots_missed(now_ns(clock), deadline + period_ns, period_ns)) * period_ns
 
@@ -83,7 +86,7 @@ class RunningPlant:
         self.plant: Simulated = build_plant(parameters)
         self.plant.chambers.raw[0] = raw
         self._raw, self._period_ns = raw, round(parameters.controller.dt * 1e9)
-        self._memory = plant_memory()
+        self._memory = plant_memory(self.plant)
         self._reading = np.zeros(1, record_dtype(Measurement))
         self._scratch = words(self._reading).copy()
         self._posting, self._looking = threading.Lock(), threading.Lock()
@@ -124,7 +127,7 @@ class RunningPlant:
 
 def compile_plant(spare: Simulated, raw: bool) -> None:
     """Compile, or load from the cache, all that the thread calls; `spare` is stepped by nobody."""
-    memory = plant_memory()
+    memory = plant_memory(spare)
     memory.stop[0] = 1
     run_plant(spare, memory, raw, 1_000_000)
     post(memory.drives, memory.drive_words)

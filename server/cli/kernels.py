@@ -1,12 +1,12 @@
 """Every kernel into the cache, on two processes: the first time one alone would take more than a minute and a half.
 
-The code of a kernel holds that of all it calls: so what is called comes in an earlier round. The two parts of a round
-share next to nothing. A part calls its kernels once, with arguments of the types that the tick gives them.
+The code of a kernel holds that of all it calls, unless that stays apart (`controller/kernels/apart.py`): so what is
+called comes in an earlier round. The two parts of a round share next to nothing. A part calls its kernels once, with
+arguments of the types that the tick gives them.
 """
 
 import os
 import re
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import closing
 from pathlib import Path
@@ -21,7 +21,7 @@ from controller.arrays import Record
 from controller.system.work_process import WorkProcess
 
 if TYPE_CHECKING:
-    from controller.schema.parameters import RigParameters
+    from controller.schema.parameters import PlantKind
 
 DECLARED = re.compile(r"^@(?:kernel|inlined|compiled|njit\(cache=True)", re.MULTILINE)
 LOOK = 0.2
@@ -38,8 +38,8 @@ def compile_kernels(out: Console) -> None:
         Progress(*columns, console=out) as progress,
     ):
         bar = progress.add_task("", total=declared())
-        for here, there in ROUNDS:
-            asked = {threads.submit(first.call, here), threads.submit(second.call, there)}
+        for parts in ROUNDS:
+            asked = {threads.submit(who.call, part) for who, part in zip((first, second), parts, strict=False)}
             while asked:
                 done, asked = wait(asked, LOOK)
                 progress.update(bar, completed=kept())
@@ -85,9 +85,7 @@ def model() -> None:
 
 
 def plant() -> None:
-    """Both plants, with the rod and one integrator of `model`, for which they would wait longer than they take; and
-    the last stage before real valves.
-    """
+    """Both plants, and the last stage before real valves."""
     from controller.build.cosserat import build_cosserat
     from controller.build.plant import build_hardware
     from controller.build.twin import build_twin
@@ -149,13 +147,17 @@ def whole_tick() -> None:
 
 
 def beside() -> None:
-    """What no part of the tick calls: the replay of recordings, the velocity that the implicit step leaves open, and
-    the inverse of one point alone.
+    """What neither tick nor loop calls: the replay of recordings, the velocity that the implicit step leaves open, the
+    inverse of one point alone, what a pose is out of balance by, and the loop of a virtual rig.
     """
+    from controller.build.plant import build_plant
     from controller.kernels.control.inverse import invert
+    from controller.kernels.model.equilibrium import out_of_balance
     from controller.kernels.model.implicit import meet_hinges
     from controller.kernels.observer.observer import Replay
     from controller.kernels.observer.replay import RecordedSamples, replay
+    from controller.schema.parameters import RigParameters
+    from controller.virtual.plant import compile_plant
 
     control, observer = _given().rig.control, _given().rig.observer
     nothing = np.zeros((1, 1, 2))
@@ -165,27 +167,37 @@ def beside() -> None:
     run = Replay(model, state, observer.load, work, observer.sensors, model.rest, np.ones(2), 1e-3)
     samples = RecordedSamples(nothing, nothing, np.ones(1, np.int64), 0.05, np.zeros(1))
     replay(0, samples, run, np.zeros((1, observer.points.shape[0], 2)))
+    out_of_balance(control.smap.statics.body, 0.0, 0.0, control.scratch)
+    compile_plant(build_plant(RigParameters()), raw=False)
 
 
-def loop() -> None:
-    """The loop of the rig, with either plant. Hardware, or a virtual rig, compiles 10 s when it is first asked for."""
+def with_rod() -> None:
+    """The loop of the rig with the twin, the loop without a clock, and all else that a preview calls.
+
+    Hardware compiles a few seconds more when it is first asked for.
+    """
+    _with_plant("rod")
+
+
+def with_cosserat() -> None:
+    """The same with the other plant."""
+    _with_plant("cosserat")
+    beside()
+
+
+def _with_plant(plant: "PlantKind") -> None:
     from controller.build.plant import build_plant
     from controller.build.rig import build_rig
     from controller.realtime.loop import compile_loop
-
-    for parameters in _rigs():
-        compile_loop(build_rig(parameters, boot=1), build_plant(parameters))
-
-
-def preview() -> None:
-    """The loop without a clock, and all else that a preview calls, with either plant."""
+    from controller.schema.parameters import RigParameters, TwinParameters
     from server.runs.preview import warm_up
 
-    for parameters in _rigs():
-        warm_up(parameters)
+    parameters = RigParameters(twin=TwinParameters(plant=plant))
+    compile_loop(build_rig(parameters, boot=1), build_plant(parameters))
+    warm_up(parameters)
 
 
-ROUNDS = ((model, plant), (estimate, command), (whole_tick, beside), (loop, preview))
+ROUNDS = ((model,), (estimate, command), (whole_tick, plant), (with_rod, with_cosserat))
 
 
 class Given(NamedTuple):
@@ -203,14 +215,6 @@ def _given() -> Given:
     from controller.schema.parameters import RigParameters
 
     return Given(*_records(), build_rig(RigParameters(), boot=1))
-
-
-def _rigs() -> "Iterator[RigParameters]":
-    """A rig with each plant."""
-    from controller.schema.parameters import RigParameters, TwinParameters
-
-    yield RigParameters()
-    yield RigParameters(twin=TwinParameters(plant="cosserat"))
 
 
 def _records() -> tuple[Record, Record, Record, Record]:

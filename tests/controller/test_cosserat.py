@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numba import njit
 
 from controller.build.cosserat import build_cosserat
-from controller.build.plant import build_plant
+from controller.build.plant import Plant, build_plant
+from controller.build.stages import step_of
+from controller.kernels.apart import Apart, call
 from controller.kernels.plant.cosserat import Cosserat, drive, stiffen
-from controller.kernels.plant.step import Plant, plant_step
 from controller.schema.actuator import PRESETS
 from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Measurement, Telemetry
@@ -19,6 +19,7 @@ from controller.schema.modes import Mode
 from controller.schema.parameters import CosseratParameters, PlantKind, RigParameters, TwinParameters
 from controller.simulation.case import Case, Setup, run_case
 from controller.simulation.metrics import Window
+from tests.controller.chains import compiled
 from tests.controller.foreign import BODIES, backbone_miss, followed, identified
 from tests.controller.trial import Trial, distance, line, true_tip
 
@@ -36,10 +37,10 @@ def rig_with(name: str = "P1", **own: Any) -> RigParameters:
     )
 
 
-@njit(error_model="numpy")
-def stepped(plant: Plant, rows: np.ndarray, measurement: np.ndarray, kept: np.ndarray) -> None:
+@compiled
+def stepped(plant: Plant, step: Apart, rows: np.ndarray, measurement: np.ndarray, kept: np.ndarray) -> None:
     for i in range(rows.size):
-        plant_step(1_000_000 * (i + 1), plant, rows[i], measurement[0])
+        call(step, (1_000_000 * (i + 1), plant, rows[i], measurement[0]))
         kept[i] = measurement[0]
 
 
@@ -47,7 +48,7 @@ def run(plant: Plant, pressures: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Telemetry and measurement of each step under commanded pressures (n,4)."""
     rows, kept = np.zeros(len(pressures), record_dtype(Telemetry)), np.zeros(len(pressures), record_dtype(Measurement))
     rows["pressure_cmd"] = pressures
-    stepped(plant, rows, to_record(Measurement()), kept)
+    stepped(plant, step_of(plant), rows, to_record(Measurement()), kept)
     return rows, kept
 
 

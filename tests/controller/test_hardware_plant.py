@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from controller.build.plant import build_hardware, build_plant
 from controller.build.rig import build_rig
-from controller.kernels.plant.hardware import Hardware
-from controller.kernels.plant.step import plant_step
+from controller.kernels.plant.hardware import Hardware, hardware_step
+from controller.kernels.plant.twin import twin_step
 from controller.realtime.loop import loop_memory, run_loop
 from controller.realtime.mailbox import receive, words
 from controller.realtime.ring import HEADER_WORDS, ROW_WORDS, STOP
@@ -41,7 +41,7 @@ class Stage:
 
     def step(self, mode: Mode, asked: Any, shown: Any = (0.0, 0.0, 0.0, 0.0)) -> np.void:
         self.row["mode"], self.row["pressure_cmd"], self.row["pressure_meas"] = mode, asked, shown
-        plant_step(1, self.hardware, self.row[0], self.sensed[0])
+        hardware_step(1, self.hardware, self.row[0], self.sensed[0])
         command: np.void = self.hardware.command[0]
         return command
 
@@ -109,7 +109,7 @@ def test_the_loop_of_raw_valves_holds_pressures_of_the_twins_chambers() -> None:
     for _ in range(3000):
         command = stage.step(Mode.HOLD, asked, shown=sensed["pressures"][0])
         row["mode"], row["pressure_cmd"] = Mode.HOLD, command["openings"]
-        plant_step(1, plant, row[0], sensed[0])
+        twin_step(1, plant, row[0], sensed[0])
     assert np.abs(sensed["pressures"][0] - asked).max() < 2e3
 
 
@@ -118,8 +118,8 @@ def test_the_last_thing_that_the_valves_are_told_is_to_vent() -> None:
     header[STOP] = 1
     stage = hardware()
     stage.command["vent"], stage.command["pressures"] = 0, 5e4
-    memory = loop_memory(header, rows, stage)
-    run_loop(build_rig(RigParameters(), boot=1), stage, memory, 1_000_000)
+    memory = loop_memory(header, rows, rig := build_rig(RigParameters(), boot=1), stage)
+    run_loop(rig, stage, memory, 1_000_000)
     told = np.zeros(1, record_dtype(ValveCommand))
     receive(memory.outlets, 0, words(told).copy(), words(told))
     assert told["vent"][0] == 1 and not told["pressures"].any() and told["t_ns"][0] > 0

@@ -8,7 +8,6 @@ import time
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -199,14 +198,12 @@ def test_without_its_parent_it_rests_and_then_ends(tmp_path: Path) -> None:
         assert (rows["mode"][-1], rows["cause"][-1]) == (Mode.VENTED, Cause.SERVER_LOST)
 
 
-@pytest.mark.parametrize(("misses", "again", "times"), [(1, "", 1), (1, "1", 0), (0, "", 0)])
+@pytest.mark.parametrize(("compiled", "again", "times"), [(True, "", 1), (True, "1", 0), (False, "", 0)])
 def test_a_rig_that_had_to_compile_begins_anew_but_once(
-    monkeypatch: pytest.MonkeyPatch, misses: int, again: str, times: int
+    monkeypatch: pytest.MonkeyPatch, compiled: bool, again: str, times: int
 ) -> None:
     begun: list[tuple[Any, ...]] = []
-    loop = SimpleNamespace(stats=SimpleNamespace(cache_misses=dict.fromkeys(range(misses), 1)))
-    monkeypatch.setattr(process, "compile_loop", lambda rig, twin: None)
-    monkeypatch.setattr(process, "run_loop", loop)
+    monkeypatch.setattr(process, "compile_loop", lambda rig, twin: compiled)
     monkeypatch.setattr(os, "execve", lambda *given: begun.append(given))
     monkeypatch.setenv(process.AGAIN, again) if again else monkeypatch.delenv(process.AGAIN, raising=False)
     process.load_kernels(RigParameters())

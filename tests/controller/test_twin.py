@@ -8,7 +8,9 @@ import pytest
 
 from controller.arrays import Rows
 from controller.build.rod import build_rod
+from controller.build.stages import step_of
 from controller.build.twin import build_twin
+from controller.kernels.apart import Apart, call
 from controller.kernels.model.rod import make_load
 from controller.kernels.model.statics import tip_of
 from controller.kernels.plant.twin import Twin, twin_step
@@ -32,20 +34,20 @@ STEP_NS = 1_000_000
 
 
 @compiled
-def walk(twin: Twin, pressures: np.ndarray, telemetry: np.ndarray, measurement: np.ndarray) -> None:
+def walk(twin: Twin, step: Apart, pressures: np.ndarray, telemetry: np.ndarray, measurement: np.ndarray) -> None:
     """One step for each row of `pressures` (n,4) [Pa], in its own row of telemetry and a held measurement."""
     for i in range(pressures.shape[0]):
         measurement[i] = measurement[max(i - 1, 0)]
         for j in range(4):
             telemetry[i].pressure_cmd[j] = pressures[i, j]
-        twin_step((twin.ticks[0] + 1) * 1_000_000, twin, telemetry[i], measurement[i])
+        call(step, ((twin.ticks[0] + 1) * 1_000_000, twin, telemetry[i], measurement[i]))
 
 
 def run(twin: Twin, pressures: np.ndarray) -> tuple[Rows, Rows]:
     """What telemetry showed at the start of each tick and what was sensed after it (n,)."""
     telemetry = np.zeros(len(pressures), record_dtype(Telemetry))
     measurement = np.zeros(len(pressures), record_dtype(Measurement))
-    walk(twin, pressures, telemetry, measurement)
+    walk(twin, step_of(twin), pressures, telemetry, measurement)
     return telemetry, measurement
 
 

@@ -6,10 +6,10 @@ import numpy as np
 
 from controller.arrays import Rows
 from controller.build.rig import build_rig
+from controller.build.stages import stages_of
 from controller.build.twin import build_twin
-from controller.kernels.control.tick import Rig, tick
+from controller.kernels.apart import call
 from controller.kernels.memory import STATE
-from controller.kernels.plant.twin import Twin, twin_step
 from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry
 from controller.schema.modes import Request
@@ -31,8 +31,9 @@ class Switches(NamedTuple):
 
 
 @compiled
-def advance(rig: Rig, twin: Twin, switches: Switches, now: np.ndarray, records: Any, rows: Rows, states: Rows) -> None:
+def advance(system: Any, switches: Switches, now: np.ndarray, records: Any, rows: Rows, states: Rows) -> None:
     """One tick for each of `rows`; `states` get the memory after it, `now` (1,) [ns] is the last tick's."""
+    rig, twin, stages = system
     command, measurement, status = records[0][0], records[1][0], records[2][0]
     for n in range(rows.size):
         now[0] += 1_000_000
@@ -41,9 +42,9 @@ def advance(rig: Rig, twin: Twin, switches: Switches, now: np.ndarray, records: 
             status.server_ns = now[0]
         if switches.pump[0] != 0:
             status.pump_ns = now[0]
-        tick(now[0], command, measurement, status, rig, rows[n])
+        call(stages.tick, (now[0], command, measurement, status, rig, rows[n]))
         states[n] = rig.control.state[0]
-        twin_step(now[0], twin, rows[n], measurement)
+        call(stages.plant, (now[0], twin, rows[n], measurement))
         for j in range(4):
             if switches.pressures[j] != -1.0:
                 measurement.pressures[j] = switches.pressures[j]
@@ -55,6 +56,7 @@ class World:
     def __init__(self) -> None:
         parameters = RigParameters(limits=LIMITS, twin=TwinParameters(rods=6))
         self.rig, self.twin = build_rig(parameters, BOOT), build_twin(parameters)
+        self._stages = stages_of(self.rig, self.twin)
         self.switches = Switches(*(np.ones(1, np.int64) for _ in range(3)), np.full(4, -1.0))
         self.now = np.array([1000 * MS])
         self.records = (to_record(Command(boot=BOOT)), to_record(Measurement()), to_record(LoopStatus()))
@@ -82,4 +84,4 @@ class World:
 
     def _advance(self, ticks: int) -> None:
         self.rows, self.states = np.zeros(ticks, record_dtype(Telemetry)), np.zeros(ticks, STATE)
-        advance(self.rig, self.twin, self.switches, self.now, self.records, self.rows, self.states)
+        advance((self.rig, self.twin, self._stages), self.switches, self.now, self.records, self.rows, self.states)

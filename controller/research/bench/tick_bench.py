@@ -7,10 +7,12 @@ import numpy as np
 
 from controller.arrays import Words
 from controller.build.rig import build_rig
+from controller.build.stages import Stages, stages_of
 from controller.build.twin import build_twin
 from controller.errors import TendrilError
-from controller.kernels.control.tick import Rig, tick
-from controller.kernels.plant.twin import Twin, twin_step
+from controller.kernels.apart import call
+from controller.kernels.control.tick import Rig
+from controller.kernels.plant.twin import Twin
 from controller.realtime.clock import now_ns
 from controller.realtime.compiled import compiled
 from controller.schema.layout import record_dtype, to_record
@@ -34,11 +36,12 @@ class Inputs(NamedTuple):
 
 
 @compiled
-def run_ticks(rig: Rig, twin: Twin, inputs: Inputs, telemetry: np.ndarray, spans: Words) -> None:
+def run_ticks(system: tuple[Rig, Twin, Stages], inputs: Inputs, telemetry: np.ndarray, spans: Words) -> None:
     """Tick and step the twin once for every entry of `spans` (n,), which becomes the tick's duration [ns].
 
     A perfect loop on a clock that goes on from the last tick in `telemetry`, one record.
     """
+    rig, twin, stages = system
     clock = np.zeros(4, np.int64)
     command, measurement, status, row = inputs.command[0], inputs.measurement[0], inputs.status[0], telemetry[0]
     period_ns = round(rig.control.dt * 1e9)
@@ -50,9 +53,9 @@ def run_ticks(rig: Rig, twin: Twin, inputs: Inputs, telemetry: np.ndarray, spans
         command.presence += 1
         status.server_ns = status.pump_ns = t_ns
         start_ns = now_ns(clock)
-        tick(t_ns, command, measurement, status, rig, row)
+        call(stages.tick, (t_ns, command, measurement, status, rig, row))
         spans[i] = now_ns(clock) - start_ns
-        twin_step(t_ns, twin, row, measurement)
+        call(stages.plant, (t_ns, twin, row, measurement))
 
 
 class LoopTimes(NamedTuple):
@@ -72,15 +75,16 @@ def closed_loop(parameters: RigParameters, seconds: float) -> LoopTimes:
     Raises TendrilError if the rig does not follow to the end.
     """
     rig, twin = build_rig(parameters, BOOT), build_twin(parameters)
+    stages = stages_of(rig, twin)
     inputs = Inputs(to_record(Command(boot=BOOT)), to_record(Measurement()), to_record(LoopStatus()))
     telemetry = np.zeros(1, record_dtype(Telemetry))
     for request in (Request.NONE, Request.ARM, Request.FOLLOW):
         inputs.command["request"] = request
         inputs.command["request_n"] += 1
-        run_ticks(rig, twin, inputs, telemetry, np.zeros(ARMING, np.int64))
+        run_ticks((rig, twin, stages), inputs, telemetry, np.zeros(ARMING, np.int64))
     spans = np.zeros(round(seconds / rig.control.dt), np.int64)
     start = time.perf_counter()
-    run_ticks(rig, twin, inputs, telemetry, spans)
+    run_ticks((rig, twin, stages), inputs, telemetry, spans)
     wall = time.perf_counter() - start
     if telemetry["mode"][0] != Mode.FOLLOW or not np.isfinite(telemetry["backbone"]).all():
         raise TendrilError(f"the rig ended in mode {Mode(telemetry['mode'][0]).name} instead of following: no times")

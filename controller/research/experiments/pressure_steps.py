@@ -7,8 +7,9 @@ import numpy as np
 from numba import njit
 
 from controller.arrays import Array
+from controller.build.stages import step_of
 from controller.build.twin import build_twin
-from controller.kernels.plant.twin import twin_step
+from controller.kernels.apart import call
 from controller.research.experiments.results import PressureStep
 from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Measurement, Telemetry
@@ -52,15 +53,16 @@ def driven_pressure(parameters: RigParameters, setpoints: Array) -> Array:
     """Pressure (n,) [Pa] of the twin's first chamber at the ticks at which it is asked for `setpoints` (n,) [Pa]."""
     asked = np.zeros(1, record_dtype(Telemetry))
     pressure = np.empty(len(setpoints))
-    _drive(build_twin(parameters), (asked, to_record(Measurement())), setpoints, pressure)
+    twin = build_twin(parameters)
+    _drive(twin, step_of(twin), (asked, to_record(Measurement())), setpoints, pressure)
     return pressure
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _drive(twin, records, setpoints, pressure):  # type: ignore[no-untyped-def]
+def _drive(twin, step, records, setpoints, pressure):  # type: ignore[no-untyped-def]
     """The twin alone, its first chamber asked for one of `setpoints` a tick; `pressure` is that before the tick."""
     asked, measurement = records[0][0], records[1][0]
     for n in range(setpoints.size):
         pressure[n] = measurement.pressures[0]
         asked.pressure_cmd[0] = setpoints[n]
-        twin_step(START_NS + n * 1_000_000, twin, asked, measurement)
+        call(step, (START_NS + n * 1_000_000, twin, asked, measurement))

@@ -1,0 +1,47 @@
+"""Tick and step of the plant, which loop and simulations call in turn: each compiled once, apart from its callers."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from pydantic import BaseModel
+
+from controller.arrays import Record
+from controller.build.plant import Plant
+from controller.kernels.apart import Apart
+from controller.kernels.control.tick import Rig, tick
+from controller.kernels.plant.cosserat import Cosserat, cosserat_step
+from controller.kernels.plant.hardware import Hardware, hardware_step
+from controller.kernels.plant.twin import Twin, twin_step
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry
+
+_STEPS: dict[type, Any] = {Twin: twin_step, Cosserat: cosserat_step, Hardware: hardware_step}
+
+
+class Stages(NamedTuple):
+    """For one kind of rig, and one of plant."""
+
+    tick: Apart
+    """`controller.kernels.control.tick.tick`."""
+    plant: Apart
+    """The step of whichever plant it is."""
+
+    @property
+    def compiled(self) -> bool:
+        """Whether this process had to compile one of them."""
+        return self.tick.compiled or self.plant.compiled
+
+
+def stages_of(rig: Rig, plant: Plant) -> Stages:
+    """Those for `rig` and `plant`, which are looked at only."""
+    command, measurement, status, telemetry = (_record(kind) for kind in (Command, Measurement, LoopStatus, Telemetry))
+    return Stages(Apart(tick, 0, command, measurement, status, rig, telemetry), step_of(plant))
+
+
+def step_of(plant: Plant) -> Apart:
+    """The step of `plant`, which is looked at only."""
+    return Apart(_STEPS[type(plant)], 0, plant, _record(Telemetry), _record(Measurement))
+
+
+def _record(kind: type[BaseModel]) -> Record:
+    return np.zeros(1, record_dtype(kind))[0]
