@@ -73,9 +73,10 @@ class Bench:
         self.peer.close()
 
 
-def answer(device: SerialBoard, asked: Outlet, tries: int = 20) -> Reading:
-    """The board's answer; again where this machine was too busy for one in time."""
-    for _ in range(tries):
+def answer(device: SerialBoard, asked: Outlet, patience: float = 20.0) -> Reading:
+    """The board's answer; again where this machine was too busy for one in time, however long it pauses [s]."""
+    end = time.monotonic() + patience
+    while time.monotonic() < end:
         found = device.exchange(asked, 0.1)
         if found is not None:
             return found
