@@ -82,9 +82,8 @@ class Commissioner:
         for _ in range(TRIES):
             self.stack.arm()
             found = self.stack.run(task)
-            print(
-                f"{time.monotonic() - self.began:6.1f} s  {task}: {found['state']}, RMSE {found['rmse'] * 1e3:.1f} mm"
-            )
+            told = f"{found['state']} {found['reason']}, RMSE {found['rmse']} m"  # None of a run that is broken off
+            print(f"{time.monotonic() - self.began:6.1f} s  {task}: {told}")
             if PAUSED not in found["reason"]:
                 break
         return found
