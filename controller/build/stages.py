@@ -26,10 +26,10 @@ class Stages(NamedTuple):
     plant: Apart
     """The step of whichever plant it is."""
 
-    @property
-    def compiled(self) -> bool:
-        """Whether this process had to compile one of them."""
-        return self.tick.compiled or self.plant.compiled
+
+def compiled_here(*callers: Any) -> bool:
+    """Whether this process had to compile a stage, or one of `callers`; else all that it has came from the cache."""
+    return any(kernel.stats.cache_misses for kernel in (tick, *_STEPS.values(), *callers))
 
 
 def stages_of(rig: Rig, plant: Plant) -> Stages:

@@ -23,17 +23,12 @@ class Apart:
 
     def __init__(self, kernel: Any, *given: Any) -> None:
         """`kernel` is one that returns nothing. Keep this as long as anybody may call it."""
-        self.arguments = tuple(typeof(one) for one in given)
-        before = _misses(kernel)
-        kernel.compile(self.arguments)
-        found = kernel.overloads[self.arguments]
+        arguments = tuple(typeof(one) for one in given)
+        kernel.compile(arguments)
+        found = kernel.overloads[arguments]
         self.address = int(found.library.get_pointer_to_function(found.fndesc.llvm_func_name))
-        self.compiled: bool = _misses(kernel) > before
-        """This process had to compile it, which costs memory for good; else it came from the cache."""
-
-
-def _misses(kernel: Any) -> int:
-    return sum(kernel.stats.cache_misses.values())
+        self.kind = ApartType(arguments)
+        """numba asks for it at every call of a caller, and its name is long: it is made once."""
 
 
 class ApartType(types.Type):
@@ -50,7 +45,7 @@ class _Address(extending.models.PrimitiveModel):  # type: ignore[misc]
 
 
 def _typeof(value: Apart, context: Any) -> ApartType:
-    return ApartType(value.arguments)
+    return value.kind
 
 
 def _unbox(kind: ApartType, value: Any, context: Any) -> Any:

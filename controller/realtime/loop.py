@@ -3,13 +3,13 @@
 A slot that has passed when a tick ends is skipped and counted, never caught up, so the grid stays where it began.
 """
 
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 
 from controller.arrays import Words
 from controller.build.plant import Plant
-from controller.build.stages import Stages, stages_of
+from controller.build.stages import Stages, compiled_here, stages_of
 from controller.kernels.apart import call
 from controller.kernels.control.tick import Rig
 from controller.kernels.plant.hardware import Hardware
@@ -200,11 +200,10 @@ def run_baseline(header: Words, period_ns: int) -> None:
 
 
 def compile_loop(rig: Rig, twin: Plant) -> bool:
-    """Compile, or load from the cache, all that the loop and its readers call; `rig` and `twin` are spares.
+    """Compile, or load from the cache, all that the loop and its readers call; whether this process had to compile.
 
-    Whether this process had to compile.
-
-    The loop ends at once because STOP is set, and writes its one row into a ring that is thrown away.
+    `rig` and `twin` are spares. The loop ends at once because STOP is set, and writes its one row into a ring that is
+    thrown away.
     """
     header, rows = np.zeros(HEADER_WORDS, np.int64), np.zeros((4, ROW_WORDS), np.int64)
     header[STOP] = 1
@@ -213,4 +212,4 @@ def compile_loop(rig: Rig, twin: Plant) -> bool:
     run_baseline(header, 1_000_000)
     post(memory.commands, memory.command_words)
     ring_read(header, rows, 0, np.empty((1, ROW_WORDS), np.int64))
-    return memory.stages.compiled or bool(cast(Any, run_loop).stats.cache_misses)
+    return compiled_here(run_loop)

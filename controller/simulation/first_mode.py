@@ -56,6 +56,10 @@ class ModeModel(NamedTuple):
     S: Array
     """Way of the tip by the torques (2,2) [m/(N m)]."""
 
+    def kappa(self, frequency: float) -> float:
+        """By which stiffness, torque and gravity of the twin are to be multiplied for `frequency`, undamped [Hz]."""
+        return float((2.0 * math.pi * frequency / self.omega) ** 2)
+
 
 class StepRecord(NamedTuple):
     """What was measured: rows of the loop, evenly spaced."""
@@ -85,7 +89,7 @@ class FirstMode(NamedTuple):
     """Undamped [Hz]."""
     zeta: Estimate
     kappa: Estimate
-    """By which stiffness, torque and gravity of the twin are to be multiplied for this frequency."""
+    """`ModeModel.kappa` of this frequency."""
     friction: float
     """By how much dry friction shifts the rest, either way [m]."""
     delay: float
@@ -159,7 +163,7 @@ def first_mode(record: StepRecord, model: ModeModel) -> FirstMode:
     return FirstMode(
         frequency=frequency,
         zeta=_estimate(found[1], each[:, 1]),
-        kappa=Estimate(*((2.0 * math.pi * f / model.omega) ** 2 for f in frequency)),
+        kappa=Estimate(*(model.kappa(f) for f in frequency)),
         friction=float(found[2]),
         delay=float(found[3]),
         misfit=misfit,

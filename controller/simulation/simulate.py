@@ -48,7 +48,7 @@ class Simulation:
         """Telemetry of the next periods, one for each of `out_rows` (ticks,)."""
         period_ns = round(self.rig.control.dt * 1e9)
         first = np.array([self._ticks, period_ns, self.present], np.int64)
-        _run((self.rig, self.twin, self._stages), first, (self.command, self.measurement, self._status), out_rows)
+        _run(self.rig, self.twin, self._stages, first, (self.command, self.measurement, self._status), out_rows)
         self._ticks += len(out_rows)
 
 
@@ -65,9 +65,8 @@ def simulate(rig: Rig, twin: Plant, commands: Sequence[tuple[int, Command]], tic
 
 
 @kernel
-def _run(system: tuple[Rig, Plant, Stages], first: Words, records: tuple[Any, Any, Any], rows: Rows) -> None:
+def _run(rig: Rig, twin: Plant, stages: Stages, first: Words, records: tuple[Any, Any, Any], rows: Rows) -> None:
     """Tick and plant in turn, like the real loop: the measurement of a step is seen by the next tick."""
-    rig, twin, stages = system
     command, measurement, status = records[0][0], records[1][0], records[2][0]
     for n in range(rows.size):
         slot = first[0] + n

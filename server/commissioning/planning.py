@@ -5,10 +5,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from controller.arrays import Array, Rows
+from controller.arrays import Array, Rows, Words
 from controller.errors import ParameterError
 from controller.schema.hardware import PressureLoop, Valves
 from controller.schema.parameters import RigParameters
+from server.rig.numbered import in_slots
 
 if TYPE_CHECKING:
     from controller.simulation.pneumatic_fit import ChamberSteps
@@ -34,7 +35,7 @@ INSIDE = 0.9
 class PressureSteps(NamedTuple):
     """Telemetry of the steps of one chamber."""
 
-    slots: Array
+    slots: Words
     """(n,) of the loop's grid."""
     asked: Array
     """(n,) setpoint [Pa]."""
@@ -80,7 +81,7 @@ class PressureFit(NamedTuple):
 class Release(NamedTuple):
     """Telemetry of one release, from the lead to it until the arm rests."""
 
-    slots: Array
+    slots: Words
     """(n,) of the loop's grid."""
     pressures: Array
     """(n,4) measured [Pa]."""
@@ -89,7 +90,7 @@ class Release(NamedTuple):
     tip: Array
     """(n,2) measured [m]; nan where it was not seen."""
     slot: int
-    """At which it was let go."""
+    """At which it was released."""
 
 
 class Swing(NamedTuple):
@@ -183,14 +184,14 @@ def swing(releases: tuple[Release, ...], rig: RigParameters) -> Swing:
     slots = np.concatenate([one.slots for one in releases])
     every = max(1, round(SWING_PERIOD / rig.controller.dt))
     grid = np.arange(slots[0], slots[-1] + 1, every)
-    rows = np.searchsorted(slots, grid, "right") - 1  # in a slot that was lost: the last row before
+    rows = in_slots(slots, grid)
     pressures, sent, tip = (
         np.concatenate([getattr(one, name) for one in releases])[rows] for name in ("pressures", "sent", "tip")
     )
-    let_go = np.zeros(len(grid), bool)
+    released = np.zeros(len(grid), bool)
     for one in releases:
-        let_go |= (grid >= one.slot) & (grid <= one.slots[-1])
-    tip[~let_go] = np.nan  # how it was led there tells nothing
+        released |= (grid >= one.slot) & (grid <= one.slots[-1])
+    tip[~released] = np.nan  # how it was led there tells nothing
     torque, _ = driving_torque(pressures, sent, rig)
     starts = tuple(int(np.searchsorted(grid, one.slot)) for one in releases)
     found = first_mode(StepRecord(every * rig.controller.dt, torque, tip, starts), mode_model(rig))
@@ -199,13 +200,10 @@ def swing(releases: tuple[Release, ...], rig: RigParameters) -> Swing:
 
 
 def kappa_of(frequency: float, rig: RigParameters) -> float:
-    """By which the stiffness of the chain that stands for the plant is to be multiplied for a first mode of so many Hz.
-
-    Statics leave it open: torque and gravity are multiplied by the same.
-    """
+    """kappa of a first mode of `frequency` [Hz], which statics leave open; see `ModeModel.kappa`."""
     from controller.simulation.first_mode import mode_model
 
-    return float((2.0 * math.pi * frequency / mode_model(rig).omega) ** 2)
+    return mode_model(rig).kappa(frequency)
 
 
 def pressure_fit(chambers: tuple[PressureSteps, ...], rig: RigParameters) -> PressureFit:
@@ -233,11 +231,11 @@ def pressure_fit(chambers: tuple[PressureSteps, ...], rig: RigParameters) -> Pre
 
 
 def _on_the_grid(steps: PressureSteps) -> "ChamberSteps":
-    """The same, evenly spaced: in a slot that was lost it is as in the last row before."""
+    """The same, evenly spaced."""
     from controller.simulation.pneumatic_fit import ChamberSteps
 
     grid = np.arange(steps.slots[0], steps.slots[-1] + 1)
-    newest = np.searchsorted(steps.slots, grid, "right") - 1
+    newest = in_slots(steps.slots, grid)
     starts = tuple(int(start - grid[0]) for start in steps.starts)
     return ChamberSteps(steps.asked[newest], steps.shown[newest], starts)
 

@@ -1,9 +1,18 @@
-"""The newest rows of a stream, numbered from 0 on, in one array that is made once."""
+"""The newest rows of a stream, numbered from 0 on, in one array that is made once; and the rows of the loop's slots."""
 
 import numpy as np
 
-from controller.arrays import Rows, Values
+from controller.arrays import Rows, Values, Words
 from controller.schema.layout import numbers
+
+
+def in_slots(slots: Words, wanted: Words) -> Words:
+    """Which of the rows at `slots` (n,) of the loop's grid is the newest in each of the `wanted` (m,) ones.
+
+    In a slot that was lost it is the last row before, ahead of all rows the first.
+    """
+    found: Words = np.clip(np.searchsorted(slots, wanted, "right") - 1, 0, None)
+    return found
 
 
 class Numbered:

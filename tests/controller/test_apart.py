@@ -69,10 +69,11 @@ def test_the_second_process_has_them_from_the_cache() -> None:
     """A rig that had to compile begins anew, once: it must be told so of what it calls apart, too."""
     told = """
 from controller.build.rig import build_rig
-from controller.build.stages import stages_of
+from controller.build.stages import compiled_here, stages_of
 from controller.build.twin import build_twin
 from controller.schema.parameters import RigParameters
-print(stages_of(build_rig(RigParameters(), 1), build_twin(RigParameters())).compiled)
+stages_of(build_rig(RigParameters(), 1), build_twin(RigParameters()))
+print(compiled_here())
 """
     stages_of(build_rig(RigParameters(), 1), build_twin(RigParameters()))
     assert subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True).stdout == "False\n"

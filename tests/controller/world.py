@@ -31,9 +31,10 @@ class Switches(NamedTuple):
 
 
 @compiled
-def advance(system: Any, switches: Switches, now: np.ndarray, records: Any, rows: Rows, states: Rows) -> None:
+def advance(
+    rig: Any, twin: Any, stages: Any, switches: Switches, now: np.ndarray, records: Any, rows: Rows, states: Rows
+) -> None:
     """One tick for each of `rows`; `states` get the memory after it, `now` (1,) [ns] is the last tick's."""
-    rig, twin, stages = system
     command, measurement, status = records[0][0], records[1][0], records[2][0]
     for n in range(rows.size):
         now[0] += 1_000_000
@@ -84,4 +85,4 @@ class World:
 
     def _advance(self, ticks: int) -> None:
         self.rows, self.states = np.zeros(ticks, record_dtype(Telemetry)), np.zeros(ticks, STATE)
-        advance((self.rig, self.twin, self._stages), self.switches, self.now, self.records, self.rows, self.states)
+        advance(self.rig, self.twin, self._stages, self.switches, self.now, self.records, self.rows, self.states)

@@ -36,12 +36,11 @@ class Inputs(NamedTuple):
 
 
 @compiled
-def run_ticks(system: tuple[Rig, Twin, Stages], inputs: Inputs, telemetry: np.ndarray, spans: Words) -> None:
+def run_ticks(rig: Rig, twin: Twin, stages: Stages, inputs: Inputs, telemetry: np.ndarray, spans: Words) -> None:
     """Tick and step the twin once for every entry of `spans` (n,), which becomes the tick's duration [ns].
 
     A perfect loop on a clock that goes on from the last tick in `telemetry`, one record.
     """
-    rig, twin, stages = system
     clock = np.zeros(4, np.int64)
     command, measurement, status, row = inputs.command[0], inputs.measurement[0], inputs.status[0], telemetry[0]
     period_ns = round(rig.control.dt * 1e9)
@@ -81,10 +80,10 @@ def closed_loop(parameters: RigParameters, seconds: float) -> LoopTimes:
     for request in (Request.NONE, Request.ARM, Request.FOLLOW):
         inputs.command["request"] = request
         inputs.command["request_n"] += 1
-        run_ticks((rig, twin, stages), inputs, telemetry, np.zeros(ARMING, np.int64))
+        run_ticks(rig, twin, stages, inputs, telemetry, np.zeros(ARMING, np.int64))
     spans = np.zeros(round(seconds / rig.control.dt), np.int64)
     start = time.perf_counter()
-    run_ticks((rig, twin, stages), inputs, telemetry, spans)
+    run_ticks(rig, twin, stages, inputs, telemetry, spans)
     wall = time.perf_counter() - start
     if telemetry["mode"][0] != Mode.FOLLOW or not np.isfinite(telemetry["backbone"]).all():
         raise TendrilError(f"the rig ended in mode {Mode(telemetry['mode'][0]).name} instead of following: no times")

@@ -5,6 +5,7 @@ import numpy as np
 from controller.arrays import Rows
 from controller.schema.parameters import RigParameters
 from server.presets.first_mode.messages import FirstModeBody, Interval, MeasuredMode
+from server.rig.numbered import in_slots
 
 
 def torque(travel: float, rig: RigParameters) -> float:
@@ -22,8 +23,7 @@ def measured(rows: Rows, slots: tuple[int, ...], body: FirstModeBody, rig: RigPa
     from controller.simulation.first_mode import StepRecord, driving_torque, first_mode, mode_model
 
     grid = np.arange(slots[0], slots[-1])
-    newest = np.searchsorted(rows["slot"], grid, "right") - 1  # in a slot that was lost: the last row before
-    rows = rows[np.clip(newest, 0, None)]
+    rows = rows[in_slots(rows["slot"], grid)]
     driven, pressures = driving_torque(rows["pressure_meas"], rows["u_hat"], rig)
     starts = tuple(slot - slots[0] for slot in slots[:-1])
     record = StepRecord(rig.controller.dt, driven, rows["p_meas"].copy(), starts)

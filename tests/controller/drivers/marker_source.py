@@ -53,7 +53,7 @@ def ros2(address: str) -> Send:
 
 
 def main(kind: str, place: str, radius: str) -> None:
-    """Say "ready", then send until whoever started it is gone."""
+    """Say "ready", then send until the process that started this one is gone."""
     parent, send = os.getppid(), {"lsl": lsl, "ros2": ros2}[kind](place)
     print("ready", flush=True)
     while os.getppid() == parent:
