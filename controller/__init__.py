@@ -54,3 +54,6 @@ if "NUMBA_CACHE_DIR" not in os.environ:
     os.environ["NUMBA_CACHE_DIR"] = _cache_folder()
 if "numba" in sys.modules:  # it read the environment when it was imported
     sys.modules["numba"].config.reload_config()
+# The matrices here are small: threads of the linear algebra spin longer than they compute, on cores that others need.
+# It reads this when numpy is imported, hence here, too.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -72,7 +72,8 @@ STATE = np.dtype(
         ("stands", "<i8"),  # the observer's pose could be an equilibrium: no weight would topple it
         ("weak", "<f8", (2,)),  # unit vector in the task space along which S is weakest
         ("share", "<f8"),  # of the feedback along it that is let through
-        ("integral", "<f8", (2,)),
+        ("integral", "<f8", (2,)),  # of the error [m s]
+        ("u_int", "<f8", (2,)),  # its torque, and what is kept of it where the tip is led by hand [N m]
         ("error_low", "<f8", (2,)),  # the error without what is faster than the first mode [m]
         ("bump", "<f8", (2,)),  # what keeps u continuous at a switch; decays
         ("scheme", "<i8"),  # law, source of the error and gains as of the last tick, to notice a switch

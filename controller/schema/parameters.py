@@ -89,9 +89,8 @@ class ControllerParameters(Model):
     by hand, on a drawn path or on the way to another pose, it meets the edge of the reach, a fold of S, and feedback
     that fades later swings over the whole stroke (ours)."""
     feedback_lag: Annotated[float, Bounds(ge=0.0, le=2.0), Q("s")] = 0.2
-    """Time constant with which P follows the error in FOLLOW and HOLD, and a quarter of it that with which S follows
-    the pose (ours; paper: 0). It rolls the feedback off below the arm's first mode, whose damping nobody measured: with
-    a damping ratio of 0.1 the paper's law swings."""
+    """Time constant with which P follows the error in FOLLOW and HOLD (ours; paper: 0). It rolls P off below the arm's
+    first mode, whose damping nobody measured: with a damping ratio of 0.1 the paper's law swings."""
     carry_on: bool = True
     """The observer carries a marker on with its last velocity for as long as the sample is old (ours): held, it would
     lag by some 9 ms, 2 mm on the 1 Hz circle. The feedback's error is that of the held marker, as in the paper."""

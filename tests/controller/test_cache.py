@@ -24,6 +24,15 @@ def test_a_change_of_any_constant_that_kernels_import_makes_a_new_cache() -> Non
     assert outside <= set(controller.compiled_sources())
 
 
+@pytest.mark.parametrize("module", ["server.app.app", "server.cli.main", "controller.realtime.rig"])
+def test_linear_algebra_has_no_threads_of_its_own(module: str) -> None:
+    """They spin: beside another busy process a table of margins took ten minutes instead of one."""
+    told = f"import os, {module}, scipy.linalg; print(len(os.listdir('/proc/self/task')))"
+    plain = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    run = subprocess.run([sys.executable, "-c", told], env=plain, capture_output=True, text=True, check=True)
+    assert run.stdout == "1\n"
+
+
 def declared(folder: Path, cache: Path) -> subprocess.CompletedProcess[str]:
     """A process that compiles one small kernel of `folder`, or finds it in the cache."""
     program = folder / "program.py"

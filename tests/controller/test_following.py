@@ -22,6 +22,12 @@ def test_a_target_led_anywhere_stops_no_rig_and_leaves_no_swing(name: str, sense
         assert came_of(Course(name, sensed, *plant, dragged, seed), 8) == Came([], [])
 
 
+@pytest.mark.parametrize(("seed", "dead_time"), [(0, 0.04), (1, 0.05), (2, 0.07)])
+def test_a_hardly_damped_arm_of_which_only_the_middle_is_seen_is_led_fast(seed: int, dead_time: float) -> None:
+    """P2 whipped by 100 mm, and was stopped for OSCILLATION: S of the way turned its integral into swinging torques."""
+    assert came_of(Course("P2", "rod 6", 0.1, dead_time, True, seed), 20) == Came([], [])
+
+
 @pytest.mark.parametrize("name", PRESETS)
 def test_on_the_way_to_another_branch_nothing_is_fed_back(name: str) -> None:
     """A way through a fold, where S tells nothing: fed back there, the error drove the arm to and fro."""

@@ -20,8 +20,6 @@ FF, FF_P, FF_I, FF_PI = int(Law.FF), int(Law.FF_P), int(Law.FF_I), int(Law.FF_PI
 KNOWN, TRAVEL = int(RowKind.KNOWN), int(RowKind.TRAVEL)
 BUMP_TIME = 0.2
 """Time constant with which the jump of u at a switch fades (ours) [s]."""
-SLOPE_SHARE = 0.25
-"""S follows the pose with this share of the feedback's lag: beyond a fold an old one leads astray (ours)."""
 FORGET_WAY = 0.4
 """On the way to another pose the integral, which fits the one that is left, is forgotten over this way (ours) [m]."""
 EXCESS = 1e-9
@@ -33,8 +31,8 @@ def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
     """Set the error and u_fb: the law's feedback, plus what keeps u continuous where the law has just been switched.
 
     On the way to another branch nothing is fed back: the way leads through a fold, where S tells nothing. Where the tip
-    is led by hand, P and S act on what is slower than the first mode, whose damping nobody measured: P alone there
-    drives a swing that is damped by less than a fifth, and S of an arm that swings turns a constant integral into one.
+    is led by hand, P acts on what is slower than the first mode, whose damping nobody measured: it drives a swing that
+    is damped by less than a fifth.
     Paper, "Task-space PI control": e = p_ref - p_data; the rest is not in it. In place: control.state, telemetry.error.
     """
     state = control.state[0]
@@ -45,18 +43,22 @@ def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
     for j in range(2):
         tip = telemetry.p_meas[j] if measured else telemetry.p_hat[j]
         telemetry.error[j] = state.p_ref[j] - tip
-    how = live + 2 * closed + 4 * (measured != 0) + 8 * (state.kind == KNOWN)
+    led = state.mode != TRACK
+    how = live + 2 * closed + 4 * (measured != 0) + 8 * (state.kind == KNOWN) + 16 * led
     switched = scheme_changed(settings, how, state)
-    lag = 0.0 if switched or state.mode == TRACK else control.controller[0].feedback_lag
-    update_sensitivity(control.dt / (SLOPE_SHARE * lag + control.dt), control)
+    lag = control.controller[0].feedback_lag if led and not switched else 0.0
+    update_sensitivity(control)
     smooth(telemetry.error, control.dt / (lag + control.dt), state)
+    if not live or settings.law == FF or settings.law == FF_P or state.blending:
+        state.integral[0] = state.integral[1] = state.u_int[0] = state.u_int[1] = 0.0
+    keep_integral(settings, led, control)
     f_1, f_2 = effort(state, settings)
     g_1, g_2 = through_sensitivity(control, f_1, f_2)
-    if not closed:
+    if closed:
+        g_1, g_2 = g_1 + state.u_int[0], g_2 + state.u_int[1]
+    else:
         g_1 = g_2 = 0.0
     fade_bump(g_1, g_2, live, switched, math.exp(-control.dt / BUMP_TIME), state)
-    if not live or settings.law == FF or settings.law == FF_P or state.blending:
-        state.integral[0] = state.integral[1] = 0.0
     if closed == wanted:  # else no marker is in sight for a moment: nothing is known of the error, nothing forgotten
         note_tracking(telemetry.error, closed, control)
 
@@ -80,16 +82,33 @@ def fade_bump(g_1: float, g_2: float, live: bool, switched: bool, fade: float, s
 
 @kernel
 def effort(state: Record, settings: Record) -> Pair:
-    """Desired task-space effort f_des [m] of the law in force.
+    """Desired task-space effort f_des [m] of the law in force, but for that of the integral: see `keep_integral`.
 
     Eq. FDES: paper, "Task-space PI control".
     """
     P = settings.law == FF_P or settings.law == FF_PI
-    I = settings.law == FF_I or settings.law == FF_PI  # noqa: E741
-    error = state.error_low
-    f_1 = P * settings.K_P[0] * error[0] + I * settings.K_I[0] * state.integral[0]
-    f_2 = P * settings.K_P[1] * error[1] + I * settings.K_I[1] * state.integral[1]
+    f_1, f_2 = P * settings.K_P[0] * state.error_low[0], P * settings.K_P[1] * state.error_low[1]
     return f_1 + settings.K_FF[0] * state.p_ref_dot[0], f_2 + settings.K_FF[1] * state.p_ref_dot[1]  # Eq. FDES
+
+
+@kernel
+def keep_integral(settings: Record, led: bool, control: Control) -> None:
+    """Make the torque of the integral and the integral agree; where the tip is led by hand it is the torque that stays.
+
+    In TRACK the S of the pose at hand turns the integral into torque (Eq. FDES, Eq. UFB: paper, "Task-space PI
+    control"). An arm that is led fast passes poses of very different S, and swings about them: there that would turn a
+    constant integral into a torque that swings. So the torque stays as it was collected, and the integral is the one
+    that the paper's law would need for it (ours). In place: control.state.
+    """
+    state, K_I = control.state[0], settings.K_I
+    if not led:
+        u_1, u_2 = through_sensitivity(control, K_I[0] * state.integral[0], K_I[1] * state.integral[1])
+        state.u_int[0], state.u_int[1] = u_1, u_2
+        return
+    for j in range(2):
+        f = state.S[2 * j] * state.u_int[0] + state.S[2 * j + 1] * state.u_int[1]
+        if K_I[j] > 0.0:
+            state.integral[j] = f / K_I[j]
 
 
 @kernel
@@ -99,26 +118,18 @@ def smooth(error: Array, share: float, state: Record) -> None:
     Not in the paper: see `feed_back`. In place: state.error_low.
     """
     for j in range(2):
-        state.error_low[j] = followed(state.error_low[j], error[j], share)
+        before = state.error_low[j] if share < 1.0 else error[j]  # of 1, what was before counts no more, number or not
+        state.error_low[j] = before + share * (error[j] - before)
 
 
 @kernel
-def followed(before: float, now: float, share: float) -> float:
-    """`before`, moved on towards `now` by `share`; of 1, what was before counts no more, number or not.
-
-    Not in the paper: see `feed_back`.
-    """
-    return before + share * (now - before) if share < 1.0 else now
-
-
-@kernel
-def update_sensitivity(share: float, control: Control) -> None:
+def update_sensitivity(control: Control) -> None:
     """S at the observer's pose, its weakest direction in the task space, and how much feedback is let through along it.
 
     The share is (sigma_2 / (weak_ratio sigma_1))^2, at most 1: the torque per error then goes to zero with sigma_2,
     where the paper's law alone would ask for 1 / sigma_2. But for the library's shapes it is 0 where the arm is on the
     other side of a fold than its feedforward: there S leads on into the other pose, and away from the reference. A pose
-    that gravity would topple has no S at all. S follows the present one by `share` of what is between them.
+    that gravity would topple has no S at all.
     S online: paper, "Task-space PI control". The rest is not in the paper. In place: control.
     """
     state, bounds = control.state[0], control.controller[0]
@@ -128,9 +139,7 @@ def update_sensitivity(share: float, control: Control) -> None:
     body = under_pressure(statics.body, u1, u2, control.scratch)
     state.stands = is_linear(statics) or factor(body, control.q[2], control.scratch.pivot)
     S11, S12, S21, S22 = sensitivity(statics, control.q[2], u1, u2, control.scratch)
-    state.S[0], state.S[1] = followed(state.S[0], S11, share), followed(state.S[1], S12, share)
-    state.S[2], state.S[3] = followed(state.S[2], S21, share), followed(state.S[3], S22, share)
-    S11, S12, S21, S22 = state.S
+    state.S[0], state.S[1], state.S[2], state.S[3] = S11, S12, S21, S22
     A11, A12, A22 = S11 * S11 + S12 * S12, S11 * S21 + S12 * S22, S21 * S21 + S22 * S22
     det = S11 * S22 - S12 * S21
     strong = 0.5 * (A11 + A22) + math.hypot(0.5 * (A11 - A22), A12)
@@ -175,7 +184,7 @@ def scheme_changed(settings: Record, how: int, state: Record) -> bool:
 
     Not in the paper, which does not switch. In place: state.scheme, state.gains.
     """
-    scheme = 16 * settings.law + how
+    scheme = 32 * settings.law + how
     changed = scheme != state.scheme
     state.scheme = scheme
     for j in range(2):
@@ -212,7 +221,8 @@ def integrate(settings: Record, telemetry: Record, excess_1: float, excess_2: fl
     """Let the integral run; held while saturated, but for steps that lead back (conditional anti-windup).
 
     An error that no torque can change, as along the straight backbone, is not collected. The integral: paper,
-    "Task-space PI control". Anti-windup is not in the paper. In place: control.state.integral.
+    "Task-space PI control". Anti-windup is not in the paper. In place: control.state.integral; where the tip is led by
+    hand control.state.u_int, see `keep_integral`.
     """
     state, e = control.state[0], telemetry.error
     closed = state.scheme & 2
@@ -223,6 +233,10 @@ def integrate(settings: Record, telemetry: Record, excess_1: float, excess_2: fl
         if w_1 * excess_1 + w_2 * excess_2 > 0.0:
             return
     e_1, e_2 = attainable(state, e[0], e[1])
+    if state.mode != TRACK:
+        u_1, u_2 = through_sensitivity(control, settings.K_I[0] * e_1, settings.K_I[1] * e_2)
+        state.u_int[0], state.u_int[1] = state.u_int[0] + u_1 * control.dt, state.u_int[1] + u_2 * control.dt
+        return
     way = math.hypot(state.wish_dot[0], state.wish_dot[1]) * control.dt
     kept = math.exp(-way / FORGET_WAY) if state.kind == TRAVEL else 1.0
     state.integral[0] = kept * state.integral[0] + e_1 * control.dt

@@ -146,7 +146,7 @@ def every_loop(question: Question) -> Iterator[Loop]:
         seen = observer_step(observer, theta)._replace(P=by_state(observer.model, theta, tip_alone))
         observer.state.q[2] = theta
         state["u"] = u
-        update_sensitivity(1.0, rig.control)
+        update_sensitivity(rig.control)
         S, share, weak = np.reshape(state["S"][0], (2, 2)), float(state["share"][0]), state["weak"][0]
         law = feedback(
             S, share, weak, settings, controller.epsilon, 0.0 if question.library else controller.feedback_lag

@@ -2403,9 +2403,8 @@ export interface components {
       weak_ratio_live: number;
       /**
        * Feedback Lag
-       * @description Time constant with which P follows the error in FOLLOW and HOLD, and a quarter of it that with which S follows
-       *     the pose (ours; paper: 0). It rolls the feedback off below the arm's first mode, whose damping nobody measured: with
-       *     a damping ratio of 0.1 the paper's law swings.
+       * @description Time constant with which P follows the error in FOLLOW and HOLD (ours; paper: 0). It rolls P off below the arm's
+       *     first mode, whose damping nobody measured: with a damping ratio of 0.1 the paper's law swings.
        * @default 0.2
        */
       feedback_lag: number;
