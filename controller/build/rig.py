@@ -6,7 +6,7 @@ import numpy as np
 
 from controller.build.rod import build_rod, computable, stiffest
 from controller.build.stability import largest_gains, sensor_places
-from controller.build.statics import build_static_map
+from controller.build.statics import static_map
 from controller.errors import ParameterError
 from controller.kernels.control.tick import Rig
 from controller.kernels.memory import PLAN, STATE, Control, Sensing
@@ -54,7 +54,7 @@ def _built(parameters: RigParameters, boot: int) -> Rig:
         controller=to_record(controller),
         limits=to_record(parameters.limits),
         pascal_per_torque=np.array(actuator.pressure_map),
-        smap=build_static_map(model, actuator, controller),
+        smap=static_map(actuator, controller),
         scratch=make_scratch(controller.rods),
         q=observer.state.q,
         v=observer.state.v,

@@ -9,6 +9,7 @@ from controller.arrays import Record
 from controller.build.plant import Plant
 from controller.kernels.apart import Apart
 from controller.kernels.control.tick import Rig, tick
+from controller.kernels.group import GroupType
 from controller.kernels.plant.cosserat import Cosserat, cosserat_step
 from controller.kernels.plant.hardware import Hardware, hardware_step
 from controller.kernels.plant.twin import Twin, twin_step
@@ -16,6 +17,10 @@ from controller.schema.layout import record_dtype
 from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry
 
 _STEPS: dict[type, Any] = {Twin: twin_step, Cosserat: cosserat_step, Hardware: hardware_step}
+
+# One for each kind of rig and plant that this process has met.
+_TICKS: dict[GroupType, Apart] = {}
+_PLANTS: dict[GroupType, Apart] = {}
 
 
 class Stages(NamedTuple):
@@ -34,13 +39,17 @@ def compiled_here(*callers: Any) -> bool:
 
 def stages_of(rig: Rig, plant: Plant) -> Stages:
     """Those for `rig` and `plant`, which are looked at only."""
-    command, measurement, status, telemetry = (_record(kind) for kind in (Command, Measurement, LoopStatus, Telemetry))
-    return Stages(Apart(tick, 0, command, measurement, status, rig, telemetry), step_of(plant))
+    if rig.kind not in _TICKS:
+        command, measurement, status, row = (_record(kind) for kind in (Command, Measurement, LoopStatus, Telemetry))
+        _TICKS[rig.kind] = Apart(tick, 0, command, measurement, status, rig, row)
+    return Stages(_TICKS[rig.kind], step_of(plant))
 
 
 def step_of(plant: Plant) -> Apart:
     """The step of `plant`, which is looked at only."""
-    return Apart(_STEPS[type(plant)], 0, plant, _record(Telemetry), _record(Measurement))
+    if plant.kind not in _PLANTS:
+        _PLANTS[plant.kind] = Apart(_STEPS[type(plant)], 0, plant, _record(Telemetry), _record(Measurement))
+    return _PLANTS[plant.kind]
 
 
 def _record(kind: type[BaseModel]) -> Record:

@@ -1,10 +1,9 @@
 """What the controller remembers from tick to tick, and the groups of arrays that the stages of the tick are handed."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from controller.arrays import Array, Rows, Words
+from controller.kernels.group import Group
 from controller.kernels.model.equilibrium import Scratch
 from controller.kernels.model.statics import StaticMap
 
@@ -91,8 +90,8 @@ PLAN = np.dtype(
 """How the planned reference is followed, one record."""
 
 
-class Control(NamedTuple):
-    """What the stages after the observer need. Small on purpose: every array in it costs each of its readers."""
+class Control(Group):
+    """What the stages after the observer need."""
 
     dt: float
     """Period of the tick [s]."""
@@ -121,7 +120,7 @@ class Control(NamedTuple):
     """STATE, one record."""
 
 
-class Sensing(NamedTuple):
+class Sensing(Group):
     """The last sample of the markers, held for the controller, carried on to the present for the observer."""
 
     sample_ns: Words

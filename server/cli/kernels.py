@@ -109,7 +109,7 @@ def estimate() -> None:
     from controller.kernels.observer.sensing import sense
 
     given = _given()
-    control, observer, sensing = given.rig
+    control, observer, sensing = given.rig.control, given.rig.observer, given.rig.sensing
     settings = given.command["settings"]
     begin(1, control)
     sense(observer, 1, settings, given.measurement, control, sensing)

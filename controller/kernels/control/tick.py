@@ -1,7 +1,5 @@
 """One period of the controller, stage by stage, as in the paper's block diagram."""
 
-from typing import NamedTuple
-
 from controller.arrays import Record
 from controller.kernels.compiled import kernel
 from controller.kernels.control.feedback import feed_back, saturate
@@ -9,6 +7,7 @@ from controller.kernels.control.feedforward import feed_forward
 from controller.kernels.control.follow import refer
 from controller.kernels.control.report import report_command, report_estimate, report_loop
 from controller.kernels.control.timing import begin, feedforward_due
+from controller.kernels.group import Group
 from controller.kernels.memory import Control, Sensing
 from controller.kernels.observer.observer import Observer, observe
 from controller.kernels.observer.reseat import reseat
@@ -17,7 +16,7 @@ from controller.kernels.safety.oscillation import note_residual
 from controller.kernels.safety.safety import supervise
 
 
-class Rig(NamedTuple):
+class Rig(Group):
     """Everything one tick needs beside its messages; built once by `build_rig`."""
 
     control: Control
@@ -33,7 +32,7 @@ def tick(t_ns: int, command: Record, measurement: Record, status: Record, rig: R
     records (controller/schema/messages.py). Nothing allocates, nothing raises, and the same inputs give the same row
     bit for bit. In place: rig.
     """
-    control, observer, sensing = rig
+    control, observer, sensing = rig.control, rig.observer, rig.sensing
     settings, state = command.settings, control.state[0]
     periods = begin(t_ns, control)
     sense(observer, t_ns, settings, measurement, control, sensing)

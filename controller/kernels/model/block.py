@@ -10,12 +10,11 @@ The first row's matrix is positive definite, the others' negative definite: such
 factors without pivoting, whatever the stiffness, the damping and the pose.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from controller.arrays import Array
 from controller.kernels.compiled import inlined
+from controller.kernels.group import Group
 
 Symmetric = tuple[float, float, float, float, float, float]
 """Entries 11, 12, 13, 22, 23, 33 of a symmetric 3x3 block."""
@@ -23,7 +22,7 @@ Vector = tuple[float, float, float]
 """Of one block: [theta, lambda_x, lambda_y]."""
 
 
-class Block(NamedTuple):
+class Block(Group):
     """The matrix, its factors, a right-hand side and its solution."""
 
     H: Array

@@ -5,19 +5,18 @@ p_N, as it does here, too (`springs.py`). Here Baumgarte's power is counted, so 
 order.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from controller.arrays import Array
 from controller.kernels.compiled import inlined, kernel
+from controller.kernels.group import Group
 from controller.kernels.model.rod import Load, RodModel, RodState, Work
 from controller.kernels.model.springs import spring_power
 
 DAMPING, PNEUMATIC, OBSERVER, BAUMGARTE = range(4)
 
 
-class Ledger(NamedTuple):
+class Ledger(Group):
     """Running account of the stored energy."""
 
     energy: Array

@@ -11,6 +11,7 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.kernels.compiled import kernel
+from controller.kernels.group import Group
 from controller.kernels.model.rod import sine_cosine, stiffened
 
 ITERATIONS, HALVINGS = 60, 12
@@ -39,7 +40,7 @@ class Body(NamedTuple):
     """Share of k that |u1| and |u2| add to it (N,2) [1/(N m)]; (0,2) where pressure does not stiffen."""
 
 
-class Scratch(NamedTuple):
+class Scratch(Group):
     """Of one caller: two threads never share one."""
 
     theta: Array

@@ -6,17 +6,17 @@ back and forth is elastic.
 """
 
 import math
-from typing import NamedTuple
 
 from controller.arrays import Array
 from controller.kernels.compiled import inlined, kernel
+from controller.kernels.group import Group
 from controller.kernels.model.rod import RodModel
 
 GRAVITY = 9.81
 """Presses the rods on the sheet [m/s^2]."""
 
 
-class Sheet(NamedTuple):
+class Sheet(Group):
     """The sheet on which the rods slide."""
 
     friction: float
@@ -27,7 +27,7 @@ class Sheet(NamedTuple):
     """(2,N) share of the greatest friction that each rod feels, against its motion; length at most 1."""
 
 
-class Hysteresis(NamedTuple):
+class Hysteresis(Group):
     """A slider with a spring in series, beside every hinge's spring."""
 
     share: float

@@ -11,13 +11,13 @@ y follow from the angles, so the hinges never open. The energy law then holds fo
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from controller.arrays import Array
 from controller.kernels.compiled import inlined, kernel
 from controller.kernels.denormal import flushed
+from controller.kernels.group import Group
 from controller.kernels.model.block import Block, factorise, make_block, solve_blocks
 from controller.kernels.model.energy import (
     BAUMGARTE,
@@ -37,7 +37,7 @@ GAMMA = 1.0 - math.sqrt(0.5)
 """The SDIRK method's diagonal: with it, two stages are of order 2 and L-stable."""
 
 
-class ImplicitWork(NamedTuple):
+class ImplicitWork(Group):
     """Scratch of one implicit step."""
 
     theta: Array

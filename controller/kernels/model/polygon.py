@@ -3,13 +3,12 @@
 Paper, "Hardware setup": saturation keeps to the operating range and prevents self-collision; its bounds are ours.
 """
 
-from typing import NamedTuple
-
 from controller.arrays import Array, Pair
 from controller.kernels.compiled import kernel
+from controller.kernels.group import Group
 
 
-class Polygon(NamedTuple):
+class Polygon(Group):
     """{u : normals u <= bounds}, with zero inside, and its corners."""
 
     normals: Array

@@ -8,12 +8,12 @@ proximal end of rod i to its centre of mass is L_i/2; the last rod's differs whe
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from controller.arrays import Array
 from controller.kernels.compiled import inlined, kernel
+from controller.kernels.group import Group
 from controller.kernels.model.springs import Springs, make_springs, pull_of
 
 ROUND = 6755399441055744.0
@@ -41,7 +41,7 @@ Seen = tuple[float, float, float, float, float]
 """What a hinge sees of the chain beyond its neighbour (`eliminate`): entries 11, 12, 22 of D [1/kg], and two of r."""
 
 
-class RodModel(NamedTuple):
+class RodModel(Group):
     """A chain of N rods, base first. SI units."""
 
     m: Array
@@ -80,7 +80,7 @@ class RodModel(NamedTuple):
     """1/I (N,)."""
 
 
-class RodState(NamedTuple):
+class RodState(Group):
     """Pose and velocity of every rod; rows x, y [m] of the centre, theta [rad]."""
 
     q: Array
@@ -89,7 +89,7 @@ class RodState(NamedTuple):
     """(3,N)."""
 
 
-class Load(NamedTuple):
+class Load(Group):
     """Generalised forces on the rods: what is held during one step, zeroed and refilled by the caller, and springs."""
 
     Q_theta: Array
@@ -100,7 +100,7 @@ class Load(NamedTuple):
     """The observer's; a plant has none."""
 
 
-class Work(NamedTuple):
+class Work(Group):
     """Scratch of one step. Rows of the leading axis of length 4 are the stages of RK4, kept for the energy ledger."""
 
     q: Array

@@ -12,12 +12,13 @@ import numpy as np
 
 from controller.arrays import Array, Pair, Words
 from controller.kernels.compiled import inlined
+from controller.kernels.group import Group
 
 Pull = tuple[float, float, float]
 """Force along x and y [N], and torque about the rod's centre [N m]."""
 
 
-class Springs(NamedTuple):
+class Springs(Group):
     """Those that pull come first, base to tip."""
 
     K: Array

@@ -7,12 +7,12 @@ torques. So a pose depends on u alone. Neither is in the paper.
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from controller.arrays import Array, Pair, Words
 from controller.kernels.compiled import kernel
+from controller.kernels.group import Group
 from controller.kernels.model.equilibrium import Body, Scratch, equilibrium, under_pressure
 from controller.kernels.model.polygon import Polygon
 from controller.kernels.model.rod import RodModel, RodState, sine_cosine
@@ -21,7 +21,7 @@ TORN = 1.5
 """Tip angles of neighbours in the grid of poses that are further apart are on two branches [rad]."""
 
 
-class Statics(NamedTuple):
+class Statics(Group):
     """The static map of a chain of N rods."""
 
     L: Array
@@ -37,7 +37,7 @@ class Statics(NamedTuple):
     """Poses (n,n,N) [rad] of a grid over u1, u2; empty without gravity."""
 
 
-class StaticMap(NamedTuple):
+class StaticMap(Group):
     """The static map, where it may be used, and a grid of its points to start the inverse from."""
 
     statics: Statics
@@ -56,7 +56,7 @@ class StaticMap(NamedTuple):
     """The longest way of the tip from one of them to a neighbour [m]."""
 
 
-class Places(NamedTuple):
+class Places(Group):
     """Material points of the backbone, given by arc length, as rod index and distance from that rod's centre."""
 
     rod: Words

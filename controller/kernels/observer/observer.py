@@ -7,6 +7,7 @@ import numpy as np
 
 from controller.arrays import Array, Record, Words
 from controller.kernels.compiled import kernel
+from controller.kernels.group import Group
 from controller.kernels.memory import Sensing
 from controller.kernels.model.energy import Ledger, bent_energy, ledger_step, open_ledger
 from controller.kernels.model.implicit import ImplicitWork, book_implicit_step, implicit_step
@@ -20,7 +21,7 @@ TIP = 1 << 9
 """The bit of the sensor at the tip."""
 
 
-class Seat(NamedTuple):
+class Seat(Group):
     """Memory of `reseat`: how far it is, and the pose to which it leads."""
 
     off: Array
@@ -45,7 +46,7 @@ class Seat(NamedTuple):
     """Its points, and those a little beyond along u1 and u2 (3,10,2) [m]."""
 
 
-class Observer(NamedTuple):
+class Observer(Group):
     """The observer's model and its memory."""
 
     model: RodModel
@@ -85,7 +86,7 @@ class Observer(NamedTuple):
     seat: Seat
 
 
-class Replay(NamedTuple):
+class Replay(Group):
     """The model of a recorded body and its memory, for `replay`; fields that it shares with Observer have its names."""
 
     model: RodModel

@@ -1,15 +1,14 @@
 """The observer over recorded data: samples carried on, virtual forces at the sensed bodies, a held pose released."""
 
-from typing import NamedTuple
-
 from controller.arrays import Array, Words
 from controller.kernels.compiled import inlined, kernel
+from controller.kernels.group import Group
 from controller.kernels.model.implicit import implicit_step
 from controller.kernels.model.statics import points_on
 from controller.kernels.observer.observer import HeldSample, Replay, attach
 
 
-class RecordedSamples(NamedTuple):
+class RecordedSamples(Group):
     """What was recorded, n samples of m bodies in the model's frame."""
 
     p: Array

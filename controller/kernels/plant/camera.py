@@ -1,9 +1,8 @@
 """Motion capture of any plant's markers: 100 Hz, noisy, late; samples wait here until they are due."""
 
-from typing import NamedTuple
-
 from controller.arrays import Array, Record, Seed, Words
 from controller.kernels.compiled import kernel
+from controller.kernels.group import Group
 from controller.kernels.plant.faults import LOST, Faults, sample_lost, spoil
 from controller.kernels.plant.noise import normal_pair
 from controller.schema.modes import Freeze
@@ -13,7 +12,7 @@ NO_SAMPLE = -1
 """No sample of the markers is taken in this tick."""
 
 
-class Camera(NamedTuple):
+class Camera(Group):
     """Motion capture of the markers; samples wait here until they are due."""
 
     noise: float

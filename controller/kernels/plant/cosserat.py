@@ -4,10 +4,9 @@ It stands in for the hardware as the twin does, behind the same valves, camera a
 the controller's model: a controller and an observer that only ever met their own chain meet here what they lack.
 """
 
-from typing import NamedTuple
-
 from controller.arrays import Array, Record, Seed, Words
 from controller.kernels.compiled import inlined, kernel
+from controller.kernels.group import Group
 from controller.kernels.model.friction import Sheet, rub
 from controller.kernels.plant.camera import NO_SAMPLE, Camera, deliver, expose, open_slot
 from controller.kernels.plant.cosserat_rod import CosseratRod, Newton, RodForces, RodMotion, rod_step
@@ -20,7 +19,7 @@ STICKING = 0.5
 at once."""
 
 
-class Pairs(NamedTuple):
+class Pairs(Group):
     """The two chamber pairs, from their pressures to the moments they exert."""
 
     share: Array
@@ -41,7 +40,7 @@ class Pairs(NamedTuple):
     """(2,) [N m]."""
 
 
-class Cosserat(NamedTuple):
+class Cosserat(Group):
     """The plant and its memory; built by `build_cosserat`."""
 
     rod: CosseratRod

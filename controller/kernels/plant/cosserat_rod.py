@@ -19,6 +19,7 @@ import numpy as np
 from controller.arrays import Array, Pair
 from controller.kernels.compiled import inlined, kernel
 from controller.kernels.denormal import flushed
+from controller.kernels.group import Group
 from controller.kernels.model.rod import sine_cosine
 
 CONVERGED = 1e-7
@@ -27,7 +28,7 @@ ITERATIONS = 12
 """Most of them in a step; two are usual."""
 
 
-class CosseratRod(NamedTuple):
+class CosseratRod(Group):
     """A clamped rod of n equal elements, base first. SI units."""
 
     l: float  # noqa: E741
@@ -52,7 +53,7 @@ class CosseratRod(NamedTuple):
     """Gravity (2,) [m/s^2]."""
 
 
-class RodForces(NamedTuple):
+class RodForces(Group):
     """What acts on the rod in a step."""
 
     k: Array
@@ -63,7 +64,7 @@ class RodForces(NamedTuple):
     """Forces on the free ends of the elements (2,n) [N]."""
 
 
-class RodMotion(NamedTuple):
+class RodMotion(Group):
     """Where the rod is, and how it moves; rows x, y of the free ends, theta of the sections."""
 
     q: Array
@@ -94,7 +95,7 @@ class Middle(NamedTuple):
     """t and n times the way of d [m]."""
 
 
-class Newton(NamedTuple):
+class Newton(Group):
     """Scratch of a step."""
 
     strain: Array

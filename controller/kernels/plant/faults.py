@@ -3,12 +3,11 @@
 They have a random generator of their own: with all of them off, and of what they leave alone, the twin keeps every bit.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from controller.arrays import Array, Seed, Words
 from controller.kernels.compiled import kernel
+from controller.kernels.group import Group
 from controller.kernels.plant.noise import normal_pair, uniform
 
 NOISE, SAMPLE_LOSS, MARKER_LOSS, JUMP_X, JUMP_Y = range(5)
@@ -16,7 +15,7 @@ LOST = -1
 """Time of capture of a sample that is never delivered."""
 
 
-class Faults(NamedTuple):
+class Faults(Group):
     """What is injected from the next sample on; written by the link's thread, one number after the other."""
 
     values: Array

@@ -1,17 +1,17 @@
 """The last stage before a rig's valves: within limits, and through our own pressure loop where the valves are raw."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from controller.arrays import Array, Record
 from controller.kernels.compiled import kernel
+from controller.kernels.group import Group
 from controller.kernels.plant.valve import PressureLoop, regulate
 from controller.kernels.safety.safety import E_STOP, VENTED
 
 
-class Hardware(NamedTuple):
+class Hardware(Group):
     """Stands where a simulated plant would, and only passes on what the rig is to do; built by `build_plant`."""
 
     command: np.ndarray

@@ -5,10 +5,10 @@ the sheet, four chambers behind valves and air lines, and noisy markers at 100 H
 """
 
 import math
-from typing import NamedTuple
 
 from controller.arrays import Array, Record, Seed, Words
 from controller.kernels.compiled import kernel
+from controller.kernels.group import Group
 from controller.kernels.model.friction import Hysteresis, Sheet, resist_hysteresis, rub
 from controller.kernels.model.implicit import ImplicitWork, implicit_step
 from controller.kernels.model.integrate import rk4_step
@@ -21,7 +21,7 @@ from controller.kernels.safety.safety import E_STOP
 from controller.schema.modes import Integrator
 
 
-class Creep(NamedTuple):
+class Creep(Group):
     """Two Maxwell branches beside every hinge's spring."""
 
     share: Array
@@ -32,7 +32,7 @@ class Creep(NamedTuple):
     """Bend at which each branch carries no torque (2,N) [rad]."""
 
 
-class Twin(NamedTuple):
+class Twin(Group):
     """The plant and its memory; built by `build_twin`."""
 
     model: RodModel

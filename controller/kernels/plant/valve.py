@@ -5,11 +5,11 @@ command. Flow is that of ISO 6358: choked below the critical ratio of pressures,
 """
 
 import math
-from typing import NamedTuple
 
 from controller.arrays import Array, Pair, Words
 from controller.kernels.compiled import inlined, kernel
 from controller.kernels.denormal import flushed
+from controller.kernels.group import Group
 
 ATMOSPHERE = 101.325e3
 """What gauge pressures count from, and what the chambers exhaust to [Pa]."""
@@ -24,7 +24,7 @@ OPEN_LINE = 0.05
 """Opening through which a chamber loses its air at least, while the supply line is open [share of the stroke]."""
 
 
-class PressureLoop(NamedTuple):
+class PressureLoop(Group):
     """The loop from pressure error to valve command."""
 
     inflate_gain: float
@@ -35,7 +35,7 @@ class PressureLoop(NamedTuple):
     """Reset time of the loop [s]."""
 
 
-class Valve(NamedTuple):
+class Valve(Group):
     """What the four valves and their loops have in common."""
 
     supply: float
@@ -53,7 +53,7 @@ class Valve(NamedTuple):
     loop: PressureLoop
 
 
-class Chambers(NamedTuple):
+class Chambers(Group):
     """Four chambers (u1+, u1-, u2+, u2-), their valves and the setpoints on their way."""
 
     pressure: Array
