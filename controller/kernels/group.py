@@ -33,7 +33,7 @@ WORD = ir.IntType(64)
 class Group:
     """Base of groups: a subclass lists its fields, like a named tuple. They stay; what is in their arrays may change.
 
-    A field is an array, a float, an int, a group, or a tuple of such.
+    A field is an array, a float, an int, a bool, a group, or a tuple of such.
     """
 
     names: ClassVar[tuple[str, ...]]
@@ -88,9 +88,9 @@ def _words_of(value: Any) -> list[int]:
         return [word for one in value for word in _words_of(one)]
     if isinstance(value, float):
         return [int(np.float64(value).view(np.int64))]
-    if isinstance(value, int | np.int64) and not isinstance(value, bool):
+    if isinstance(value, int | np.int64):
         return [int(value)]
-    raise TypeError(f"a group holds arrays, floats, ints and groups, not {value!r}")
+    raise TypeError(f"a group holds arrays, numbers and groups, not {value!r}")
 
 
 def _address_of(array: np.ndarray) -> int:
@@ -154,7 +154,8 @@ def _load(context: Any, builder: Any, kind: Any, words: Any) -> Any:
         begins = [cgutils.gep_inbounds(builder, words, int(end)) for end in ends[:-1]]
         values = [_load(context, builder, one, begin) for one, begin in zip(kind, begins, strict=True)]
         return context.make_tuple(builder, kind, values)
-    return _load_word(builder, words, 0, context.get_data_type(kind))
+    found = _load_word(builder, words, 0, context.get_data_type(kind))  # of a bool the lowest byte
+    return context.data_model_manager[kind].from_data(builder, found)
 
 
 def _load_array(context: Any, builder: Any, kind: Any, words: Any) -> Any:

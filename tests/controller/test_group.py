@@ -35,6 +35,8 @@ class Outer(Group):
     grid: Array
     rows: Rows
     pair: tuple[float, int]
+    right: bool
+    wrong: bool
 
 
 def outer() -> Outer:
@@ -42,7 +44,7 @@ def outer() -> Outer:
     rows["a"], rows["b"] = [1.5, 2.5], [3, 4]
     value = Value(0.25, np.array([7, 8, 9]))
     grid = np.arange(24.0).reshape(2, 3, 4)[:, ::2]
-    return Outer(0.5, Inner(np.array([1.0, 2.0]), -3), value, grid=grid, rows=rows, pair=(1.25, 6))
+    return Outer(0.5, Inner(np.array([1.0, 2.0]), -3), value, grid=grid, rows=rows, pair=(1.25, 6), right=True, wrong=False)
 
 
 @kernel
@@ -52,6 +54,7 @@ def read(group: Outer, out: Array) -> None:
     out[6], out[7] = group.rows[1].a, group.rows[1].b
     out[8], out[9] = group.pair
     out[10], out[11], out[12] = group.grid.shape[0], group.grid.shape[1], group.value.at.size
+    out[13] = 1.0 if group.right and not group.wrong else 0.0
 
 
 @kernel
@@ -62,9 +65,9 @@ def write(group: Outer) -> float:
 
 
 def test_a_kernel_reads_every_kind_of_field() -> None:
-    out = np.zeros(13)
+    out = np.zeros(14)
     read(outer(), out)
-    assert out.tolist() == [0.5, 2.0, -3.0, 0.25, 9.0, 23.0, 2.5, 4.0, 1.25, 6.0, 2.0, 2.0, 3.0]
+    assert out.tolist() == [0.5, 2.0, -3.0, 0.25, 9.0, 23.0, 2.5, 4.0, 1.25, 6.0, 2.0, 2.0, 3.0, 1.0]
 
 
 def test_what_a_kernel_writes_into_its_arrays_is_seen_by_all() -> None:
@@ -79,14 +82,14 @@ def test_the_fields_stay_and_another_group_has_others() -> None:
     group = outer()
     with pytest.raises(AttributeError, match="gain"):
         group.gain = 1.0  # type: ignore[misc]
-    other, out = group._replace(gain=2.0), np.zeros(13)
+    other, out = group._replace(gain=2.0), np.zeros(14)
     read(other, out)
     assert out[0] == 2.0 and group.gain == 0.5 and other.inner is group.inner
     assert other.kind == group.kind
     assert Inner(np.zeros((1, 1)), 0).kind != group.inner.kind
 
 
-UNFIT: list[Any] = [True, "text", None, [1.0], 1j]
+UNFIT: list[Any] = ["text", None, [1.0], 1j]
 
 
 @pytest.mark.parametrize("value", UNFIT)

@@ -154,10 +154,11 @@ def test_without_markers_feedback_goes_off_and_then_the_rig_faults_and_rests() -
     desk.command["target"] = (0.2, 0.08)
     desk.step(200)
     desk.camera = False
-    held = desk.step(60)["integral"].copy()
+    desk.step(60)
+    held = desk.rig.control.state["u_int"][0].copy()
     row = desk.step(100)
     assert (desk.mode, row["sensed"]) == (F, 0)
-    assert row["integral"] == pytest.approx(held)
+    assert np.abs(held).max() > 0.0 and desk.rig.control.state["u_int"][0] == pytest.approx(held)
     assert np.isnan(row["p_meas"]).all()
     desk.step(400)
     assert (desk.mode, desk.cause) == (X, Cause.MEASUREMENT_LOST)
@@ -211,7 +212,7 @@ def test_a_persistent_tracking_error_in_reach_is_a_fault() -> None:
 
 def test_a_loop_that_swings_about_its_target_comes_to_rest_and_says_so() -> None:
     """Gains within their bounds can make the tip whip through its reference: it is near it five times a second."""
-    trial = Trial(parameters=twin_with(**SOFT), K_P=(5.0, 5.0), K_I=(10.0, 10.0))
+    trial = Trial(parameters=twin_with(**SOFT), K_P=(3.0, 3.0), K_I=(20.0, 20.0))
     trial.arm()
     rows = trial.follow(0.1, 0.12, 12.0)
     rest = int(np.argmax(rows["mode"] == R))

@@ -13,7 +13,7 @@ from tests.controller.calm import Drag, drag
 from tests.controller.trial import Trial
 from tests.controller.whips import FREE, NAMED, RUNS, Gains, broken, judged, onset
 
-EVERYWHERE = (Gains("P1", 0.3, 20.0), Gains("P2", 5.0, 2.0), Gains("P1", 1.0, 10.0))
+EVERYWHERE = (Gains("P1", 0.3, 20.0), Gains("P2", 5.0, 2.0), Gains("P1", 1.0, 15.0))
 HARD = [
     *((mode, gains) for mode in RUNS for gains in EVERYWHERE),
     ("HOLD", Gains("P3", 5.0, 0.0, seed=1)),
@@ -21,7 +21,7 @@ HARD = [
     ("TRACK", Gains("P3", 0.3, 20.0)),
     # by little more than the reference moves
     ("FOLLOW", Gains("P1", 0.3, 10.0, seed=1)),
-    ("FOLLOW", Gains("P2", 4.0, 2.0, seed=1)),
+    ("FOLLOW", Gains("P2", 4.0, 2.0, seed=2)),
     ("TRACK", Gains("P3", 0.3, 20.0, seed=10, others=(("K_o", (500.0, 500.0)),))),
 ]
 
