@@ -44,7 +44,8 @@ def outer() -> Outer:
     rows["a"], rows["b"] = [1.5, 2.5], [3, 4]
     value = Value(0.25, np.array([7, 8, 9]))
     grid = np.arange(24.0).reshape(2, 3, 4)[:, ::2]
-    return Outer(0.5, Inner(np.array([1.0, 2.0]), -3), value, grid=grid, rows=rows, pair=(1.25, 6), right=True, wrong=False)
+    inner = Inner(np.array([1.0, 2.0]), -3)
+    return Outer(0.5, inner, value, grid=grid, rows=rows, pair=(1.25, 6), right=True, wrong=False)
 
 
 @kernel
