@@ -51,6 +51,10 @@ class Group:
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(f"{type(self).__name__} keeps its fields: {name} cannot be set")
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """So that a copy lists its own fields, and a pickled one those of its process."""
+        return type(self), tuple(getattr(self, name) for name in self.names)
+
     def _replace(self, **changed: Any) -> Self:
         """The same with some other fields, as of a named tuple."""
         return type(self)(**({name: getattr(self, name) for name in self.names} | changed))

@@ -28,7 +28,8 @@ ACTUATORS = {**PRESETS, **{one.name: one for one in (BENT_ALREADY, SAGGING, LOAD
 MARGIN = 0.03
 """Targets lie up to this far outside the box about the reach [m]."""
 STILL, LATE = 3.0, 0.8
-"""After how long a wait the arm must not swing, and for how long that is looked at [s]."""
+"""After how long a wait the arm must not swing, and for how long that is looked at [s]. One that still does is given as
+long again: what dies out late is no limit cycle."""
 SWING = 5e-3
 """What of the tip's last motion is no even drift, up to which it counts as still [m]."""
 
@@ -75,7 +76,7 @@ def came_of(course: Course, count: int) -> Came:
         if stopped.size:
             came.stops.append(f"{Cause(rows['cause'][stopped[0]]).name} at {where} mm")
             trial = fresh(course)
-        elif (left := swing(rows)) > SWING:
+        elif swing(rows) > SWING and (left := swing(trial.run(round(1000 * STILL)))) > SWING:
             came.swings.append(f"{1e3 * left:.0f} mm at {where} mm")
     return came
 

@@ -1,5 +1,7 @@
 """Groups: what kernels are handed by one address."""
 
+import copy
+import pickle
 import subprocess
 import sys
 from typing import Any, NamedTuple
@@ -88,6 +90,14 @@ def test_the_fields_stay_and_another_group_has_others() -> None:
     assert out[0] == 2.0 and group.gain == 0.5 and other.inner is group.inner
     assert other.kind == group.kind
     assert Inner(np.zeros((1, 1)), 0).kind != group.inner.kind
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda group: pickle.loads(pickle.dumps(group))])
+def test_a_copy_is_a_group_of_its_own(copied: Any) -> None:
+    group = outer()
+    other = copied(group)
+    assert write(other) == 12.0 and other.inner.k[0] == 11.0 and group.inner.k[0] == 1.0
+    assert write(copy.copy(group)) == 12.0 and group.inner.k[0] == 11.0, "this one has the same arrays"
 
 
 UNFIT: list[Any] = ["text", None, [1.0], 1j]
