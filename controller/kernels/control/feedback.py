@@ -8,7 +8,7 @@ from controller.kernels.control.feedforward import OPEN_LOOP, towards
 from controller.kernels.control.inverse import way_down
 from controller.kernels.memory import Control
 from controller.kernels.model.equilibrium import factor, under_pressure
-from controller.kernels.model.polygon import nearest_admissible
+from controller.kernels.model.polygon import nearest_by
 from controller.kernels.model.sensitivity import sensitivity, side_of
 from controller.kernels.model.statics import is_linear
 from controller.kernels.observer.observer import TIP
@@ -22,6 +22,8 @@ BUMP_TIME = 0.2
 """Time constant with which the jump of u at a switch fades (ours) [s]."""
 FORGET_WAY = 0.4
 """On the way to another pose the integral, which fits the one that is left, is forgotten over this way (ours) [m]."""
+BLUNT = 0.1
+"""Share of S^T S that all torques are taken to move the tip by at least, where they are cut (ours)."""
 EXCESS = 1e-9
 """A sum further outside the admissible torques than this counts as saturated [N m]."""
 
@@ -200,11 +202,12 @@ def saturate(settings: Record, control: Control, telemetry: Record) -> None:
     """u = u_ff + u_fb, brought to the nearest admissible torque; the integral runs on, unless that would wind it up.
 
     Its rate is bounded but where a plan may step. Not a number ends here: E_STOP with u = 0. Eq. SAT: paper,
-    "Task-space PI control" and "Hardware setup". In place: control.state, telemetry.saturated.
+    "Task-space PI control" and "Hardware setup"; what is nearest is ours. In place: control.state, telemetry.saturated.
     """
     state = control.state[0]
     sum_1, sum_2 = state.u_ff[0] + state.u_fb[0], state.u_ff[1] + state.u_fb[1]
-    u1, u2 = nearest_admissible(control.smap.polygon, sum_1, sum_2)  # Eq. SAT
+    H11, H12, H22 = nearness(state)
+    u1, u2 = nearest_by(control.smap.polygon, (sum_1, sum_2), (H11, H12, H22))  # Eq. SAT
     if not math.isfinite(u1 + u2):
         react(NUMBERS, state)
     if state.mode == HOLD or state.mode == FOLLOW:
@@ -213,16 +216,33 @@ def saturate(settings: Record, control: Control, telemetry: Record) -> None:
         u1 = u2 = 0.0
     state.u[0], state.u[1] = u1, u2
     telemetry.saturated = max(abs(sum_1 - u1), abs(sum_2 - u2)) > EXCESS
-    integrate(settings, telemetry, sum_1 - u1, sum_2 - u2, control)
+    cut_1, cut_2 = sum_1 - u1, sum_2 - u2
+    integrate(settings, telemetry, H11 * cut_1 + H12 * cut_2, H12 * cut_1 + H22 * cut_2, control)
 
 
 @kernel
-def integrate(settings: Record, telemetry: Record, excess_1: float, excess_2: float, control: Control) -> None:
+def nearness(state: Record) -> tuple[float, float, float]:
+    """H11, H12, H22 by which torques are near to one another where they are cut: in TRACK as they are.
+
+    Where the tip is led by hand near is what moves the tip by little, S^T S and some of its trace. At an edge only one
+    way is left to the feedback: torques that are nearest as such may move the tip far more than was asked for, and an
+    arm whose tip is only estimated swung up there. Not in the paper, which does not say how it saturates.
+    """
+    S11, S12, S21, S22 = state.S
+    H11, H12, H22 = S11 * S11 + S21 * S21, S11 * S12 + S21 * S22, S12 * S12 + S22 * S22
+    if state.mode == TRACK or not 0.0 < H11 + H22 < math.inf:  # nor is it with an S that is no number
+        return 1.0, 0.0, 1.0
+    least = BLUNT * (H11 + H22)
+    return H11 + least, H12, H22 + least
+
+
+@kernel
+def integrate(settings: Record, telemetry: Record, push_1: float, push_2: float, control: Control) -> None:
     """Let the integral run; held while saturated, but for steps that lead back (conditional anti-windup).
 
-    An error that no torque can change, as along the straight backbone, is not collected. The integral: paper,
-    "Task-space PI control". Anti-windup is not in the paper. In place: control.state.integral; where the tip is led by
-    hand control.state.u_int, see `keep_integral`.
+    `push` is against the edge of the admissible torques, at a right angle to it. An error that no torque can change, as
+    along the straight backbone, is not collected. The integral: paper, "Task-space PI control". Anti-windup is not in
+    the paper. In place: control.state.integral; where the tip is led by hand control.state.u_int, `keep_integral`.
     """
     state, e = control.state[0], telemetry.error
     closed = state.scheme & 2
@@ -230,7 +250,7 @@ def integrate(settings: Record, telemetry: Record, excess_1: float, excess_2: fl
         return
     if telemetry.saturated:
         w_1, w_2 = through_sensitivity(control, settings.K_I[0] * e[0], settings.K_I[1] * e[1])
-        if w_1 * excess_1 + w_2 * excess_2 > 0.0:
+        if w_1 * push_1 + w_2 * push_2 > 0.0:
             return
     e_1, e_2 = attainable(state, e[0], e[1])
     if state.mode != TRACK:

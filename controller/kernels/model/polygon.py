@@ -56,6 +56,12 @@ def lowest_on_edges(polygon: Polygon, u: Pair, g: Pair, H: tuple[float, float, f
 @kernel
 def nearest_admissible(polygon: Polygon, u1: float, u2: float) -> Pair:
     """The admissible point nearest to u [N m]; nan stays nan. Not in the paper, which does not say how it saturates."""
-    if admissible(polygon, u1, u2) or u1 != u1 or u2 != u2:
-        return u1, u2
-    return lowest_on_edges(polygon, (u1, u2), (0.0, 0.0), (1.0, 0.0, 1.0))
+    return nearest_by(polygon, (u1, u2), (1.0, 0.0, 1.0))
+
+
+@kernel
+def nearest_by(polygon: Polygon, u: Pair, H: tuple[float, float, float]) -> Pair:
+    """The same, nearest by (v - u).H (v - u), H as in `lowest_on_edges`. Not in the paper: see `nearest_admissible`."""
+    if admissible(polygon, u[0], u[1]) or u[0] != u[0] or u[1] != u[1]:
+        return u
+    return lowest_on_edges(polygon, u, (0.0, 0.0), H)
