@@ -1,13 +1,16 @@
-"""The fit with which the paper's experiments are run, and the intervals that its near-equal fits give the paper's rows.
+"""The fits with which the paper's experiments are run, and the intervals that near-equal fits give the paper's rows.
 
-It is a file of its own: what a rig is driven with by hand is that of controller/schema/fit.toml (docs/reproduction.md).
+What a rig is driven with by hand is another one, controller/schema/fit.toml (docs/reproduction.md).
 """
 
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
+
+from pydantic import BaseModel
 
 from controller.research.experiments.results import ResultRow
 from controller.schema.parameters import PlantKind, Settings, TwinParameters
@@ -15,14 +18,20 @@ from controller.simulation.case import Setup
 
 Key = tuple[str, str, str, str]
 Interval = tuple[float, float]
-PAPER_FIT: dict[str, Any] = tomllib.loads((Path(__file__).parents[1] / "paper_fit.toml").read_text("utf-8"))
-"""As `tendril calibrate` wrote it."""
+_FILES: dict[PlantKind, str] = {"rod": "paper_fit.toml", "cosserat": "cosserat_fit.toml"}
+
+
+@cache
+def paper_fit(plant: PlantKind) -> Mapping[str, Any]:
+    """The fit of `plant` to the paper's rows, as `tendril calibrate` wrote it."""
+    return tomllib.loads((Path(__file__).parents[1] / _FILES[plant]).read_text("utf-8"))
 
 
 def paper_setup(plant: PlantKind = "rod") -> Setup:
-    """Plant and gains of PAPER_FIT; of another plant than its own the numbers that both have."""
-    gains = {name: (value,) * 2 for name, value in PAPER_FIT["gains"].items()}
-    return Setup(TwinParameters(plant=plant, **PAPER_FIT["twin"]), gains=Settings(**gains))
+    """Plant and gains of `paper_fit`."""
+    fit = paper_fit(plant)
+    gains = {name: (value,) * 2 for name, value in fit["gains"].items()}
+    return Setup(TwinParameters(**fit["twin"]), gains=Settings(**gains))
 
 
 def with_intervals(rows: Sequence[ResultRow], setup: Setup, fit: Mapping[str, Any]) -> tuple[ResultRow, ...]:
@@ -44,10 +53,12 @@ def is_fitted(setup: Setup, fit: Mapping[str, Any]) -> bool:
     twin = setup.twin
     numbers = ((getattr(twin, name), value) for name, value in fit["twin"].items())
     gains = ((getattr(setup.gains, name), [value] * 2) for name, value in fit["gains"].items())
-    same = all(as_list(ours) == as_list(theirs) for ours, theirs in (*numbers, *gains))
-    return twin.plant == "rod" and same
+    same = all(as_in_file(ours) == as_in_file(theirs) for ours, theirs in (*numbers, *gains))
+    return twin.plant == fit["twin"].get("plant", "rod") and same
 
 
-def as_list(value: Any) -> Any:
-    """A tuple as a list: as the file has it."""
+def as_in_file(value: Any) -> Any:
+    """A tuple as a list, a model as a table."""
+    if isinstance(value, BaseModel):
+        return value.model_dump(mode="json")
     return list(value) if isinstance(value, tuple) else value

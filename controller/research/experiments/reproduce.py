@@ -7,7 +7,7 @@ from functools import cached_property
 
 from controller.research.experiments.campaign import Job, Keep, Progress, Run, campaign
 from controller.research.experiments.catalogue import catalogue
-from controller.research.experiments.fitted_intervals import PAPER_FIT, with_intervals
+from controller.research.experiments.fitted_intervals import paper_fit, with_intervals
 from controller.research.experiments.frequency_sweep import frequency_sweep, jobs_without_k_ff
 from controller.research.experiments.letter import letter_jobs, letter_rows
 from controller.research.experiments.observer_gains import observer_gains, observer_jobs
@@ -64,7 +64,7 @@ def reproduce(order: Order, progress: Progress, keep: Keep | None = None) -> Res
     return Results(
         outcomes=outcomes,
         failures=(*failures, *(replace(one, sentence=f"{one.sentence} (other gains)") for one in failed(others))),
-        rows=with_intervals(result_rows(outcomes, failures, sweep), order.setup, PAPER_FIT),
+        rows=with_intervals(result_rows(outcomes, failures, sweep), order.setup, paper_fit(order.setup.twin.plant)),
         sensing=sensing_summary(outcomes, failures),
         sweep=sweep,
         pressure=pressure_steps(parameters_of(Case("step"), order.setup)),

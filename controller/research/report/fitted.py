@@ -20,6 +20,12 @@ def provenance(fit: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [*about, ("fitted numbers of the twin", ", ".join(fit["twin"])), ("fitted gains", ", ".join(fit["gains"]))]
 
 
+def fields_of(fit: Mapping[str, Any]) -> set[str]:
+    """Fitted fields of the Cosserat plant's own."""
+    names = (name.split(".") for name in fit.get("ensemble", {}).get("names", ()))
+    return {name[1] for name in names if name[0] == "cosserat"}
+
+
 def margins_table(fit: Mapping[str, Any]) -> Markup:
     """What each trial of the loop's stability left; nothing before there are any."""
     margins = fit.get("margins", ())

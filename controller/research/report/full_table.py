@@ -8,7 +8,7 @@ from pydantic import BaseModel
 
 from controller.research.experiments.results import ResultRow, Results
 from controller.research.page.document import dense, table
-from controller.research.report.fitted import margins_table
+from controller.research.report.fitted import fields_of, margins_table
 from controller.research.report.main_table import windows
 from controller.research.report.wording import METRICS, metric_name, raised, run_name
 from controller.schema.fit import GAIN_NAMES
@@ -37,7 +37,8 @@ def setup_table(results: Results, fit: Mapping[str, Any]) -> Markup:
     left_out = {"plant", "cosserat", "seed", *(ROD_ONLY if foreign else ())}
     rows: list[tuple[str, str, str, str]] = [("plant", twin.plant, "", "")]
     rows += [_number(twin, name, name in fit["twin"]) for name in type(twin).model_fields if name not in left_out]
-    rows += [_number(twin.cosserat, name, False) for name in type(twin.cosserat).model_fields if foreign]
+    own = fields_of(fit)
+    rows += [_number(twin.cosserat, name, name in own) for name in type(twin.cosserat).model_fields if foreign]
     rows += [_number(gains, name, name in fit["gains"]) for name in GAINS]
     return dense(table(("number", "value", "unit", ""), rows)) + margins_table(fit)
 

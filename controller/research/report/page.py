@@ -7,7 +7,7 @@ from typing import Any
 from markupsafe import Markup
 
 from controller.errors import TendrilError
-from controller.research.experiments.fitted_intervals import PAPER_FIT
+from controller.research.experiments.fitted_intervals import paper_fit
 from controller.research.experiments.results import Results
 from controller.research.page.document import NOTHING, document, joined
 from controller.research.report.figures.drawing_figures import digit_plates, vu_plate
@@ -69,7 +69,7 @@ def write_report(results: Results, folder: Path) -> Path:
     Raises TendrilError if the folder or the file cannot be written.
     """
     path = folder / "index.html"
-    page = report_page(results, PAPER_FIT)
+    page = report_page(results, paper_fit(results.twin.plant))
     try:
         folder.mkdir(parents=True, exist_ok=True)
         path.write_text(page, encoding="utf-8")
