@@ -20,7 +20,7 @@ HARD = [
     ("FOLLOW", Gains("P3", 0.3, 20.0)),
     ("TRACK", Gains("P3", 0.3, 20.0)),
     # by little more than the reference moves
-    ("FOLLOW", Gains("P1", 0.3, 10.0, seed=1)),
+    ("FOLLOW", Gains("P1", 0.3, 12.0, seed=1)),
     ("FOLLOW", Gains("P2", 4.0, 2.0, seed=2)),
     ("TRACK", Gains("P3", 0.3, 20.0, seed=10, others=(("K_o", (500.0, 500.0)),))),
 ]
