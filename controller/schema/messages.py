@@ -118,6 +118,7 @@ class Telemetry(Model):
     error: Annotated[Pair, Q("m", "e", (2,))]
     """p_ref - tip, the tip measured where it is sensed, else the observer's."""
     integral: Annotated[Pair, Q("m s", "int e", (2,))]
+    """Of the error; where the tip is led by hand what the paper's law would need for the torque that is kept."""
     residual: Annotated[float, Q("m")]
     """RMS over the sensed rods of |measured - observer|; nan when none is sensed."""
     u_ff: Annotated[Torques, Q("N m", "u_FF", (2,))]
