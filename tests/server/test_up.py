@@ -65,7 +65,7 @@ def test_a_second_up_says_in_one_sentence_why_not_and_the_first_goes_on(tmp_path
     with running(tmp_path) as first:
         port = urlsplit(first.url).port
         assert port
-        wait_for(lambda: children_of(server(), planner.NAME), "the first one's planner")
+        wait_for(lambda: children_of(server(first), planner.NAME), "the first one's planner")
         for rig, other_port, why in (
             (RIG, 0, f"rig '{RIG}' already runs on this machine"),
             (f"{RIG}-other", port, f"port = {port}: Address already in use"),
@@ -125,9 +125,9 @@ def test_kernels_and_their_compiler_are_in_the_planner_and_not_in_the_server(tmp
             circle = {"reference": "circle_1hz"}
             wait_for(lambda: page.post("/api/preview", json=circle).status_code == 200, "a preview")
             assert page.get("/api/workspace").json()["points"]
-        (planning,) = children_of(server(), planner.NAME)
+        (planning,) = children_of(server(product), planner.NAME)
         assert has_compiler(planning)
-        assert not any(map(has_compiler, [server(), *children_of(server(), folder.NAME)]))
+        assert not any(map(has_compiler, [server(product), *children_of(server(product), folder.NAME)]))
 
 
 def test_what_writes_and_reads_recordings_is_in_processes_of_their_own_and_not_in_the_server(tmp_path: Path) -> None:
@@ -141,15 +141,14 @@ def test_what_writes_and_reads_recordings_is_in_processes_of_their_own_and_not_i
             id = taken(page.post("/api/recordings", json={})).json()["id"]
             wait_for(lambda: page.get("/api/recordings").json()[0]["rows"], "rows")
             assert page.get(f"/api/recordings/{id}/quick").json()["rows"]
-        (writing,) = children_of(server(), folder.WRITING)
+        (writing,) = children_of(server(product), folder.WRITING)
         assert "rerun_bindings" in libraries(writing)
-        assert not {"rerun_bindings", "libarrow"} & libraries(server())
+        assert not {"rerun_bindings", "libarrow"} & libraries(server(product))
 
 
-def server() -> psutil.Process:
-    """That of the product that runs."""
-    (found,) = children_of(psutil.Process(), "server.app")
-    return found
+def server(product: UpReady) -> psutil.Process:
+    """That of `product`: one that it is just about to start looks like it for a moment."""
+    return psutil.Process(product.server_process)
 
 
 def children_of(process: psutil.Process, program: str) -> list[psutil.Process]:

@@ -20,13 +20,16 @@ from server.campaign import trace
 from server.campaign.person import Person
 from server.campaign.table import BOARD_GAP, GAP
 from server.campaign.waiting import wait
+from tests.server.live_server import PATIENT
 
-PATIENT = f"""
+LIMITS = f"""
 [limits]
 loop_gap = {GAP}
 pressures_lost = {BOARD_GAP}
+operator_timeout = {PATIENT["operator_timeout"]}
 """
-"""Shared machines pause for 50 ms and more; a pause counts as the loop's own only beyond loop_gap."""
+"""Shared machines pause for 50 ms and more; a pause counts as the loop's own only beyond loop_gap, and a person under
+test whose program waits for a core has not gone."""
 READY = 240.0
 """Longest wait for rig and server [s]: a cold cache compiles."""
 
@@ -80,7 +83,7 @@ def stack(folder: Path, text: str = "", believed: dict[str, Any] | None = None) 
     folder.mkdir(parents=True, exist_ok=True)
     ready, log = folder / "up.json", (folder / "output.log").open("wb")
     own = text.replace('name = "virtual"', f'name = "virtual-{os.getpid()}"')  # another test may run one, too
-    virtual = VirtualProcess(own + PATIENT, folder, log) if text else None
+    virtual = VirtualProcess(own + LIMITS, folder, log) if text else None
     if virtual and believed:
         virtual.path.write_text(changed(virtual.path.read_text(), believed, "the believed rig"))
     name = virtual.rig.name if virtual else f"twin-{os.getpid()}"
