@@ -1,4 +1,4 @@
-"""Every kernel into the cache, on two processes: the first time one alone would take more than a minute and a half.
+"""Every kernel into the cache, on two processes: the first time one alone would take more than a minute.
 
 The code of a kernel holds that of all it calls, unless that stays apart (`controller/kernels/apart.py`): so what is
 called comes in an earlier round. The two parts of a round share next to nothing. A part calls its kernels once, with
