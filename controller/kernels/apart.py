@@ -6,12 +6,13 @@ simulations call the same tick with each kind of plant: in all of them it took t
 
 from typing import Any
 
-from llvmlite import ir
 from numba import extending as numba_extending
 from numba import typeof as numba_typeof
 from numba import types
 from numba.core import cgutils as numba_cgutils
 from numba.core.errors import TypingError
+
+from controller.kernels.by_address import known_by_address
 
 cgutils: Any = numba_cgutils
 extending: Any = numba_extending
@@ -39,22 +40,6 @@ class ApartType(types.Type):
         super().__init__(f"Apart{arguments}")
 
 
-class _Address(extending.models.PrimitiveModel):  # type: ignore[misc]
-    def __init__(self, manager: Any, kind: ApartType) -> None:
-        super().__init__(manager, kind, ir.IntType(64))
-
-
-def _typeof(value: Apart, context: Any) -> ApartType:
-    return value.kind
-
-
-def _unbox(kind: ApartType, value: Any, context: Any) -> Any:
-    address = context.pyapi.object_getattr_string(value, "address")
-    found = context.pyapi.long_as_ulonglong(address)
-    context.pyapi.decref(address)
-    return extending.NativeValue(found)
-
-
 def _call(typing: Any, kernel: Any, given: Any) -> Any:
     if tuple(given) != kernel.arguments:
         raise TypingError(f"{given} are not the types for which this kernel was compiled: {kernel.arguments}")
@@ -62,7 +47,7 @@ def _call(typing: Any, kernel: Any, given: Any) -> Any:
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         address, arguments = values
         layout = context.call_conv.get_function_type(types.none, kernel.arguments)
-        function = builder.inttoptr(address, layout.as_pointer())
+        function = builder.bitcast(address, layout.as_pointer())
         unpacked = cgutils.unpack_tuple(builder, arguments)
         status, _ = context.call_conv.call_function(builder, function, types.none, kernel.arguments, unpacked)
         with cgutils.if_unlikely(builder, status.is_error):
@@ -72,8 +57,6 @@ def _call(typing: Any, kernel: Any, given: Any) -> Any:
     return types.none(kernel, given), emit
 
 
-extending.register_model(ApartType)(_Address)
-extending.typeof_impl.register(Apart)(_typeof)
-extending.unbox(ApartType)(_unbox)
+known_by_address(Apart, ApartType)
 call = extending.intrinsic(_call)
 """call(kernel, (a, b, ...)), in a compiled function: runs the Apart `kernel` with these arguments."""

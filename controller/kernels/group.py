@@ -10,30 +10,26 @@ from functools import cached_property
 from typing import Any, ClassVar, Self, dataclass_transform
 
 import numpy as np
-from llvmlite import ir
-from numba import extending as numba_extending
 from numba import typeof as numba_typeof
 from numba import types
 from numba.core import cgutils as numba_cgutils
 from numba.core.imputils import lower_getattr_generic as numba_lower_getattr_generic
 from numba.core.typing import templates as numba_templates
 
+from controller.kernels.by_address import WORD, known_by_address
+
 cgutils: Any = numba_cgutils
-extending: Any = numba_extending
 lower_getattr_generic: Any = numba_lower_getattr_generic
 templates: Any = numba_templates
 typeof: Any = numba_typeof
 Tuple: Any = types.BaseTuple
-
-WORD = ir.IntType(64)
-"""All that a field is made of has this size, so a group is an array of words."""
 
 
 @dataclass_transform(frozen_default=True)
 class Group:
     """Base of groups: a subclass lists its fields, like a named tuple. They stay; what is in their arrays may change.
 
-    A field is an array, a float, an int, a bool, a group, or a tuple of such.
+    A field is an array, a float, an int, a bool, a group, or a tuple of such; all that these are made of are words.
     """
 
     names: ClassVar[tuple[str, ...]]
@@ -122,27 +118,11 @@ def _size(kind: Any) -> int:
     return sum(_size(one) for one in kind) if isinstance(kind, Tuple) else 1
 
 
-class _Address(extending.models.PrimitiveModel):  # type: ignore[misc]
-    def __init__(self, manager: Any, kind: GroupType) -> None:
-        super().__init__(manager, kind, WORD.as_pointer())
-
-
 class _Fields(templates.AttributeTemplate):  # type: ignore[misc]
     key = GroupType
 
     def generic_resolve(self, kind: GroupType, name: str) -> Any:
         return kind.fields.get(name)
-
-
-def _typeof(value: Group, context: Any) -> GroupType:
-    return value.kind
-
-
-def _unbox(kind: GroupType, value: Any, context: Any) -> Any:
-    address = context.pyapi.object_getattr_string(value, "address")
-    found = context.pyapi.long_as_ulonglong(address)
-    context.pyapi.decref(address)
-    return extending.NativeValue(context.builder.inttoptr(found, WORD.as_pointer()))
 
 
 def _load_field(context: Any, builder: Any, kind: GroupType, group: Any, name: str) -> Any:
@@ -180,8 +160,6 @@ def _load_word(builder: Any, words: Any, at: int, kind: Any) -> Any:
     return found
 
 
-extending.register_model(GroupType)(_Address)
-extending.typeof_impl.register(Group)(_typeof)
-extending.unbox(GroupType)(_unbox)
+known_by_address(Group, GroupType)
 templates.infer_getattr(_Fields)
 lower_getattr_generic(GroupType)(_load_field)

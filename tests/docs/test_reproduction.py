@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from controller.research.experiments.fitted_intervals import paper_fit, paper_setup
+from controller.research.experiments.fitted_intervals import intervals_of, paper_fit, paper_setup
 from controller.research.experiments.paper_rows import PAPER_ROWS, paper_row, window_of
 from controller.simulation.case import Case, run_case
 from controller.system.origin import ROOT
@@ -24,7 +24,9 @@ CHEAP = (
     *("circle_1hz P2 ff+pi rmse", "circle_2hz P3 ff+pi rmse", "circle_2hz P3 ff+pi lag_deg_x"),
 )
 """Runs of 6 to 17 s, on all three actuators."""
-SPREAD = paper_fit("cosserat")["spread"]
+COSSERAT = {
+    (one["experiment"], one["actuator"], one["law"], one["metric"]): one for one in paper_fit("cosserat")["spread"]
+}
 SEEDS = 0.03
 """The table has the mean of three seeds, one of which is run here."""
 
@@ -38,20 +40,17 @@ def test_the_table_has_every_row_with_a_number_in_the_paper() -> None:
 
 
 def test_the_table_has_the_intervals_of_the_fit_file() -> None:
-    spread = {
-        (one["experiment"], one["actuator"], one["law"], one["metric"]): one for one in paper_fit("rod")["spread"]
-    }
+    intervals = intervals_of(paper_fit("rod"))
     for key, (_, _, _, interval, _) in TABLE.items():
         low, high = (float(end) for end in interval.split(" - "))
-        assert [low, high] == pytest.approx([spread[key]["low"], spread[key]["high"]], rel=0.01)
+        assert [low, high] == pytest.approx(list(intervals[key]), rel=0.01)
 
 
 def test_the_table_of_the_other_plant_is_its_fit_file() -> None:
     table = {found[:4]: found[4:] for found in COSSERAT_ROW.findall(PAGE)}
-    spread = {tuple(one[name] for name in ("experiment", "actuator", "law", "metric")): one for one in SPREAD}
-    assert table.keys() == spread.keys() == TABLE.keys()
+    assert table.keys() == COSSERAT.keys() == TABLE.keys()
     for key, (*numbers, role) in table.items():
-        one = spread[key]
+        one = COSSERAT[key]
         wanted = [one["paper"], one["best"], one["low"], one["high"]]
         assert role == one["role"]
         assert [float(number) for number in numbers] == pytest.approx(wanted, rel=0.01)
@@ -61,8 +60,7 @@ def test_the_table_of_the_other_plant_is_its_fit_file() -> None:
 def test_a_run_on_the_other_plant_gives_what_its_fit_file_says(what: str) -> None:
     experiment, actuator, law, metric = what.split()
     found = run_case(Case(experiment, actuator, law), paper_setup("cosserat")).metrics[window_of(experiment)][metric]
-    [published] = (one["best"] for one in SPREAD if list(one.values())[:4] == what.split())
-    assert found == pytest.approx(published, rel=SEEDS)
+    assert found == pytest.approx(COSSERAT[experiment, actuator, law, metric]["best"], rel=SEEDS)
 
 
 @pytest.mark.parametrize("what", CHEAP)

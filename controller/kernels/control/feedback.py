@@ -166,6 +166,13 @@ def attainable(state: Record, f_1: float, f_2: float) -> Pair:
 
 
 @kernel
+def squared(state: Record) -> tuple[float, float, float]:
+    """Entries 11, 12, 22 of S^T S [m^2/(N m)^2]: by how much torques move the tip. Eq. UFB: paper."""
+    S11, S12, S21, S22 = state.S
+    return S11 * S11 + S21 * S21, S11 * S12 + S21 * S22, S12 * S12 + S22 * S22
+
+
+@kernel
 def through_sensitivity(control: Control, f_1: float, f_2: float) -> Pair:
     """u_FB = (S^T S + epsilon I)^-1 S^T f_des [N m], S at the observer's pose.
 
@@ -174,7 +181,8 @@ def through_sensitivity(control: Control, f_1: float, f_2: float) -> Pair:
     state, epsilon = control.state[0], control.controller[0].epsilon
     S11, S12, S21, S22 = state.S
     f_1, f_2 = attainable(state, f_1, f_2)
-    H11, H12, H22 = S11 * S11 + S21 * S21 + epsilon, S11 * S12 + S21 * S22, S12 * S12 + S22 * S22 + epsilon
+    H11, H12, H22 = squared(state)
+    H11, H22 = H11 + epsilon, H22 + epsilon
     g_1, g_2 = S11 * f_1 + S21 * f_2, S12 * f_1 + S22 * f_2
     det = H11 * H22 - H12 * H12
     return (H22 * g_1 - H12 * g_2) / det, (H11 * g_2 - H12 * g_1) / det  # Eq. UFB
@@ -228,8 +236,7 @@ def nearness(state: Record) -> tuple[float, float, float]:
     way is left to the feedback: torques that are nearest as such may move the tip far more than was asked for, and an
     arm whose tip is only estimated swung up there. Not in the paper, which does not say how it saturates.
     """
-    S11, S12, S21, S22 = state.S
-    H11, H12, H22 = S11 * S11 + S21 * S21, S11 * S12 + S21 * S22, S12 * S12 + S22 * S22
+    H11, H12, H22 = squared(state)
     if state.mode == TRACK or not 0.0 < H11 + H22 < math.inf:  # nor is it with an S that is no number
         return 1.0, 0.0, 1.0
     least = BLUNT * (H11 + H22)

@@ -6,8 +6,6 @@ which is the same in the limit of many rods. The integrators count it as part of
 step comes half a step late, which is a damping of -K_o dt/2.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from controller.arrays import Array, Pair, Words
@@ -37,7 +35,7 @@ class Springs(Group):
     """Their measured velocity (n,2) [m/s]."""
 
 
-class Points(NamedTuple):
+class Points(Group):
     """Scratch of the implicit step: where the springs pull, and what they gave."""
 
     before: Array

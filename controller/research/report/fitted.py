@@ -17,7 +17,9 @@ def fits(fit: Mapping[str, Any]) -> int:
 def provenance(fit: Mapping[str, Any]) -> list[tuple[str, str]]:
     """What the file says of the fit (date, command, cost and so on), and what was fitted."""
     about = [(f"fit: {name}", _text(value)) for name, value in fit["fit"].items()]
-    return [*about, ("fitted numbers of the twin", ", ".join(fit["twin"])), ("fitted gains", ", ".join(fit["gains"]))]
+    own = [name for name in fit["twin"] if name not in ("plant", "cosserat")]
+    twin = ", ".join((*own, *(f"cosserat.{name}" for name in sorted(fields_of(fit)))))
+    return [*about, ("fitted numbers of the twin", twin), ("fitted gains", ", ".join(fit["gains"]))]
 
 
 def fields_of(fit: Mapping[str, Any]) -> set[str]:
