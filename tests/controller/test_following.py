@@ -1,6 +1,6 @@
 """A target led by hand: no stop, and no swing that stays, whatever the arm's damping and the length of its air lines.
 
-`python -m tests.controller.following` makes 500 clicks and 500 drags of each actuator.
+`python -m tests.controller.following` makes 500 clicks and 500 drags of each actuator on each plant.
 """
 
 import numpy as np
@@ -26,6 +26,11 @@ def test_a_target_led_anywhere_stops_no_rig_and_leaves_no_swing(name: str, sense
 def test_a_hardly_damped_arm_of_which_only_the_middle_is_seen_is_led_fast(seed: int, dead_time: float) -> None:
     """P2 whipped by 100 mm, and was stopped for OSCILLATION: S of the way turned its integral into swinging torques."""
     assert came_of(Course("P2", "rod 6", 0.1, dead_time, True, seed), 20) == Came([], [])
+
+
+def test_a_model_that_is_moved_over_is_no_swing_of_the_arm() -> None:
+    """P2 by its third rod: the model was 150 mm off, and moved over in 0.2 s, which stopped the rig for OSCILLATION."""
+    assert came_of(Course("P2", "rod 3", 0.5, 0.04, True, 6), 4) == Came([], [])
 
 
 @pytest.mark.parametrize("name", PRESETS)

@@ -12,7 +12,7 @@ from controller.kernels.model.polygon import nearest_by
 from controller.kernels.model.sensitivity import sensitivity, side_of
 from controller.kernels.model.statics import is_linear
 from controller.kernels.observer.observer import TIP
-from controller.kernels.safety.oscillation import note_tracking
+from controller.kernels.safety.oscillation import forget_tracking, note_tracking
 from controller.kernels.safety.safety import E_STOP, FOLLOW, HOLD, NUMBERS, TRACK, is_live, react
 from controller.schema.modes import Law, RowKind
 
@@ -61,7 +61,9 @@ def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
     else:
         g_1 = g_2 = 0.0
     fade_bump(g_1, g_2, live, switched, math.exp(-control.dt / BUMP_TIME), state)
-    if closed == wanted:  # else no marker is in sight for a moment: nothing is known of the error, nothing forgotten
+    if state.moved_over:  # it is the model that moves, not the arm: the tip that was estimated before is wrong
+        forget_tracking(telemetry.error, state)
+    elif closed == wanted:  # else no marker is in sight for a moment: nothing is known of the error, nothing forgotten
         note_tracking(telemetry.error, closed, control)
 
 

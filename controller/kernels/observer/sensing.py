@@ -37,7 +37,8 @@ def sense(
     if usable != 0 or settings.sensed == 0:
         state.seen_ns = sensing.sample_ns[0]
     fresh = sensing.sample_ns[0] > 0 and (t_ns - sensing.sample_ns[0]) * 1e-9 <= control.limits[0].measurement_old
-    state.used = usable if fresh and not is_moved_over(observer.seat) else 0
+    state.moved_over = is_moved_over(observer.seat)
+    state.used = usable if fresh and not state.moved_over else 0
     carried = fresh and control.controller[0].carry_on
     sensing.age[0] = (t_ns - sensing.sample_ns[0]) * 1e-9 + 0.5 * control.dt if carried else 0.0
 
