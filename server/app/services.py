@@ -214,7 +214,7 @@ def open_services(
     change = Change(rig, outcomes, recorder, operator, events, settings)
     rig_file = RigFileKeeper(rig, planner, operator, outcomes, events, settings, change)
     commissioning = Commissioning(
-        Through(rig, history, operator, kept, planner, rig.drivers, data_folder(settings.state, settings.rig)),
+        Through(rig, history, operator, kept, planner, rig.drivers, data_folder(settings.state, settings.rig), modes),
         CommissioningStore(commissioning_file(settings.state, settings.rig)),
         CommissionedFile(rig_file),
         events,

@@ -18,7 +18,7 @@ from controller.system.whole_file import write_whole
 from server.access.permit import Permit, own
 from server.commissioning import closed_loop, drivers, frame, pressure, report, sweep
 from server.commissioning.frame import Framing
-from server.commissioning.identify import identify
+from server.commissioning.identify import identify, kept_mode
 from server.commissioning.jog import Jogging
 from server.commissioning.messages import (
     STEPS,
@@ -36,6 +36,7 @@ from server.commissioning.store import KEPT_TEXT, CommissionedFile, Commissionin
 from server.hardware.messages import RigFileState
 from server.http.given import given
 from server.log.events import EventLog
+from server.presets.first_mode.store import plant_of
 from server.operate.asking import asked_for, found_in, why_over
 
 MEASURED = {"frame": "motion_capture.frame.measured", "pressure": "valves.measured"}
@@ -135,6 +136,7 @@ class Commissioning:
             anew = any(value_of(file.rig, field) != value for field, value in result.changes.items())
             gone = resting_on(step) - {step} if anew else set()
             await self._file.change(_accepted(step, result, file.rig, gone), permit)
+            await self._keep_mode(result)
             await asyncio.to_thread(self._store.forget, gone)
         self._events.add(f"{permit.name}: commissioning, {TITLES[step]} accepted: {result.text}")
 
@@ -284,6 +286,17 @@ class Commissioning:
             await asyncio.to_thread(write_whole, path, text)
         except OSError as error:
             raise CommandRefused(f"{path} cannot be written: {error.strerror}") from error
+
+    async def _keep_mode(self, result: KeptResult) -> None:
+        """Let what rests on damping and kappa, as the gains' margins, have them as measured."""
+        decay = self._store.kept.results.get("decay", result)
+        mode = kept_mode(result, decay.at, plant_of(self._through.rig.require_info()))
+        if mode is None:
+            return
+        try:
+            await asyncio.to_thread(self._through.modes.keep, mode)
+        except OSError as error:
+            self._events.add(f"damping and kappa cannot be kept: {error.strerror}", "error")
 
     async def _give_back(self) -> None:
         """An earlier server ended in the middle of a step: let the rig vent, then put the operator's settings back."""

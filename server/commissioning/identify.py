@@ -4,13 +4,13 @@ import asyncio
 import os
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
+from datetime import datetime
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
-from pydantic import JsonValue
+from pydantic import ValidationError
 
 from controller.errors import CommandRefused
 from controller.schema.actuator import Actuator, Tracking, parse_actuator, write_actuator
@@ -19,6 +19,7 @@ from server.commissioning.messages import Number, StepName
 from server.commissioning.motion import Run, Through
 from server.commissioning.store import Found, KeptResult
 from server.commissioning.sweep import DECAYS, POSES
+from server.presets.first_mode.messages import Interval, KeptMode, MeasuredMode, Plant
 
 PATIENCE = 300.0
 """Longest time that it may take [s]."""
@@ -47,7 +48,7 @@ async def identify(run: Run, through: Through, results: Mapping[StepName, KeptRe
     await asyncio.to_thread(write_actuator, as_base(run.actuator, run.file.motion_capture.rods), base)
     run.say("runs tendril identify")
     mode = mode_in(results.get("decay"))
-    damping = [str(decays)] if mode is None else ["--zeta", f"{mode.zeta[0]:.4g}"]
+    damping = [str(decays)] if mode is None else ["--zeta", f"{mode.zeta.value:.4g}"]
     asked, note = ["--actuator", str(base), "--out", str(out)], ""
     try:
         said = await _run(["identify", str(poses), *damping, *asked], folder)
@@ -67,36 +68,36 @@ async def identify(run: Run, through: Through, results: Mapping[StepName, KeptRe
     if mode is None:
         return result
     rig = run.parameters.model_copy(update={"actuator": found})
-    return with_mode(result, mode, await through.planner.do(planning.kappa_of, mode.frequency[0], rig))
+    return with_mode(result, mode, await through.planner.do(planning.kappa_of, mode.frequency.value, rig))
 
 
-class Mode(NamedTuple):
-    """What the decays told: (value, low, high)."""
-
-    frequency: Sequence[float]
-    """Undamped [Hz]."""
-    zeta: Sequence[float]
-
-
-def mode_in(decay: KeptResult | None) -> Mode | None:
-    """Of the decay step's result; None where it told none."""
-    frequency, zeta = (_floats(decay.data.get(name) if decay else None) for name in Mode._fields)
-    return Mode(frequency, zeta) if len(frequency) == len(zeta) == 3 else None
+def mode_in(result: KeptResult | None) -> MeasuredMode | None:
+    """The first mode that a step's result has; None where it told none."""
+    try:
+        return MeasuredMode.model_validate(result.data["mode"]) if result and "mode" in result.data else None
+    except ValidationError:
+        return None
 
 
-def _floats(value: JsonValue) -> list[float]:
-    return [float(one) for one in value if isinstance(one, int | float)] if isinstance(value, list) else []
-
-
-def with_mode(result: Found, mode: Mode, kappa: float) -> Found:
+def with_mode(result: Found, mode: MeasuredMode, kappa: float) -> Found:
     """`result` with the damping ratio that its actuator has now, and kappa, which an actuator's file does not hold."""
-    spread = [kappa * (f / mode.frequency[0]) ** 2 for f in mode.frequency]
+    value, low, high = ((kappa * (f / mode.frequency.value) ** 2) for f in mode.frequency.model_dump().values())
+    mode = mode.model_copy(update={"kappa": Interval(value=value, low=low, high=high)})
     numbers = [
-        Number(name=name, value=value, unit="1", low=low, high=high)
-        for name, (value, low, high) in (("damping ratio", mode.zeta), ("kappa", spread))
+        Number(name=name, unit="1", **one.model_dump())
+        for name, one in (("damping ratio", mode.zeta), ("kappa", mode.kappa))
     ]
-    text = f"{result.text}, damping ratio {mode.zeta[0]:.3f}, kappa {kappa:.0f}" if result.good else result.text
-    return result._replace(text=text, numbers=(*result.numbers, *numbers))
+    text = f"{result.text}, damping ratio {mode.zeta.value:.3f}, kappa {kappa:.0f}" if result.good else result.text
+    data = {**result.data, "mode": mode.model_dump(mode="json")}
+    return result._replace(text=text, numbers=(*result.numbers, *numbers), data=data)
+
+
+def kept_mode(result: KeptResult, measured: datetime, plant: Plant) -> KeptMode | None:
+    """The first mode of the actuator that `result` of this step has; None where the decays told none."""
+    mode, name, text = mode_in(result), result.data.get("file"), result.data.get("text")
+    if mode is None or not isinstance(name, str) or not isinstance(text, str):
+        return None
+    return KeptMode(actuator=parse_actuator(text, name), plant=plant, measured=measured, mode=mode)
 
 
 def as_base(actuator: Actuator, rods: tuple[int, ...]) -> Actuator:

@@ -28,6 +28,7 @@ from server.log.events import words
 from server.operate.asking import shown
 from server.operate.operator import Operator, Target
 from server.operate.settings import KeptSettings, put_in_force
+from server.presets.first_mode.store import FirstModes
 from server.rig.client import Rig
 from server.rig.history import History
 from server.rig.planner import Planner
@@ -61,6 +62,8 @@ class Through:
     """How the rig's devices fare; it waits for the rig's answer."""
     folder: Path
     """For measured tables."""
+    modes: FirstModes
+    """Of each actuator of the rig."""
 
 
 @dataclass

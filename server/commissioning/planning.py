@@ -1,6 +1,7 @@
 """What this room asks the planner for. The planner alone imports what plans: here that comes when it is called."""
 
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -9,6 +10,8 @@ from controller.arrays import Array, Rows, Words
 from controller.errors import ParameterError
 from controller.schema.hardware import PressureLoop, Valves
 from controller.schema.parameters import RigParameters
+from server.presets.first_mode.messages import MeasuredMode
+from server.presets.first_mode.planning import as_message
 from server.rig.numbered import in_slots
 
 if TYPE_CHECKING:
@@ -93,17 +96,6 @@ class Release(NamedTuple):
     """At which it was released."""
 
 
-class Swing(NamedTuple):
-    """The first mode that releases tell: (value, low, high) of the undamped frequency [Hz] and of its damping ratio."""
-
-    frequency: tuple[float, float, float]
-    zeta: tuple[float, float, float]
-    friction: float
-    """By how much dry friction shifts the rest, either way [m]; zeta is without it."""
-    misfit: float
-    """Share of the motion (rms) that such a mode leaves over."""
-
-
 class Circle(NamedTuple):
     """Where the first closed loop goes."""
 
@@ -172,7 +164,7 @@ def raw_loop(chambers: tuple[PressureSteps, ...], valves: Valves, rig: RigParame
     )
 
 
-def swing(releases: tuple[Release, ...], rig: RigParameters) -> Swing:
+def swing(releases: tuple[Release, ...], rig: RigParameters) -> MeasuredMode:
     """Of the first mode; ParameterError with the reason where the releases do not tell it.
 
     Driven by the measured pressures, as docs/observer.md has it: slow valves count as little as dry friction.
@@ -192,11 +184,12 @@ def swing(releases: tuple[Release, ...], rig: RigParameters) -> Swing:
     for one in releases:
         released |= (grid >= one.slot) & (grid <= one.slots[-1])
     tip[~released] = np.nan  # how it was led there tells nothing
-    torque, _ = driving_torque(pressures, sent, rig)
+    torque, measured = driving_torque(pressures, sent, rig)
     starts = tuple(int(np.searchsorted(grid, one.slot)) for one in releases)
     found = first_mode(StepRecord(every * rig.controller.dt, torque, tip, starts), mode_model(rig))
-    frequency, zeta = ((one.value, one.low, one.high) for one in (found.frequency, found.zeta))
-    return Swing(frequency, zeta, found.friction, found.misfit)
+    parts = [tip[start:end] for start, end in pairwise((*starts, len(tip)))]
+    travel = max(float(np.linalg.norm(np.nanmax(part, axis=0) - np.nanmin(part, axis=0))) for part in parts)
+    return as_message(found, measured, travel, len(releases))
 
 
 def kappa_of(frequency: float, rig: RigParameters) -> float:

@@ -16,8 +16,9 @@ from controller.system.whole_file import write_whole
 from server.commissioning import planning
 from server.commissioning.messages import Number
 from server.commissioning.motion import POLL, WINDOW, Motion, Run, Through, Torques
-from server.commissioning.planning import Release, Swing, still_markers
+from server.commissioning.planning import Release, still_markers
 from server.commissioning.store import KEPT_TEXT, Found
+from server.presets.first_mode.messages import MeasuredMode
 
 POSES, DECAYS = "poses.csv", "decays.csv"
 STILL = 5e-4
@@ -98,7 +99,7 @@ async def decays(run: Run, motion: Motion, through: Through) -> Found:
         return judged_decays(parts, str(error))
 
 
-def judged_decays(parts: Sequence[Array], swing: Swing | str) -> Found:
+def judged_decays(parts: Sequence[Array], swing: MeasuredMode | str) -> Found:
     """By the decays (n, 1 + 2 m): time [s] and markers [m]; and the mode that they tell, or why they tell none."""
     short = [number for number, part in enumerate(parts) if len(part) <= SAMPLES_LEAST]
     swings = [float(np.linalg.norm(part[:, -2:] - part[-20:, -2:].mean(axis=0), axis=1).max()) for part in parts]
@@ -117,16 +118,16 @@ def judged_decays(parts: Sequence[Array], swing: Swing | str) -> Found:
     told = f"{len(parts)} releases"
     if isinstance(swing, str):
         return Found(True, f"{told}, which tell no damping: {swing}"[:KEPT_TEXT], numbers, data=data)
-    data |= {"frequency": [*swing.frequency], "zeta": [*swing.zeta]}
-    mode = f"{swing.frequency[0]:.2f} Hz, damping ratio {swing.zeta[0]:.3f}"
-    return Found(True, f"{told}: {mode} ({swing.zeta[1]:.3f} to {swing.zeta[2]:.3f})", numbers, data=data)
+    data["mode"] = swing.model_dump(mode="json")
+    mode = f"{swing.frequency.value:.2f} Hz, damping ratio {swing.zeta.value:.3f}"
+    return Found(True, f"{told}: {mode} ({swing.zeta.low:.3f} to {swing.zeta.high:.3f})", numbers, data=data)
 
 
-def _mode_numbers(swing: Swing) -> tuple[Number, ...]:
+def _mode_numbers(swing: MeasuredMode) -> tuple[Number, ...]:
     return (
         *(
-            Number(name=name, value=value, unit=unit, low=low, high=high)
-            for name, unit, (value, low, high) in (
+            Number(name=name, unit=unit, **one.model_dump())
+            for name, unit, one in (
                 ("first mode, undamped", "Hz", swing.frequency),
                 ("damping ratio", "1", swing.zeta),
             )

@@ -4,6 +4,7 @@ import shutil
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,10 @@ from controller.schema.hardware import Drivers, DriverStatus
 from controller.schema.modes import Law, Mode
 from server.commissioning import pressure
 from server.commissioning.messages import CHAMBERS, STEPS
+from server.commissioning.store import KeptResult
 from tests.server.commissioning_bench import Bench, bench_of
 from tests.server.live_server import VIEWER_TOKEN, RigProcess, TestServer, taken, wait_for
-from tests.server.test_commissioning_steps import camera
+from tests.server.test_commissioning_steps import camera, first_mode
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 
@@ -294,6 +296,22 @@ def test_poses_and_decays_become_an_actuator_beside_the_rig_file(bench: Bench) -
     assert bench.rig().actuator == "test-identified.toml"
     actuator = bench.rig().found_actuator(bench.file.parent)
     assert actuator.k[0] == pytest.approx(0.45, rel=0.01) and actuator.name == "test-identified"
+    modes = bench.server.services.modes
+    assert modes.of(actuator) is None, "no decay has told a mode"
+    mode = first_mode(zeta=0.11)
+    decay = KeptResult(
+        good=True,
+        text="told",
+        data={"mode": mode.model_dump(mode="json")},
+        by="ann",
+        at=datetime(2026, 11, 26, tzinfo=UTC),
+    )
+    bench.server.services.commissioning._store.keep("decay", decay)
+    told = {one["name"]: one["value"] for one in bench.done("identify")["numbers"]}
+    taken(bench.post("identify", "accept"))
+    kept = modes.of(bench.rig().found_actuator(bench.file.parent), "rod")
+    assert kept is not None and kept.measured == decay.at, "the gains' margins rest on it from now on"
+    assert kept.mode.zeta.value == mode.zeta.value and kept.mode.kappa.value == pytest.approx(told["kappa"])
     (folder / "poses.csv").write_text("p1,x1\n1,nonsense\n")
     broken = bench.start("identify") or bench.ended("identify")
     assert broken["state"] == "failed" and "poses.csv" in broken["result"] and "nonsense" in broken["result"]

@@ -1,11 +1,16 @@
 """What this room asks the planner for: the size of a step, and the fit."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from controller.arrays import Rows
 from controller.schema.parameters import RigParameters
 from server.presets.first_mode.messages import FirstModeBody, Interval, MeasuredMode
 from server.rig.numbered import in_slots
+
+if TYPE_CHECKING:
+    from controller.simulation.first_mode import FirstMode
 
 
 def torque(travel: float, rig: RigParameters) -> float:
@@ -27,13 +32,17 @@ def measured(rows: Rows, slots: tuple[int, ...], body: FirstModeBody, rig: RigPa
     driven, pressures = driving_torque(rows["pressure_meas"], rows["u_hat"], rig)
     starts = tuple(slot - slots[0] for slot in slots[:-1])
     record = StepRecord(rig.controller.dt, driven, rows["p_meas"].copy(), starts)
-    found = first_mode(record, mode_model(rig))
+    return as_message(first_mode(record, mode_model(rig)), pressures, body.travel, body.repeats)
+
+
+def as_message(found: "FirstMode", pressures: bool, travel: float, repeats: int) -> MeasuredMode:
+    """What was `found` from so many `repeats` of a `travel` [m], by measured pressures or by what was sent."""
     return MeasuredMode(
         **{name: Interval(**getattr(found, name)._asdict()) for name in ("frequency", "zeta", "kappa")},
         friction=found.friction,
         delay=found.delay,
         misfit=found.misfit,
         pressures=pressures,
-        travel=body.travel,
-        repeats=body.repeats,
+        travel=travel,
+        repeats=repeats,
     )
