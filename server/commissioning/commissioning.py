@@ -36,8 +36,8 @@ from server.commissioning.store import KEPT_TEXT, CommissionedFile, Commissionin
 from server.hardware.messages import RigFileState
 from server.http.given import given
 from server.log.events import EventLog
-from server.presets.first_mode.store import plant_of
 from server.operate.asking import asked_for, found_in, why_over
+from server.presets.first_mode.store import plant_of
 
 MEASURED = {"frame": "motion_capture.frame.measured", "pressure": "valves.measured"}
 """What going back behind these steps takes back in the rig file."""

@@ -8,8 +8,8 @@ from controller.arrays import Rows
 from controller.build.plant import build_plant
 from controller.build.rig import build_rig
 from controller.schema.actuator import PRESETS
-from controller.schema.layout import write_record
-from controller.schema.messages import Command
+from controller.schema.layout import record_dtype, write_record
+from controller.schema.messages import Command, Telemetry
 from controller.schema.modes import Request
 from controller.schema.parameters import ControllerParameters, RigParameters, Settings, TwinParameters
 from controller.simulation.simulate import Simulation
@@ -44,11 +44,12 @@ class Trial(Simulation):
 
     def drag(self, path: list[tuple[float, float]], seconds: float) -> Rows:
         """Move the target along `path`, evenly."""
-        rows = []
-        for point in path:
+        each = round(1000 * seconds / len(path))
+        rows = np.zeros(each * len(path), record_dtype(Telemetry))
+        for n, point in enumerate(path):
             self.command["target"] = point
-            rows.append(self.run(round(1000 * seconds / len(path))))
-        return np.concatenate(rows)
+            self.fill(rows[n * each : (n + 1) * each])
+        return rows
 
     def switch(self, **settings: Any) -> None:
         """Change settings live."""
