@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from controller.build.rod import build_rod, computable, stiffest
+from controller.build.rod import computable, stiffest
 from controller.build.stability import largest_gains, sensor_places
-from controller.build.statics import static_map
+from controller.build.statics import observer_model, static_map
 from controller.errors import ParameterError
 from controller.kernels.control.tick import Rig
 from controller.kernels.memory import PLAN, STATE, Control, Sensing
@@ -43,7 +43,7 @@ def build_rig(parameters: RigParameters, boot: int) -> Rig:
 def _built(parameters: RigParameters, boot: int) -> Rig:
     controller, actuator = parameters.controller, parameters.actuator
     require_pressure(actuator, parameters.limits)
-    model = observer_model(parameters)
+    model = observer_model(actuator, controller)
     observer = build_observer(model, controller, observer_gains_max(model, parameters))
     state = np.zeros(1, STATE)
     state["boot"] = boot
@@ -92,12 +92,6 @@ def no_sample() -> Sensing:
         met_ns=np.zeros(SENSORS, np.int64),
         dropped=np.zeros(1, np.int64),
     )
-
-
-def observer_model(parameters: RigParameters) -> RodModel:
-    """The observer's chain. Raises ParameterError where it has no rest."""
-    controller = parameters.controller
-    return build_rod(parameters.actuator, controller.rods, omega_B=controller.omega_B, zeta_B=controller.zeta_B)
 
 
 def observer_gains_max(model: RodModel, parameters: RigParameters) -> tuple[float, float]:

@@ -69,8 +69,13 @@ def _neighbours(inside: Mask) -> Words:
 @lru_cache(maxsize=8)
 def static_map(actuator: Actuator, controller: ControllerParameters) -> StaticMap:
     """The observer's static map of `actuator`, made once for each; nobody writes into it."""
-    model = build_rod(actuator, controller.rods, omega_B=controller.omega_B, zeta_B=controller.zeta_B)
-    return build_static_map(model, actuator, controller)
+    return build_static_map(observer_model(actuator, controller), actuator, controller)
+
+
+@lru_cache(maxsize=8)
+def observer_model(actuator: Actuator, controller: ControllerParameters) -> RodModel:
+    """The observer's chain, made once for each; nobody writes into it. Raises ParameterError where it has no rest."""
+    return build_rod(actuator, controller.rods, omega_B=controller.omega_B, zeta_B=controller.zeta_B)
 
 
 def scratch_for(smap: StaticMap) -> Scratch:

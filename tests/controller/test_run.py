@@ -3,15 +3,17 @@
 import numpy as np
 import pytest
 
-from controller.build.rig import observer_model
-from controller.build.statics import build_static_map
+from controller.build.statics import build_static_map, observer_model
 from controller.errors import DataError, TendrilError
+from controller.kernels.model.rod import RodModel
 from controller.reference.reference import Reference
+from controller.schema.actuator import PRESETS
 from controller.schema.modes import Law, Mode
 from controller.schema.parameters import ControllerParameters, RigParameters, SafetyLimits, Settings, TwinParameters
 from controller.simulation.metrics import Window, measure, true_tip
 from controller.simulation.run import run
 from tests.controller.statically import static_tip
+from tests.controller.trial import Trial
 
 PARAMETERS = RigParameters()
 GOAL = (0.02, 0.02)
@@ -20,7 +22,9 @@ GOAL = (0.02, 0.02)
 
 def hop(approach: int = 2000, hold: int = 1000) -> Reference:
     """From rest to a goal with a quintic blend in u, then a hold there."""
-    smap = build_static_map(observer_model(PARAMETERS), PARAMETERS.actuator, PARAMETERS.controller)
+    smap = build_static_map(
+        observer_model(PARAMETERS.actuator, PARAMETERS.controller), PARAMETERS.actuator, PARAMETERS.controller
+    )
     s = np.clip(np.arange(approach + hold) / approach, 0.0, 1.0)
     share = s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
     return Reference("hop", np.array([static_tip(smap.statics, GOAL[0] * a, GOAL[1] * a) for a in share]), approach)
@@ -94,3 +98,18 @@ def test_what_cannot_be_planned_is_refused_with_its_reason(reference: Reference)
         run(PARAMETERS, Reference("none", np.zeros((0, 2)), 0), Settings(), seed=0)
     with pytest.raises(DataError, match="not finite"):
         run(PARAMETERS, Reference("hole", np.full((5, 2), np.nan), 0), Settings(), seed=0)
+
+
+def test_a_run_leaves_the_chain_that_rigs_of_one_actuator_share_as_it_was() -> None:
+    actuator = PRESETS["P1"].model_copy(update={"stiffening": (2e-6, 1e-6)})
+    parameters = RigParameters(actuator=actuator)
+    shared = observer_model(actuator, parameters.controller)
+    names = list(RodModel.__annotations__)
+    before = [np.array(getattr(shared, name)) for name in names]
+    trial = Trial(parameters=parameters)
+    trial.arm()
+    rows = trial.follow(0.15, 0.1, 1.0)
+    assert (rows["mode"] == Mode.FOLLOW).all() and np.abs(rows["u"]).max() > 0.01
+    assert observer_model(actuator, parameters.controller) is shared
+    for name, was in zip(names, before, strict=True):
+        np.testing.assert_array_equal(getattr(shared, name), was)
