@@ -2,22 +2,21 @@
 
 import json
 import math
-import re
-import tomllib
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
-from pydantic import BeforeValidator, ModelWrapValidatorHandler, ValidationError, model_validator
+from pydantic import BeforeValidator, ModelWrapValidatorHandler, model_validator
 from pydantic import Field as Bounds
 
 from controller.arrays import Array
-from controller.errors import ParameterError, sentence
+from controller.errors import ParameterError
 from controller.schema.layout import Model, quantity
 from controller.schema.layout import Quantity as Q
 from controller.schema.rigidity import joint_stiffness
 from controller.spelled import spelled
+from controller.toml import model_in
 
 SHORTEST = 1e-6
 """A tracking axis shorter than this has no direction."""
@@ -27,9 +26,6 @@ BEYOND = 1.1
 
 FOLDER = Path(__file__).parent / "actuators"
 """The paper's actuators, in the format of any other."""
-PARTS_MAX = 10
-"""Parts of a TOML key: tomllib takes hours for one of 100 000."""
-_DEEP = re.compile(r"""(?:\.[ \t]*(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*){10}""", re.ASCII)
 
 T = TypeVar("T")
 
@@ -275,16 +271,7 @@ def read_actuator(source: str | Path) -> Actuator:
 
 def parse_actuator(text: str, source: str) -> Actuator:
     """The actuator in the TOML `text`; ParameterError names `source` and what is wrong in it."""
-    if (found := _DEEP.search(text)) is not None:
-        raise ParameterError(f"{source}: a key has more than {PARTS_MAX} parts: {found[0][:40]}...")
-    try:
-        return Actuator.model_validate(tomllib.loads(text))
-    except ValidationError as error:
-        raise ParameterError(f"{source}: {sentence(error)}") from error
-    except RecursionError as error:
-        raise ParameterError(f"{source} is not TOML of an actuator: it is nested too deeply") from error
-    except ValueError as error:  # tomllib lets pass what int() refuses
-        raise ParameterError(f"{source} is not TOML: {error}") from error
+    return model_in(text, source, Actuator)
 
 
 def _read(path: Path) -> Actuator:

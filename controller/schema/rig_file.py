@@ -4,22 +4,21 @@
 commissioning writes what it measures into it. Comments and order of the file stay.
 """
 
-import tomllib
 from pathlib import Path
 from typing import Annotated, Any
 
 import tomlkit
 from pydantic import Field as Bounds
-from pydantic import ValidationError
 from tomlkit.exceptions import TOMLKitError
 
-from controller.errors import ParameterError, sentence
+from controller.errors import ParameterError
 from controller.schema.actuator import Actuator, read_actuator
 from controller.schema.hardware import Hardware, MotionCapture, Valves
 from controller.schema.layout import Model
 from controller.schema.parameters import ControllerParameters, RigParameters, SafetyLimits, TwinParameters
 from controller.spelled import spelled
 from controller.system.whole_file import read_whole, write_whole
+from controller.toml import model_in
 
 SIZE_MAX = 200_000
 """Longest rig file [bytes]."""
@@ -73,14 +72,7 @@ def parse_rig_file(text: str, source: str) -> RigFile:
     """The rig that the TOML `text` describes; ParameterError names `source`, field, value and bound."""
     if len(text) > SIZE_MAX:
         raise ParameterError(f"{source} has {len(text)} characters: {SIZE_MAX} are the most")
-    try:
-        return RigFile.model_validate(tomllib.loads(text))
-    except ValidationError as error:
-        raise ParameterError(f"{source}: {sentence(error)}") from error
-    except RecursionError as error:
-        raise ParameterError(f"{source} is nested too deeply") from error
-    except ValueError as error:
-        raise ParameterError(f"{source} is not TOML: {error}") from error
+    return model_in(text, source, RigFile)
 
 
 def changed(text: str, changes: dict[str, Any], source: str) -> str:

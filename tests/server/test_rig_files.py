@@ -83,6 +83,7 @@ NO_FILES: dict[str, tuple[Callable[[Path], object], str]] = {
     "binary": (lambda path: path.write_bytes(b"\xff\xfe\x00"), "is not text"),
     "empty": (lambda path: path.write_text(""), "motion_capture: Field required"),
     "deep": (lambda path: path.write_text("a=" + "[" * 5000), "nested too deeply"),
+    "a deep key": (lambda path: path.write_text("a" + ".a" * 30_000 + "=1"), "more than 10 parts"),  # took 26 s
 }
 
 
