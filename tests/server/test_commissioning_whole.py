@@ -77,6 +77,9 @@ def test_a_rig_file_that_is_wrong_in_everything_is_right_after_nine_steps_and_th
         report = one.person.request("GET", "/api/commissioning/report").text
         assert "every step was accepted" in report and report.count("<svg") >= 10
         _is_right(rig, true)
+        rests_on = one.person.request("GET", "/api/first-mode").json()
+        for number, found in zip(_damping(rig), (rests_on["zeta"], rests_on["kappa"]), strict=True):
+            assert (found["source"], found["value"]) == ("measured", pytest.approx(number["value"]))
         found = rig.run(TASK)
         assert (found["state"], found["reason"]) == ("done", "") and found["rmse"] < 0.025
         one.person.command("rest")
