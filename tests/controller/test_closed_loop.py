@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from typer.testing import CliRunner
 
 from controller.build.rig import build_rig
 from controller.errors import TendrilError
+from controller.research.stability import closed_loop
 from controller.research.stability.closed_loop import Growth
 from controller.research.stability.stability import Question, every_loop, grid, growth_at
 from controller.schema.actuator import PRESETS
@@ -81,6 +83,15 @@ def test_where_the_tip_is_led_by_hand_the_loop_is_stable_whatever_the_arm_s_damp
     for zeta, delay in FAMILY:
         plant = asked.parameters.model_copy(update={"twin": TwinParameters(zeta=zeta, dead_time=delay)})
         assert stable(replace(asked, parameters=plant)), f"zeta {zeta}, dead time {delay} s"
+
+
+@pytest.mark.parametrize("change", [{"factor": 20.0}, {"factor": 0.6 - 0.8j}, {"more_delay": 150}], ids=str)
+def test_the_largest_eigenvalues_are_those_of_all(change: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    loops = [*every_loop(question("P2", ROD_6 + TIP)), *every_loop(replace(question("P1", ROD_6), library=True))][::5]
+    found = [loop.growth(**change) for loop in loops]
+    monkeypatch.setattr(closed_loop, "LARGE", 10**9)
+    for loop, one in zip(loops, found, strict=True):
+        assert one == pytest.approx(loop.growth(**change), abs=1e-11)
 
 
 def test_a_swing_that_grows_or_a_quick_drift_is_no_stability() -> None:
