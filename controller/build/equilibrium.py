@@ -12,9 +12,6 @@ from controller.kernels.model.rod import RodModel
 
 STAGES = 20
 """Gravity is brought up in this many steps: Newton then starts near the branch that the body really takes."""
-ITERATIONS = 50
-DONE = 1e-12
-"""A Newton step below this has converged [rad]."""
 
 
 class ChainStatics(NamedTuple):
@@ -47,12 +44,10 @@ def equilibrium(body: ChainStatics, T_theta: Array) -> tuple[Array, Array]:
 
 def settle(body: ChainStatics | RodModel, theta: Array) -> Array:
     """Newton's iteration from theta to where the torques of springs and gravity cancel; LinAlgError where it fails."""
-    for _ in range(ITERATIONS):
-        step = solve(body, theta, imbalance(body, theta))
-        theta = theta + step / max(1.0, float(np.abs(step).max()))
-        if np.abs(step).max() < DONE:
-            return theta
-    raise np.linalg.LinAlgError("no convergence")
+    found = np.array(theta, dtype=float)
+    if not kernels.settle(body_of(body), found, np.zeros(found.size), np.zeros(found.size)):
+        raise np.linalg.LinAlgError("the stiffness is not positive definite, or no convergence")
+    return found
 
 
 def body_of(chain: ChainStatics | RodModel, T_theta: Array | None = None, stiffening: Array | None = None) -> Body:

@@ -19,6 +19,8 @@ LONGEST = 0.5
 """Longest step of an iteration [rad]: beyond it E is far from a parabola."""
 DONE = 1e-8
 """After a step below this nothing is left but rounding: Newton's error is of the order of its square [rad]."""
+SETTLED = 1e-12
+"""The same where it begins near, and nothing else is asked [rad]."""
 FINE = 1e-4
 """A step below this is in the basin: E need not be asked, and rounding soon hides whether it falls [rad]."""
 SOFTEST = 1e-9
@@ -107,6 +109,29 @@ def equilibrium(body: Body, u1: float, u2: float, scratch: Scratch) -> None:
             theta[i] = trial[i]
         if longest < DONE:
             break
+
+
+@kernel
+def settle(body: Body, theta: Array, pivot: Array, step: Array) -> bool:
+    """Newton's iteration without torques from theta (N,) on; False where K is not positive definite, or it wanders.
+
+    It looks at no energy, so it stays on its branch or fails: see `equilibrium` for a minimum wherever it begins.
+    Not in the paper, which has no gravity. In place: theta, pivot, step (N,).
+    """
+    for _ in range(ITERATIONS):
+        imbalance(body, 0.0, 0.0, theta, step)
+        if not factor(body, theta, pivot):
+            return False
+        solve(body.k, pivot, step)
+        longest = 0.0
+        for i in range(theta.size):
+            longest = max(longest, abs(step[i]))
+        share = 1.0 / max(1.0, longest)
+        for i in range(theta.size):
+            theta[i] += share * step[i]
+        if longest < SETTLED:
+            return True
+    return False
 
 
 @kernel
