@@ -31,10 +31,10 @@ def equilibrium(body: ChainStatics, T_theta: Array) -> tuple[Array, Array]:
     Without gravity the angles are linear in u and this is all of the static map; with it, it is its tangent at rest.
     Raises ParameterError where the pose is not stable: gravity then buckles the body, and there is no one rest.
     """
-    theta = np.cumsum(body.bend)
+    theta, whole = np.cumsum(body.bend), body_of(body)
     try:
-        for share in np.linspace(0.0, 1.0, STAGES + 1)[1:] if body.g.any() else ():
-            theta = settle(body._replace(g=share * body.g), theta)
+        for stage in range(1, STAGES + 1) if body.g.any() else ():
+            theta = settle(whole._replace(weight=stage / STAGES * whole.weight), theta)
         return theta, solve(body, theta, T_theta)
     except np.linalg.LinAlgError as error:
         raise ParameterError(
@@ -42,10 +42,10 @@ def equilibrium(body: ChainStatics, T_theta: Array) -> tuple[Array, Array]:
         ) from error
 
 
-def settle(body: ChainStatics | RodModel, theta: Array) -> Array:
+def settle(body: Body, theta: Array) -> Array:
     """Newton's iteration from theta to where the torques of springs and gravity cancel; LinAlgError where it fails."""
     found = np.array(theta, dtype=float)
-    if not kernels.settle(body_of(body), found, np.zeros(found.size), np.zeros(found.size)):
+    if not kernels.settle(body, found, np.empty(found.size), np.empty(found.size)):
         raise np.linalg.LinAlgError("the stiffness is not positive definite, or no convergence")
     return found
 

@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.equilibrium import ChainStatics, settle
+from controller.build.equilibrium import body_of, settle
 from controller.build.rod import build_rod
 from controller.errors import DataError, ParameterError
+from controller.kernels.model.equilibrium import Body
 from controller.kernels.model.rod import RodModel
 from controller.research.identification.tables import MeasuredTable, points_in
 from controller.schema.actuator import Actuator
@@ -99,27 +100,27 @@ def backbones(model: RodModel, u: Array, level: Array) -> Array:
     more = model.stiffening @ level.T if model.stiffening.size else np.zeros(joint_torque.shape)
     k = model.k[:, None] * (1.0 + more)
     bends = model.bend[:, None] + joint_torque / k
-    body = ChainStatics(model.L, model.arm, model.m, model.k, model.bend, model.g)
-    theta = np.cumsum(bends, axis=0)
+    body, theta = body_of(model), np.cumsum(bends, axis=0)
     if model.g.any():
-        poses = zip(k.T, bends.T, strict=True)
-        theta = np.stack([_loaded(body._replace(k=stiff), model.rest, bend) for stiff, bend in poses], axis=1)
+        poses = zip(k.T.copy(), bends.T.copy(), strict=True)
+        theta = np.stack([_loaded(body._replace(k=stiff), model, bend) for stiff, bend in poses], axis=1)
     steps = model.L[:, None] * np.stack([np.cos(theta), np.sin(theta)])
     joints = np.concatenate([np.zeros((2, 1, len(u))), np.cumsum(steps, axis=1)], axis=1)
     return np.moveaxis(joints, -1, 0)
 
 
-def _loaded(body: ChainStatics, rest: Array, bend: Array) -> Array:
-    """Angles (N,) with the rest bend moved to `bend` (N,), which is what torques do, at once or step by step."""
+def _loaded(body: Body, model: RodModel, bend: Array) -> Array:
+    """Angles (N,) of `model` with the stiffness of `body`, its rest bend moved to `bend` (N,), which is what torques do, at once or step by step."""
     for stages in (1, STAGES):
-        theta = rest
+        theta = model.rest
         try:
             for share in np.linspace(0.0, 1.0, stages + 1)[1:]:
                 theta = settle(body._replace(bend=body.bend + share * (bend - body.bend)), theta)
             return theta
         except np.linalg.LinAlgError:
             continue
-    raise ParameterError(f"gravity = {tuple(body.g.tolist())} m/s^2: the body has no stable pose under these pressures")
+    gravity = tuple(model.g.tolist())
+    raise ParameterError(f"gravity = {gravity} m/s^2: the body has no stable pose under these pressures")
 
 
 def _in_frame(points: Array, actuator: Actuator) -> Array:

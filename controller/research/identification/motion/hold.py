@@ -4,8 +4,9 @@ import numpy as np
 from scipy.linalg import LinAlgError
 
 from controller.arrays import Array
-from controller.build.equilibrium import ChainStatics, settle, solve
+from controller.build.equilibrium import body_of, settle, solve
 from controller.build.stability import point_slopes
+from controller.kernels.model.equilibrium import Body
 from controller.kernels.model.rod import RodModel
 from controller.kernels.model.statics import Places, points_on, pose
 
@@ -30,12 +31,12 @@ def held_pose(model: RodModel, T: Array, seen: Places, moved: Array, scatter: Ar
     with the standard deviations `scatter` (m,) [N m] hold the pose: least squares of the misfit over NEAR and of
     u / scatter, by Gauss-Newton. Two coordinates of one body do not determine m torques; the scatter decides the rest.
     """
-    body = ChainStatics(model.L, model.arm, model.m, model.k, model.bend, model.g)
+    body = body_of(model)
     goal = moved + positions(model, model.rest, seen)
     u, theta = np.zeros(scatter.size), model.rest
     for _ in range(ITERATIONS):
         off = (positions(model, theta, seen) - goal).ravel() / NEAR
-        slope = point_slopes(model, theta, seen) @ solve(body, theta, T) / NEAR * scatter
+        slope = point_slopes(model, theta, seen) @ solve(model, theta, T) / NEAR * scatter
         J, r = np.vstack([slope, np.eye(u.size)]), np.concatenate([off, u / scatter])
         step = np.linalg.lstsq(J, -r, rcond=None)[0]
         step /= max(1.0, float(np.abs(step).max()))
@@ -54,7 +55,7 @@ def positions(model: RodModel, theta: Array, at: Places) -> Array:
     return points
 
 
-def _settled(body: ChainStatics, model: RodModel, T: Array, theta: Array, u: Array, step: Array) -> tuple[Array, Array]:
+def _settled(body: Body, model: RodModel, T: Array, theta: Array, u: Array, step: Array) -> tuple[Array, Array]:
     """Pose after as much of the step of u as leads to a stable one, and that much; torques are bends of the hinges."""
     for share in (1.0, 0.5, 0.25, 0.1):
         bend = body.bend + np.cumsum((T @ (u + share * step))[::-1])[::-1] / model.k
