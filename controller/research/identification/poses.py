@@ -110,7 +110,10 @@ def backbones(model: RodModel, u: Array, level: Array) -> Array:
 
 
 def _loaded(body: Body, model: RodModel, bend: Array) -> Array:
-    """Angles (N,) of `model` with the stiffness of `body`, its rest bend moved to `bend` (N,), which is what torques do, at once or step by step."""
+    """Angles (N,) of `model`, as stiff as `body`, with the rest bend moved to `bend` (N,), as torques do.
+
+    At once, or where that fails step by step; ParameterError where both do.
+    """
     for stages in (1, STAGES):
         theta = model.rest
         try:
