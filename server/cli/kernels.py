@@ -148,7 +148,7 @@ def whole_tick() -> None:
 
 def beside() -> None:
     """What neither tick nor loop calls: the replay of recordings, the velocity that the implicit step leaves open, the
-    inverse of one point alone, what a pose is out of balance by, and the loop of a virtual rig.
+    inverse of one point alone, what a pose is out of balance by, a first mode, and the loop of a virtual rig.
     """
     from controller.build.plant import build_plant
     from controller.kernels.control.inverse import invert
@@ -157,6 +157,7 @@ def beside() -> None:
     from controller.kernels.observer.observer import Replay
     from controller.kernels.observer.replay import RecordedSamples, replay
     from controller.schema.parameters import RigParameters
+    from controller.simulation.first_mode import mode_response
     from controller.virtual.plant import compile_plant
 
     control, observer = _given().rig.control, _given().rig.observer
@@ -168,6 +169,7 @@ def beside() -> None:
     samples = RecordedSamples(nothing, nothing, np.ones(1, np.int64), 0.05, np.zeros(1))
     replay(0, samples, run, np.zeros((1, observer.points.shape[0], 2)))
     out_of_balance(control.smap.statics.body, 0.0, 0.0, control.scratch)
+    mode_response(np.zeros(2), 1.0, 0.1, 0.0, 1e-3)
     compile_plant(build_plant(RigParameters()), raw=False)
 
 
