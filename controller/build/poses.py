@@ -6,13 +6,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from controller.arrays import Array, Mask
-from controller.kernels.model.equilibrium import Scratch, equilibrium, make_scratch
+from controller.kernels.model.equilibrium import lead_pose, make_scratch
 from controller.kernels.model.statics import Statics
 
 START_GRID = 33
 """Points a side of the grid; odd, so that one of them is the rest."""
-STAGES = 4
-"""Torques go from one of these to the next in this many stages: each then begins near the pose that it leads to."""
 APART = 0.3
 """Poses of the same torques of which some angle differs by more are two [rad]."""
 SWEEPS = 3
@@ -28,10 +26,10 @@ def start_poses(statics: Statics) -> Array:
     found[middle, middle] = statics.rest
     outward = [*((n, -1) for n in range(middle + 1, START_GRID)), *((n, 1) for n in range(middle - 1, -1, -1))]
     for n, back in outward:
-        _lead(statics, found[n + back, middle], (side[n + back], 0.0), (side[n], 0.0), scratch)
+        lead_pose(statics.body, found[n + back, middle], (side[n + back], 0.0), (side[n], 0.0), scratch)
         found[n, middle] = scratch.theta
     for row, (n, back) in itertools.product(range(START_GRID), outward):
-        _lead(statics, found[row, n + back], (side[row], side[n + back]), (side[row], side[n]), scratch)
+        lead_pose(statics.body, found[row, n + back], (side[row], side[n + back]), (side[row], side[n]), scratch)
         found[row, n] = scratch.theta
     return found
 
@@ -50,7 +48,7 @@ def two_poses(statics: Statics) -> Mask:
         for pose in (known[here], other[here]) if two[here] else (known[here],):
             if two[there]:
                 break
-            _lead(statics, pose, begin, end, scratch)
+            lead_pose(statics.body, pose, begin, end, scratch)
             if np.abs(scratch.theta - known[there]).max() > APART:
                 two[there], other[there] = True, scratch.theta
     return two
@@ -66,13 +64,3 @@ def _neighbours() -> Iterator[tuple[Place, Place]]:
 
 def _side(statics: Statics) -> Array:
     return np.linspace(-statics.u_max, statics.u_max, START_GRID)
-
-
-def _lead(
-    statics: Statics, theta: Array, begin: tuple[float, float], end: tuple[float, float], scratch: Scratch
-) -> None:
-    """Where the pose theta (N,) [rad] at torques `begin` gets as they go to `end` [N m], in scratch.theta."""
-    scratch.theta[:] = theta
-    for share in np.arange(1, STAGES + 1) / STAGES:
-        u1, u2 = (a + share * (b - a) for a, b in zip(begin, end, strict=True))
-        equilibrium(statics.body, u1, u2, scratch)

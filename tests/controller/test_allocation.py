@@ -24,7 +24,7 @@ from controller.kernels.control.along import invert_along, refine_each
 from controller.kernels.control.inverse import invert
 from controller.kernels.control.retime import fastest_progress
 from controller.kernels.control.tick import tick
-from controller.kernels.model.equilibrium import make_scratch, out_of_balance, settle
+from controller.kernels.model.equilibrium import lead_pose, make_scratch, out_of_balance, settle
 from controller.kernels.model.implicit import make_implicit_work, meet_hinges
 from controller.kernels.model.rod import make_load
 from controller.kernels.model.statics import at_rest, places, tip_angles_of, tips_of
@@ -95,6 +95,7 @@ def outermost() -> dict[str, tuple[Any, ...]]:
         "fastest_progress": (points, points, np.ones(1), 1.0, np.ones(1)),
         "invert": (smap, (0.0, 0.0), (0.0, 0.0), True, scratch),
         "out_of_balance": (smap.statics.body, 0.0, 0.0, scratch),
+        "lead_pose": (smap.statics.body, model.rest, (0.0, 0.0), (0.0, 0.0), scratch),
         "settle": (smap.statics.body, model.rest.copy(), np.zeros(10), np.zeros(10)),
         "tips_of": (smap.statics, points, scratch, points.copy()),
         "tip_angles_of": (smap.statics, points, scratch, np.zeros(1)),
@@ -128,7 +129,7 @@ def test_the_examples_reach_every_kernel() -> None:
         fastest_progress,
         invert,
     }
-    assert known | {out_of_balance, settle, tips_of, tip_angles_of} == {found[name] for name in outermost()}
+    assert known | {lead_pose, out_of_balance, settle, tips_of, tip_angles_of} == {found[name] for name in outermost()}
     called = {inner for kernel in found.values() for inner in called_by(kernel)}
     assert {name for name, kernel in found.items() if kernel not in called} == outermost().keys()
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.arrays import Array
+from controller.arrays import Array, Pair
 from controller.kernels.compiled import kernel
 from controller.kernels.group import Group
 from controller.kernels.model.rod import sine_cosine, stiffened
@@ -23,6 +23,8 @@ SETTLED = 1e-12
 """The same where it begins near, and nothing else is asked [rad]."""
 FINE = 1e-4
 """A step below this is in the basin: E need not be asked, and rounding soon hides whether it falls [rad]."""
+STAGES = 4
+"""Torques that go from one point of a grid to the next go in this many stages."""
 SOFTEST = 1e-9
 """Least pivot, as a share of the springs' own stiffness there: below it the pose is not stable."""
 
@@ -109,6 +111,20 @@ def equilibrium(body: Body, u1: float, u2: float, scratch: Scratch) -> None:
             theta[i] = trial[i]
         if longest < DONE:
             break
+
+
+@kernel
+def lead_pose(body: Body, theta: Array, begin: Pair, end: Pair, scratch: Scratch) -> None:
+    """Where the pose theta (N,) [rad] at torques `begin` gets as they go to `end` [N m], in scratch.theta.
+
+    In STAGES, so that each begins near the pose that it leads to. Not in the paper, which has no gravity.
+    In place: scratch.
+    """
+    for i in range(theta.size):
+        scratch.theta[i] = theta[i]
+    for stage in range(1, STAGES + 1):
+        share = stage / STAGES
+        equilibrium(body, begin[0] + share * (end[0] - begin[0]), begin[1] + share * (end[1] - begin[1]), scratch)
 
 
 @kernel
