@@ -24,7 +24,7 @@ from server.runs import planning
 from server.runs.lap import Lap
 from server.runs.laps import allowed_by
 from server.runs.messages import RunBody
-from server.runs.phases import DEADLINES, Phase
+from server.runs.phases import DEADLINES, ENDS, Phase
 from server.runs.results import Results
 from server.runs.runs import Runs
 from server.runs.tracker import Tracker
@@ -35,6 +35,8 @@ from tests.server.virtual_time import Inline, VirtualLoop
 ANN, BOB = Identity("a", "ann"), Identity("b", "bob")
 PATH = np.column_stack([np.full(3000, 0.248), 0.025 - 0.005 * np.cos(2.0 * np.pi * np.arange(3000) / 3000)])
 LONG = bool(os.environ.get("TENDRIL_LONG"))
+AFTERWARDS = 5.0
+"""What begins again by itself has begun within this time [s]."""
 SLACK = 0.5
 """Beats, polls and the answer that is under way [s]."""
 LONGEST_REQUEST = sum(DEADLINES[phase] for phase in (Phase.PREPARING, Phase.STARTING)) + SLACK
@@ -107,6 +109,13 @@ class World:
 
     def pass_time(self, seconds: float) -> None:
         self.loop.run_until_complete(asyncio.sleep(seconds))
+
+    def pass_time_until_ended(self, seconds: float) -> None:
+        """`seconds` at most: once the run has ended and everybody has an answer, AFTERWARDS more."""
+        for _ in range(round(seconds)):
+            if self.phase in ENDS and all(task.done() for _, task in self.asked):
+                return self.pass_time(AFTERWARDS)
+            self.pass_time(1.0)
 
     def ask(self, verb: str, *body: RunBody, who: Identity = ANN) -> asyncio.Task[Any]:
         task = self.loop.create_task(self._asked(verb, *body, who=who))

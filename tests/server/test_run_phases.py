@@ -141,7 +141,7 @@ def reach(world: World, phase: Phase, then: Callable[[], None]) -> None:
         world.ask("stop")
     elif phase == Phase.BREAKING:
         world.lease.give(BOB)
-    world.pass_time(LONGEST_REQUEST)
+    world.pass_time_until_ended(LONGEST_REQUEST + 1.0)
     assert reached.done() and all(task.done() for _, task in world.asked)
 
 
