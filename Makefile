@@ -71,9 +71,10 @@ types-page: frontend/node_modules/installed
 # campaign runs alone.
 CAMPAIGN := tests/server/test_campaign.py
 ALONE := $(patsubst %,tests/controller/test_%.py,clock link link_guarded link_strangers loop pool rig ring standstill supervisor) \
-	$(patsubst %,tests/server/test_%.py,chain killed_rig live load logs runs shutdown) \
-	$(patsubst %,tests/server/test_%.py,trouble two_machines up viser) \
-	$(patsubst %,tests/recordings/test_%.py,killed power_cut recorder) tests/docs/test_served.py tests/firmware/test_serial_board.py tests/firmware/test_serial_line.py tests/server/test_virtual_rig.py
+	$(patsubst %,tests/server/test_%.py,chain commissioning_whole killed_rig live load logs runs shutdown) \
+	$(patsubst %,tests/server/test_%.py,trouble two_machines up virtual_rig viser) \
+	$(patsubst %,tests/recordings/test_%.py,killed power_cut recorder) tests/docs/test_served.py \
+	$(patsubst %,tests/firmware/test_serial_%.py,board line) tests/controller/drivers/test_conformance.py
 test-python: setup
 	$(BIN)/python -m pytest tests --ignore tests/e2e $(ALONE:%=--ignore %) --ignore $(CAMPAIGN) -n auto --dist loadfile -m "not long"
 	$(BIN)/python -m pytest $(ALONE) -n 3 --dist loadfile -m "not long"
