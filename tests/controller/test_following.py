@@ -33,6 +33,14 @@ def test_a_model_that_is_moved_over_is_no_swing_of_the_arm() -> None:
     assert came_of(Course("P2", "rod 3", 0.5, 0.04, True, 6), 4) == Came([], [])
 
 
+@pytest.mark.parametrize(("dragged", "seed", "dead_time"), [(True, 36, 0.04), (False, 20, 0.07)])
+def test_at_an_edge_of_the_torques_the_estimate_does_not_drive_itself(
+    dragged: bool, seed: int, dead_time: float
+) -> None:
+    """P1 in a pull, by rod 6: 5 mN m of integral beyond the edge, cut by an S that swung with the estimate."""
+    assert came_of(Course("loaded", "rod 6", 0.1, dead_time, dragged, seed), 50) == Came([], [])
+
+
 @pytest.mark.parametrize("name", PRESETS)
 def test_on_the_way_to_another_branch_nothing_is_fed_back(name: str) -> None:
     """A way through a fold, where S tells nothing: fed back there, the error drove the arm to and fro."""

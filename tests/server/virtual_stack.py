@@ -26,10 +26,11 @@ LIMITS = f"""
 [limits]
 loop_gap = {GAP}
 pressures_lost = {BOARD_GAP}
+pressure_off_time = 1.0
 operator_timeout = {PATIENT["operator_timeout"]}
 """
-"""Shared machines pause for 50 ms and more; a pause counts as the loop's own only beyond loop_gap, and a person under
-test whose program waits for a core has not gone."""
+"""Shared machines pause for 50 ms and more; a pause counts as the loop's own only beyond loop_gap, a board whose
+program waits for a core fills late, and a person under test for whom it does has not gone."""
 READY = 240.0
 """Longest wait for rig and server [s]: a cold cache compiles."""
 

@@ -24,6 +24,8 @@ FORGET_WAY = 0.4
 """On the way to another pose the integral, which fits the one that is left, is forgotten over this way (ours) [m]."""
 BLUNT = 0.1
 """Share of S^T S that all torques are taken to move the tip by at least, where they are cut (ours)."""
+UNWIND_TIME = 0.2
+"""In which the integral's torque loses what is cut away of it (ours) [s]."""
 EXCESS = 1e-9
 """A sum further outside the admissible torques than this counts as saturated [N m]."""
 
@@ -220,6 +222,8 @@ def saturate(settings: Record, control: Control, telemetry: Record) -> None:
     u1, u2 = nearest_by(control.smap.polygon, (sum_1, sum_2), (H11, H12, H22))  # Eq. SAT
     if not math.isfinite(u1 + u2):
         react(NUMBERS, state)
+    if state.mode != TRACK:
+        unwind(sum_1 - u1, sum_2 - u2, control.dt, state)
     if state.mode == HOLD or state.mode == FOLLOW:
         u1, u2 = towards(state.u, u1, u2, control.controller[0].torque_slew_max * control.dt)
     if state.mode == E_STOP:
@@ -228,6 +232,21 @@ def saturate(settings: Record, control: Control, telemetry: Record) -> None:
     telemetry.saturated = max(abs(sum_1 - u1), abs(sum_2 - u2)) > EXCESS
     cut_1, cut_2 = sum_1 - u1, sum_2 - u2
     integrate(settings, telemetry, H11 * cut_1 + H12 * cut_2, H12 * cut_1 + H22 * cut_2, control)
+
+
+@kernel
+def unwind(cut_1: float, cut_2: float, dt: float, state: Record) -> None:
+    """Let the integral's torque lose what of it is cut away [N m] anyway, where the tip is led by hand.
+
+    What is left of a torque far beyond an edge depends on S, and S on the pose: an arm that stood still was driven by
+    its own estimate's swings. No more than what the integral itself pushes that way is taken from it (ours).
+    Back-calculation: Astrom and Hagglund, "Advanced PID Control". Not in the paper. In place: state.u_int.
+    """
+    square = cut_1 * cut_1 + cut_2 * cut_2
+    pushed = state.u_int[0] * cut_1 + state.u_int[1] * cut_2
+    if square > EXCESS * EXCESS and pushed > 0.0:
+        share = min(1.0, pushed / square) * dt / UNWIND_TIME
+        state.u_int[0], state.u_int[1] = state.u_int[0] - share * cut_1, state.u_int[1] - share * cut_2
 
 
 @kernel
