@@ -50,6 +50,11 @@ def settle(body: Body, theta: Array) -> Array:
     return found
 
 
+def carrying(body: Body, torque: Array) -> Body:
+    """The body under a torque on each of its angles (N,) [N m], which is more bend of every spring that carries it."""
+    return body._replace(bend=body.bend + np.cumsum(torque[::-1])[::-1] / body.k)
+
+
 def body_of(chain: ChainStatics | RodModel, T_theta: Array | None = None, stiffening: Array | None = None) -> Body:
     """What the kernels want to know of a chain on whose angles u acts by T_theta (N,2); without it by nothing.
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from controller.build.equilibrium import body_of, settle
+from controller.build.equilibrium import body_of, carrying, settle
 from controller.build.rod import build_rod
 from controller.kernels.model.implicit import implicit_step, make_implicit_work
 from controller.kernels.model.rod import RodModel, make_load
@@ -62,9 +62,8 @@ def swing(model: RodModel, held: np.ndarray, samples: int = 350) -> np.ndarray:
 
 
 def settled(model: RodModel, torque: np.ndarray) -> np.ndarray:
-    """Angles (RODS,) at rest under a torque on each angle, as more bend of every spring."""
-    bend = model.bend + np.cumsum(torque[::-1])[::-1] / model.k
-    return settle(body_of(model)._replace(bend=bend), model.rest)
+    """Angles (RODS,) at rest under a torque on each angle."""
+    return settle(carrying(body_of(model), torque), model.rest)
 
 
 def bodies(model: RodModel, theta: np.ndarray, count: int) -> np.ndarray:

@@ -81,8 +81,9 @@ def mode_in(result: KeptResult | None) -> MeasuredMode | None:
 
 def with_mode(result: Found, mode: MeasuredMode, kappa: float) -> Found:
     """`result` with the damping ratio that its actuator has now, and kappa, which an actuator's file does not hold."""
-    value, low, high = ((kappa * (f / mode.frequency.value) ** 2) for f in mode.frequency.model_dump().values())
-    mode = mode.model_copy(update={"kappa": Interval(value=value, low=low, high=high)})
+    frequency = mode.frequency
+    spread = {name: kappa * (f / frequency.value) ** 2 for name, f in frequency.model_dump().items()}
+    mode = mode.model_copy(update={"kappa": Interval(**spread)})
     numbers = [
         Number(name=name, unit="1", **one.model_dump())
         for name, one in (("damping ratio", mode.zeta), ("kappa", mode.kappa))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.equilibrium import body_of, settle
+from controller.build.equilibrium import body_of, carrying, settle
 from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.rod import make_load
 from controller.kernels.model.statics import at_rest, pose
@@ -51,9 +51,8 @@ def _swing(actuator: Actuator, u: Array, samples: int) -> Array:
     """Bodies in the plane (n,bodies,2) [m] after release, without any observer."""
     fine = offline_observer(actuator, [u.size - 1], FINE)
     model, held = fine.model, fine.T @ u
-    bend = model.bend + np.cumsum(held[::-1])[::-1] / model.k
     state = at_rest(model)
-    pose(model, settle(body_of(model)._replace(bend=bend), model.rest), state.q)
+    pose(model, settle(carrying(body_of(model), held), model.rest), state.q)
     run = Replay(
         model, state, make_load(FINE, u.size), make_implicit_work(FINE, u.size), fine.sensors, held,
         np.array([0.05, 0.03]), 1e-3 / SUBSTEPS,

@@ -1,7 +1,7 @@
 """A target clicked and dragged anywhere, in reach or not, on plants of a family: what stops the rig, and what swings.
 
 `python -m tests.controller.following` makes 500 clicks and 500 drags of each actuator, with each choice of sensors, on
-each plant: 270,000 in all, some two hours of a core. What came so far is printed after each tenth.
+each plant: 270,000 in all, some three hours of a core. What came so far is printed after each tenth.
 """
 
 import itertools
@@ -33,7 +33,7 @@ STILL, LATE = 3.0, 0.8
 SWING = 5e-3
 """What of the tip's last motion is no even drift, up to which it counts as still [m]."""
 PART = 50
-"""So many moves one after the other."""
+"""Moves of one course."""
 
 
 class Course(NamedTuple):
@@ -130,13 +130,13 @@ def _one(job: tuple[Course, int]) -> tuple[Course, Came]:
 
 
 def measure(count: int) -> None:
-    """So many clicks, and as many drags, of each actuator with each choice of sensors on each plant of the family."""
-    total = {pair: [0, 0, 0] for pair in itertools.product(ACTUATORS, SENSED)}
+    """`count` clicks and `count` drags of each actuator with each choice of sensors on each plant of the family."""
+    total = {pair: np.zeros(3, int) for pair in itertools.product(ACTUATORS, SENSED)}
     with ProcessPoolExecutor() as pool:
         for part in range(-(-count // PART)):
             each = min(PART, count - part * PART)
             for course, came in pool.map(_one, ((course, each) for course in courses(part))):
-                add(total[course.actuator, course.sensed], each, came)
+                total[course.actuator, course.sensed] += (each, len(came.stops), len(came.swings))
                 if came.stops or came.swings:
                     print(course, *came.stops, *came.swings, flush=True)
             print("actuator, sensed: clicks and drags, stops, swings")
@@ -149,10 +149,6 @@ def courses(part: int) -> Iterator[Course]:
     for name, sensed, dragged in itertools.product(ACTUATORS, SENSED, (False, True)):
         for n, plant in enumerate(FAMILY):
             yield Course(name, sensed, *plant, dragged, part * len(FAMILY) + n)
-
-
-def add(row: list[int], count: int, came: Came) -> None:
-    row[0], row[1], row[2] = row[0] + count, row[1] + len(came.stops), row[2] + len(came.swings)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.equilibrium import body_of, imbalance, settle
+from controller.build.equilibrium import body_of, carrying, imbalance, settle
 from controller.build.stability import point_slopes
 from controller.kernels.model.integrate import rk4_step
 from controller.kernels.model.rod import RodModel, RodState, stiffened
@@ -163,8 +163,7 @@ def holding(model: RodModel, theta: Array) -> Array:
 
 def settled(model: RodModel, torque: Array) -> Array:
     """Angles (N,) in which the chain rests under torques on its angles (N,) [N m]."""
-    bend = model.bend + np.cumsum(torque[::-1])[::-1] / model.k
-    return settle(body_of(model)._replace(bend=bend), model.rest)
+    return settle(carrying(body_of(model), torque), model.rest)
 
 
 def by_state(model: RodModel, theta: Array, at: Places) -> Array:

@@ -36,7 +36,7 @@ def measured(rows: Rows, slots: tuple[int, ...], body: FirstModeBody, rig: RigPa
 
 
 def as_message(found: "FirstMode", pressures: bool, travel: float, repeats: int) -> MeasuredMode:
-    """What was `found` from so many `repeats` of a `travel` [m], by measured pressures or by what was sent."""
+    """The first mode that was `found`, by measured `pressures` or not, from `repeats` of a `travel` [m]."""
     return MeasuredMode(
         **{name: Interval(**getattr(found, name)._asdict()) for name in ("frequency", "zeta", "kappa")},
         friction=found.friction,

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.linalg import LinAlgError
 
 from controller.arrays import Array
-from controller.build.equilibrium import body_of, settle, solve
+from controller.build.equilibrium import body_of, carrying, settle, solve
 from controller.build.stability import point_slopes
 from controller.kernels.model.equilibrium import Body
 from controller.kernels.model.rod import RodModel
@@ -40,7 +40,7 @@ def held_pose(model: RodModel, T: Array, seen: Places, moved: Array, scatter: Ar
         J, r = np.vstack([slope, np.eye(u.size)]), np.concatenate([off, u / scatter])
         step = np.linalg.lstsq(J, -r, rcond=None)[0]
         step /= max(1.0, float(np.abs(step).max()))
-        theta, taken = _settled(body, model, T, theta, u, scatter * step)
+        theta, taken = _settled(body, T, theta, u, scatter * step)
         u = u + taken
         if np.abs(taken / scatter).max() < DONE:
             break
@@ -55,12 +55,11 @@ def positions(model: RodModel, theta: Array, at: Places) -> Array:
     return points
 
 
-def _settled(body: Body, model: RodModel, T: Array, theta: Array, u: Array, step: Array) -> tuple[Array, Array]:
+def _settled(body: Body, T: Array, theta: Array, u: Array, step: Array) -> tuple[Array, Array]:
     """Pose after as much of the step of u as leads to a stable one, and that much; torques are bends of the hinges."""
     for share in (1.0, 0.5, 0.25, 0.1):
-        bend = body.bend + np.cumsum((T @ (u + share * step))[::-1])[::-1] / model.k
         try:
-            return settle(body._replace(bend=bend), theta), share * step
+            return settle(carrying(body, T @ (u + share * step)), theta), share * step
         except LinAlgError:
             continue
     return theta, np.zeros_like(step)
