@@ -67,7 +67,7 @@ def arm(client: httpx.Client) -> None:
 
 
 def wait_for_mode(mode: int, socket: ClientConnection, layout: np.dtype) -> None:
-    """Until a frame shows it: the answer to a command comes before the row by which the server judges the next one."""
+    """Until a frame shows it: to come to rest takes some time."""
     for message in socket:
         if isinstance(message, bytes) and kind_of(message) == FRAME and read_frame(message, layout)["mode"] == mode:
             return
