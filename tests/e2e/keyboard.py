@@ -43,9 +43,14 @@ class Keys:
         return str(name)
 
     def at(self, test_id: str) -> None:
-        """The focus has come here by itself, in place of what was pressed."""
+        """The focus has come here by itself, in place of what was pressed, and a press counts."""
         expect(self._page.get_by_test_id(test_id)).to_be_focused()
         self.look()
+        self._wait()
+
+    def _wait(self) -> None:
+        """A button that has just taken another one's place takes no press yet."""
+        expect(self._page.locator(":focus")).not_to_have_attribute("data-unread", "true")
 
     def go(self, test_id: str, *, back: bool = False, most: int = 12) -> None:
         """Tab until the focus is there, `most` times."""
@@ -54,5 +59,5 @@ class Keys:
             self.press("Shift+Tab" if back else "Tab")
             stops.append(self.look())
             if self._page.evaluate("document.activeElement.dataset.testid") == test_id:
-                return
+                return self._wait()
         raise AssertionError(f"{test_id} is not among the next {most} stops: {stops}")

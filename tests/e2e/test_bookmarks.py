@@ -25,6 +25,10 @@ INKED = """(canvas) => {
   return columns.map((count) => count / height);
 }"""
 """Share of each column of pixels that has the colour of the lines, in the dark."""
+NEWEST_LABELS = """async () => {
+  const [newest] = await (await fetch("/api/recordings")).json();
+  return newest.bookmarks.map(({ label }) => label);
+}"""
 
 
 @pytest.fixture
@@ -82,6 +86,22 @@ def test_a_bookmark_is_set_by_key_named_by_typing_and_found_again(operator: Page
     assert start < at and at - start <= 2.01, "the plots went to the place"
     operator.reload()
     expect(operator.get_by_test_id("bookmark-label")).to_have_value("let go")
+
+
+def test_a_label_is_typed_to_its_end_though_the_recording_ends_meanwhile(operator: Page) -> None:
+    operator.get_by_test_id("plan").focus()
+    operator.keyboard.press("b")
+    label = operator.get_by_test_id("mark-label")
+    expect(label).to_be_focused()
+    operator.keyboard.type("firm ")
+    assert ask(operator, "DELETE", "/api/recordings/current")
+    expect(operator.get_by_test_id("record")).to_contain_text("Record")
+    operator.keyboard.type("rough grip")  # an r outside of the field records
+    expect(label).to_have_value("firm rough grip")
+    operator.keyboard.press("Enter")
+    expect(label).to_be_hidden()
+    expect(operator.get_by_test_id("record-profile")).to_be_visible()
+    wait_until(lambda: operator.evaluate(NEWEST_LABELS) == ["firm rough grip"], 10.0)
 
 
 def test_a_viewer_sees_bookmarks_and_may_change_none(browser: Browser, tmp_path: Path) -> None:

@@ -9,8 +9,18 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from controller.schema.modes import Mode
+from tests.e2e.hand import begin_circle
 from tests.e2e.product import Product, frame, shot, wait_until
 
+PRESS_WHAT_COMES = """async ([test_id, x, y]) => {
+  const frame = () => new Promise(requestAnimationFrame);
+  while (!document.querySelector(`[data-testid="${test_id}"]`)) await frame();
+  document.querySelector(`[data-testid="${test_id}"]`).click();
+  return document.elementFromPoint(x, y)?.closest("button")?.dataset.testid ?? "";
+}"""
+"""Presses a button in the frame in which it appears, as a double click does; says what a pointer at (x, y) hits."""
+K_FF = "fetch('/api/settings').then((answer) => answer.json()).then(({ K_FF }) => K_FF)"
+"""What the rig has."""
 PATH_MM = [(235.0 - 70.0 * s, 60.0 + 110.0 * s) for s in np.linspace(0.0, 1.0, 40)]
 
 
@@ -91,6 +101,43 @@ def test_the_e_stop_vents_and_needs_clear_and_a_new_arm(operator: Page) -> None:
     expect(operator.get_by_test_id("state")).to_contain_text("VENTED")
     operator.get_by_test_id("arm").click()
     expect(operator.get_by_test_id("state")).to_contain_text("HOLD")
+
+
+def press_twice(page: Page, first: str, then: str) -> None:
+    """A double click on `first`, in whose place `then` comes; nothing but `first` is pressed."""
+    button = page.get_by_test_id(first)
+    box = button.bounding_box()
+    assert box is not None
+    middle = [box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]]
+    button.click()
+    assert page.evaluate(PRESS_WHAT_COMES, [then, *middle]) == ""
+    page.wait_for_timeout(400)
+
+
+def test_a_double_click_presses_nothing_that_takes_the_place_of_the_first(operator: Page) -> None:
+    operator.get_by_test_id("e-stop").click()
+    expect(operator.get_by_test_id("state")).to_contain_text("E-STOP")
+    press_twice(operator, "clear-latch", "primary-arm")
+    assert frame(operator)["mode"] == Mode.VENTED
+    operator.get_by_test_id("primary-arm").click()
+    expect(operator.get_by_test_id("state")).to_contain_text("HOLD")
+    begin_circle(operator)
+    press_twice(operator, "stop-run", "run")
+    assert frame(operator)["mode"] == Mode.HOLD
+    expect(operator.get_by_test_id("run")).to_be_visible()
+
+
+def test_a_number_counts_as_it_is_typed_with_whatever_zeros(operator: Page) -> None:
+    operator.get_by_role("tab", name="Gains").click()
+    for typed, value in (("0.10", 0.1), ("0,250", 0.25), ("1.0", 1.0)):
+        operator.get_by_test_id("K_FF-x").click()
+        operator.keyboard.press("Control+A")
+        operator.keyboard.type(typed)
+        operator.keyboard.press("Tab")
+        operator.keyboard.type(typed)
+        operator.keyboard.press("Enter")
+        wait_until(lambda value=value: operator.evaluate(K_FF) == [value, value], 5.0)  # type: ignore[misc]
+    operator.get_by_test_id("gains-reset").click()
 
 
 def test_a_recording_of_a_run_opens_in_the_review_tab(operator: Page, product: Product) -> None:

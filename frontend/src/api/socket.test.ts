@@ -100,3 +100,15 @@ test("another session means another socket", () => {
   expect(Fake.all).toHaveLength(2);
   expect(alive()).toEqual([Fake.all[1]]);
 });
+
+test("a socket that never opens is given up, and the next one is tried", () => {
+  const socket = socketOf();
+  socket.start();
+  vi.advanceTimersByTime(7000);
+  expect(Fake.all).toHaveLength(1);
+  vi.advanceTimersByTime(2000);
+  expect(alive()).toEqual([Fake.all[1]]);
+  Fake.all[1].opened();
+  vi.advanceTimersByTime(1000);
+  expect(alive()).toEqual([Fake.all[1]]);
+});

@@ -12,6 +12,8 @@ const FIRST_DELAY_MS = 100;
 const LONGEST_DELAY_MS = 1000;
 /** The server speaks at least once a second; a socket silent for longer than this is given up. */
 const SILENCE_MS = 4000;
+/** One that does not open in this time is given up, too: whatever lies between may answer the next. */
+const OPENING_MS = 8000;
 const CHECK_MS = 500;
 
 /** A WebSocket that comes back by itself: waits 100 ms, doubling up to 1 s, between attempts. */
@@ -68,6 +70,7 @@ export class LiveSocket {
 
   private connect(): void {
     const socket = this.open(this.url);
+    this.heard = performance.now();
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
       this.delay = FIRST_DELAY_MS;
@@ -91,7 +94,9 @@ export class LiveSocket {
     const late = now - this.checkedAt > 3 * CHECK_MS;
     this.checkedAt = now;
     if (late) this.heard = now; // the page was busy: what the server said meanwhile has yet to be read
-    if (this.socket?.readyState === WebSocket.OPEN && now - this.heard >= SILENCE_MS) this.lose(this.socket);
+    if (!this.socket) return;
+    const patience = this.socket.readyState === WebSocket.OPEN ? SILENCE_MS : OPENING_MS;
+    if (now - this.heard >= patience) this.lose(this.socket);
   }
 
   private lose(socket: WebSocket): void {

@@ -18,6 +18,7 @@ const FULL = 40e3;
 export function JogStep({ jog }: { readonly jog: JogView | null }) {
   const commissioning = useService(Commissioning);
   const clear = useStore(commissioning.store, (seen) => seen.clear);
+  const alive = usePage((page) => page.online && page.rigLive);
   const max = usePage((page) => page.rig?.parameters.hardware?.valves.pressure_max ?? NaN);
   if (!clear)
     return (
@@ -47,7 +48,7 @@ export function JogStep({ jog }: { readonly jog: JogView | null }) {
         <JogRow
           key={chamber}
           chamber={chamber}
-          pressure={jog?.pressures[i] ?? null}
+          pressure={alive ? (jog?.pressures[i] ?? null) : null}
           jogged={jog?.jogged.find(({ commanded }) => commanded === chamber) ?? null}
         />
       ))}

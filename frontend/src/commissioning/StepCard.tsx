@@ -10,7 +10,7 @@ import { Findings } from "./Findings";
 import { FrameStep } from "./FrameStep";
 import { JogStep } from "./JogStep";
 import { StepInputs } from "./StepInputs";
-import { bodyOf, MOVES, standingOf, type CommissioningState, type StepView, type Typed } from "./steps";
+import { bodyOf, MOVES, standingOf, type CommissioningState, type StepView, type TypedInputs } from "./steps";
 
 interface Props {
   readonly step: StepView;
@@ -49,7 +49,7 @@ export function StepCard({ step, state, open, refusal, toggle }: Props) {
 }
 
 function StepBody({ step, state, refusal }: Omit<Props, "open" | "toggle">) {
-  const [typed, setTyped] = useState<Typed>({});
+  const [typed, setTyped] = useState<TypedInputs>({});
   const running = state.running?.step === step.name;
   return (
     <>
@@ -126,7 +126,7 @@ interface ButtonsProps {
   readonly running: boolean;
   /** Some step is under way. */
   readonly busy: boolean;
-  readonly typed: Typed;
+  readonly typed: TypedInputs;
 }
 
 /** Start or Stop, Accept, Back. */

@@ -1,11 +1,11 @@
 import { NumberInput } from "@mantine/core";
 import { useWhyNot } from "../operate/permission";
-import { INPUTS, type Input, type StepName, type Typed } from "./steps";
+import { INPUTS, type Input, type StepName, type TypedInputs } from "./steps";
 
 interface Props {
   readonly step: StepName;
-  readonly typed: Typed;
-  readonly type: (typed: Typed) => void;
+  readonly typed: TypedInputs;
+  readonly type: (typed: TypedInputs) => void;
 }
 
 /** With what a step begins; what is left empty is as usual. */
@@ -29,9 +29,10 @@ export function StepInputs({ step, typed, type }: Props) {
           max={input.max}
           step={input.step}
           clampBehavior="blur"
+          allowDecimal={input.unit !== ""}
           readOnly={reason !== null}
           onChange={(value) => {
-            type({ ...typed, [input.name]: typeof value === "number" ? value : "" });
+            type({ ...typed, [input.name]: value });
           }}
         />
       ))}

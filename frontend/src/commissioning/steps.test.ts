@@ -63,6 +63,8 @@ test("a rig says what it lacks until it is commissioned", () => {
 
 test("a step is begun with what was typed, in SI, and the rest as usual", () => {
   expect(bodyOf("jog", { pressure: 20 })).toEqual({ pressure: 20e3, repeats: 3, grid: 5, share: 0.7 });
+  expect(bodyOf("jog", { pressure: "25.50" }).pressure).toBe(25.5e3);
+  expect(bodyOf("jog", { pressure: "" }).pressure).toBeNull();
   expect(bodyOf("decay", { share: 50, repeats: 2, grid: 9 })).toEqual({
     pressure: null,
     repeats: 2,

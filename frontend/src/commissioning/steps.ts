@@ -1,5 +1,6 @@
 import type { components } from "../api/schema";
 import { DASH, plain } from "../ui/format";
+import { typedNumber, type Typed } from "../ui/numbers/typed";
 
 type Schemas = components["schemas"];
 
@@ -118,14 +119,14 @@ export const MOVES: Record<StepName, string> = {
 };
 
 /** What was typed, in display units; "" where a field was emptied. */
-export type Typed = Partial<Record<keyof StartBody, number | "">>;
+export type TypedInputs = Partial<Record<keyof StartBody, Typed>>;
 
 /** The numbers that a step is begun with; what was not typed is as usual. */
-export function bodyOf(step: StepName, typed: Typed): StartBody {
+export function bodyOf(step: StepName, typed: TypedInputs): StartBody {
   const body: StartBody = { pressure: null, repeats: 3, grid: 5, share: 0.7 };
   const asked = INPUTS[step].flatMap(({ name, scale }) => {
-    const value = typed[name];
-    return value === undefined || value === "" ? [] : [[name, value / scale] as const];
+    const value = typedNumber(typed[name] ?? "");
+    return value === null ? [] : [[name, value / scale] as const];
   });
   return { ...body, ...Object.fromEntries(asked) };
 }

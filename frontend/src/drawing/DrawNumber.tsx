@@ -1,5 +1,5 @@
 import { NumberInput } from "@mantine/core";
-import { useState } from "react";
+import { typedNumber, useTyped } from "../ui/numbers/typed";
 
 interface Props {
   readonly label: string;
@@ -14,8 +14,9 @@ interface Props {
 
 /** A number of the drawing: taken as soon as what is typed is one within its bounds. */
 export function DrawNumber({ label, value, min, max, step, width, testId, onChange }: Props) {
-  const [draft, setDraft] = useState<number | string | null>(null);
-  const wrong = draft !== null && !(typeof draft === "number" && draft >= min && draft <= max);
+  const { typed, setTyped, drop } = useTyped();
+  const isWithin = (wanted: number | null): wanted is number =>
+    wanted !== null && wanted >= min && wanted <= max;
   return (
     <NumberInput
       size="xs"
@@ -23,18 +24,19 @@ export function DrawNumber({ label, value, min, max, step, width, testId, onChan
       w={width}
       label={label}
       data-testid={testId}
-      value={draft ?? value}
+      value={typed ?? value}
       min={min}
       max={max}
       step={step}
       clampBehavior="none"
-      error={wrong}
-      onChange={(typed) => {
-        setDraft(typed);
-        if (typeof typed === "number" && typed >= min && typed <= max && typed !== value) onChange(typed);
+      error={typed !== null && !isWithin(typedNumber(typed))}
+      onChange={(now) => {
+        setTyped(now);
+        const wanted = typedNumber(now);
+        if (isWithin(wanted) && wanted !== value) onChange(wanted);
       }}
       onBlur={() => {
-        setDraft(null);
+        drop();
       }}
     />
   );

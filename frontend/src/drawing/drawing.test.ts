@@ -239,6 +239,17 @@ test("the server is asked once when the drawing rests, and a late answer is drop
   expect(isPlanned(drawing.store.get())).toBe(true);
 });
 
+test("after a change of speed nothing is run by the plan of the old one", async () => {
+  const { drawing, asked, rest } = planning();
+  drawing.add([pieceOf(square)]);
+  await rest();
+  asked[0].give(plan);
+  await new Promise((resolve) => setTimeout(resolve));
+  expect(isPlanned(drawing.store.get())).toBe(true);
+  drawing.follow({ timing: { kind: "speed", speed: 0.2 } });
+  expect(isPlanned(drawing.store.get())).toBe(false);
+});
+
 test("a refusal is shown in the server's words until the drawing changes", async () => {
   const { drawing, asked, rest } = planning();
   drawing.add([pieceOf(square)]);

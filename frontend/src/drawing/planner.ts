@@ -36,6 +36,7 @@ export class Planner {
     const inputs = planInputs(this.drawing.get(), this.page.get());
     if (isSame(inputs, this.wanted)) return;
     this.wanted = inputs;
+    if (this.drawing.get().planOf !== null) this.drawing.patch({ planOf: null }); // nothing is run by the old plan
     this.asked += 1;
     const number = this.asked;
     this.port.later(() => {

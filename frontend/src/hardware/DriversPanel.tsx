@@ -1,3 +1,4 @@
+import { usePage } from "../live/page";
 import { Facts } from "../ui/Facts";
 import { driverFacts, GRADE, MARK, namesOf, raw, ROLE_WORD, trouble, type DriverStatus } from "./drivers";
 import { useDrivers } from "./useDrivers";
@@ -5,11 +6,17 @@ import { useDrivers } from "./useDrivers";
 /** A card for each of the rig's devices, looked at twice a second. */
 export function DriversPanel() {
   const { drivers, problem } = useDrivers();
+  const alive = usePage((page) => page.online && page.rigLive) && problem === "";
   return (
-    <div className="drivers" data-testid="drivers">
+    <div className="drivers" data-testid="drivers" data-old={!alive}>
       {problem === "" ? null : (
         <p className="note" role="alert" data-grade="bad">
           {problem}
+        </p>
+      )}
+      {alive || drivers.length === 0 ? null : (
+        <p className="note" role="status">
+          The rig is not heard: this is how its devices were before.
         </p>
       )}
       {drivers.length === 0 && problem === "" ? <p className="note">Asking the rig.</p> : null}

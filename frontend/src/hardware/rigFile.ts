@@ -59,7 +59,7 @@ export class RigFileEditor {
     this.store.patch({ saving: true, problem: null });
     try {
       await api.PUT("/api/rig-file", { body: { text: draft } });
-      this.store.patch({ base: null });
+      if (this.store.get().draft === draft) this.store.patch({ base: null }); // else somebody typed on meanwhile
       await this.learn();
     } catch (error) {
       this.store.patch({ problem: problemOf(textOf(error), draft) });

@@ -4,7 +4,7 @@ import { ALARM_BOUNDS } from "../api/bounds";
 import type { AlarmLimits } from "../api/types";
 import { usePage } from "../live/page";
 import { rounded } from "../ui/format";
-import { NumberField } from "../ui/NumberField";
+import { NumberField } from "../ui/numbers/NumberField";
 import { useService } from "../ui/services";
 import { Alarms } from "./alarms";
 import type { Alarm, Limits } from "./health";

@@ -42,7 +42,7 @@ export function HealthPanel() {
     { measure: "lateness", value: loop?.lateness?.p99 ?? NaN, also: spread(loop?.lateness) },
     { measure: "step", value: loop?.step?.p99 ?? NaN, also: spread(loop?.step) },
     { measure: "roundTrip", value: live.roundTrip },
-    { measure: "rigLink", value: link },
+    { measure: "rigLink", value: alive ? link : NaN },
     { measure: "commandAge", value: read("server_age") },
     { measure: "presenceAge", value: held ? read("operator_age") : NaN, also: held ? "" : "nobody operates" },
     { measure: "measurementAge", value: read("measurement_age") },

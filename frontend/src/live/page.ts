@@ -29,6 +29,11 @@ export interface StopNews {
   readonly text: string;
 }
 
+export interface Marked extends Bookmark {
+  /** Id of its recording: it may have ended before the label is typed. */
+  readonly recording: string;
+}
+
 export interface LogLine extends Event {
   readonly key: number;
 }
@@ -89,8 +94,8 @@ export interface Page {
   readonly hint: string;
   /** Name of the gamepad that is heard, "" without one. */
   readonly gamepad: string;
-  /** The bookmark that was set just now, whose label may be typed; null once that is done. */
-  readonly marked: Bookmark | null;
+  /** The bookmark that was set just now, whose label may be typed, and in which recording; null once that is done. */
+  readonly marked: Marked | null;
   /** How far one step lets the paused twin go on [ticks]. */
   readonly step: number;
   /** Name that the next recording gets. */

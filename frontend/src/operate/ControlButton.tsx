@@ -1,6 +1,9 @@
 import { Button, Tooltip, VisuallyHidden, type ButtonProps } from "@mantine/core";
-import { useId, type ReactNode } from "react";
+import { useEffect, useId, useState, type ReactNode } from "react";
 import { useWhyNot, type Control } from "./permission";
+
+/** How long a button that took another one's place takes no press: so soon nobody has read it [ms]. */
+const UNREAD_MS = 500;
 
 interface Props extends Omit<ButtonProps, "disabled"> {
   readonly control: Control;
@@ -9,6 +12,8 @@ interface Props extends Omit<ButtonProps, "disabled"> {
   readonly onClick: () => void;
   /** What it does, shown when it is allowed. */
   readonly meaning: string;
+  /** It comes where another button was: a double click there must not press it, too. */
+  readonly waits?: boolean;
   readonly testId: string;
   readonly children: ReactNode;
 }
@@ -19,6 +24,7 @@ export function ControlButton({
   because = null,
   onClick,
   meaning,
+  waits = false,
   testId,
   children,
   ...button
@@ -26,6 +32,7 @@ export function ControlButton({
   const reason = useWhyNot(control) ?? because;
   const id = useId();
   const blocked = reason !== null;
+  const unread = useUnread(waits);
   return (
     <Tooltip label={reason ?? meaning} position="bottom" openDelay={blocked ? 0 : 500}>
       <Button
@@ -35,8 +42,9 @@ export function ControlButton({
         data-disabled={blocked}
         aria-disabled={blocked}
         aria-describedby={id}
+        data-unread={unread || undefined}
         onClick={() => {
-          if (!blocked) onClick();
+          if (!blocked && !unread) onClick();
         }}
       >
         {children}
@@ -44,4 +52,18 @@ export function ControlButton({
       </Button>
     </Tooltip>
   );
+}
+
+/** For UNREAD_MS after it came. */
+function useUnread(waits: boolean): boolean {
+  const [unread, setUnread] = useState(waits);
+  useEffect(() => {
+    const read = setTimeout(() => {
+      setUnread(false);
+    }, UNREAD_MS);
+    return () => {
+      clearTimeout(read);
+    };
+  }, []);
+  return unread;
 }

@@ -70,6 +70,7 @@ export function PrimaryAction() {
       className="primary"
       testId={TEST_ID[primary]}
       meaning={MEANING[primary]}
+      waits={primary !== "hold"}
       data-focus-home
       onClick={() => void act[primary]()}
     >

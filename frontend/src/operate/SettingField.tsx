@@ -1,5 +1,5 @@
 import type { Settings } from "../api/types";
-import { NumberField } from "../ui/NumberField";
+import { NumberField } from "../ui/numbers/NumberField";
 import { useService } from "../ui/services";
 import { Operations } from "./operations";
 import { useWhyNot } from "./permission";
@@ -14,7 +14,7 @@ interface Props {
   readonly unit: string;
   readonly testId: string;
   /** The change to send for a value in the display unit. */
-  readonly change: (value: number) => Partial<Settings>;
+  readonly change: (value: number, now: Settings) => Partial<Settings>;
 }
 
 /** A setting of the rig as a number. */
@@ -27,7 +27,7 @@ export function SettingField({ label, unit, change, ...field }: Props) {
       aria-label={label}
       hint={`${field.min} … ${field.max} ${unit}`}
       reason={reason}
-      send={(value) => operations.changeSettings(`${label} not changed`, change(value))}
+      send={(value) => operations.changeSettings(`${label} not changed`, (now) => change(value, now))}
     />
   );
 }

@@ -7,10 +7,15 @@ import { situation, whyNot, type Control } from "./permission";
 
 export type Notify = (level: Event["level"], title: string, text: string) => void;
 
+/** One part of what is in force when it is sent: an earlier change of the same pair is not taken back. */
+export type SettingsChange = (now: Settings) => Partial<Settings>;
+
 /** What an operator asks of the server by buttons and keys; refusals are shown in the server's own words. */
 export class Operations {
   /** Requests about the lease that this page itself has under way: their outcome is no news. */
   private passing = 0;
+  /** The last change of settings that was asked for. */
+  private changing: Promise<void> = Promise.resolve();
 
   constructor(
     private readonly page: Store<Page>,
@@ -89,12 +94,16 @@ export class Operations {
     });
   }
 
-  /** Change live settings; what the rig then has is shown. */
-  async changeSettings(title: string, changes: Partial<Settings>): Promise<void> {
-    await this.attempt(title, async () => {
+  /** Change live settings, one change after the other; what the rig then has is shown. */
+  changeSettings(title: string, change: Partial<Settings> | SettingsChange): Promise<void> {
+    const send = async () => {
+      const { settings: before } = this.page.get();
+      const changes = typeof change !== "function" ? change : before ? change(before) : {};
       const settings = await told(api.PATCH("/api/settings", { body: { changes } }));
       this.page.patch({ settings: keep(this.page.get().settings, settings) });
-    });
+    };
+    this.changing = this.changing.then(() => this.attempt(title, send));
+    return this.changing;
   }
 
   /** Run `action`; a refusal is shown under `title`, with the server's text. */

@@ -1,4 +1,5 @@
 import { NativeSelect, Slider, Tooltip } from "@mantine/core";
+import { useState } from "react";
 import type { Law, Settings } from "../api/types";
 import { usePage } from "../live/page";
 import { ControlButton } from "../operate/ControlButton";
@@ -127,7 +128,7 @@ function PairRow({ shown, value }: PairRowProps) {
           step={step}
           unit={unit}
           {...limits(shown, rig)}
-          change={(wanted) => ({ [name]: value.map((old, j) => (j === i ? wanted / scale : old)) })}
+          change={(wanted, now) => ({ [name]: now[name].map((old, j) => (j === i ? wanted / scale : old)) })}
         />
       ))}
     </>
@@ -158,7 +159,7 @@ function OpenLoop({ settings }: { readonly settings: Settings }) {
   return (
     <div className="open-loop">
       {settings.u_open.map((value, i) => (
-        <TorqueSlider key={i} index={i} value={value} torque={torque} settings={settings} />
+        <TorqueSlider key={i} index={i} value={value} torque={torque} />
       ))}
     </div>
   );
@@ -168,17 +169,18 @@ interface TorqueProps {
   readonly index: number;
   readonly value: number;
   readonly torque: number;
-  readonly settings: Settings;
 }
 
-function TorqueSlider({ index, value, torque, settings }: TorqueProps) {
+function TorqueSlider({ index, value, torque }: TorqueProps) {
   const operations = useService(Operations);
   const reason = useWhyNot("settings");
   const { scale, step, unit, meaning } = OPEN_LOOP;
-  const send = (wanted: number) => {
-    const [first, second] = settings.u_open;
-    const u_open: [number, number] = index === 0 ? [wanted / scale, second] : [first, wanted / scale];
-    void operations.changeSettings("Command not changed", { u_open });
+  const [draft, setDraft] = useState<number | null>(null);
+  const send = async (wanted: number) => {
+    await operations.changeSettings("Command not changed", ({ u_open: [first, second] }) => ({
+      u_open: index === 0 ? [wanted / scale, second] : [first, wanted / scale],
+    }));
+    setDraft((now) => (now === wanted ? null : now));
   };
   return (
     <Tooltip label={reason ?? `${meaning} ${index === 0 ? "of the rear pair" : "of the top pair"}`}>
@@ -187,18 +189,18 @@ function TorqueSlider({ index, value, torque, settings }: TorqueProps) {
           u<sub>{index + 1}</sub>
         </span>
         <Slider
-          key={value}
           className="torque-slider"
           size="sm"
           disabled={reason !== null}
-          defaultValue={value * scale}
+          value={draft ?? value * scale}
           min={-torque * scale}
           max={torque * scale}
           step={step}
           marks={[{ value: 0 }]}
           label={(shown) => `${shown.toFixed(1)} ${unit}`}
           thumbLabel={`u ${index + 1}`}
-          onChangeEnd={send}
+          onChange={setDraft}
+          onChangeEnd={(wanted) => void send(wanted)}
         />
         <span className="number unit">{`${(value * scale).toFixed(1)} ${unit}`}</span>
       </div>

@@ -1,8 +1,7 @@
 import { Popover, TextInput } from "@mantine/core";
 import { IconBookmark } from "@tabler/icons-react";
-import { useEffect, useState } from "react";
-import type { Bookmark } from "../api/types";
-import { usePage } from "../live/page";
+import { useEffect, useRef, useState } from "react";
+import { usePage, type Marked } from "../live/page";
 import { ControlButton } from "../operate/ControlButton";
 import { plain } from "../ui/format";
 import { useService } from "../ui/services";
@@ -45,17 +44,20 @@ export function MarkButton() {
   );
 }
 
-function Label({ marked }: { readonly marked: Bookmark }) {
+/** Enter or leaving it keeps what was typed; so does what takes the field away, as another view does. */
+function Label({ marked }: { readonly marked: Marked }) {
   const recorder = useService(Recorder);
   const [text, setText] = useState("");
+  const newest = useRef("");
+  useEffect(() => () => void recorder.label(marked, newest.current), [recorder, marked]);
   const untouched = text === "";
   useEffect(() => {
     if (!untouched) return undefined;
-    const close = setTimeout(() => void recorder.label(""), UNTOUCHED_MS);
+    const close = setTimeout(() => void recorder.label(marked, ""), UNTOUCHED_MS);
     return () => {
       clearTimeout(close);
     };
-  }, [recorder, untouched]);
+  }, [recorder, marked, untouched]);
   return (
     <TextInput
       size="xs"
@@ -66,12 +68,13 @@ function Label({ marked }: { readonly marked: Bookmark }) {
       data-testid="mark-label"
       value={text}
       onChange={(event) => {
-        setText(event.currentTarget.value);
+        newest.current = event.currentTarget.value;
+        setText(newest.current);
       }}
       onKeyDown={(event) => {
-        if (event.key === "Enter") void recorder.label(text);
+        if (event.key === "Enter") void recorder.label(marked, text);
       }}
-      onBlur={() => void recorder.label(text)}
+      onBlur={() => void recorder.label(marked, text)}
     />
   );
 }

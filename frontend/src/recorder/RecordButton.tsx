@@ -16,6 +16,7 @@ import { recordings } from "./recordings";
 export function RecordButton() {
   const recorder = useService(Recorder);
   const recording = usePage((page) => page.recording.recording);
+  const isNaming = usePage((page) => page.marked !== null);
   const time = usePage((page) => clock(page.recording.seconds));
   const gaps = usePage((page) => page.recording.gaps);
   const profile = usePage((page) => page.recordingProfile);
@@ -42,7 +43,7 @@ export function RecordButton() {
           {recording ? `REC ${time}` : profile === "full" ? "Record full" : "Record"}
         </span>
       </ControlButton>
-      {recording ? <MarkButton /> : <ProfileMenu />}
+      {recording || isNaming ? <MarkButton /> : <ProfileMenu />}
     </Button.Group>
   );
 }

@@ -1,5 +1,5 @@
 import { api, told } from "../api/rest";
-import type { Page } from "../live/page";
+import type { Marked, Page } from "../live/page";
 import type { Operations } from "../operate/operations";
 import type { Store } from "../ui/store";
 import { recordings } from "./recordings";
@@ -31,17 +31,18 @@ export class Recorder {
     if (reason !== null) this.operations.notify("warning", "No bookmark", reason);
     else
       await this.operations.attempt("No bookmark", async () => {
-        this.page.patch({ marked: await recordings.mark() });
+        const { id } = this.page.get().recording;
+        this.page.patch({ marked: { ...(await recordings.mark()), recording: id } });
       });
   }
 
-  /** Give the bookmark that was set just now its label; "" leaves it without. */
-  async label(text: string): Promise<void> {
-    const { marked, recording } = this.page.get();
+  /** Give the bookmark that was set just now its label, once; "" leaves it without. */
+  async label(marked: Marked, text: string): Promise<void> {
+    if (this.page.get().marked !== marked) return;
     this.page.patch({ marked: null });
-    if (marked === null || text.trim() === "") return;
+    if (text.trim() === "") return;
     await this.operations.attempt("Bookmark not named", () =>
-      recordings.label(recording.id, marked.n, text.trim()),
+      recordings.label(marked.recording, marked.n, text.trim()),
     );
   }
 }

@@ -73,6 +73,7 @@ function FollowAgain() {
       size="compact-xs"
       testId="follow-last"
       meaning="The same once more, from where the tip is; no approach where it stands at the beginning"
+      waits
       onClick={() => void runs.again()}
     >
       Follow again

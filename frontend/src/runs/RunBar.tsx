@@ -11,6 +11,7 @@ import { chosenInfo } from "../drawing/library/references";
 import { usePage } from "../live/page";
 import { ControlButton } from "../operate/ControlButton";
 import { useService } from "../ui/services";
+import { typedNumber, useTyped } from "../ui/numbers/typed";
 import { ToolButton } from "../ui/buttons/ToolButton";
 import { previewText } from "./facts";
 import { isUnderWay, Runs, useRuns, whyNotRun } from "./runs";
@@ -97,26 +98,10 @@ function Start() {
   const runs = useService(Runs);
   const reason = useReason();
   const endless = useRuns((choice) => choice.endless);
-  const laps = useRuns((choice) => choice.laps);
   const record = useRuns((choice) => choice.record);
   return (
     <>
-      <NumberInput
-        size="xs"
-        w={62}
-        className="number-field"
-        aria-label="Laps"
-        data-testid="laps"
-        min={1}
-        max={1000}
-        clampBehavior="strict"
-        disabled={endless}
-        value={laps}
-        suffix=" ×"
-        onChange={(value) => {
-          if (typeof value === "number") runs.repeat(value);
-        }}
-      />
+      <Laps />
       <ToolButton
         label="Until stopped"
         testId="endless"
@@ -145,11 +130,44 @@ function Start() {
         testId="run"
         data-focus-home
         meaning="Go to the beginning, then follow it"
+        waits
         onClick={() => void runs.run()}
       >
         Run
       </ControlButton>
     </>
+  );
+}
+
+/** A whole number; a field that is left empty shows again what is in force. */
+function Laps() {
+  const runs = useService(Runs);
+  const endless = useRuns((choice) => choice.endless);
+  const laps = useRuns((choice) => choice.laps);
+  const { typed, setTyped, drop } = useTyped();
+  return (
+    <NumberInput
+      size="xs"
+      w={62}
+      className="number-field"
+      aria-label="Laps"
+      data-testid="laps"
+      min={1}
+      max={1000}
+      allowDecimal={false}
+      clampBehavior="strict"
+      disabled={endless}
+      value={typed ?? laps}
+      suffix=" ×"
+      onChange={(now) => {
+        setTyped(now);
+        const wanted = typedNumber(now);
+        if (wanted !== null && wanted >= 1) runs.repeat(wanted);
+      }}
+      onBlur={() => {
+        drop();
+      }}
+    />
   );
 }
 
@@ -166,6 +184,7 @@ function Steering() {
           testId="resume-run"
           data-focus-home
           meaning="Go back to where it was, then on"
+          waits
           onClick={() => void runs.steer("resume")}
         >
           Resume

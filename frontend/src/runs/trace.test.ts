@@ -11,11 +11,13 @@ function traced() {
   let [tick, tip] = [0, [0, 0] as Point];
   const telemetry = { at: () => tick, point: () => tip } as unknown as Live["telemetry"];
   const trace = new RunTrace({ telemetry }, page);
-  const frame = (id: number, state: RunState["state"], point: Point) => {
+  let now = 0;
+  const frame = (id: number, state: RunState["state"], point: Point, after = 250) => {
     tick += 1;
+    now += after;
     tip = point;
     page.patch({ run: { id, state } as RunState });
-    trace.look(tick * 1000);
+    trace.look(now);
   };
   return { trace, frame, legs: () => trace.store.get().legs };
 }
@@ -54,6 +56,15 @@ test("the next run takes the place of the last one, and what is cleared while it
   trace.clear();
   frame(2, "running", [0.31, 0]);
   expect(legs()).toEqual([[[0.31, 0]]]);
+});
+
+test("where the page saw nothing for a while, no line is drawn through", () => {
+  const { frame, legs } = traced();
+  frame(1, "running", [0.1, 0]);
+  frame(1, "running", [0.1, 0.01]);
+  frame(1, "running", [0.1, 0.2], 3000);
+  frame(1, "running", [0.1, 0.21]);
+  expect(legs().map((leg) => leg.length)).toEqual([2, 2]);
 });
 
 test("hours of laps take no more than so many points", () => {

@@ -14,6 +14,8 @@ const NONE: Trace = { run: null, legs: [] };
 const STEP_M = 0.0003;
 /** More points in a leg are thinned to half of them: hours of laps lie on one another. */
 const POINTS_MAX = 8000;
+/** After so long without a new frame (the tab was hidden, the link gone) nobody knows the way between [ms]. */
+const GAP_MS = 500;
 /** How often what has been added is shown [ms]. */
 const SHOWN_MS = 200;
 
@@ -23,6 +25,7 @@ export class RunTrace {
   private legs: Point[][] = [];
   private running = false;
   private tick = NaN;
+  private addedAt = NaN;
   private shownAt = -Infinity;
 
   constructor(
@@ -38,7 +41,7 @@ export class RunTrace {
     if (running && !this.running) this.legs.push([]);
     const ended = this.running && !running;
     this.running = running;
-    if (running) this.add();
+    if (running) this.add(now);
     if (ended || (running && now - this.shownAt >= SHOWN_MS)) this.show(now);
   }
 
@@ -53,16 +56,27 @@ export class RunTrace {
     this.store.patch({ run, legs: [] });
   }
 
-  private add(): void {
+  private add(now: number): void {
     const { telemetry } = this.live;
     const tip = telemetry?.point("p_meas");
-    const leg = this.legs.at(-1);
-    if (!telemetry || !tip || !leg || telemetry.at("tick") === this.tick) return;
+    if (!telemetry || !tip || telemetry.at("tick") === this.tick) return;
     this.tick = telemetry.at("tick");
+    const leg = this.legNow(now);
     const last = leg.at(-1);
     if (last && Math.hypot(tip[0] - last[0], tip[1] - last[1]) < STEP_M) return;
     leg.push([tip[0], tip[1]]);
     if (leg.length > POINTS_MAX) leg.splice(0, leg.length, ...leg.filter((_, i) => i % 2 === 0));
+  }
+
+  /** The leg that goes on at page time `now`. */
+  private legNow(now: number): Point[] {
+    const leg = this.legs.at(-1);
+    const isBroken = now - this.addedAt > GAP_MS;
+    this.addedAt = now;
+    if (leg && !(isBroken && leg.length > 0)) return leg;
+    const next: Point[] = [];
+    this.legs.push(next);
+    return next;
   }
 
   private show(now: number): void {

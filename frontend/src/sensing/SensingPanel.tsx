@@ -19,8 +19,9 @@ export function SensingPanel() {
   const twin = usePage((page) => page.rig?.twin ?? false);
   const reason = useWhyNot("settings");
   const marked = usePage(({ rig }) => bearing(rig?.parameters.hardware?.motion_capture.rods));
-  const choose = (sensed: number) => {
-    if (reason === null) void operations.changeSettings("Sensing not changed", { sensed });
+  const choose = (sensed: (now: number) => number) => {
+    if (reason !== null) return;
+    void operations.changeSettings("Sensing not changed", (now) => ({ sensed: sensed(now.sensed) }));
   };
   return (
     <div className="panel">
@@ -58,7 +59,8 @@ interface ChoiceProps {
   /** Rods that bear a marker. */
   readonly marked: number;
   readonly reason: string | null;
-  readonly choose: (mask: number) => void;
+  /** Change what is sensed now. */
+  readonly choose: (sensed: (now: number) => number) => void;
 }
 
 function Presets({ mask, marked, reason: forbidden, choose }: ChoiceProps) {
@@ -77,7 +79,7 @@ function Presets({ mask, marked, reason: forbidden, choose }: ChoiceProps) {
             aria-disabled={reason !== null}
             data-testid={testId}
             onClick={() => {
-              if (reason === null) choose(sensed);
+              if (reason === null) choose(() => sensed);
             }}
           >
             {label}
@@ -97,11 +99,17 @@ function Sensor({ rod, mask, marked, reason: forbidden, choose, twin }: SensorPr
   const on = isSensed(mask, rod);
   const reason = forbidden ?? (on ? null : whyUnseen(bit(rod), marked));
   const live = useService(Live);
+  const alive = usePage((page) => page.online && page.rigLive);
+  const telemetry = () => (alive ? live.telemetry : null);
   const residual = () => {
-    const marker = on && live.telemetry && markersOf(live.telemetry).find((seen) => seen.rod === rod);
+    const now = telemetry();
+    const marker = on && now && markersOf(now).find((seen) => seen.rod === rod);
     return marker ? millimetresOf(residualOf(marker)) : DASH;
   };
-  const miss = () => (live.telemetry ? millimetresOf(missOf(live.telemetry, rod)) : DASH);
+  const miss = () => {
+    const now = telemetry();
+    return now ? millimetresOf(missOf(now, rod)) : DASH;
+  };
   return (
     <span className="sensor">
       <Tooltip
@@ -117,7 +125,7 @@ function Sensor({ rod, mask, marked, reason: forbidden, choose, twin }: SensorPr
           aria-disabled={reason !== null}
           data-testid={`sense-${rod}`}
           onClick={() => {
-            if (reason === null) choose(mask ^ bit(rod));
+            if (reason === null) choose((now) => now ^ bit(rod));
           }}
         >
           {rod}

@@ -1,10 +1,10 @@
-import { useEffect, useState } from "react";
+import { useEffect, useRef, useState } from "react";
 import { usePage } from "../live/page";
 import { ControlButton } from "../operate/ControlButton";
 import { Operations } from "../operate/operations";
 import { useWhyNot } from "../operate/permission";
 import { rounded } from "../ui/format";
-import { NumberField } from "../ui/NumberField";
+import { NumberField } from "../ui/numbers/NumberField";
 import { useService } from "../ui/services";
 import { FaultChoices, type Inject } from "./FaultChoices";
 import { ALL_RODS } from "./rods";
@@ -55,11 +55,7 @@ export function TwinFaultsPanel() {
       current = false;
     };
   }, [operations, boot, mine]);
-  const inject = (change: Partial<TwinFaults>) => {
-    void operations.attempt("Faults not injected", async () => {
-      setFaults(await twin.inject({ ...faults, ...change }));
-    });
-  };
+  const inject = useInjecting(faults, setFaults);
   return (
     <fieldset className="faults" data-testid="faults">
       <legend>Inject into the twin</legend>
@@ -80,6 +76,23 @@ export function TwinFaultsPanel() {
       </ControlButton>
     </fieldset>
   );
+}
+
+/** One change after the other, each of what the twin had after the one before: none takes back another. */
+function useInjecting(faults: TwinFaults, setFaults: (now: TwinFaults) => void): Inject {
+  const operations = useService(Operations);
+  const newest = useRef(faults);
+  const before = useRef<Promise<void>>(Promise.resolve());
+  useEffect(() => {
+    newest.current = faults;
+  }, [faults]);
+  return (change) => {
+    const send = async () => {
+      newest.current = await twin.inject({ ...newest.current, ...change });
+      setFaults(newest.current);
+    };
+    before.current = before.current.then(() => operations.attempt("Faults not injected", send));
+  };
 }
 
 interface FieldProps {

@@ -5,7 +5,7 @@ import { SavedDrawings } from "../../drawing/saved";
 import { usePage } from "../../live/page";
 import { presets } from "../../presets/presets";
 import { rounded } from "../../ui/format";
-import { NumberField } from "../../ui/NumberField";
+import { NumberField } from "../../ui/numbers/NumberField";
 import { useService } from "../../ui/services";
 import { useStore } from "../../ui/store";
 

@@ -1,5 +1,5 @@
 import { NumberInput, Tooltip, type NumberInputProps } from "@mantine/core";
-import { useState } from "react";
+import { typedNumber, useTyped } from "./typed";
 
 interface Props extends Pick<NumberInputProps, "aria-label" | "clampBehavior" | "label" | "step" | "w"> {
   /** What is in force. */
@@ -16,11 +16,12 @@ interface Props extends Pick<NumberInputProps, "aria-label" | "clampBehavior" | 
 
 /** A live number: what is typed is sent on Enter or when the field is left, and what is in force stands there after. */
 export function NumberField({ value, min, max, testId, hint, reason = null, send, ...input }: Props) {
-  const [draft, setDraft] = useState<number | string | null>(null);
-  const wrong = typeof draft === "number" && (draft < min || draft > max);
+  const { typed, setTyped, drop } = useTyped();
+  const wanted = typed === null ? null : typedNumber(typed);
+  const wrong = wanted !== null && (wanted < min || wanted > max);
   const leave = async () => {
-    if (typeof draft === "number" && draft !== value) await send(draft);
-    setDraft(null);
+    if (wanted !== null && wanted !== value) await send(wanted);
+    drop();
   };
   const field = (
     <NumberInput
@@ -31,11 +32,11 @@ export function NumberField({ value, min, max, testId, hint, reason = null, send
       data-testid={testId}
       readOnly={reason !== null}
       aria-disabled={reason !== null}
-      value={draft ?? value}
+      value={typed ?? value}
       min={min}
       max={max}
       error={wrong}
-      onChange={setDraft}
+      onChange={setTyped}
       onBlur={() => void leave()}
       onKeyDown={(event) => {
         if (event.key === "Enter") void leave();
