@@ -42,6 +42,8 @@ UNKNOWN = 1.0
 """Stands for k and b until they are computed from EI."""
 ROUNDING = 1e-9
 """Share by which a number that was written and read may differ."""
+U_MAX_LEAST = 1e-4
+"""Smallest torque limit of an actuator [N m]."""
 LIGHTEST = 1e-3
 """Least mass of a body [kg]: a gram."""
 STIFFER_MAX = 20.0
@@ -157,7 +159,7 @@ class Actuator(Model):
     """The same by arc length, where a pair begins and ends at no middle of a rod; takes the place of `chambers`."""
     stiffening: Annotated[tuple[Stiffening, Stiffening], Q("1/Pa", "", (2,))] = (0.0, 0.0)
     """Share of k that the pressures of a chamber pair, added, give to it where the pair reaches."""
-    u_max: Annotated[float, Bounds(ge=1e-4, le=0.2), Q("N m", "u_max")] = 0.060
+    u_max: Annotated[float, Bounds(ge=U_MAX_LEAST, le=0.2), Q("N m", "u_max")] = 0.060
     bend_max: Annotated[float, Bounds(ge=0.01, le=12.0), Q("rad")] = 5.6
     """Coupled limit on the static tip angle, counted from rest: beyond it the body would touch itself (ours)."""
     pressure_map: Annotated[tuple[PressureSlope, PressureSlope], Q("Pa/(N m)", "", (2,))] = (4.0216e6, 4.0216e6)

@@ -108,7 +108,7 @@ class Valves(Model):
     loop: PressureLoop = PressureLoop()
     """For raw openings."""
     pressure_max: Annotated[float, Bounds(gt=0.0, le=1e6), Q("Pa")] = 300e3
-    """No setpoint above this leaves."""
+    """No setpoint above this leaves, and no torque is asked for that would need one."""
     slew_max: Annotated[float, Bounds(ge=1e3, le=1e9), Q("Pa/s")] = 20e6
     """No setpoint rises or falls faster."""
     measured: bool = False

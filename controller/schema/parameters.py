@@ -3,11 +3,12 @@
 Live settings (`Settings`) travel in every command; the rest is fixed while a rig process runs.
 """
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 from pydantic import Field as Bounds
 
-from controller.schema.actuator import PRESETS, Actuator
+from controller.errors import ParameterError
+from controller.schema.actuator import PRESETS, U_MAX_LEAST, Actuator
 from controller.schema.fit import GAINS, TWIN
 from controller.schema.hardware import Hardware
 from controller.schema.layout import Model
@@ -257,3 +258,20 @@ class RigParameters(Model):
     """What is simulated, where it is another body than the one that observer and controller believe in."""
     hardware: Hardware | None = None
     """A rig that is not simulated: its motion capture and its valves. None: the twin stands in for it."""
+
+    def with_actuator(self, actuator: Actuator) -> Self:
+        """The same rig with `actuator`, which is asked for no more torque than its valves may make.
+
+        So `valves.pressure_max` bounds reach, reference and observer too: a setpoint that is cut behind their back is a
+        PRESSURE_MISMATCH. Raises ParameterError where no usable torque is left.
+        """
+        if self.hardware is None:
+            return self.model_copy(update={"actuator": actuator})
+        pressure_max = self.hardware.valves.pressure_max
+        u_max = min(actuator.u_max, pressure_max / max(actuator.pressure_map))
+        if u_max < U_MAX_LEAST:
+            raise ParameterError(
+                f"valves.pressure_max = {pressure_max:g} Pa makes u_max = {u_max:.3g} N m of actuator {actuator.name}, "
+                f"below {U_MAX_LEAST:g}"
+            )
+        return self.model_copy(update={"actuator": actuator.model_copy(update={"u_max": u_max})})

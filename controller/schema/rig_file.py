@@ -43,13 +43,13 @@ class RigFile(Model):
 
     def parameters(self, folder: Path) -> RigParameters:
         """What a rig process is started with; actuators' files are looked for in `folder`. Raises ParameterError."""
-        return RigParameters(
-            actuator=self.found_actuator(folder),
+        rig = RigParameters(
             controller=self.controller,
             limits=self.limits,
             twin=self.twin,
             hardware=Hardware(motion_capture=self.motion_capture, valves=self.valves),
         )
+        return rig.with_actuator(self.found_actuator(folder))
 
     def found_actuator(self, folder: Path) -> Actuator:
         """The actuator that it names or holds; ParameterError where there is none."""

@@ -45,7 +45,8 @@ async def identify(run: Run, through: Through, results: Mapping[StepName, KeptRe
     if missing := [path.name for path in (poses, decays) if not path.exists()]:
         raise CommandRefused(f"{missing[0]} is missing: measure it anew")
     out, base = folder / name, folder / "base.toml"
-    await asyncio.to_thread(write_actuator, as_base(run.actuator, run.file.motion_capture.rods), base)
+    believed = await asyncio.to_thread(unbounded, run)
+    await asyncio.to_thread(write_actuator, as_base(believed, run.file.motion_capture.rods), base)
     run.say("runs tendril identify")
     mode = mode_in(results.get("decay"))
     damping = [str(decays)] if mode is None else ["--zeta", f"{mode.zeta.value:.4g}"]
@@ -67,7 +68,7 @@ async def identify(run: Run, through: Through, results: Mapping[StepName, KeptRe
     result = judged(found, run.actuator, name, text, said, note)
     if mode is None:
         return result
-    rig = run.parameters.model_copy(update={"actuator": found})
+    rig = run.parameters.with_actuator(found)
     return with_mode(result, mode, await through.planner.do(planning.kappa_of, mode.frequency.value, rig))
 
 
@@ -99,6 +100,12 @@ def kept_mode(result: KeptResult, measured: datetime, plant: Plant) -> KeptMode 
     if mode is None or not isinstance(name, str) or not isinstance(text, str):
         return None
     return KeptMode(actuator=parse_actuator(text, name), plant=plant, measured=measured, mode=mode)
+
+
+def unbounded(run: Run) -> Actuator:
+    """The actuator that the rig believes in, with its own u_max: how far the valves may go is nothing of the body."""
+    named = run.file.found_actuator(run.folder)
+    return named if run.parameters.with_actuator(named).actuator == run.actuator else run.actuator
 
 
 def as_base(actuator: Actuator, rods: tuple[int, ...]) -> Actuator:

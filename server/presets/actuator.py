@@ -33,7 +33,7 @@ def accepted_actuator(body: ActuatorBody, rig: RigParameters, in_force: Settings
     from controller.simulation.acceptance import require_running  # in the planner only
 
     actuator = wanted_actuator(body, rig)
-    require_running(rig.model_copy(update={"actuator": actuator}), in_force)
+    require_running(rig.with_actuator(actuator), in_force)
     return actuator
 
 
@@ -49,7 +49,7 @@ def wanted_actuator(body: ActuatorBody, rig: RigParameters) -> Actuator:
         actuator = PRESETS[body.name]
     else:
         raise ParameterError(f"actuator = {body.name!r} is not one of {', '.join(PRESETS)}")
-    require_built(rig.model_copy(update={"actuator": actuator}))
+    require_built(rig.with_actuator(actuator))
     return actuator
 
 

@@ -32,7 +32,7 @@ class Orders:
         if (actuator := take_order(self._path)) is not None:
             self._choice = take_choice(self._path)
             parameters = self._supervisor.settings.parameters
-            self._supervisor.replace(parameters.model_copy(update={"actuator": actuator}))
+            self._supervisor.replace(parameters.with_actuator(actuator))
         if (plant := take_plant(self._path)) is not None:
             self._supervisor.replace(with_plant(self._supervisor.settings.parameters, plant))
         if (wanted := take_rig(self._path)) is not None:

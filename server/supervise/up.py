@@ -153,7 +153,7 @@ def with_last_actuator(parameters: RigParameters, server: ServerSettings) -> Rig
     if actuator is None:
         return parameters
     out.print(f"Actuator {actuator.name}, as chosen last in the page; --actuator takes another.", markup=False)
-    return parameters.model_copy(update={"actuator": actuator})
+    return parameters.with_actuator(actuator)
 
 
 def environment(settings: ServerSettings) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 import math
 import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,16 +12,19 @@ from hypothesis import strategies as st
 
 from controller.build.plant import build_hardware, build_plant
 from controller.build.rig import build_rig
+from controller.errors import ParameterError
 from controller.kernels.plant.hardware import Hardware, hardware_step
 from controller.kernels.plant.twin import twin_step
 from controller.realtime.loop import loop_memory, run_loop
 from controller.realtime.mailbox import receive, words
 from controller.realtime.ring import HEADER_WORDS, ROW_WORDS, STOP
+from controller.schema.actuator import PRESETS
 from controller.schema.hardware import PressureLoop, Valves
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Measurement, Telemetry, ValveCommand
 from controller.schema.modes import Mode
 from controller.schema.parameters import RigParameters
+from controller.schema.rig_file import parse_rig_file
 from controller.virtual.plant import RunningPlant
 
 DT = 1e-3
@@ -61,6 +65,33 @@ def test_whatever_is_asked_setpoints_stay_within_range_and_rate(asked: list[tupl
             assert mode in DRIVEN and np.isfinite(pressures).all()
         assert bool(command["cut"]) == (mode == Mode.E_STOP)
         last = now
+
+
+RIG = """
+[motion_capture]
+driver = "json"
+[valves]
+driver = "serial"
+pressure_max = {}
+"""
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.sampled_from(sorted(PRESETS)), st.floats(2e3, 1e6))
+def test_no_torque_is_asked_for_whose_pressure_the_valves_may_not_have(name: str, pressure_max: float) -> None:
+    rig = parse_rig_file(RIG.format(pressure_max), "rig.toml").model_copy(update={"actuator": name})
+    found, named = rig.parameters(Path()), PRESETS[name]
+    u_max = found.actuator.u_max
+    assert u_max * max(named.pressure_map) <= pressure_max * (1 + 1e-12) and u_max <= named.u_max
+    assert found.actuator == named.model_copy(update={"u_max": u_max})
+    assert u_max == named.u_max or u_max * max(named.pressure_map) >= pressure_max * (1 - 1e-12)
+    assert found.with_actuator(named) == found
+    assert RigParameters().with_actuator(named).actuator is named, "a twin has no valves"
+
+
+def test_valves_that_may_do_next_to_nothing_are_refused_with_both_numbers() -> None:
+    with pytest.raises(ParameterError, match=r"valves.pressure_max = 100 Pa makes u_max = 2.49e-05 N m of actuator P1"):
+        parse_rig_file(RIG.format(100.0), "rig.toml").parameters(Path())
 
 
 @pytest.mark.parametrize("mode", DRIVEN)

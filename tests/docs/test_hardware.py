@@ -110,6 +110,8 @@ def test_three_labs_have_rig_files_with_drivers_that_are_there() -> None:
         capture_device(one.motion_capture)
         valve_device(one.valves)
         assert one.valves.pressure_max <= 100e3
+        actuator = one.parameters(EXAMPLES).actuator
+        assert actuator.u_max * max(actuator.pressure_map) <= one.valves.pressure_max
 
 
 def test_each_driver_has_a_page_that_names_all_of_its_options() -> None:

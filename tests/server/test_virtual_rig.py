@@ -8,7 +8,7 @@ import pytest
 
 from controller.realtime.ring import find_ring
 from controller.schema.hardware import Frame
-from controller.schema.modes import Cause, Mode
+from controller.schema.modes import Cause, Law, Mode
 from controller.schema.rig_file import read_rig_file
 from controller.virtual.firmware import compiler
 from controller.virtual.rig import seen_by_camera
@@ -65,6 +65,21 @@ def test_the_frame_is_found_by_touching_base_tip_and_a_bent_pose(tmp_path: Path)
     rest = 0.0375  # [rad] the twin keeps some of past bends, and the tip at rest is where the model has it
     assert np.abs(np.array(found.axes) - TURNED.axes).max() < rest + 0.01
     assert np.hypot(*(np.array(found.axes) @ seen_by_camera(np.zeros((1, 2)), TURNED)[0] + found.origin)) < 1e-3
+
+
+def test_valves_that_may_do_little_bound_what_is_asked_and_stop_nothing(tmp_path: Path) -> None:
+    low = 60e3
+    with stack(tmp_path, MODBUS.replace('driver = "modbus"', f'driver = "modbus"\npressure_max = {low}')) as one:
+        one.arm()
+        one.person.ask("PATCH", "/api/settings", changes={"law": Law.OPEN_LOOP, "u_open": [0.05, -0.05]})
+        one.person.command("follow", target=(0.2, 0.0))
+        ring = find_ring(one.name)
+        wait(lambda: ring.newest()["pressure_cmd"][0] > 0.99 * low, 20.0, "full torque")
+        begin = ring.head
+        wait(lambda: ring.head > begin + 2000, 20.0, "two seconds of it")
+        rows = ring.read(begin, 2000)[1]
+        assert set(rows["mode"].tolist()) == {Mode.FOLLOW}
+        assert rows["pressure_cmd"].max() <= low * (1 + 1e-9)
 
 
 def _capture(one: Stack, place: str, point: str) -> None:

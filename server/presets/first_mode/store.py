@@ -24,17 +24,23 @@ class FirstModes:
 
     def of(self, actuator: Actuator, plant: Plant | None = None) -> KeptMode | None:
         """The last measurement of this very actuator on `plant`, on any without it; None before the first."""
-        found = (one for one in self._kept() if one.actuator == actuator and plant in (None, one.plant))
-        return next(found, None)
+        body = _body(actuator)
+        return next((one for one in self._kept() if _body(one.actuator) == body and plant in (None, one.plant)), None)
 
     def keep(self, one: KeptMode) -> None:
         """Keep it in place of what was measured on the same; raises OSError where that fails."""
-        others = [kept for kept in self._kept() if (kept.actuator, kept.plant) != (one.actuator, one.plant)]
+        key = (_body(one.actuator), one.plant)
+        others = [kept for kept in self._kept() if (_body(kept.actuator), kept.plant) != key]
         self._file.path.parent.mkdir(parents=True, exist_ok=True)
         self._file.write(_LIST.dump_json([one, *others][:MOST]))
 
     def _kept(self) -> list[KeptMode]:
         return self._file.read() or []
+
+
+def _body(actuator: Actuator) -> Actuator:
+    """What swings: with whichever torques, as a rig's valves bound them."""
+    return actuator.model_copy(update={"u_max": Actuator.model_fields["u_max"].default})
 
 
 def modes_file(state: Path, rig: str) -> Path:
