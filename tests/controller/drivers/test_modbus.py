@@ -8,9 +8,13 @@ import pytest
 
 from controller.drivers.device import DeviceError
 from controller.drivers.valves.modbus.driver import ModbusValves
+from controller.drivers.valves.modbus.registers import words_of
 from controller.errors import ParameterError
 from controller.virtual.modbus_server import ModbusPeer
 from tests.controller.drivers.commands import SETPOINTS, Plant, vented, wanted
+
+LISTED = {"map": "registers", "pressure_registers": [1, 2, 3, 4], "setpoint_registers": [11, 12, 13, 14]}
+"""Registers of a device that is no VTEM."""
 
 
 @pytest.fixture
@@ -296,6 +300,15 @@ def test_a_map_of_registers_reads_and_writes_them(peer: ModbusPeer) -> None:
             False,
             r"the register lists name channels 0 to 2",
         ),
+        (
+            LISTED | {"signed": False},
+            (0, 1, 2, 3),
+            True,
+            r"signed = false: a word without a sign cannot hold the -1000 counts at which a valve exhausts",
+        ),
+        ({"dump_register": 40003}, (0, 1, 2, 3), False, r"dump_register = 40003 is written for the valves, too"),
+        ({"dump_register": 40007}, (0, 1, 2, 3), False, r"dump_register = 40007 is written for the valves, too"),
+        ({"dump_register": 46100}, (0, 1, 2, 3), False, r"dump_register = 46100 is written for the valves, too"),
     ],
 )
 def test_what_cannot_be_is_refused_before_anything_is_opened(
@@ -303,6 +316,12 @@ def test_what_cannot_be_is_refused_before_anything_is_opened(
 ) -> None:
     with pytest.raises(ParameterError, match=text):
         ModbusValves(ModbusValves.Options(**options), chambers, raw)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1000.0, 32767.0])
+def test_a_vented_map_of_raw_valves_exhausts_by_all_that_it_can(scale: float) -> None:
+    options = ModbusValves.Options(**LISTED, opening_scale=scale)
+    assert words_of(vented(), options, raw=True) == [int(-scale) & 0xFFFF] * 4
 
 
 @pytest.mark.parametrize(
@@ -315,6 +334,7 @@ def test_what_cannot_be_is_refused_before_anything_is_opened(
             {"map": "registers", "pressure_registers": [1], "setpoint_registers": [5, 5]},
             "names one twice",
         ),
+        ({"dump_register": 40027, "dump_shut": 0}, "dump_shut = 0: 0 opens the dump valve"),
     ],
 )
 def test_options_that_do_not_fit_are_refused(options: dict[str, Any], text: str) -> None:

@@ -19,15 +19,18 @@ class ModbusValves(ValveDevice[ModbusOptions]):
     period = 0.005
 
     def __init__(self, options: ModbusOptions, chambers: tuple[int, ...], raw: bool) -> None:
-        """Raises ParameterError where the map has no such channels, or a VTEM is to take openings."""
+        """Raises ParameterError where the map has no such channels, or with it a vent would not let the air out."""
         super().__init__(options, chambers, raw)
-        if raw and options.map == "vtem":
-            raise ParameterError("valves.command = opening: a VTEM's motion app 03 takes pressures")
+        if raw:
+            require_openings(options)
         self._map = register_map(options, chambers)
         self._wire = Wire(options.host, options.port, options.unit)
         self._commands = {slot.command: vtem.PRESSURE_APP | vtem.BOTH for slot in self._map.slots}
+        written = {*self._map.setpoints, *self._map.idle, *self._commands}
         dump = {options.dump_register} if options.dump_register >= 0 else set()
-        self._writes = spans({*self._map.setpoints, *self._map.idle, *self._commands, *dump})
+        if dump & (written | {self._watchdog_register}):
+            raise ParameterError(f"dump_register = {options.dump_register} is written for the valves, too")
+        self._writes = spans(written | dump)
         status = {slot.status for slot in self._map.slots}
         self._reads = spans({*self._map.pressures, *status}, options.read_gap)
         self._combined = options.combined and not options.input_registers
@@ -131,6 +134,17 @@ class ModbusValves(ValveDevice[ModbusOptions]):
                 return None
             found |= dict(enumerate(words, read[0]))
         return found
+
+
+def require_openings(options: ModbusOptions) -> None:
+    """Raise ParameterError unless the device takes openings of both signs: the negative ones let the air out."""
+    if options.map == "vtem":
+        raise ParameterError("valves.command = opening: a VTEM's motion app 03 takes pressures")
+    if not options.signed:
+        raise ParameterError(
+            f"signed = false: a word without a sign cannot hold the {-options.opening_scale:g} counts at which a valve "
+            "exhausts (valves.command = opening)"
+        )
 
 
 def _left(until: float) -> float:

@@ -48,7 +48,7 @@ class ModbusOptions(Model):
     read_gap: Annotated[int, Bounds(ge=0, le=100)] = 8
     """Registers that nobody asked for and that are read along, if one request is saved by it."""
     signed: bool = True
-    """registers: words are two's complement."""
+    """registers: words are two's complement, as openings need, which are negative where a valve exhausts."""
     pressure_scale: Annotated[float, Bounds(ge=1e-3, le=1e5)] = 100.0
     """Of a count of pressure [Pa]; 100: millibar."""
     pressure_zero: Annotated[float, Bounds(ge=-1e6, le=1e6)] = 0.0
@@ -73,7 +73,7 @@ class ModbusOptions(Model):
     dump_register: MaybeRegister = -1
     """Of an output that holds an external dump valve shut."""
     dump_shut: Word = 1
-    """Written there while pressures are wanted; 0 while vented, and by the device itself when its watchdog bites."""
+    """Written there while pressures are wanted, not 0; 0 while vented, and by the device when its watchdog bites."""
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -84,6 +84,8 @@ class ModbusOptions(Model):
         written = self.setpoint_registers
         if len(set(written)) != len(written) or self.dump_register in written:
             raise ValueError(f"setpoint_registers = {written} names one twice, or the dump_register")
+        if self.dump_register >= 0 and self.dump_shut == 0:
+            raise ValueError("dump_shut = 0: 0 opens the dump valve, so something else must hold it shut")
         if self.map == "vtem" and not self.signed:
             raise ValueError("signed = false: a VTEM's millibar have a sign")
         return self
