@@ -1,6 +1,7 @@
 """A virtual rig in a process of its own, as tests and the fault campaign use it."""
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -49,7 +50,7 @@ class VirtualProcess:
 
     def _ask(self, line: str, key: str) -> Any:
         assert self._process.stdin is not None
-        self._process.stdin.write(line.encode() + b"\n")
+        self._process.stdin.write(os.fsencode(line) + b"\n")
         answer = self._answer()
         if key not in answer:
             raise TendrilError(f"the virtual rig: {answer.get('refused', answer)}")

@@ -3,6 +3,7 @@
 What is typed into it, a line each, breaks it as real devices break: see `FAULTS`. Each is answered by a line of JSON.
 """
 
+import io
 import json
 import math
 import os
@@ -174,11 +175,13 @@ class VirtualRig:
 
     def do(self, line: str) -> str:
         """Carry out one line, as "late 0.03"; says what it did. Raises ParameterError."""
-        name, *words = shlex.split(line)
-        if name not in FAULTS:
-            raise ParameterError(f"{name!r} is not one of {', '.join(FAULTS)}")
         try:
+            name, *words = shlex.split(line)
+            if name not in FAULTS:
+                raise ParameterError(f"{name!r} is not one of {', '.join(FAULTS)}")
             FAULTS[name](self, *words)
+        except ParameterError:
+            raise
         except (TypeError, ValueError, AttributeError) as error:
             raise ParameterError(f"{line!r}: {error}") from error
         return line
@@ -265,6 +268,8 @@ def run_virtual_rig(path: Path, plant: str, out: Path | None, lines: TextIO = sy
     """Run until the lines end or Ctrl-C; `out` is written once the wires answer. Raises TendrilError."""
     for number in (signal.SIGINT, signal.SIGTERM):  # a shell may have started us in the background, SIGINT ignored
         signal.signal(number, signal.default_int_handler)
+    if isinstance(lines, io.TextIOWrapper):
+        lines.reconfigure(errors="backslashreplace")  # what is no text is refused, as all that is no fault
     found = read_rig_file(path)
     try:
         rig = VirtualRig(found, path.parent, plant)

@@ -1,16 +1,19 @@
 """A rig over real wires, on a simulated plant in a process of its own, as an operator has it."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from controller.errors import TendrilError
 from controller.realtime.ring import find_ring
 from controller.schema.hardware import Frame
 from controller.schema.modes import Cause, Law, Mode
 from controller.schema.rig_file import read_rig_file
 from controller.virtual.firmware import compiler
+from controller.virtual.process import VirtualProcess
 from controller.virtual.rig import seen_by_camera
 from server.campaign.rows.wires import MODBUS, SERIAL
 from server.campaign.waiting import wait
@@ -37,6 +40,20 @@ def test_a_task_over_real_wires_ends_as_the_twin_foresaw_and_a_lost_board_stops_
         assert 0.7 < found["rmse"] / foreseen < 1.3
         _times_of_capture_are_true(one)
         _a_lost_board_stops_and_stays(one)
+
+
+@pytest.mark.parametrize("line", ['late "0.03', "late '0.03", '"', "late 0.03\\", "late 0.03\udcff", "\udcfe\udcff"])
+def test_a_line_that_cannot_be_read_is_refused_and_breaks_nothing(wires: VirtualProcess, line: str) -> None:
+    with pytest.raises(TendrilError, match="the virtual rig: "):
+        wires.do(line)
+    wires.do("late 0.03")
+
+
+@pytest.fixture(scope="module")
+def wires(tmp_path_factory: pytest.TempPathFactory) -> Iterator[VirtualProcess]:
+    virtual = VirtualProcess(MODBUS, tmp_path_factory.mktemp("wires"))
+    yield virtual
+    virtual.stop()
 
 
 TURNED = Frame(axes=((0.0, 0.0, 1.0), (1.0, 0.0, 0.0)), origin=(0.1, -0.2))
