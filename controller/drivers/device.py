@@ -6,8 +6,11 @@ comes and stands between it and the loop: no device, however slow or dead, delay
 template; `tendril drivers check NAME` tries a driver the hard way.
 """
 
+import time
 from abc import ABC, abstractmethod
-from typing import ClassVar, Generic, Literal, NamedTuple, TypeVar
+from typing import ClassVar, Generic, Literal, NamedTuple, Self, TypeVar
+
+import numpy as np
 
 from controller.arrays import Array
 from controller.errors import TendrilError
@@ -60,6 +63,19 @@ class Outlet(NamedTuple):
     """(4,) gauge setpoints of u1+, u1-, u2+, u2- [Pa], within all limits."""
     openings: Array
     """(4,) valve openings, -1 (exhausts) to 1 (fills), where `valves.command` is "opening"."""
+
+    @classmethod
+    def vented(cls, cut: bool = False) -> Self:
+        """Now: nothing is driven."""
+        return cls(time.monotonic_ns(), True, cut, np.zeros(4), np.full(4, -1.0))
+
+    def wanted(self, raw: bool) -> Array:
+        """(4,) what valves that take openings (`raw`) or setpoints are to do."""
+        return np.asarray(self.openings if raw else self.pressures, float)
+
+    def vents(self, raw: bool) -> bool:
+        """Whether to let the air out: it is asked for, or what is asked for is not finite."""
+        return self.vent or self.cut or not bool(np.isfinite(self.wanted(raw)).all())
 
 
 class Reading(NamedTuple):

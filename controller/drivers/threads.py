@@ -193,12 +193,12 @@ class ValveThread(DeviceThread):
             due = max(due + period, time.monotonic())
             time.sleep(max(0.0, due - time.monotonic()))
         for _ in range(ROUNDS):
-            self.device.exchange(vented(), READ_TIMEOUT)
+            self.device.exchange(Outlet.vented(self._newest().cut), READ_TIMEOUT)
 
     def allowed(self) -> Outlet:
-        """The loop's newest command, or to vent where that is old."""
+        """The loop's newest command, or to vent where that is old: a supply that was cut stays cut."""
         outlet = self._newest()
-        return vented() if time.monotonic_ns() - outlet.t_ns > OUTLET_OLD_NS else outlet
+        return Outlet.vented(outlet.cut) if time.monotonic_ns() - outlet.t_ns > OUTLET_OLD_NS else outlet
 
     def _exchange(self, outlet: Outlet) -> None:
         reading = self.device.exchange(outlet, READ_TIMEOUT)
@@ -207,11 +207,6 @@ class ValveThread(DeviceThread):
         self._note(self._inlet.take_reading(reading), reading.t_ns, reading.number)
         self._newest_seen = reading
         self._detail = reading.stopped if not outlet.vent else ""
-
-
-def vented() -> Outlet:
-    """Nothing is driven."""
-    return Outlet(time.monotonic_ns(), True, False, np.zeros(4), np.full(4, -1.0))
 
 
 def finite(values: Any) -> list[float | None]:

@@ -35,7 +35,7 @@ from controller.schema.layout import record_dtype
 from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry, ValveCommand
 from controller.schema.modes import Mode
 
-VENTED = int(Mode.VENTED)
+VENTED, E_STOP = int(Mode.VENTED), int(Mode.E_STOP)
 
 
 class LoopMemory(NamedTuple):
@@ -96,7 +96,7 @@ def loop_memory(header: Words, rows: Words, rig: Rig, plant: Plant) -> LoopMemor
 
 @compiled
 def run_loop(rig: Rig, twin: Plant, memory: LoopMemory, period_ns: int) -> None:
-    """Tick on the grid until STOP is set, then write one last row with everything vented.
+    """Tick on the grid until STOP is set, then write one last row that drives nothing.
 
     While it is paused the time of tick and twin stands still: `paused_ns` is how far it is behind the clock.
     """
@@ -162,14 +162,16 @@ def advance(t_ns: int, paused_ns: int, clock: Words, rig: Rig, twin: Plant, memo
 def write_vented_row(slot: int, t_ns: int, twin: Plant, memory: LoopMemory) -> None:
     """The last row of a boot: the last tick's with mode VENTED, no pressure and no torque; STOP holds the cause.
 
-    Valves of hardware are told so, too.
+    An E_STOP and its cause stay, and with them the cut: a valve that is stuck would fill its chamber again. Valves of
+    hardware are told so, too.
     """
     telemetry = memory.telemetry[0]
     telemetry.tick += 1
     telemetry.slot = slot
     telemetry.t_ns = t_ns
-    telemetry.mode = VENTED
-    telemetry.cause = memory.header[STOP]
+    if telemetry.mode != E_STOP:
+        telemetry.mode = VENTED
+        telemetry.cause = memory.header[STOP]
     for i in range(telemetry.pressure_cmd.shape[0]):
         telemetry.pressure_cmd[i] = 0.0
     for i in range(telemetry.u.shape[0]):

@@ -51,6 +51,8 @@ class UdpTargetPeer:
         self._heard = 0.0
         self._stopped = WATCHDOG
         """Flags for which it vents; they stay until it is told to vent."""
+        self._cut = False
+        """The newest command cut the supply, which then stays so without a host."""
 
     @property
     def options(self) -> dict[str, str | int]:
@@ -123,16 +125,17 @@ class UdpTargetPeer:
         return 0 < (command.sequence - self._sequence) & 0xFFFFFFFF < 1 << 31
 
     def _obey(self, command: Command) -> None:
+        self._cut = bool(command.flags & CUT)
         if np.nanmax(self._read()[:4]) > PRESSURE_MAX:
             self._stopped |= LIMIT
         elif command.flags & VENT:
             self._stopped = 0
         if self._stopped or command.flags & VENT:
-            self._take(_vented(bool(command.flags & CUT)))
+            self._take(_vented(self._cut))
             return
         pressures, openings = np.zeros(CHANNELS), np.zeros(CHANNELS)
         pressures[:4], openings[:4] = command.pressures, command.openings
-        self._take(Drive(pressures, openings, bool(command.flags & RAW), False, bool(command.flags & CUT)))
+        self._take(Drive(pressures, openings, bool(command.flags & RAW), False, self._cut))
 
     def _run(self, here: socket.socket) -> None:
         while self._socket is here:
@@ -159,7 +162,7 @@ class UdpTargetPeer:
     def _look(self, now: float) -> None:
         if self._heard and now - self._heard >= PATIENCE and not self._stopped & WATCHDOG:
             self._stopped |= WATCHDOG
-            self._take(_vented(False))
+            self._take(_vented(self._cut))
 
 
 def _vented(cut: bool) -> Drive:

@@ -144,16 +144,19 @@ def test_the_loop_of_raw_valves_holds_pressures_of_the_twins_chambers() -> None:
     assert np.abs(sensed["pressures"][0] - asked).max() < 2e3
 
 
-def test_the_last_thing_that_the_valves_are_told_is_to_vent() -> None:
+@pytest.mark.parametrize("mode", [Mode.HOLD, Mode.FAULT, Mode.E_STOP])
+def test_the_last_thing_that_the_valves_are_told_is_to_vent_and_in_e_stop_the_cut_stays(mode: Mode) -> None:
     header, rows = np.zeros(HEADER_WORDS, np.int64), np.zeros((4, ROW_WORDS), np.int64)
     header[STOP] = 1
     stage = hardware()
     stage.command["vent"], stage.command["pressures"] = 0, 5e4
     memory = loop_memory(header, rows, rig := build_rig(RigParameters(), boot=1), stage)
+    memory.telemetry["mode"] = mode
     run_loop(rig, stage, memory, 1_000_000)
     told = np.zeros(1, record_dtype(ValveCommand))
     receive(memory.outlets, 0, words(told).copy(), words(told))
     assert told["vent"][0] == 1 and not told["pressures"].any() and told["t_ns"][0] > 0
+    assert bool(told["cut"][0]) == (mode == Mode.E_STOP)
 
 
 @pytest.mark.parametrize("raw", [False, True])

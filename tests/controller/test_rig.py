@@ -6,7 +6,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +18,13 @@ from controller.errors import ParameterError, RigUnreachable
 from controller.link import PlannedRows
 from controller.realtime import rig as process
 from controller.realtime.ring import STOP, Ring
+from controller.schema.hardware import CHANNELS, Hardware, MotionCapture, Valves
 from controller.schema.modes import Cause, Mode, Request
 from controller.schema.parameters import Law, RigParameters, SafetyLimits, Settings
+from controller.virtual.board import BoardPeer
+from controller.virtual.firmware import compiler
+from controller.virtual.peers import Drive
+from controller.virtual.registry import capture_peer
 from tests.controller.live_rig import LiveRig, live_rig, wait_for
 
 CRASHING_PUMP = """
@@ -196,6 +201,29 @@ def test_without_its_parent_it_rests_and_then_ends(tmp_path: Path) -> None:
         rows = rig.operator.rows()
         assert Mode.REST in rows["mode"]
         assert (rows["mode"][-1], rows["cause"][-1]) == (Mode.VENTED, Cause.SERVER_LOST)
+
+
+@pytest.mark.skipif(compiler() is None, reason="no compiler for the board's firmware")
+def test_a_rig_that_ends_in_e_stop_leaves_the_supply_cut(tmp_path: Path) -> None:
+    drives: list[Drive] = []
+    board = BoardPeer(lambda: np.zeros(CHANNELS), drives.append)
+    board.plug()
+    with closing(board):
+        valves = Valves(driver="serial", options=dict(board.options))
+        camera = MotionCapture(driver="json", options=dict(capture_peer("json", {}).options))
+        hardware = Hardware(motion_capture=camera, valves=valves)
+        with live_rig(tmp_path, parameters=RigParameters(hardware=hardware)) as rig:
+            client = rig.operator.client
+            wait_for(lambda: client.drivers().drivers[1].state == "running")
+            assert client.stop(1, rig.ready.boot).mode == Mode.E_STOP
+            wait_for(lambda: drives[-1].cut)
+            before, ring = len(drives), rig.ring()
+            rig.process.terminate()
+            assert rig.process.wait(10) == 0
+            time.sleep(0.3)  # the board's own watchdog
+            last = ring.newest()
+            assert last is not None and (last["mode"], last["cause"]) == (Mode.E_STOP, Cause.OPERATOR)
+        assert all(drive.vent and drive.cut for drive in drives[before:])
 
 
 @pytest.mark.parametrize(("compiled", "again", "times"), [(True, "", 1), (True, "1", 0), (False, "", 0)])

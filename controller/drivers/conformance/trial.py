@@ -97,7 +97,7 @@ class Trial:
         there: Any = device
         begun = time.monotonic()
         if self.valves:
-            sent = outlet if outlet is not None else vented()
+            sent = outlet if outlet is not None else Outlet.vented()
             found = within(timeout + HANGS, what, lambda: there.exchange(sent, timeout))
         else:
             found = within(timeout + HANGS, what, lambda: there.read(timeout))
@@ -126,11 +126,6 @@ class Trial:
         until = time.monotonic() + limit
         while time.monotonic() < until and self.call(device) is not None:
             pass
-
-
-def vented(cut: bool = False) -> Outlet:
-    """Nothing is driven."""
-    return Outlet(time.monotonic_ns(), True, cut, np.zeros(4), np.full(4, -1.0))
 
 
 def wanted(pressures: Array) -> Outlet:

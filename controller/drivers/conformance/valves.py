@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from controller.arrays import Array
-from controller.drivers.conformance.trial import NotTried, Trial, require, vented, wanted
+from controller.drivers.conformance.trial import NotTried, Trial, require, wanted
 from controller.drivers.device import DeviceError, Outlet
 
 STEPS = np.array([10e3, 20e3, 30e3, 40e3])
@@ -36,7 +36,7 @@ def follows_in_pascal(trial: Trial) -> str:
         text = f"at setpoints of {STEPS / 1e3} kPa the sensors say {np.round(pressures, 1)} Pa after {SETTLE:g} s"
         require(took is not None, f"{text}: other units, or other chambers?")
         for _ in range(20):
-            trial.call(device, vented())
+            trial.call(device, Outlet.vented())
         return f"within {TOLERANCE / 1e3:g} kPa after {took:.2f} s"
 
 
@@ -66,7 +66,7 @@ def sends_nothing_impossible(trial: Trial) -> str:
                 _send(trial, device, outlet)
                 tried += 1
                 _require_possible(trial, value)
-        _send(trial, device, vented())
+        _send(trial, device, Outlet.vented())
     return f"{tried} commands" + ("" if trial.bench is not None else ": none made it raise; what left is not seen here")
 
 
@@ -100,7 +100,7 @@ def vents_when_told(trial: Trial) -> str:
         for cut in (False, True):
             if trial.drive:
                 _settled(trial, device, STEPS)
-            outlet = vented(cut)._replace(pressures=np.full(4, 40e3), openings=np.ones(4))
+            outlet = Outlet.vented(cut)._replace(pressures=np.full(4, 40e3), openings=np.ones(4))
             took = _until_vented(trial, device, outlet)
             said = f"after {1e3 * took:.0f} ms"
     driven = trial.bench.driven() if trial.bench is not None else None

@@ -197,7 +197,7 @@ class NiDaq(ValveDevice[NiDaqOptions]):
     def exchange(self, outlet: Outlet, timeout: float) -> Reading | None:
         """Set the voltages, then measure once: both without a clock of the device's own, as we ask."""
         try:
-            self._send(vents(outlet, self.raw), volts_of(outlet, self.options, self.raw), timeout)
+            self._send(outlet.vents(self.raw), volts_of(outlet, self.options, self.raw), timeout)
             asked = time.monotonic_ns()
             self._ready().read_one_sample(self._volts, timeout=timeout)
         except AnyDaqError as error:
@@ -222,11 +222,6 @@ class NiDaq(ValveDevice[NiDaqOptions]):
             self._writer.write_one_sample(volts, timeout=timeout)
 
 
-def vents(outlet: Outlet, raw: bool) -> bool:
-    """Whether to let the air out: it is asked for, or what is asked for is not finite."""
-    return outlet.vent or outlet.cut or not bool(np.isfinite(outlet.openings if raw else outlet.pressures).all())
-
-
 def vented_volts(options: NiDaqOptions, raw: bool) -> Array:
     """(4,) that let the air out [V]."""
     low = options.output_zero - options.opening_volts if raw else options.output_zero
@@ -235,9 +230,9 @@ def vented_volts(options: NiDaqOptions, raw: bool) -> Array:
 
 def volts_of(outlet: Outlet, options: NiDaqOptions, raw: bool) -> Array:
     """(4,) for what is wanted, within the outputs' limits [V]; what is not finite vents."""
-    if vents(outlet, raw):
+    if outlet.vents(raw):
         return vented_volts(options, raw)
-    wanted = np.asarray(outlet.openings if raw else outlet.pressures, float)
+    wanted = outlet.wanted(raw)
     each = np.clip(wanted, -1.0, 1.0) * options.opening_volts if raw else wanted / options.output_scale
     return np.clip(options.output_zero + each, options.output_min, options.output_max)
 

@@ -71,6 +71,8 @@ class UdpTarget(ValveDevice[UdpOptions]):
         self._session = self._sequence = 0
         self._seen = -1
         """Newest sequence that was answered."""
+        self._cut = False
+        """As the newest command had it."""
         self._newest = 0
         """Time of the newest reading [ns]."""
 
@@ -80,7 +82,10 @@ class UdpTarget(ValveDevice[UdpOptions]):
         return f"target at {self.options.host}:{self.options.port}"
 
     def open(self) -> None:
-        """Begin a session with a vented command; DeviceError if the target does not answer."""
+        """Begin a session with a vented command; DeviceError if the target does not answer.
+
+        One that was lost while the supply was cut is not connected to it again: the loop says when.
+        """
         self.close()
         here = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket = here
@@ -101,8 +106,7 @@ class UdpTarget(ValveDevice[UdpOptions]):
             raise
 
     def _begin(self) -> None:
-        vented = Outlet(time.monotonic_ns(), True, False, np.zeros(4), np.zeros(4))
-        if self.exchange(vented, self.options.connect_time) is None:
+        if self.exchange(Outlet.vented(self._cut), self.options.connect_time) is None:
             raise DeviceError(f"no answer from {self.options.host}:{self.options.port}")
 
     def close(self) -> None:
@@ -148,8 +152,7 @@ class UdpTarget(ValveDevice[UdpOptions]):
 
     def _command(self, outlet: Outlet) -> Command:
         """The next command; what is not finite vents."""
-        wanted = np.asarray(outlet.openings if self.raw else outlet.pressures, float)
-        vent = outlet.vent or outlet.cut or not bool(np.isfinite(wanted).all())
+        wanted, vent, self._cut = outlet.wanted(self.raw), outlet.vents(self.raw), outlet.cut
         pressures, openings = np.zeros(4), np.zeros(4)
         if not vent and self.raw:
             openings[self._order] = np.clip(wanted, -1.0, 1.0)

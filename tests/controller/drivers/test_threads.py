@@ -12,7 +12,7 @@ import pytest
 from controller.arrays import Array
 from controller.drivers.device import CaptureDevice, DeviceError, Outlet, Reading, Sample, ValveDevice
 from controller.drivers.inlet import NEVER, Inlet
-from controller.drivers.threads import CaptureThread, ValveThread, vented
+from controller.drivers.threads import CaptureThread, ValveThread
 from controller.drivers.tracker import Tracker
 from controller.schema.hardware import MotionCapture
 from controller.schema.layout import Model
@@ -119,7 +119,7 @@ def test_markers_and_pressures_reach_the_loop_as_one_record() -> None:
     loop = Loop()
     threads = [
         camera_thread(Camera(Script(seen)), loop),
-        ValveThread(Board(Script(reading)), "serial", vented, loop.inlet),
+        ValveThread(Board(Script(reading)), "serial", Outlet.vented, loop.inlet),
     ]
     for thread in threads:
         thread.start()

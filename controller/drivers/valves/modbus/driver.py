@@ -5,7 +5,7 @@ import time
 from controller.drivers.device import Outlet, Reading, ValveDevice
 from controller.drivers.valves.modbus import vtem
 from controller.drivers.valves.modbus.options import ModbusOptions
-from controller.drivers.valves.modbus.registers import pressures_of, register_map, spans, values_of, vents, words_of
+from controller.drivers.valves.modbus.registers import pressures_of, register_map, spans, values_of, words_of
 from controller.drivers.valves.modbus.wire import ILLEGAL_FUNCTION, Refused, Wire
 from controller.errors import ParameterError
 
@@ -104,7 +104,7 @@ class ModbusValves(ValveDevice[ModbusOptions]):
         image = dict.fromkeys(self._map.idle, 0) | dict(self._commands)
         image |= dict(zip(self._map.setpoints, words_of(outlet, self.options, self.raw), strict=True))
         if self.options.dump_register >= 0:
-            image[self.options.dump_register] = 0 if vents(outlet, self.raw) else self.options.dump_shut
+            image[self.options.dump_register] = 0 if outlet.vents(self.raw) else self.options.dump_shut
         return image
 
     def _follow(self, words: dict[int, int], vented: bool) -> None:

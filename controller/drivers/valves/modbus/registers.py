@@ -76,14 +76,9 @@ def spans(registers: Iterable[int], gap: int = 0) -> list[Span]:
     return found
 
 
-def vents(outlet: Outlet, raw: bool) -> bool:
-    """Whether to let the air out: it is asked for, or what is asked for is not finite."""
-    return outlet.vent or outlet.cut or not bool(np.isfinite(outlet.openings if raw else outlet.pressures).all())
-
-
 def words_of(outlet: Outlet, options: ModbusOptions, raw: bool) -> list[int]:
     """What the four setpoint registers take: within the device's limits."""
-    wanted, vent = np.asarray(outlet.openings if raw else outlet.pressures, float), vents(outlet, raw)
+    wanted, vent = outlet.wanted(raw), outlet.vents(raw)
     if raw:
         counts = np.full(4, -options.opening_scale) if vent else np.clip(wanted, -1.0, 1.0) * options.opening_scale
     else:
