@@ -25,6 +25,9 @@ ECHO_MIN, ECHO_MAX = 0.05, 0.4
 """Wait for a tick that saw a command [s]: as long as the rig's limits let the loop pause, between these two."""
 STRIDE = 1 << 20
 """By how much the number of an E-STOP is above every one that was used."""
+LEAP = STRIDE
+"""By how much a command's n, request_n and presence may be above the rig's own at most: whoever comes later must still
+be able to number on from there."""
 STOPS_KEPT = 256
 """E-STOPs whose repetitions are known."""
 START_NEAR = 3e-3
@@ -98,11 +101,11 @@ class Desk:
             self.standstill.end()
             number = self._stops.get(who)
             if number is None:
-                number = self._used = max(self._used, self._echoed()) + STRIDE
-                self._stops[who] = self._stop_n = number
+                number = max(self._used, self._echoed()) + STRIDE
+                self._post(self._last, number)
+                self._used = self._stop_n = self._stops[who] = number
                 while len(self._stops) > STOPS_KEPT:
                     del self._stops[next(iter(self._stops))]
-                self._post(self._last)
         return self._answered_stop(number)
 
     def _put(self, command: Command) -> CommandReply:
@@ -110,9 +113,10 @@ class Desk:
         with self._posting:
             if command.request and command.request_n <= (used := max(self._used, self._echoed())):
                 return _older(command, self._mode(), used)
-            self._used = max(self._used, command.request_n if command.request else 0)
-            self._last, since, posted_ns = _plain(command), self._ring.head, time.monotonic_ns()
+            since, posted_ns = self._ring.head, time.monotonic_ns()
             self._post(command)
+            self._used = max(self._used, command.request_n if command.request else 0)
+            self._last = _plain(command)
         row = self._row_of(command, since, posted_ns)
         if row is None and command.request:
             row = self._withdrawn(command, before, since)
@@ -120,10 +124,11 @@ class Desk:
             return answer(command, row)
         return _reply(command, self._mode(), Cause.LOOP_STALLED, "refused: the control loop does not answer")
 
-    def _post(self, command: Command) -> None:
-        """Into the mailbox, with `_posting` held; an E-STOP that no tick has shown yet goes along."""
-        if self._stop_n > self._echoed():
-            command = command.model_copy(update={"request": Request.E_STOP, "request_n": self._stop_n})
+    def _post(self, command: Command, stop_n: int = 0) -> None:
+        """Into the mailbox, with `_posting` held; an E-STOP that no tick has shown yet, or `stop_n`, goes along."""
+        stop_n = max(stop_n, self._stop_n)
+        if stop_n > self._echoed():
+            command = command.model_copy(update={"request": Request.E_STOP, "request_n": stop_n})
         post(self._commands, words(to_record(command)))
 
     def _withdrawn(self, command: Command, before: Command, since: int) -> np.void | None:
@@ -175,6 +180,8 @@ class Desk:
 
     def _refused(self, command: Command) -> str:
         """Why the loop is not asked, "" where it is. What stills the rig ends a standstill of its twin."""
+        if why := self._leaps(command):
+            return why
         if self.standstill.on and command.request in GOES_ON:
             self.standstill.end()
         if self.standstill.on and command.request:
@@ -182,6 +189,18 @@ class Desk:
         if command.request == Request.ARM and (why := self._driver.unready()):
             return f"refused: {why}"
         return self._too_far(command)
+
+    def _leaps(self, command: Command) -> str:
+        """Why the numbers of `command` would leave none for later ones, "" where they number on from the rig's own."""
+        row = self._ring.newest()
+        known = {"n": "command_n", "request_n": "request_n", "presence": "presence"}
+        for field, column in known.items():
+            number = getattr(command, field)
+            used = max(getattr(self._last, field), 0 if row is None else int(row[column]))
+            used = max(used, self._used) if field == "request_n" else used
+            if number > used + LEAP:
+                return f"refused: {field} = {number} is more than {LEAP} above {used}, the rig's own; number on from it"
+        return ""
 
     def _too_far(self, command: Command) -> str:
         """Why a TRACK cannot begin from where the reference stands now, "" if it can."""

@@ -31,19 +31,24 @@ STEPS_MAX = 10_000
 ChamberBits = Annotated[int, Bounds(ge=0, lt=2**4), Q("1")]
 
 
+NUMBER_MAX = 2**62
+"""Largest number that a command may bear: what is added to one never leaves the 64 bits of a record."""
+Number = Annotated[int, Bounds(ge=0, le=NUMBER_MAX)]
+
+
 class Command(Model):
     """The whole desired state, numbered; always written as one. Repeating it is harmless."""
 
-    n: int = 0
+    n: Number = 0
     """Number of this command; telemetry echoes the number in force."""
-    boot: int = 0
+    boot: Number = 0
     """Boot id of the rig it is meant for; a request for another boot is refused."""
-    request_n: int = 0
+    request_n: Number = 0
     """Edge counter: the request is acted on once, when this number rises."""
     request: Request = Request.NONE
-    presence: int = 0
+    presence: Number = 0
     """Advanced only by the operator's own page or client; only a value above all before it is presence."""
-    unattended: int = 0
+    unattended: Annotated[int, Bounds(ge=0, le=1)] = 0
     """1: a TRACK run may finish without an operator."""
     target: Annotated[tuple[Coordinate, Coordinate], Q("m", "p_target", (2,))] = (0.0, 0.0)
     settings: Settings = Settings()

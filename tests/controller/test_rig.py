@@ -1,6 +1,7 @@
 """The rig process with its twin, over the real link: commands, refusals, watchdogs, and how it ends."""
 
 import os
+import secrets
 import signal
 import subprocess
 import sys
@@ -19,6 +20,7 @@ from controller.link import PlannedRows
 from controller.realtime import rig as process
 from controller.realtime.ring import STOP, Ring
 from controller.schema.hardware import CHANNELS, Hardware, MotionCapture, Valves
+from controller.schema.messages import Command
 from controller.schema.modes import Cause, Mode, Request
 from controller.schema.parameters import Law, RigParameters, SafetyLimits, Settings
 from controller.virtual.board import BoardPeer
@@ -95,6 +97,27 @@ def test_a_refusal_names_the_mode_and_the_way_out(shared: LiveRig) -> None:
     assert send(Request.FOLLOW).accepted
     assert send(Request.TRACK).cause == Cause.WRONG_MODE
     assert send(Request.E_STOP).accepted and send(Request.CLEAR).mode == Mode.VENTED
+
+
+@pytest.mark.parametrize("field", ["n", "request_n", "presence"])
+@pytest.mark.parametrize("request_", [Request.NONE, Request.HOLD])
+@pytest.mark.parametrize("value", [2**63 - 1, 2**62, 2**40, -(2**63)])
+def test_no_number_of_a_record_takes_stop_or_presence_or_later_commands_away(
+    shared: LiveRig, field: str, request_: Request, value: int
+) -> None:
+    operator, boot = shared.operator, shared.ready.boot
+    record = Command(boot=boot, n=operator.n, request=request_, request_n=operator.request_n, presence=operator.n)
+    try:
+        told = operator.client.command(record.model_copy(update={field: value})).detail
+    except ParameterError as error:
+        told = str(error)
+    stopped = operator.client.stop(secrets.randbits(62), boot)
+    assert (stopped.accepted, stopped.mode) == (True, Mode.E_STOP)
+    operator.request_n = stopped.n
+    for request in (Request.CLEAR, Request.ARM, Request.FOLLOW):
+        assert operator.send(request, target=(0.24, 0.02)).accepted
+    assert operator.send(Request.E_STOP).mode == Mode.E_STOP and operator.send(Request.CLEAR).mode == Mode.VENTED
+    assert f"{field} = {value}" in told
 
 
 def test_replay_gives_the_rows_of_the_ring_byte_for_byte(shared: LiveRig) -> None:
