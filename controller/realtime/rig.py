@@ -88,7 +88,7 @@ class RigProcess:
         self._sent = 0
 
     def run(self) -> None:
-        """Start loop and link, pump until the stop, then leave a last vented row, sent and in the ring."""
+        """Start loop and link, pump until the stop, then leave a last row that drives nothing, sent and in the ring."""
         endpoint = free_port(self.settings.listen)
         session = open_session(key=self._key, listen=endpoint, tls=self.settings.link_tls)
         threads = [threading.Thread(target=self._loop, name="loop")]
@@ -169,11 +169,8 @@ class RigProcess:
             self._sent = start + len(rows)
 
     def _leave_orphaned(self) -> None:
-        """Without the parent nobody would ever end this process: stay until the safety states have vented it."""
-        if self.settings.parent in (0, os.getppid()):
-            return
-        row = self.ring.newest()
-        if row is None or row["mode"] == Mode.VENTED:
+        """Without the parent nobody would ever end this process: stay until the safety states brought it to rest."""
+        if self.settings.parent not in (0, os.getppid()) and at_rest(self.ring.newest()):
             self.stop(Cause.SERVER_LOST)
 
     def _desk(self) -> Desk:
@@ -197,6 +194,13 @@ class RigProcess:
         if self.settings.ready:
             ready = RigReady(endpoint=endpoint, boot=self.boot, process=os.getpid())
             write_whole(self.settings.ready, ready.model_dump_json(), lasting=False)
+
+
+def at_rest(row: np.void | None) -> bool:
+    """Whether nothing is driven after the tick of `row`, and nothing will be unless somebody asks for it."""
+    if row is None or row["mode"] in (Mode.VENTED, Mode.E_STOP):
+        return True
+    return bool(row["mode"] == Mode.FAULT and not row["u"].any())
 
 
 def rig_driver(parameters: RigParameters) -> Driver:

@@ -1,5 +1,6 @@
 """The rig process with its twin, over the real link: commands, refusals, watchdogs, and how it ends."""
 
+import fcntl
 import os
 import secrets
 import signal
@@ -9,7 +10,7 @@ import time
 from collections.abc import Iterator
 from contextlib import closing, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import psutil
@@ -20,9 +21,10 @@ from controller.link import PlannedRows
 from controller.realtime import rig as process
 from controller.realtime.ring import STOP, Ring
 from controller.schema.hardware import CHANNELS, Hardware, MotionCapture, Valves
-from controller.schema.messages import Command
+from controller.schema.messages import Command, TwinFaults
 from controller.schema.modes import Cause, Mode, Request
 from controller.schema.parameters import Law, RigParameters, SafetyLimits, Settings
+from controller.system.whole_file import open_lock
 from controller.virtual.board import BoardPeer
 from controller.virtual.firmware import compiler
 from controller.virtual.peers import Drive
@@ -224,6 +226,46 @@ def test_without_its_parent_it_rests_and_then_ends(tmp_path: Path) -> None:
         rows = rig.operator.rows()
         assert Mode.REST in rows["mode"]
         assert (rows["mode"][-1], rows["cause"][-1]) == (Mode.VENTED, Cause.SERVER_LOST)
+
+
+def test_without_its_parent_it_ends_in_e_stop_and_makes_room_for_the_next(tmp_path: Path) -> None:
+    with live_rig(tmp_path, ["-c", PARENT]) as rig:
+        assert rig.operator.client.stop(1, rig.ready.boot).mode == Mode.E_STOP
+        rig.process.kill()
+        last = _last_row_of_an_orphan(rig)
+        assert (last["mode"], last["cause"]) == (Mode.E_STOP, Cause.OPERATOR)
+
+
+def test_without_its_parent_it_ends_in_fault_once_it_is_at_rest(tmp_path: Path) -> None:
+    slow = RigParameters().controller.model_copy(update={"rest_rate": 0.01})
+    limits = SafetyLimits(server_hold=8.0, operator_timeout=8.0, loop_gap=1.0)
+    with live_rig(tmp_path, ["-c", PARENT], parameters=RigParameters(limits=limits, controller=slow)) as rig:
+        rig.operator.arm_and_follow()
+        wait_for(lambda: np.abs(rig.operator.newest()["u"]).max() > 0.01)
+        rig.operator.client.faults(TwinFaults(marker_loss=1.0))
+        rig.operator.first("mode", Mode.FAULT)
+        rig.process.kill()
+        last = _last_row_of_an_orphan(rig)
+        assert (last["mode"], last["cause"]) == (Mode.VENTED, Cause.SERVER_LOST)
+        rows = rig.operator.rows()
+        assert not rows["u"][-2].any() and rows["mode"][-2] == Mode.FAULT, "it rests before it ends"
+
+
+def _last_row_of_an_orphan(rig: LiveRig) -> np.void:
+    """Of a rig that ends by itself; another one may begin then."""
+    ring = rig.ring()
+    wait_for(lambda: ring.header[STOP] == Cause.SERVER_LOST)
+    wait_for(lambda: rig.operator.newest()["tick"] == ring.head - 1 and not rig.operator.client.connected)
+    with open_lock(ring.path.with_suffix(".lock")) as file:
+        wait_for(lambda: _locked(file))
+    return rig.operator.newest()
+
+
+def _locked(file: BinaryIO) -> bool:
+    with suppress(OSError):
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return True
+    return False
 
 
 @pytest.mark.skipif(compiler() is None, reason="no compiler for the board's firmware")
