@@ -3,12 +3,14 @@
 import asyncio
 import logging
 from collections.abc import Callable, Coroutine
-from typing import Any
+from typing import Any, TypeVar
 
 from starlette.websockets import WebSocketDisconnect
 from websockets.exceptions import ConnectionClosed
 
 log = logging.getLogger(__name__)
+
+T = TypeVar("T")
 
 _CLOSED = (WebSocketDisconnect, ConnectionClosed, OSError, asyncio.CancelledError)
 
@@ -32,7 +34,7 @@ class Tasks:
     def __init__(self, tell: Callable[[str], None] = lambda text: None, most: int = 100) -> None:
         """At most `most` at a time: a caller that begins more without end has a mistake in it."""
         self._tell, self._most = tell, most
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._tasks: set[asyncio.Task[Any]] = set()
 
     def begin(self, what: str, work: Coroutine[Any, Any, None]) -> None:
         """Do `work`, which is called `what`."""
@@ -43,7 +45,18 @@ class Tasks:
         self._tasks.add(task)
         task.add_done_callback(self._done)
 
-    def _done(self, task: "asyncio.Task[None]") -> None:
+    async def to_its_end(self, what: str, work: Coroutine[Any, Any, T]) -> T:
+        """What comes of `work`, which goes on to its end though who waits for it here is cancelled."""
+        task = asyncio.create_task(work, name=what)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+        try:
+            return await asyncio.shield(task)
+        except asyncio.CancelledError:
+            task.add_done_callback(self._done)  # nobody else is told what becomes of it
+            raise
+
+    def _done(self, task: "asyncio.Task[Any]") -> None:
         self._tasks.discard(task)
         if task.cancelled() or (error := task.exception()) is None:
             return

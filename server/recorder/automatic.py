@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from controller.errors import RecordingError, TendrilError
 from controller.schema.modes import Cause, Mode
@@ -21,6 +22,14 @@ CALM = (None, Mode.VENTED, *STOPPED)
 """From these a fault or stop says nothing about a motion."""
 FAULT = "fault: "
 """How the names of their recordings begin."""
+
+
+@dataclass
+class _OfRun:
+    """The recording of a run: its id, "" until it has begun, and whether the run is over."""
+
+    id: str = ""
+    over: bool = False
 
 
 class Automatic:
@@ -43,7 +52,8 @@ class Automatic:
         self._recorder, self._rig, self._review, self._events = recorder, rig, review, events
         self._settings, self._faults = settings, faults
         self._mode: Mode | None = None
-        self._run = self._fault = self._stopped = ""
+        self._run = _OfRun()
+        self._fault = self._stopped = ""
         self._ending = asyncio.Lock()
         """Held while a recording is ended: a run that follows at once would else go into the one of the run before."""
         self._tasks = Tasks(lambda text: events.add(text, "error"))
@@ -77,22 +87,32 @@ class Automatic:
             self._tasks.begin("the recording of a fault", self._record_fault(Cause(int(newest[0]["cause"]))))
 
     async def begin_run(self, name: str, operator: str) -> None:
-        """Record a run from now on, unless a recording of somebody goes on."""
-        if self._fault:
-            await self._stop(self._fault)
-        async with self._ending:
-            if self.recording() is None:
-                self._run = await self._start(name, Context(profile="standard", operator=operator, reference=name))
+        """Record a run from now on, unless a recording of somebody goes on.
+
+        A run that is over before its recording has begun cancels this, but not a recorder at work: see `end_run`.
+        """
+        run = self._run = _OfRun()
+        await self._tasks.to_its_end("the recording of a run", self._record_run(run, name, operator))
 
     def approach(self, first: int, end: int) -> None:
         """The ticks [first, end) lead into the run: a recording that goes on is told."""
         self._recorder.approach(first, end)
 
     def end_run(self) -> None:
-        """The run is over, and so is the recording that was begun for it."""
-        id, self._run = self._run, ""
-        if id:
-            self._tasks.begin("the end of a recording", self._stop(id))
+        """The run is over, and so is the recording that was begun for it, or that begins at this moment."""
+        run, self._run = self._run, _OfRun()
+        run.over = True
+        if run.id:
+            self._tasks.begin("the end of a recording", self._stop(run.id))
+
+    async def _record_run(self, run: _OfRun, name: str, operator: str) -> None:
+        if self._fault:
+            await self._stop(self._fault)
+        async with self._ending:
+            if self.recording() is None and not run.over:
+                run.id = await self._start(name, Context(profile="standard", operator=operator, reference=name))
+            if run.id and run.over:
+                await self._end(run.id)
 
     async def _record_fault(self, cause: Cause) -> None:
         self._fault = id = await self._start(f"{FAULT}{words(cause)}", Context(profile="standard"))
@@ -140,13 +160,17 @@ class Automatic:
 
     async def _stop(self, id: str) -> None:
         """End the recording whose first part is `id`, unless somebody has ended it already."""
-        self._stopped = id
         async with self._ending:
-            if self._recorder.first() != id:
-                return
-            try:
-                done = await asyncio.to_thread(self._recorder.stop)
-            except RecordingError as error:
-                return self._events.add(str(error), "warning")
+            await self._end(id)
+
+    async def _end(self, id: str) -> None:
+        """`_stop`, for who holds `_ending`."""
+        self._stopped = id
+        if self._recorder.first() != id:
+            return
+        try:
+            done = await asyncio.to_thread(self._recorder.stop)
+        except RecordingError as error:
+            return self._events.add(str(error), "warning")
         self._review.stopped(done.id)
         self._events.add(f"recording {done.id} ended, {done.rows} rows, {done.gaps} gaps")

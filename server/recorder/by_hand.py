@@ -1,10 +1,11 @@
 """What who operates does with the recording that runs: begin it, mark it, end it; by a button, or by a macro."""
 
 import asyncio
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated
 
 from controller.errors import CommandRefused, RecordingError
+from controller.system.tasks import Tasks
 from recordings.format.messages import Bookmark, Profile, Recording, RecordingState
 from recordings.store.edits import with_bookmark
 from recordings.write.session import Context
@@ -19,7 +20,10 @@ from server.rig.client import Rig
 
 @dataclass(frozen=True)
 class RecordingByHand:
-    """Each refuses by CommandRefused; `name` is whose hand it is, for the log."""
+    """Each refuses by CommandRefused; `name` is whose hand it is, for the log.
+
+    What the recorder was asked for it does, and the rest with it, though who waits is cancelled, as a macro's step.
+    """
 
     recorder: Recorder
     folder: RecordingsFolder
@@ -27,9 +31,13 @@ class RecordingByHand:
     rig: Rig
     operator: Operator
     events: EventLog
+    tasks: Tasks = field(default_factory=Tasks)
 
     async def begin(self, title: str, profile: Profile, name: str) -> RecordingState:
         """Record every tick from now on; refused when a recording runs or the disk has no room."""
+        return await self.tasks.to_its_end("the begin of a recording", self._begin(title, profile, name))
+
+    async def _begin(self, title: str, profile: Profile, name: str) -> RecordingState:
         info, context = self.rig.require_info(), Context(profile=profile, operator=name)
         try:
             state = await asyncio.to_thread(self.recorder.start, title, info, self.operator.settings, context)
@@ -40,6 +48,9 @@ class RecordingByHand:
 
     async def mark(self, label: str, name: str) -> Bookmark:
         """Mark the newest row; refused when nothing is recorded, or it has 100 bookmarks already."""
+        return await self.tasks.to_its_end("a bookmark", self._mark(label, name))
+
+    async def _mark(self, label: str, name: str) -> Bookmark:
         try:
             id, mark = await asyncio.to_thread(self.recorder.mark, label)
         except RecordingError as error:
@@ -51,6 +62,9 @@ class RecordingByHand:
 
     async def end(self, name: str) -> Recording:
         """End the recording; refused when none runs."""
+        return await self.tasks.to_its_end("the end of a recording", self._end(name))
+
+    async def _end(self, name: str) -> Recording:
         try:
             found = await asyncio.to_thread(self.recorder.stop)
         except RecordingError as error:
