@@ -1,6 +1,7 @@
 """The actuator from poses and decays: `tendril identify` in a process of its own, and what it found."""
 
 import asyncio
+import hashlib
 import os
 import re
 import sys
@@ -65,11 +66,20 @@ async def identify(run: Run, through: Through, results: Mapping[StepName, KeptRe
         found = parse_actuator(text, name)
     except OSError as error:
         raise CommandRefused(f"{name} was not written: {error.strerror}") from error
-    result = judged(found, run.actuator, name, text, said, note)
+    result = judged(found, run.actuator, file_name(run.file.name, text), text, said, note)
     if mode is None:
         return result
     rig = run.parameters.with_actuator(found)
     return with_mode(result, mode, await through.planner.do(planning.kappa_of, mode.frequency.value, rig))
+
+
+def file_name(rig: str, text: str) -> str:
+    """Of the actuator that `text` describes, beside the file of `rig`.
+
+    By its content: the file that the rig runs with stays as it is until the rig file names another one, so that what is
+    in force and what is asked for can be compared, and a refusal leaves all as it was.
+    """
+    return f"{rig}-identified-{hashlib.sha256(text.encode()).hexdigest()[:8]}.toml"
 
 
 def mode_in(result: KeptResult | None) -> MeasuredMode | None:

@@ -1,5 +1,6 @@
 """The commissioning on a real rig and server: begun, ended by whatever happens, accepted, taken back."""
 
+import re
 import shutil
 import time
 from collections.abc import Iterator
@@ -13,6 +14,8 @@ import pytest
 
 from controller.schema.hardware import Drivers, DriverStatus
 from controller.schema.modes import Law, Mode
+from controller.schema.parameters import RigParameters
+from controller.schema.rig_file import changed
 from server.commissioning import pressure
 from server.commissioning.messages import CHAMBERS, STEPS
 from server.commissioning.store import KeptResult
@@ -293,7 +296,7 @@ def test_poses_and_decays_become_an_actuator_beside_the_rig_file(bench: Bench) -
     numbers = {one["name"]: one for one in found["numbers"]}
     assert numbers["ratio"]["value"] == pytest.approx(0.45 / 0.0751, rel=0.01)  # an arm of six times P1's stiffness
     taken(bench.post("identify", "accept"))
-    assert bench.rig().actuator == "test-identified.toml"
+    assert re.fullmatch(r"test-identified-[0-9a-f]{8}\.toml", str(bench.rig().actuator))
     actuator = bench.rig().found_actuator(bench.file.parent)
     assert actuator.k[0] == pytest.approx(0.45, rel=0.01) and actuator.name == "test-identified"
     modes = bench.server.services.modes
@@ -315,6 +318,50 @@ def test_poses_and_decays_become_an_actuator_beside_the_rig_file(bench: Bench) -
     (folder / "poses.csv").write_text("p1,x1\n1,nonsense\n")
     broken = bench.start("identify") or bench.ended("identify")
     assert broken["state"] == "failed" and "poses.csv" in broken["result"] and "nonsense" in broken["result"]
+
+
+def test_an_actuator_identified_anew_is_put_in_force_and_asks_for_what_rests_on_it(bench: Bench) -> None:
+    before = ("drivers", "jog", "frame", "signs", "pressure", "statics", "decay")
+    bench.accepted(*before)
+    folder, ordered = bench.server.settings.state / "commissioning-test", bench.server.settings.orders
+    assert ordered is not None
+    folder.mkdir(parents=True)
+    shutil.copy(EXAMPLES / "decays.csv", folder / "decays.csv")
+    order = ordered.with_name("rig.json")
+
+    def identified(stiffer: float) -> None:
+        head, *rows = (EXAMPLES / "poses.csv").read_text().split()
+        cells = [[float(cell) for cell in row.split(",")] for row in rows]
+        lines = [",".join(map(str, [stiffer * p1, stiffer * p2, *points])) for p1, p2, *points in cells]
+        (folder / "poses.csv").write_text("\n".join([head, *lines]) + "\n")
+        bench.done("identify")
+
+    def named() -> str:
+        return (bench.file.parent / str(bench.rig().actuator)).read_text()
+
+    identified(1.0)
+    taken(bench.post("identify", "accept"))
+    first, file = named(), bench.file.parent / str(bench.rig().actuator)
+    order.unlink()
+    told = {**bench.rig().commissioned, "closed_loop": "accepted before"}
+    bench.file.write_text(changed(bench.file.read_text(), {"commissioned": told}, bench.file.name))
+
+    identified(1.3)
+    taken(bench.page.post("/api/recordings", json={}))
+    refused = bench.post("identify", "accept")
+    assert refused.status_code == 409 and "recording" in refused.json()["detail"]
+    assert (named(), bench.rig().commissioned) == (first, told) and not order.exists()
+
+    taken(bench.page.delete("/api/recordings/current"))
+    taken(bench.post("identify", "accept"))
+    k = RigParameters.model_validate_json(order.read_bytes()).actuator.k[0]
+    assert k == bench.rig().found_actuator(bench.file.parent).k[0] == pytest.approx(1.3 * 0.45, rel=0.01)
+    assert file.read_text() == first, "who goes back to it finds it as it was"
+    assert "closed_loop" not in bench.rig().commissioned and not bench.step("closed_loop")["accepted"]
+
+    order.unlink()
+    taken(bench.post("identify", "accept"))
+    assert not order.exists(), "that is in force already"
 
 
 @pytest.mark.long
