@@ -117,7 +117,12 @@ class Sessions:
 def same_origin(headers: Mapping[str, str]) -> bool:
     """Whether a request comes from our own page, or from no page at all (a script sends no Origin)."""
     origin = headers.get("origin")
-    return origin is None or urlsplit(origin).netloc.lower() == headers.get("host", "").lower()
+    if origin is None:
+        return True
+    try:
+        return urlsplit(origin).netloc.lower() == headers.get("host", "").lower()
+    except ValueError:  # no address, as "http://["
+        return False
 
 
 GivenSessions = Annotated[Sessions, given(Sessions)]

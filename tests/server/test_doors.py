@@ -92,7 +92,7 @@ def test_token_in_the_address_becomes_a_cookie_and_leaves_the_address(server: Te
 
 def test_other_origins_are_refused_even_with_the_cookie(server: TestServer) -> None:
     page = server.page().sign_in()
-    for origin in ("http://evil.example", "null"):
+    for origin in ("http://evil.example", "null", "http://["):
         assert page.post("/api/lease", headers={"origin": origin}).status_code == 403
         for path in ("/ws/live", "/viser"):
             with pytest.raises(InvalidStatus) as refused:
@@ -100,6 +100,15 @@ def test_other_origins_are_refused_even_with_the_cookie(server: TestServer) -> N
             assert refused.value.response.status_code == 403
     assert page.post("/api/lease", headers={"origin": server.url}).status_code == 200
     page.connect("/ws/live", headers={"origin": server.url}).close()
+
+
+def test_a_malformed_origin_is_refused_like_any_other_and_counted(
+    server: TestServer, caplog: pytest.LogCaptureFixture
+) -> None:
+    stranger, odd = server.page(), {"origin": "http://["}
+    codes = [stranger.post("/api/lease", headers=odd).status_code for _ in range(400)]
+    assert set(codes) == {403, 429} and codes[0] == 403
+    assert [record.getMessage() for record in caplog.records if record.levelno >= logging.ERROR] == []
 
 
 def test_every_answer_carries_the_security_headers(server: TestServer) -> None:

@@ -205,7 +205,8 @@ def test_only_loopback_is_not_exposed() -> None:
 def test_only_our_own_page_or_no_page_is_the_same_origin() -> None:
     assert same_origin({"host": "rig:8321"})
     assert same_origin({"host": "rig:8321", "origin": "http://rig:8321"})
-    for origin in ("null", "", "http://rig:9999", "http://evil.example", "https://rig:8321.evil.example"):
+    malformed = ("http://[", "http://[::1]rig:8321", "//[rig:8321]")
+    for origin in ("null", "", "http://rig:9999", "http://evil.example", "https://rig:8321.evil.example", *malformed):
         assert not same_origin({"host": "rig:8321", "origin": origin}), origin
 
 
