@@ -13,7 +13,7 @@ import pytest
 from controller.schema.modes import Mode
 from controller.schema.parameters import RigParameters, Settings
 from server.drawing.errors import UnknownReference
-from server.runs import planning
+from server.runs import planning, previews
 from server.runs.messages import Preview, PreviewBody, PreviewPart
 from server.runs.preview import Foresight, predicted
 from server.runs.previews import Previews
@@ -74,12 +74,14 @@ def test_the_parts_end_where_the_run_would_be_broken_off() -> None:
 class Watched:
     """The planner, which notes the names of what is begun."""
 
-    def __init__(self) -> None:
+    def __init__(self, most: int = 10) -> None:
         self.keys: list[str] = []
+        self.most = most
 
     async def do(self, work: Callable[..., Any], *arguments: Any) -> Any:
         if work is planning.begin_preview:
             self.keys.append(arguments[0])
+            assert len(self.keys) <= self.most, "begun again and again"
         return await PLANNER.do(work, *arguments)
 
     def call(self, work: Callable[..., Any], *arguments: Any) -> Any:
@@ -114,6 +116,42 @@ def test_a_preview_that_the_planner_knows_no_more_is_begun_again(accident: Calla
     assert len(planner.keys) == 2
     assert [part.first for part in found].count(0) == 2
     assert_joined(found, predicted(LONG, RIG, LIVE, REST))
+
+
+def test_more_than_the_planner_keeps_come_to_their_end() -> None:
+    count = planning.KEPT + 1
+    planner = Watched(count)
+
+    async def gather() -> list[list[PreviewPart]]:
+        all_of_them = Previews(cast(Any, planner))
+        return await asyncio.gather(*(whole(all_of_them) for _ in range(count)))
+
+    for found in asyncio.run(gather()):
+        assert len(found) > 1 and found[-1].preview is not None
+
+
+async def whole(all_of_them: Previews) -> list[PreviewPart]:
+    return [part async for part in all_of_them.parts(LONG, RIG, LIVE, REST)]
+
+
+def test_who_does_not_take_the_next_part_makes_room_and_gets_the_rest_when_they_do(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(previews, "IDLE", 0.05)
+    planner = Watched(planning.KEPT + 2)
+
+    async def gather() -> list[PreviewPart]:
+        all_of_them = Previews(cast(Any, planner))
+        idle = [all_of_them.parts(LONG, RIG, LIVE, REST) for _ in range(planning.KEPT)]
+        for one in idle:
+            await anext(one)
+        assert (await asyncio.wait_for(whole(all_of_them), 60.0))[-1].preview is not None
+        found = [part async for part in idle[0]]
+        for one in idle:
+            await one.aclose()
+        return found
+
+    assert asyncio.run(gather())[-1].preview is not None
 
 
 def test_who_goes_away_leaves_nothing_in_the_planner() -> None:
