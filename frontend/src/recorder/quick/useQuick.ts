@@ -2,10 +2,11 @@ import { useEffect, useState } from "react";
 import type { Quick } from "../../api/types";
 import { textOf } from "../../ui/format";
 import { recordings } from "../recordings";
+import { askAgain } from "./asking";
 import { DRAWN } from "./quickCharts";
 
 const POINTS = 2000;
-/** How often a recording that is being written is read again [ms]. */
+/** A recording that is being written is read again so long after the last answer [ms]. */
 const REFRESH_MS = 2000;
 
 export interface QuickState {
@@ -28,11 +29,10 @@ export function useQuick(ids: readonly string[], running: boolean): QuickState {
         if (!gone) setState({ looks: null, problem: textOf(error) });
       }
     };
-    void read();
-    const again = running ? setInterval(() => void read(), REFRESH_MS) : undefined;
+    const end = askAgain(read, running ? REFRESH_MS : undefined);
     return () => {
       gone = true;
-      clearInterval(again);
+      end();
     };
   }, [wanted, running]);
   return state;
