@@ -26,6 +26,8 @@ RMSE_MAX = 10e-3
 """Of the tip about the reference [m]."""
 SATURATED_MAX = 0.05
 """Share of the ticks."""
+JUDGED = ("error", "saturated", "residual", "p_meas", "p_ref")
+"""What is looked at of telemetry."""
 RESIDUAL_SHARE = 0.5
 """Of `limits.residual_max`, for the observer's distance from the markers (rms)."""
 
@@ -49,9 +51,7 @@ async def do(run: Run, motion: Motion, through: Through) -> Found:
     await motion.begin(**reduced(run.before, rods))
     run.say("goes to the circle's middle")
     await _arrive(circle, motion)
-    begin = await _around(circle, laps, run, motion)
-    rows = motion.between(begin, motion.now())
-    return judged(rows, run.parameters.limits.residual_max, circle)
+    return judged(await _around(circle, laps, run, motion), run.parameters.limits.residual_max, circle)
 
 
 async def _arrive(circle: Circle, motion: Motion) -> None:
@@ -66,19 +66,20 @@ async def _arrive(circle: Circle, motion: Motion) -> None:
     await asyncio.sleep(SETTLES)
 
 
-async def _around(circle: Circle, laps: int, run: Run, motion: Motion) -> float:
-    """Lead the target `laps` times around; when what counts began, on the rig's clock [s]."""
+async def _around(circle: Circle, laps: int, run: Run, motion: Motion) -> Rows:
+    """Lead the target `laps` times around; the rows of what counts."""
     loop = asyncio.get_running_loop()
     start, lap = loop.time(), 2.0 * math.pi * circle.radius / SPEED
-    counted = motion.now()
+    counted = motion.gather(*JUDGED)
     first = True
     while (passed := loop.time() - start) < laps * lap:
         run.say(f"lap {int(passed / lap) + 1} of {laps}", passed / (laps * lap))
         if first and laps > 1 and passed > lap:
-            counted, first = motion.now(), False
+            counted, first = motion.gather(*JUDGED), False
         await motion.target(place_on(circle, passed))
         await asyncio.sleep(POLL)
-    return counted
+        counted.take(motion.now())
+    return counted.rows()
 
 
 def place_on(circle: Circle, passed: float) -> tuple[float, float]:

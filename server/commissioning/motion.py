@@ -30,7 +30,7 @@ from server.operate.operator import Operator, Target
 from server.operate.settings import KeptSettings, put_in_force
 from server.presets.first_mode.store import FirstModes
 from server.rig.client import Rig
-from server.rig.history import History
+from server.rig.history import Gathered, History
 from server.rig.planner import Planner
 
 POLL = 0.05
@@ -208,6 +208,10 @@ class Motion:
         if rows is None or not len(rows):
             raise CommandRefused("telemetry of this step was lost")
         return rows
+
+    def gather(self, *names: str) -> Gathered:
+        """These fields of all rows from now on: to be taken at least every few seconds, as the rig moves on."""
+        return Gathered(self._through.history, self.now(), names)
 
     def tip(self, seconds: float) -> Array:
         """Where it was of late, on average (2,) [m]; CommandRefused where its marker is not seen."""

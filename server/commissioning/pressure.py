@@ -78,14 +78,15 @@ async def _all_steps(level: float, levels: Sequence[float], run: Run, motion: Mo
 async def _steps(chamber: int, level: float, levels: Sequence[float], run: Run, motion: Motion) -> PressureSteps:
     """Those of one chamber, to `levels` of `level` [Pa]."""
     await asyncio.sleep(HOLDS / 2)
-    begin, starts = motion.now(), []
+    seen, starts = motion.gather("slot", "pressure_cmd", "pressure_meas"), []
     await asyncio.sleep(HOLDS / 2)
     for number, share in enumerate(levels):
         run.say(f"steps {CHAMBERS[chamber]}", (chamber + number / len(levels)) / len(CHAMBERS))
         starts.append(motion.slot())
         await motion.torque(jog_torque(chamber, share * level, run.parameters))
         await _hold(chamber, motion)
-    rows = motion.between(begin, motion.now())
+        seen.take(motion.now())
+    rows = seen.rows()
     asked, shown = rows["pressure_cmd"][:, chamber], rows["pressure_meas"][:, chamber]
     return PressureSteps(rows["slot"].copy(), asked.copy(), shown.copy(), tuple(starts))
 

@@ -142,15 +142,21 @@ async def _decay(u: Torques, rest: Array, rods: Sequence[int], run: Run, motion:
 
     The arm's real stiffness is not known yet, so the tip itself says how far is far enough.
     """
-    lead, far = motion.now(), TRAVEL * run.actuator.length
-    await motion.lead((0.0, 0.0), u, lambda: bool(np.linalg.norm(motion.row()["p_meas"] - rest) > far))
+    seen, far = motion.gather("slot", "pressure_meas", "u_hat", "p_meas"), TRAVEL * run.actuator.length
+
+    def far_enough() -> bool:
+        seen.take(motion.now())
+        return bool(np.linalg.norm(motion.row()["p_meas"] - rest) > far)
+
+    await motion.lead((0.0, 0.0), u, far_enough)
     await motion.still(SHORTEST, LONGEST, STILL)
     full = float(np.abs(motion.pressures(WINDOW)).max())
     begin, slot = motion.now(), motion.slot()
     await motion.torque((0.0, 0.0))
     await motion.still(WATCHED, DECAYS_LONGEST, STILL)
     part = await _long_enough(begin, full, rods, motion)
-    rows = motion.between(lead, motion.now())
+    seen.take(motion.now())
+    rows = seen.rows()
     slots, pressures, sent, tip = (rows[name].copy() for name in ("slot", "pressure_meas", "u_hat", "p_meas"))
     release = Release(slots, pressures, sent, tip, slot)
     return part, release

@@ -5,14 +5,16 @@ At 1 kHz a minute of rows is 57 MB and ten minutes of bins are 51 MB; both are a
 
 import mmap
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
+from numpy.lib.recfunctions import repack_fields
 
 from controller.arrays import Rows
+from controller.errors import CommandRefused
 from controller.schema.layout import copied, record_dtype
 from controller.schema.messages import Telemetry
 from server.http.given import given
@@ -162,6 +164,31 @@ class History:
         self._high[at] = np.fmax.reduce(values, axis=1)
         self._binned += whole * BIN_TICKS
         self._bin_stop += whole
+
+
+class Gathered:
+    """Some fields of every row since `begin` on the rig's clock [s], taken piece by piece: a minute at most is kept."""
+
+    def __init__(self, history: History, begin: float, names: Sequence[str]) -> None:
+        self._history, self._end, self._names = history, begin, list(names)
+        self._parts: list[Rows] = []
+
+    def take(self, end: float) -> None:
+        """What has come up to `end` [s]; raises CommandRefused where some of it is gone already."""
+        if end <= self._end:
+            return
+        rows = self._history.rows(self._end, end)
+        if rows is None or not len(rows):
+            raise CommandRefused("telemetry of this step was lost")
+        self._parts.append(repack_fields(rows[self._names]))
+        self._end = end
+
+    def rows(self) -> Rows:
+        """All that was taken (n,), with these fields only."""
+        if not self._parts:
+            raise CommandRefused("telemetry of this step was lost")
+        found: Rows = np.concatenate(self._parts)
+        return found
 
 
 GivenHistory = Annotated[History, given(History)]

@@ -27,7 +27,7 @@ from server.presets.first_mode import planning
 from server.presets.first_mode.messages import FirstModeBody, FirstModeState, KeptMode, MeasuredMode
 from server.presets.first_mode.store import FirstModes, plant_of
 from server.rig.client import Rig
-from server.rig.history import History
+from server.rig.history import Gathered, History
 from server.rig.planner import Planner
 
 POLL = 0.05
@@ -40,6 +40,8 @@ ANSWER = 5.0
 """Longest wait for a row that shows what was asked for [s]."""
 AGAIN = 1.0
 """Between two tries to put the settings back [s]."""
+JUDGED = ("slot", "pressure_meas", "u_hat", "p_meas")
+"""What is looked at of telemetry."""
 Torques = tuple[float, float]
 
 
@@ -66,6 +68,8 @@ class _Run:
     """What else was asked for."""
     starts: list[tuple[float, int]] = field(default_factory=list)
     """Clock [s] and slot at which each step began, and the last one ended."""
+    seen: Gathered | None = None
+    """Telemetry from the first step on."""
     task: asyncio.Task[None] | None = None
 
     def __post_init__(self) -> None:
@@ -205,14 +209,22 @@ class FirstModeMeasurement:
         await self._rest()
         for step in range(1, run.state.steps + 1):
             run.say(step=step, doing=f"step {step} of {run.state.steps}")
-            run.starts.append(self._now())
+            self._begin_step(run)
             await self._send(run, there if step % 2 else back)
             await self._rest()
-        run.starts.append(self._now())
+        self._begin_step(run)
         run.say(doing="goes back to where it held")
         await self._lead(run, back, here)
         run.follows = False
         await self._asked(run, Request.HOLD)
+
+    def _begin_step(self, run: _Run) -> None:
+        """Note when, and take what the one before has shown: a minute of rows is kept, and less of a fast loop."""
+        run.starts.append(self._now())
+        now, _ = run.starts[-1]
+        if run.seen is None:
+            run.seen = Gathered(self._parts.history, now, JUDGED)
+        run.seen.take(now)
 
     async def _lead(self, run: _Run, begin: Torques, end: Torques) -> None:
         """From one pair of torques to another as slowly as the rig comes to rest, and wait until it rests."""
@@ -259,11 +271,9 @@ class FirstModeMeasurement:
         return bool(np.linalg.norm(rows["p_meas"].std(axis=0)) < STILL)  # not of nan
 
     async def _fitted(self, run: _Run) -> MeasuredMode:
-        rows = self._parts.history.rows(run.starts[0][0], run.starts[-1][0])
-        if rows is None or not len(rows):
-            raise CommandRefused("telemetry of the steps was lost")
+        assert run.seen is not None
         slots = tuple(slot for _, slot in run.starts)
-        return await self._parts.planner.do(planning.measured, rows, slots, run.body, run.info.parameters)
+        return await self._parts.planner.do(planning.measured, run.seen.rows(), slots, run.body, run.info.parameters)
 
     async def _keep(self, run: _Run, mode: MeasuredMode) -> None:
         info, events = run.info, self._parts.events
