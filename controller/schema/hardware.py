@@ -1,6 +1,7 @@
 """What a lab's rig is made of beside the actuator: its motion capture, its valves, and how their drivers fare.
 
-The rig file (`controller/rigfile`) holds `Hardware`; the rig process hands out `DriverStatus`, and the page shows it.
+The rig file (`controller/schema/rig_file.py`) holds what `Hardware` does; the rig process hands out `DriverStatus`, and
+the page shows it.
 """
 
 import math

@@ -24,7 +24,7 @@ class Law(IntEnum):
 
 
 class Mode(IntEnum):
-    """Safety state of the rig (DESIGN section 5). FAULT and E_STOP latch."""
+    """Safety state of the rig (docs/safety.md). FAULT and E_STOP latch."""
 
     VENTED = 0
     HOLD = 1

@@ -110,7 +110,7 @@ class ControllerParameters(Model):
 
 
 class SafetyLimits(Model):
-    """Watchdog times and limits of DESIGN section 5; every age is measured on the loop's own clock."""
+    """Watchdog times and limits (docs/safety.md); every age is measured on the loop's own clock."""
 
     operator_timeout: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.5
     server_hold: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.5
@@ -176,7 +176,7 @@ class CosseratParameters(Model):
 
 
 class TwinParameters(Model):
-    """The simulated actuator: the same static map as the model, another time scale, and honest flaws (PHYSICS.md).
+    """The simulated actuator: the same static map as the model, another time scale, and honest flaws (docs/model.md).
 
     A Cosserat plant uses them too, but for those in `ROD_ONLY`.
     """
@@ -190,7 +190,8 @@ class TwinParameters(Model):
     substeps: Annotated[int, Bounds(ge=1, le=20), Q("1")] = 4
     """Of RK4 in a tick, at least."""
     kappa: Annotated[float, Bounds(ge=1.0, le=50.0), Q("1", "kappa")] = TWIN["kappa"]
-    """Stiffness and torque gain are scaled together: the static map stays, the first mode rises to about 2.3 Hz."""
+    """Stiffness and torque gain are scaled together: the static map stays, the first mode of P1 rises to 3.1 Hz, or to
+    3.5 Hz in small motions, in which creep and hysteresis stiffen it."""
     zeta: Annotated[float, Bounds(ge=0.0, le=2.0), Q("1", "zeta")] = TWIN["zeta"]
     stiffness_scale: Annotated[float, Bounds(ge=0.5, le=2.0), Q("1")] = 1.0
     torque_gain: Annotated[tuple[Mismatch, Mismatch], Q("1", shape=(2,))] = TWIN["torque_gain"]

@@ -1,4 +1,4 @@
-"""The safety states as data: where each request leads, and what each watchdog watches (DESIGN section 5).
+"""The safety states as data: where each request leads, and what each watchdog watches (docs/safety.md).
 
 The loop acts by these tables (`kernels/safety/safety.py`), docs/safety.md shows them, and the tests walk through them.
 """

@@ -18,7 +18,7 @@ ALLOWED = {
     X: {Request.CLEAR: V},
     E: {Request.CLEAR: V},
 }
-"""DESIGN section 5, written anew. NONE is always taken and E_STOP always stops."""
+"""The transitions of docs/safety.md, written anew. NONE is always taken and E_STOP always stops."""
 LIVE, MOVING = (H, F, T), (F, T)
 
 

@@ -24,7 +24,7 @@ def approach(smap: StaticMap, u: Array, ticks: int) -> Array:
 def blended(smap: StaticMap, u_from: Array, u_to: Array, ticks: int) -> Array:
     """Tips (ticks, 2) [m] from p(u_from) on towards p(u_to), which would be the next row; torques (2,) [N m].
 
-    Blended in u by a quintic, at rest at both ends: a blend in p would leave the reach (PHYSICS.md).
+    Blended in u by a quintic, at rest at both ends: a blend in p would leave the reach.
     """
     return static_tips(smap, blended_torques(u_from, u_to, ticks))
 

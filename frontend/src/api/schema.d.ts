@@ -3711,7 +3711,7 @@ export interface components {
     };
     /**
      * Mode
-     * @description Safety state of the rig (DESIGN section 5). FAULT and E_STOP latch.
+     * @description Safety state of the rig (docs/safety.md). FAULT and E_STOP latch.
      * @enum {integer}
      */
     Mode: 0 | 1 | 2 | 3 | 4 | 5 | 6;
@@ -5418,7 +5418,7 @@ export interface components {
     };
     /**
      * SafetyLimits
-     * @description Watchdog times and limits of DESIGN section 5; every age is measured on the loop's own clock.
+     * @description Watchdog times and limits (docs/safety.md); every age is measured on the loop's own clock.
      */
     SafetyLimits: {
       /**
@@ -6212,7 +6212,7 @@ export interface components {
     };
     /**
      * TwinParameters
-     * @description The simulated actuator: the same static map as the model, another time scale, and honest flaws (PHYSICS.md).
+     * @description The simulated actuator: the same static map as the model, another time scale, and honest flaws (docs/model.md).
      *
      *     A Cosserat plant uses them too, but for those in `ROD_ONLY`.
      */
@@ -6268,7 +6268,8 @@ export interface components {
       substeps: number;
       /**
        * Kappa
-       * @description Stiffness and torque gain are scaled together: the static map stays, the first mode rises to about 2.3 Hz.
+       * @description Stiffness and torque gain are scaled together: the static map stays, the first mode of P1 rises to 3.1 Hz, or to
+       *     3.5 Hz in small motions, in which creep and hysteresis stiffen it.
        * @default 39.93
        */
       kappa: number;

@@ -128,7 +128,7 @@ export function socketUrl({ protocol, host }: Pick<Location, "protocol" | "host"
 /** The page and the server disagree about a record. */
 export class LayoutError extends Error {}
 
-/** First word of a binary message (server/messages.py, `Kind`). */
+/** First word of a binary message (server/plots/messages.py, `Kind`). */
 const KIND = { FRAME: 1, PLOT: 2 } as const;
 const HEADER = 8;
 const PLOT_HEADER = 16;
