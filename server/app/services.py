@@ -195,7 +195,7 @@ def open_services(
     results = Results(settings.state / f"runs-{settings.rig}.json")
     runs = Runs(Tracker(rig, operator), planner, automatic, events, results)
     history.listen(runs.inbox.put)
-    folder, drawings = RecordingsFolder(store, reader), Drawings(settings.state / "drawings")
+    folder, exports, drawings = RecordingsFolder(store, reader), Exports(), Drawings(settings.state / "drawings")
     by_hand = RecordingByHand(recorder, folder, review, rig, operator, events)
     gains = GainPresets(settings.state / "gains.json")
     macros = Macros(Acts(rig, operator, kept, runs, by_hand, drawings, gains.changes), rig, operator, events)
@@ -246,6 +246,7 @@ def open_services(
             automatic,
             RecorderWatch(recorder, events),
             QuotaWatch(store, settings.recordings_quota, events),
+            exports,
             alarm_watch,
             notices,
             events,
@@ -277,7 +278,7 @@ def open_services(
         pages=pages,
         people=people,
         folder=folder,
-        exports=Exports(),
+        exports=exports,
         reader=reader,
         writer=writer,
         recorder=recorder,

@@ -1,17 +1,12 @@
 """Recordings going out as files, and coming in from elsewhere."""
 
-import shutil
-import tempfile
-from collections.abc import Awaitable, Callable
-from pathlib import Path
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, Body, Query, Request
 from pydantic import Field as Bounds
-from starlette.background import BackgroundTask
 from starlette.responses import FileResponse
 
-from controller.errors import CommandRefused, ProcessKilled, RecordingError
+from controller.errors import CommandRefused, RecordingError
 from controller.schema.layout import Model
 from controller.tables.header import LengthUnit, TimeUnit
 from recordings.exporting.export import By, Format, export, export_for_viewer
@@ -22,7 +17,7 @@ from recordings.importing.text import import_text
 from server.access.asking import Holder
 from server.http import answers
 from server.log.events import GivenEvents
-from server.recorder.exports import ExportMade, GivenExports
+from server.recorder.exports import BINARY, MEDIA, ExportMade, GivenExports, size
 from server.recorder.folder import GivenFolder
 
 router = APIRouter(tags=["recordings"])
@@ -30,8 +25,6 @@ router = APIRouter(tags=["recordings"])
 From = Annotated[float | None, Query(alias="from", allow_inf_nan=False)]
 To = Annotated[float | None, Query(alias="to", allow_inf_nan=False)]
 Name = Annotated[str, Query(min_length=1, max_length=80)]
-BINARY = "application/octet-stream"
-MEDIA = {"csv": "text/csv; charset=utf-8", "parquet": "application/vnd.apache.parquet"}
 TYPES = ("text/csv", MEDIA["parquet"], BINARY)
 
 
@@ -42,19 +35,28 @@ async def recording_signals(id: str, folder: GivenFolder) -> list[SignalInfo]:
 
 
 @router.get("/api/recordings/{id}/shown.rrd", response_class=FileResponse, responses=answers.file(BINARY))
-async def shown_recording(id: str, folder: GivenFolder, theme: Literal["dark", "light"] = "dark") -> FileResponse:
+async def shown_recording(
+    id: str, folder: GivenFolder, exports: GivenExports, request: Request, theme: Literal["dark", "light"] = "dark"
+) -> FileResponse:
     """The recording for rerun's viewer beside the page: in mm, kPa and mN m, on a ground of `theme`; 404 without it.
 
     For any other use /api/recordings/{id}.rrd is the recording itself, in SI units.
     """
     source = await folder.look(folder.store.path, id)
-    return await _made(f"{id}.rrd", lambda target: folder.read(export_for_viewer, source, target, theme == "dark"))
+    needs = await folder.look(size, source)
+    dark = theme == "dark"
+    file = await exports.written(
+        request, f"{id}.rrd", lambda target: folder.read(export_for_viewer, source, target, dark), needs
+    )
+    return exports.sent(file)
 
 
 @router.get("/api/recordings/{id}/export", response_class=FileResponse, responses=answers.file(*TYPES))
 async def export_recording(
     id: str,
     folder: GivenFolder,
+    exports: GivenExports,
+    request: Request,
     kind: Annotated[Format, Query(alias="format")],
     signals: Annotated[str, Query(max_length=8000)] = "",
     start: From = None,
@@ -67,24 +69,11 @@ async def export_recording(
     """
     source, names = await folder.look(folder.store.path, id), tuple(filter(None, map(str.strip, signals.split(","))))
     choice, by = Choice(names, start, stop), By(comments=comments)
-    return await _made(f"{id}.{kind}", lambda target: folder.read(export, source, target, kind, choice, by))
-
-
-async def _made(name: str, make: Callable[[Path], Awaitable[None]]) -> FileResponse:
-    """What `make` writes, in a folder that is removed once it is sent."""
-    scratch = tempfile.mkdtemp(prefix="tendril-export-")
-    target = Path(scratch, name)
-    try:
-        await make(target)
-    except ProcessKilled:
-        shutil.rmtree(scratch)
-        raise ProcessKilled("the export was killed, perhaps for want of memory: choose fewer signals") from None
-    except BaseException:
-        shutil.rmtree(scratch)
-        raise
-    media = MEDIA.get(target.suffix.removeprefix("."), BINARY)
-    after = BackgroundTask(shutil.rmtree, scratch)
-    return FileResponse(target, media_type=media, filename=target.name, background=after)
+    needs = await folder.look(size, source) if kind == "rrd" else 0
+    file = await exports.written(
+        request, f"{id}.{kind}", lambda target: folder.read(export, source, target, kind, choice, by), needs
+    )
+    return exports.sent(file)
 
 
 class ExportBody(Model):
@@ -111,10 +100,7 @@ async def make_export(
 @router.get("/api/exports/{key}", response_class=FileResponse, responses=answers.file(*TYPES))
 async def fetch_export(key: str, exports: GivenExports) -> FileResponse:
     """The file that was made; 404 when it was fetched before, or is too old."""
-    path = exports.take(key)
-    media = MEDIA.get(path.suffix.removeprefix("."), BINARY)
-    after = BackgroundTask(shutil.rmtree, path.parent)
-    return FileResponse(path, media_type=media, filename=path.name, background=after)
+    return exports.take(key)
 
 
 @router.post("/api/recordings/import")
