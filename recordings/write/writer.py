@@ -65,13 +65,17 @@ class Recorder:
         `patience` [s] is had with a disk that takes nothing; see `look`. `files` says who writes; None: we.
         """
         self._looked = self._awake = time.monotonic()
-        self._patience, self._given_up, self._ending = patience, "", False
+        self._patience, self._given_up = patience, ""
+        self._ending = self._overdue = False
+        """Whether the recording is to end, and whether who asked for that waits no more."""
         self._split_bytes, self._ended = split, ended
         self._intake = Intake()
         self._folder, self._files = folder, files or FilesHere()
         self._cut: Cut | None = None
         self._first = ""
         self._session: Session | None = None
+        self._done: Recording | None = None
+        """The last one that was ended whole on request."""
         self._state = RecordingState(recording=False, id="", seconds=0.0, rows=0, gaps=0)
         self._pending: list[Rows] = []
         self._pending_since = 0.0
@@ -120,10 +124,18 @@ class Recorder:
             session.bookmarks = recording.bookmarks  # `state` has them with the next rows
 
     def stop(self) -> Recording:
-        """End the recording, whole and closed; raises `RecordingError` when none runs or it failed."""
+        """End the recording, whole and closed; raises `RecordingError` when none runs or it failed.
+
+        NoAnswer of a disk that hangs: then it ends when the disk answers, which is told as of a full file.
+        """
         self._require_disk()
-        self._intake.is_open, self._ending = False, True
-        return self._intake.ask(self._stop, ANSWER)
+        self._intake.is_open, self._ending, id = False, True, self._state.id
+        try:
+            return self._intake.ask(self._stop, ANSWER)
+        except NoAnswer:
+            self._overdue = True
+            self._intake.later(lambda: self._stop_overdue(id))
+            raise
 
     def look(self) -> None:
         """To be called now and then, from any thread: a disk that hangs ends the recording, here and now.
@@ -135,7 +147,7 @@ class Recorder:
         if now - before > PAUSED:  # it was us who stood still, not the disk
             self._awake = now
         session = self._session
-        if not self._state.recording or self._given_up or self._ending:
+        if not self._state.recording or self._given_up or (self._ending and not self._overdue):
             return
         if self._intake.full:
             self._give_up("the disk is too slow: a minute of rows waits for it")
@@ -171,6 +183,15 @@ class Recorder:
         """A recording began after all, when nobody waited for it any more."""
         if self._session:
             self._fail(RecordingError("the disk was too slow for it to begin"))
+
+    def _stop_overdue(self, id: str) -> None:
+        """Nobody waited for the end of `id` any more: it comes now, unless it came after all, or was given up."""
+        if self._session and self._session.id == id and not self._given_up:
+            with contextlib.suppress(RecordingError):  # the state tells it
+                self._stop()
+        self._ending = self._overdue = False
+        if self._done and self._done.id == id:
+            self._ended(self._done)
 
     def _close_given_up(self) -> None:
         if self._session and self._given_up:
@@ -252,7 +273,7 @@ class Recorder:
             raise RecordingError(self._state.problem) from error
         finally:
             self._ending = False
-        self._session = None
+        self._session, self._done = None, done
         self._state = self._session_over()
         return done
 
