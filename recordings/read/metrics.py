@@ -139,8 +139,9 @@ def unsensed_rms(rows: Columns) -> float | None:
     """sqrt(mean |r_i - r_i twin|^2) over the rods i that were not sensed, wherever both backbones are known [m]."""
     if "sensed" not in rows or not _count(rows, "backbone") or not _count(rows, "twin_backbone"):
         return None
-    ticks, a, b = np.intersect1d(rows["backbone_tick"], rows["twin_backbone_tick"], return_indices=True)
-    ticks, c, d = np.intersect1d(ticks, rows["tick"], return_indices=True)
+    at_rows, ours_at = _clocks(rows, "backbone")
+    both, a, b = np.intersect1d(ours_at, _clocks(rows, "twin_backbone")[1], return_indices=True)
+    _, c, d = np.intersect1d(both, at_rows, return_indices=True)
     ours, twins = rows["backbone"][a[c]], rows["twin_backbone"][b[c]]
     at = np.arange(1, SENSORS + 1) * (ours.shape[1] - 1) // SENSORS
     unsensed = (rows["sensed"][d].astype(np.int64)[:, None] >> np.arange(SENSORS)) & 1 == 0
@@ -187,12 +188,22 @@ def _count(rows: Columns, name: str = "tick") -> int:
     return len(rows[name]) if name in rows else 0
 
 
+def _clocks(rows: Columns, name: str) -> tuple[Values, Values]:
+    """What tells the rows and the slower values of `name` apart: times where they are known, as the ticks of a rig that
+    restarted begin again.
+    """
+    kind = "t_ns" if f"{name}_t_ns" in rows else "tick"
+    return rows[kind], rows[f"{name}_{kind}"]
+
+
 def _only(rows: Columns, which: Values | slice) -> Columns:
-    """The rows picked by `which`, and of the slower values, which have ticks of their own, those of their ticks."""
+    """The rows picked by `which`, and of the slower values, which have clocks of their own, those at these rows."""
     slow = [name for name in rows if f"{name}_tick" in rows]
-    slower = {*slow, *(f"{name}_tick" for name in slow)}
+    clocks = {name: [clock for clock in (f"{name}_tick", f"{name}_t_ns") if clock in rows] for name in slow}
+    slower = {*slow, *(clock for found in clocks.values() for clock in found)}
     out = {name: values[which] for name, values in rows.items() if name not in slower}
     for name in slow:
-        keep = np.isin(rows[f"{name}_tick"], out["tick"])
-        out |= {name: rows[name][keep], f"{name}_tick": rows[f"{name}_tick"][keep]}
+        at_rows, at = _clocks(rows, name)
+        keep = np.isin(at, at_rows[which])
+        out |= {column: rows[column][keep] for column in (name, *clocks[name])}
     return out

@@ -174,7 +174,7 @@ def _course(path: Path, t: Array, tick: Words) -> list[Stretch]:
     since, modes = read_modes(path)
     mode = modes[np.maximum(0, np.searchsorted(since * 1e-9, t, side="right") - 1)] if len(modes) else np.zeros(len(t))
     approaches = read_approaches(path)
-    return stretches(t, mode, None if approaches is None else in_approach(tick, approaches), begun(path))
+    return stretches(t, mode, None if approaches is None else in_approach(t, tick, approaches), begun(path))
 
 
 class Cycle(NamedTuple):

@@ -29,6 +29,16 @@ DENSE = {group.path: SCALARS for group in GROUPS}
 SLOW = {MARKERS: ("markers", SCALARS)} | {path: (field, STRIPS) for path, field in BACKBONES.items()}
 
 
+class Approaches(NamedTuple):
+    """Stretches that lead into a run: first tick and end of each (k, 2), and when that was noted (k,) [s].
+
+    Ticks are those of the boot in which it was noted: another one's begin again.
+    """
+
+    ticks: Values
+    noted: Values
+
+
 class Recorded(NamedTuple):
     """What a recording says of itself: who recorded, the settings at the start, how much is kept."""
 
@@ -41,7 +51,8 @@ def read_rows(path: Path, fields: Collection[str] = ()) -> dict[str, Values]:
     """Recorded telemetry fields (n, ...) in the order of time, in Telemetry's own types and units; all without names.
 
     `markers`, `backbone` and `twin_backbone` are slower, and so are `profiles.SLOW_FIELDS` in the profile `standard`:
-    each comes with `<name>_tick` (k,), the ticks of its values. `approach` (n,) of bool says which rows lead into a run
+    each comes with `<name>_tick` and `<name>_t_ns` (k,), ticks and times of its values; ticks begin again where the rig
+    restarted. `approach` (n,) of bool says which rows lead into a run
     and are no part of it; it is left out where the recording says nothing of that. What is at every tick comes with its
     whole group. A batch that a killed writer left half written is dropped.
     """
@@ -59,12 +70,13 @@ def read_rows(path: Path, fields: Collection[str] = ()) -> dict[str, Values]:
     for group in groups:
         _spread(tables[group.path].only(whole), group, out)
     if APPROACH in found:
-        out["approach"] = in_approach(clock.tick, _approaches(found))
-    return out | _thinned(found, thinned) | _slow(found, slow)
+        out["approach"] = in_approach(clock.t * 1e-9, clock.tick, _approaches(found))
+    return out | _thinned(found, thinned, origin) | _slow(found, slow, origin)
 
 
-def _approaches(found: dict[str, list[Batch]]) -> Values:
-    return _Table(found[APPROACH], SCALARS).values(2)
+def _approaches(found: dict[str, list[Batch]]) -> Approaches:
+    table = _Table(found[APPROACH], SCALARS)
+    return Approaches(table.values(2), table.t * 1e-9)
 
 
 def _holds(group: Group, fields: Collection[str]) -> bool:
@@ -89,15 +101,22 @@ def read_groups(path: Path, groups: Sequence[Group]) -> dict[str, Part]:
     return out
 
 
-def read_approaches(path: Path) -> Values | None:
-    """First tick and end of each stretch that leads into a run (k, 2); None where the recording says none."""
+def read_approaches(path: Path) -> Approaches | None:
+    """What leads into a run; None where the recording says nothing of that."""
     found = _collect(path, [APPROACH])
     return _approaches(found) if found else None
 
 
-def in_approach(tick: Values, approaches: Values) -> Mask:
-    """Which of the ticks (n,) lie in one of the `approaches` (k, 2)."""
-    return np.asarray(np.any([(first <= tick) & (tick < end) for first, end in approaches], axis=0))
+def in_approach(t: Values, tick: Values, approaches: Approaches) -> Mask:
+    """Which of the rows at t (n,) [s], rising, and of these ticks (n,) lie in one of the `approaches`."""
+    inside = np.zeros(len(tick), bool)
+    if not len(tick):
+        return inside
+    boot = np.cumsum(np.diff(tick, prepend=tick[0] - 1) <= 0)
+    noted = boot[np.maximum(0, np.searchsorted(t, approaches.noted, side="right") - 1)]
+    for (first, end), its in zip(approaches.ticks, noted, strict=True):
+        inside |= (boot == its) & (first <= tick) & (tick < end)
+    return inside
 
 
 def read_start(path: Path) -> int:
@@ -199,7 +218,7 @@ def _reading(path: Path, work: Callable[[Chunks], T]) -> T:
         return work(chunks)
 
 
-def _slow(found: dict[str, list[Batch]], wanted: Iterable[str]) -> dict[str, Values]:
+def _slow(found: dict[str, list[Batch]], wanted: Iterable[str], origin: int) -> dict[str, Values]:
     out: dict[str, Values] = {}
     for entity in wanted:
         field, component = SLOW[entity]
@@ -208,19 +227,25 @@ def _slow(found: dict[str, list[Batch]], wanted: Iterable[str]) -> dict[str, Val
         width = int(np.prod(kind.shape))
         values = table.values(width).reshape(-1, *kind.shape).astype(kind.base)
         out[field] = flip(values) if component == STRIPS else values
-        out[f"{field}_tick"] = table.tick
+        out |= _clocks([field], table, origin)
     return out
 
 
-def _thinned(found: dict[str, list[Batch]], groups: Iterable[Group]) -> dict[str, Values]:
-    """SLOW_FIELDS with their ticks, from the groups that are written at 100 Hz."""
+def _thinned(found: dict[str, list[Batch]], groups: Iterable[Group], origin: int) -> dict[str, Values]:
+    """SLOW_FIELDS with their ticks and times, from the groups that are written at 100 Hz."""
     out: dict[str, Values] = {}
     for group in groups:
         if slow := SLOW_FIELDS & {series.field for series in group.series}:
             table = _Table(found.get(group.path, []), SCALARS)
-            _spread(table, group, out)
-            out |= {f"{name}_tick": table.tick for name in slow}
-    return {name: values for name, values in out.items() if name.removesuffix("_tick") in SLOW_FIELDS}
+            spread: dict[str, Values] = {}
+            _spread(table, group, spread)
+            out |= {name: spread[name] for name in slow} | _clocks(slow, table, origin)
+    return out
+
+
+def _clocks(names: Iterable[str], table: "_Table", origin: int) -> dict[str, Values]:
+    """Ticks and times of the fields `names`, which are in the table."""
+    return {key: at for name in names for key, at in ((f"{name}_tick", table.tick), (f"{name}_t_ns", table.t + origin))}
 
 
 def _spread(table: _Table, group: Group, out: dict[str, Values]) -> None:

@@ -51,21 +51,24 @@ def read_tape(path: Path) -> Tape:
         info, _ = read_about(path)
     except RuntimeError as error:
         raise RecordingError(f"{path.name} cannot be played: {error}") from error
-    t, tick = found["/tip/x"][:2]
+    t = found["/tip/x"][0]
     if not len(t):
         raise RecordingError(f"{path.name} holds no rows")
-    fields = _scalars({path: _at(found[path], tick) for path in PLAN})
-    fields["markers"] = _at(found[MARKERS], tick).reshape(-1, 10, 2)
+    fields = _scalars({path: _at(found[path], t) for path in PLAN})
+    fields["markers"] = _at(found[MARKERS], t).reshape(-1, 10, 2)
     for entity, name in BACKBONES.items():
-        fields[name] = flip(_at(found[entity], tick).reshape(-1, 21, 2))
+        fields[name] = flip(_at(found[entity], t).reshape(-1, 21, 2))
     return Tape((t - t[0]) * 1e-9, fields, info.parameters.actuator)
 
 
-def _collect(path: Path) -> dict[str, tuple[Values, Values, Values]]:
-    """For each entity times [ns], ticks and float32 values (k, width) in the order of time, thinned chunk by chunk."""
+def _collect(path: Path) -> dict[str, tuple[Values, Values]]:
+    """For each entity times [ns] and float32 values (k, width) in their order, thinned chunk by chunk.
+
+    Nothing is told by its tick: those of a rig that restarted begin again.
+    """
     from rerun.chunk import RrdReader  # a server only passes the order on
 
-    parts: dict[str, list[tuple[Values, Values, Values]]] = defaultdict(list)
+    parts: dict[str, list[tuple[Values, Values]]] = defaultdict(list)
     for chunk in RrdReader(path).stream().filter(content=[*WIDTHS]):
         batch, entity = chunk.to_record_batch(), str(chunk.entity_path)
         if "t" in batch.schema.names and (part := _thinned(batch, entity)) is not None:
@@ -73,7 +76,7 @@ def _collect(path: Path) -> dict[str, tuple[Values, Values, Values]]:
     return {entity: _joined(parts[entity], width) for entity, width in WIDTHS.items()}
 
 
-def _thinned(batch: Any, entity: str) -> tuple[Values, Values, Values] | None:
+def _thinned(batch: Any, entity: str) -> tuple[Values, Values] | None:
     component = "LineStrips2D:strips" if entity in BACKBONES else "Scalars:scalars"
     if component not in batch.schema.names:
         return None
@@ -81,23 +84,23 @@ def _thinned(batch: Any, entity: str) -> tuple[Values, Values, Values] | None:
     values = widened(np.asarray(numbers(batch.column(component)), np.float32), len(tick), WIDTHS[entity])
     # Markers come when they are measured, not on the grid of ticks.
     keep = np.ones(len(tick), bool) if entity == MARKERS else tick % PERIOD == 0
-    return t[keep], tick[keep], values[keep]
+    return t[keep], values[keep]
 
 
-def _joined(parts: list[tuple[Values, Values, Values]], width: int) -> tuple[Values, Values, Values]:
+def _joined(parts: list[tuple[Values, Values]], width: int) -> tuple[Values, Values]:
     if not parts:
-        return np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, width), np.float32)
-    t, tick, values = (np.concatenate(column) for column in zip(*parts, strict=True))
-    order = np.argsort(tick, kind="stable")
-    return t[order], tick[order], values[order]
+        return np.empty(0, np.int64), np.empty((0, width), np.float32)
+    t, values = (np.concatenate(column) for column in zip(*parts, strict=True))
+    order = np.argsort(t, kind="stable")
+    return t[order], values[order]
 
 
-def _at(column: tuple[Values, Values, Values], tick: Values) -> Values:
-    """The values in force at `tick` (n,): the last written at or before it, nan before the first."""
-    _, written, values = column
-    at = np.searchsorted(written, tick, side="right") - 1
+def _at(column: tuple[Values, Values], t: Values) -> Values:
+    """The values in force at `t` (n,) [ns]: the last written at or before it, nan before the first."""
+    written, values = column
+    at = np.searchsorted(written, t, side="right") - 1
     if not len(values):
-        return np.full((len(tick), values.shape[1]), np.nan, np.float32)
+        return np.full((len(t), values.shape[1]), np.nan, np.float32)
     return np.where(at[:, None] >= 0, values[np.maximum(at, 0)], np.nan)
 
 
