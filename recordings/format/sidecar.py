@@ -67,6 +67,11 @@ def rrd_path(folder: Path, id: str) -> Path:
     return folder / f"{check_id(id)}.rrd"
 
 
+def path(folder: Path, id: str) -> Path:
+    """Where its description is."""
+    return folder / f"{check_id(id)}.json"
+
+
 def claim(folder: Path, name: str, started: datetime) -> tuple[str, BinaryIO]:
     """A new id from time and name, its .rrd created and locked: the lock lives as long as the open file."""
     stem = started.astimezone(UTC).strftime("%Y%m%d-%H%M%S")
@@ -150,13 +155,13 @@ def revise(folder: Path, id: str, change: Callable[[Recording], Recording]) -> R
 
 def _put(folder: Path, recording: Recording) -> None:
     """Replace the sidecar in one step: a reader sees the old or the new one, whole, after a power cut too."""
-    write_whole(folder / f"{check_id(recording.id)}.json", recording.model_dump_json(indent=1), SHARED)
+    write_whole(path(folder, recording.id), recording.model_dump_json(indent=1), SHARED)
 
 
 def read(folder: Path, id: str) -> Recording:
     """The sidecar of `id`; raises `RecordingError` when there is none or it is damaged."""
     try:
-        found = Recording.model_validate_json(read_whole(folder / f"{check_id(id)}.json", LONGEST))
+        found = Recording.model_validate_json(read_whole(path(folder, id), LONGEST))
     except FileNotFoundError:
         raise RecordingError(f"there is no recording {id!r}") from None
     except (OSError, ValidationError) as error:

@@ -61,10 +61,22 @@ class Catalogue:
                 return []
             self.problem, self._seen = "", True
             entries = self._refreshed(marks)
-        listed = [_shown(entry.recording, id in data) for id, entry in entries.items()]
+        listed = [self._shown(entry.recording, id in data) for id, entry in entries.items()]
         # A writer that begins has data before it has a sidecar, and holds them.
         left = [id for id in data - marks.keys() if sidecar.is_free(sidecar.rrd_path(self._folder, id))]
-        return listed + [sidecar.blank(id, problem="its description is missing") for id in left]
+        blanks = (sidecar.blank(id, problem="its description is missing") for id in left)
+        return listed + [self._shown(blank, has_data=True) for blank in blanks]
+
+    def _shown(self, recording: Recording, has_data: bool) -> Recording:
+        """As its description says, but for data that are not there, and for the size where it says none."""
+        if not has_data:
+            return recording.model_copy(update={"problem": recording.problem or "its data is missing"})
+        if recording.bytes:
+            return recording
+        with contextlib.suppress(OSError):  # removed this moment
+            size = sidecar.rrd_path(self._folder, recording.id).lstat().st_size
+            return recording.model_copy(update={"bytes": size})
+        return recording
 
     def _scan(self) -> tuple[dict[str, tuple[int, int, int]], set[str]]:
         """Marks of all sidecars by id, and the ids of all data."""
@@ -136,9 +148,3 @@ def _no_collection() -> Iterator[None]:
     finally:
         if was_on:
             gc.enable()
-
-
-def _shown(recording: Recording, has_data: bool) -> Recording:
-    if has_data or recording.problem:
-        return recording
-    return recording.model_copy(update={"problem": "its data is missing"})

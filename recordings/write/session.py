@@ -2,7 +2,7 @@
 
 import shutil
 import time
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -73,11 +73,18 @@ class Session:
         """As the sidecar has them, where people may change them meanwhile."""
         self._marked = 0
         self._reported = time.monotonic()
-        self._file = files.open(self._path, About(self.id, self._name, info, settings, context.profile))
-        self._file.flush()
-        self._syncer = Syncer(folder, self._path)
-        sidecar.write(folder, self._described(complete=False))
-        self._syncer.start()
+        with ExitStack() as undo:  # a file that could not be begun holds nothing, and no lock
+            undo.callback(self._lock.close)
+            undo.callback(self._path.unlink, missing_ok=True)
+            self._file = files.open(self._path, About(self.id, self._name, info, settings, context.profile))
+            undo.callback(self._file.abandon)
+            self._file.flush()
+            self._syncer = Syncer(folder, self._path)
+            undo.callback(self._syncer.close)
+            undo.callback(sidecar.path(folder, self.id).unlink, missing_ok=True)
+            sidecar.write(folder, self._described(complete=False))
+            self._syncer.start()
+            undo.pop_all()
 
     def write(self, rows: Rows) -> None:
         """Append rows (n,) and count them; once a second see whether the disk still takes them."""

@@ -26,7 +26,11 @@ class Syncer:
         """Put the file on the disk as it is; raises OSError where that fails. `start` does the rest."""
         self._folder = folder
         self._file = open_regular(path)
-        os.fsync(self._file.fileno())
+        try:
+            os.fsync(self._file.fileno())
+        except OSError:
+            self.close()
+            raise
         self._description: Recording | None = None
         self._problem = ""
         self._began: float | None = None
@@ -36,6 +40,10 @@ class Syncer:
     def start(self) -> None:
         """Go on by itself until `end`."""
         self._thread.start()
+
+    def close(self) -> None:
+        """Let go of a file with which it does not start."""
+        self._file.close()
 
     @property
     def waiting(self) -> float:

@@ -14,6 +14,7 @@ from controller.tables.header import LengthUnit, TimeUnit
 from server.cli.typed import Comments, RecordingsFolder, commands
 
 if TYPE_CHECKING:
+    from recordings.format.messages import Recording
     from recordings.store.store import Store
 
 app = commands(no_args_is_help=True, help=__doc__)
@@ -141,12 +142,18 @@ def compare(ids: Ids, folder: RecordingsFolder = None, as_json: Json = False) ->
 def repair(ids: Annotated[list[str] | None, typer.Argument()] = None, folder: RecordingsFolder = None) -> None:
     """Mend what a killed writer left behind: all such recordings, or those given."""
     store = _store(folder)
+    left = []
     with progress(out, "Mending") as told:
         chosen = ids or store.broken()
         for done, id in enumerate(chosen, 1):
-            found = store.repair(id)
-            _say(f"{id}: {'mended' if found.recovered else 'whole'}, {found.rows} rows, {found.seconds:.3f} s")
+            try:
+                found = store.repair(id)
+                _say(f"{id}: {'mended' if found.recovered else 'whole'}, {found.rows} rows, {found.seconds:.3f} s")
+            except Exception as error:  # whatever is wrong with one, the next ones wait for us
+                left.append(f"{id}: {error}")
             told(done / len(chosen))
+    if left:
+        raise RecordingError(f"{len(left)} of {len(chosen)} recordings are not mended: {'; '.join(left)}")
 
 
 @app.command()
@@ -158,7 +165,7 @@ def rm(
 ) -> None:
     """Delete recordings, which `restore` takes back for 7 days; those with a star stay."""
     store = _store(folder)
-    starred_first = sorted((store.find(id) for id in ids), key=lambda found: not found.starred)
+    starred_first = sorted((_removable(store, id) for id in ids), key=lambda found: not found.starred)
     for found in starred_first:  # one that is refused is met before any is deleted
         if yes or typer.confirm(f"Delete {found.id} ({found.name}, {found.bytes / 1e6:.1f} MB)?"):
             (store.erase if for_good else store.remove)(found.id)
@@ -184,6 +191,17 @@ def play(id: Id, folder: RecordingsFolder = None) -> None:
     from recordings.read.playing import play as open_viewer
 
     open_viewer(_store(folder).path(id))
+
+
+def _removable(store: "Store", id: str) -> "Recording":
+    """The recording `id`, even a damaged one, of which the list alone knows; RecordingError where there is none."""
+    try:
+        return store.find(id)
+    except RecordingError:
+        listed = next((one for one in store.list() if one.id == id), None)
+        if listed is None:
+            raise
+        return listed
 
 
 def _folder(folder: Path | None) -> Path:

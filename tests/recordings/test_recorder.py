@@ -1,5 +1,6 @@
 """What the recorder writes is what rerun's own reader finds."""
 
+import errno
 import subprocess
 import sys
 import threading
@@ -14,7 +15,7 @@ from rerun import RecordingStream
 from controller.errors import RecordingError
 from controller.schema.messages import Telemetry
 from controller.schema.parameters import Settings
-from recordings.format import tool
+from recordings.format import sidecar, tool
 from recordings.format.messages import Hole, Recording
 from recordings.read.reader import read_about, read_log, read_rows
 from recordings.store.store import Store
@@ -129,6 +130,23 @@ def test_a_folder_that_is_gone_is_made_again_and_one_that_cannot_be_is_named(tmp
     recorder.close()
 
 
+@pytest.mark.parametrize("failing", ["flush", "description"])
+def test_a_start_that_fails_leaves_nothing_and_holds_no_lock(
+    recorder: Recorder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failing: str
+) -> None:
+    with monkeypatch.context() as full:
+        if failing == "flush":
+            full.setattr(RrdFile, "flush", _full)
+        else:
+            full.setattr(sidecar, "_put", _no_space)
+        with pytest.raises(RecordingError, match="no room"):
+            recorder.start("full", rig_info(), Settings())
+    left = [path.name for path in tmp_path.iterdir() if path.name != sidecar.TURN]
+    assert left == [] and Store(tmp_path).list() == []
+    recorder.start("with room again", rig_info(), Settings())
+    assert recorder.stop().complete
+
+
 def test_rows_may_be_overwritten_once_handed_over(recorder: Recorder, tmp_path: Path) -> None:
     rows = telemetry_rows(50)
     recorder.start("reused buffer", rig_info(), Settings())
@@ -230,6 +248,10 @@ def test_a_file_that_failed_and_never_closes_stops_no_other(
     assert recorder.stop().complete
     assert not closed.is_set(), "nobody waited for it"
     over.set()
+
+
+def _no_space(*_: object) -> None:
+    raise OSError(errno.ENOSPC, "no room")
 
 
 def _full(*_: object) -> None:

@@ -167,6 +167,39 @@ def test_what_a_killed_writer_left_is_mended(made: tuple[Path, Recording], tmp_p
     assert Store(tmp_path).find(done.id).recovered
 
 
+def test_what_cannot_be_mended_is_named_and_keeps_no_other_from_it(
+    made: tuple[Path, Recording], tmp_path: Path
+) -> None:
+    folder, done = made
+    bad = ("20200101-000000", "20990101-000000")  # one is met before the good one and one after it
+    for id in bad:
+        (tmp_path / f"{id}.rrd").write_bytes(b"")
+        sidecar.write(tmp_path, done.model_copy(update={"id": id, "complete": False}))
+    (tmp_path / f"{done.id}.rrd").write_bytes((folder / f"{done.id}.rrd").read_bytes()[:-1000])
+    sidecar.write(tmp_path, done.model_copy(update={"complete": False}))
+    with pytest.raises(RecordingError) as refused:
+        run(tmp_path, "repair")
+    assert "2 of 3 recordings are not mended" in str(refused.value) and all(
+        f"{id}: " in str(refused.value) for id in bad
+    )
+    assert Store(tmp_path).find(done.id).recovered
+    with pytest.raises(RecordingError, match=r"1 of 1 .*20200101-000001: there is no recording"):
+        run(tmp_path, "repair", "20200101-000001")
+
+
+def test_a_damaged_recording_is_deleted_like_any_other(tmp_path: Path) -> None:
+    for id, description in (("20200101-000000", "{"), ("20200101-000001", None)):
+        (tmp_path / f"{id}.rrd").write_bytes(bytes(2_300_000))
+        if description:
+            (tmp_path / f"{id}.json").write_text(description)
+        asked = run(tmp_path, "rm", id, answer="n\n")
+        assert f"Delete {id}" in asked and "2.3 MB" in asked
+        assert f"Deleted: {id}" in run(tmp_path, "rm", id, "--yes")
+    assert Store(tmp_path).list() == []
+    with pytest.raises(RecordingError, match="there is no recording '20200101-000002'"):
+        run(tmp_path, "rm", "20200101-000002", "--yes")
+
+
 def test_without_a_display_the_viewer_says_so(made: tuple[Path, Recording], monkeypatch: pytest.MonkeyPatch) -> None:
     folder, done = made
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
