@@ -52,6 +52,15 @@ def test_systemd_takes_them_and_finds_them_closed(name: str, exposure: int, tmp_
     assert judged.returncode == 0, judged.stdout[-400:]
 
 
+@pytest.mark.parametrize("name", UNITS)
+def test_their_kernels_are_those_of_the_sources_that_run(name: str) -> None:
+    """With NUMBA_CACHE_DIR nothing would tell changed sources: the hash in the folder's name does."""
+    unit = settings(unit_text(name))
+    given = dict(part.split("=") for part in unit["Environment"][0].split())
+    assert given["XDG_CACHE_HOME"] == f"/var/cache/{unit['CacheDirectory'][0]}"
+    assert "NUMBA_CACHE_DIR" not in given
+
+
 def test_they_run_as_two_users_and_only_the_rig_has_a_privilege() -> None:
     rig, server = (settings(unit_text(name)) for name in UNITS)
     assert {rig["User"][0], server["User"][0]} == {"tendril-rig", "tendril-server"}
