@@ -1,8 +1,9 @@
 """Drivers by name: ours, and those of installed packages (entry points of the group "tendril.drivers")."""
 
+from collections.abc import Iterable, Iterator
 from importlib import import_module
 from importlib.metadata import entry_points
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import ValidationError
 
@@ -36,7 +37,7 @@ def driver_class(name: str) -> type[Device[Any]]:
     """The driver `name`; ParameterError where there is none, or its package is missing."""
     places = driver_names()
     if name not in places:
-        raise ParameterError(f"driver = {name}: there are {', '.join(sorted(places))}")
+        raise ParameterError(f"driver = {name}: {_there_are(places)}")
     module, _, attribute = places[name].partition(":")
     try:
         found = getattr(import_module(module), attribute)
@@ -76,11 +77,23 @@ def valve_class(name: str) -> type[ValveDevice[Any]]:
     return kind
 
 
-def _class_of(name: str, table: str) -> type[Device[Any]]:
+def _there_are(names: Iterable[str]) -> str:
+    return f"there are {', '.join(sorted(names))}"
+
+
+def _class_of(name: str, table: Literal["motion_capture", "valves"]) -> type[Device[Any]]:
+    if name not in driver_names():
+        room = ".capture." if table == "motion_capture" else ".valves."
+        raise ParameterError(f"{table}.driver = {name}: {_there_are(_fitting(room))}")
     try:
         return driver_class(name)
     except ParameterError as error:
         raise ParameterError(f"{table}.{error}") from error
+
+
+def _fitting(room: str) -> Iterator[str]:
+    """Ours of that kind, and every other package's: what those are is known once they are loaded."""
+    return (name for name, place in driver_names().items() if name not in OURS or room in place)
 
 
 def checked_options(kind: type[Device[Any]], options: dict[str, Any], table: str) -> Any:

@@ -1,6 +1,8 @@
 import pytest
 from typer.testing import CliRunner
 
+from controller.drivers.registry import capture_class, valve_class
+from controller.errors import ParameterError
 from server.cli.drivers import app, parsed
 
 run = CliRunner()
@@ -33,6 +35,15 @@ def test_what_cannot_be_checked_is_said() -> None:
     for driver in ("nidaq", "lsl"):
         assert f"driver {driver} has no virtual peer" in run.invoke(app, ["check", driver, "--peer"]).output
     assert "driver.options.port = 0" in str(run.invoke(app, ["check", "modbus", "-o", "port=0"]).exception)
+
+
+def test_who_names_no_driver_is_told_those_that_fit() -> None:
+    with pytest.raises(ParameterError) as cameras:
+        capture_class("optitrack")
+    assert "natnet" in str(cameras.value) and "modbus" not in str(cameras.value)
+    with pytest.raises(ParameterError, match=r"valves\.driver = festo: there are .*modbus.*udp") as valves:
+        valve_class("festo")
+    assert "natnet" not in str(valves.value)
 
 
 @pytest.mark.parametrize(
