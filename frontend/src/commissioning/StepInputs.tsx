@@ -1,6 +1,7 @@
 import { NumberInput } from "@mantine/core";
+import { usePage, type Page } from "../live/page";
 import { useWhyNot } from "../operate/permission";
-import { INPUTS, type Input, type StepName, type TypedInputs } from "./steps";
+import { INPUTS, mostOf, type Input, type StepName, type TypedInputs } from "./steps";
 
 interface Props {
   readonly step: StepName;
@@ -11,6 +12,7 @@ interface Props {
 /** With what a step begins; what is left empty is as usual. */
 export function StepInputs({ step, typed, type }: Props) {
   const reason = useWhyNot("settings");
+  const full = usePage(fullPressure);
   const inputs = INPUTS[step];
   if (inputs.length === 0) return null;
   return (
@@ -21,12 +23,12 @@ export function StepInputs({ step, typed, type }: Props) {
           size="xs"
           w={150}
           className="number-field"
-          label={labelOf(input)}
+          label={labelOf(input, mostOf(input, full))}
           placeholder="as usual"
           data-testid={`input-${step}-${input.name}`}
           value={typed[input.name] ?? (input.usual === null ? "" : Math.round(input.usual * input.scale))}
           min={input.min}
-          max={input.max}
+          max={mostOf(input, full)}
           step={input.step}
           clampBehavior="blur"
           allowDecimal={input.unit !== ""}
@@ -40,6 +42,12 @@ export function StepInputs({ step, typed, type }: Props) {
   );
 }
 
-function labelOf({ label, unit, min, max }: Input): string {
+/** At full torque, in the pair that takes less [Pa]. */
+function fullPressure({ rig }: Page): number {
+  const actuator = rig?.parameters.actuator;
+  return actuator ? actuator.u_max * Math.min(...actuator.pressure_map) : Infinity;
+}
+
+function labelOf({ label, unit, min }: Input, max: number): string {
   return `${label}, ${min} … ${max}${unit === "" ? "" : ` ${unit}`}`;
 }

@@ -2,6 +2,8 @@ import { expect, test } from "vitest";
 import {
   answered,
   bodyOf,
+  INPUTS,
+  mostOf,
   foundText,
   lackingText,
   nextStep,
@@ -59,6 +61,14 @@ test("a rig says what it lacks until it is commissioned", () => {
   };
   expect(lackingText(state)).toBe("Not commissioned: frame assumed, not measured, no closed loop tried");
   expect(lackingText({ ...state, complete: true, missing: [] })).toBe("");
+});
+
+test("no more pressure can be typed than the server takes of this actuator", () => {
+  const [pressure] = INPUTS.pressure;
+  expect([mostOf(pressure, 241e3), mostOf(pressure, 100e3)]).toEqual([120, 50]);
+  expect(mostOf(INPUTS.jog[0], 100e3)).toBe(20);
+  expect(mostOf(INPUTS.jog[0], 400e3)).toBe(40);
+  expect(mostOf(INPUTS.decay[1], 100e3)).toBe(90);
 });
 
 test("a step is begun with what was typed, in SI, and the rest as usual", () => {

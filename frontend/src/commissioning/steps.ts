@@ -54,6 +54,8 @@ export interface Input {
   readonly scale: number;
   readonly min: number;
   readonly max: number;
+  /** Of the pressure that full torque takes, where that is less than `max` (server/commissioning). */
+  readonly share?: number;
   readonly step: number;
   /** What stands there at first, SI; null: as much as the step usually takes. */
   readonly usual: number | null;
@@ -68,7 +70,7 @@ const PRESSURE = {
   step: 1,
   usual: null,
 } as const;
-const LOW: Input = { ...PRESSURE, max: 40 };
+const LOW: Input = { ...PRESSURE, max: 40, share: 0.2 };
 const SHARE: Input = {
   name: "share",
   label: "Of the torque limits",
@@ -95,7 +97,7 @@ export const INPUTS: Record<StepName, readonly Input[]> = {
   jog: [LOW],
   frame: [LOW],
   signs: [LOW],
-  pressure: [{ ...PRESSURE, max: 150 }, counted("Repeats")],
+  pressure: [{ ...PRESSURE, max: 150, share: 0.5 }, counted("Repeats")],
   statics: [
     { name: "grid", label: "Torques of each pair", unit: "", scale: 1, min: 3, max: 9, step: 1, usual: 5 },
     SHARE,
@@ -104,6 +106,11 @@ export const INPUTS: Record<StepName, readonly Input[]> = {
   identify: [],
   closed_loop: [counted("Laps")],
 };
+
+/** The most that may be typed for an actuator whose chambers take `full` [Pa] at full torque, in the display unit. */
+export function mostOf({ max, share, scale }: Input, full: number): number {
+  return share === undefined ? max : Math.min(max, Math.floor(share * full * scale));
+}
 
 /** What a step does to the arm once it is started, said before it does; "" where nothing moves. */
 export const MOVES: Record<StepName, string> = {
