@@ -30,6 +30,9 @@ from controller.schema.parameters import (
     SafetyLimits,
 )
 
+REST_TIME_MAX = 60.0
+"""Longest that REST may take: what was to vent would stay under pressure [s]."""
+
 
 def build_rig(parameters: RigParameters, boot: int) -> Rig:
     """The controller's memory for one boot of a rig with boot id `boot`: vented, at rest, nothing planned.
@@ -43,6 +46,7 @@ def build_rig(parameters: RigParameters, boot: int) -> Rig:
 def _built(parameters: RigParameters, boot: int) -> Rig:
     controller, actuator = parameters.controller, parameters.actuator
     require_pressure(actuator, parameters.limits)
+    require_rest(actuator, controller)
     model = observer_model(actuator, controller)
     observer = build_observer(model, controller, observer_gains_max(model, parameters))
     state = np.zeros(1, STATE)
@@ -74,6 +78,16 @@ def require_pressure(actuator: Actuator, limits: SafetyLimits) -> None:
         raise ParameterError(
             f"u_max = {actuator.u_max} N m needs {needed:.0f} Pa: an E-STOP of the rig, above its limit of "
             f"{limits.pressure_max:.0f} Pa"
+        )
+
+
+def require_rest(actuator: Actuator, controller: ControllerParameters) -> None:
+    """Raise ParameterError if REST takes too long to bring full torque to zero."""
+    needed = actuator.u_max / controller.rest_rate
+    if needed > REST_TIME_MAX:
+        raise ParameterError(
+            f"rest_rate = {controller.rest_rate:g} N m/s takes {needed:.4g} s to bring u_max = {actuator.u_max:g} N m "
+            f"to rest, more than {REST_TIME_MAX:g} s"
         )
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from controller.arrays import Array
+from controller.build.rig import build_rig
 from controller.build.rod import build_rod, torque_map
 from controller.build.stability import largest_step, natural_modes, stable_substeps
 from controller.build.twin import twin_model
@@ -13,7 +14,7 @@ from controller.errors import ParameterError
 from controller.kernels.model.rod import RodModel, make_load
 from controller.kernels.model.statics import at_rest
 from controller.schema.actuator import PRESETS, Actuator
-from controller.schema.parameters import TwinParameters
+from controller.schema.parameters import ControllerParameters, RigParameters, TwinParameters
 from tests.controller.chains import advance, preset, static, thrown
 from tests.controller.statically import static_tip
 from tests.oracles import Chain
@@ -132,3 +133,11 @@ def test_finer_rods_need_substeps() -> None:
     assert stable_substeps(preset("P1"), 1e-3) == 1
     assert stable_substeps(preset("P1", 20), 1e-3) in range(6, 12)
     assert stable_substeps(build_rod(PRESETS["P2"], 20), 1e-3) in range(18, 32)
+
+
+def test_a_rig_that_would_take_longer_than_a_minute_to_come_to_rest_does_not_start() -> None:
+    """Each watchdog's time is bounded; what comes after it was not, and a rig nobody serves kept its pressure."""
+    for rate, seconds in ((1e-9, r"6e\+07"), (0.99e-3, "60.61")):
+        with pytest.raises(ParameterError, match=rf"rest_rate = {rate:g} N m/s takes {seconds} s .* u_max = 0.06 N m"):
+            build_rig(RigParameters(controller=ControllerParameters(rest_rate=rate)), 1)
+    build_rig(RigParameters(controller=ControllerParameters(rest_rate=1e-3)), 1)
