@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from controller.schema.modes import Cause, Law, Mode, Request
+from controller.schema.modes import Cause, Law, Mode, Request, RowKind
 from tests.controller.desk import Desk
 from tests.controller.trial import SOFT, Trial, twin_with
 
@@ -121,6 +121,27 @@ def test_a_reference_that_repeats_never_stops_between_its_laps_and_ends_where_it
     assert np.linalg.norm(np.array(followed)[400:500] - wanted[400:500], axis=1).max() < 1e-3
     desk.step()
     assert (desk.mode, desk.cause) == (H, Cause.REFERENCE_DONE)
+
+
+def test_the_law_of_a_run_ends_with_it() -> None:
+    """In HOLD after it the feedback is that of any other HOLD, from its first tick on."""
+    desk, rows = Desk(), np.column_stack([np.full(300, 0.25), np.linspace(0.0, 0.03, 300)])
+    desk.into(H)
+    desk.plan(rows)
+    desk.rig.control.kinds[: len(rows)] = RowKind.KNOWN
+    desk.rig.control.guide[: len(rows)] = 0.0
+    state = desk.rig.control.state[0]
+    desk.ask(Request.TRACK)
+    desk.step(299)
+    assert (desk.mode, state["kind"], state["guided"]) == (T, RowKind.KNOWN, 1)
+    desk.step()
+    assert (desk.mode, desk.cause) == (H, Cause.REFERENCE_DONE)
+    assert (state["kind"], state["guided"]) == (RowKind.DRAWN, 0)
+    desk.ask(Request.TRACK)
+    desk.step(10)
+    assert (desk.mode, state["kind"]) == (T, RowKind.KNOWN)
+    desk.ask(Request.HOLD)
+    assert (desk.mode, state["kind"], state["guided"]) == (H, RowKind.DRAWN, 0)
 
 
 @pytest.mark.parametrize("mode", LIVE)

@@ -29,7 +29,6 @@ def refer(command: Record, due: bool, control: Control) -> None:
     if state.entered:
         anchor(state)
         state.index = state.followed = 0
-        state.kind = DRAWN
     if state.mode == FOLLOW:
         if due:
             aim(command.target[0], command.target[1], control)
@@ -37,6 +36,8 @@ def refer(command: Record, due: bool, control: Control) -> None:
     elif state.mode == TRACK:
         follow_plan(control)
 
+    if state.mode != TRACK:  # also where the plan has just come to its end
+        state.kind, state.guided = DRAWN, 0
 
 @kernel
 def anchor(state: Record) -> None:
