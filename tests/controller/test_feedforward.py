@@ -8,15 +8,18 @@ import pytest
 from scipy.optimize import LinearConstraint, minimize
 
 from controller.build.statics import build_static_map
-from controller.kernels.control.follow import limit_motion
-from controller.kernels.control.inverse import MARGIN, REFINE_STEPS, TOLERANCE, gauss_newton
+from controller.kernels.control.follow import branch_due, limit_motion
+from controller.kernels.control.inverse import LOOKS, MARGIN, REFINE_STEPS, TOLERANCE, gauss_newton
+from controller.kernels.control.timing import feedforward_ticks
 from controller.kernels.model.equilibrium import make_scratch
 from controller.kernels.model.polygon import admissible, nearest_admissible
 from controller.kernels.model.statics import StaticMap, tips_of
 from controller.schema.actuator import PRESETS
-from controller.schema.modes import Law, Request
-from controller.schema.parameters import ControllerParameters
+from controller.schema.layout import to_record
+from controller.schema.modes import Law, Mode, Request
+from controller.schema.parameters import ControllerParameters, RigParameters, Settings
 from tests.controller.chains import preset
+from tests.controller.desk import Desk
 from tests.controller.statically import expand_tip, invert, refine, static_tip
 from tests.controller.trial import Trial, distance, line, true_tip
 
@@ -210,3 +213,36 @@ def test_between_two_solutions_the_reference_follows_the_torque_and_a_hold_stays
     assert closed["p_ref"].tolist() == opened["p_ref"].tolist(), "not where the plan is: nothing leads there yet"
     held = trial.ask(Request.HOLD, ticks=300)
     assert distance(held["p_ref"], opened["p_ref"]).max() < 2e-4
+
+
+@pytest.mark.parametrize("dt", [1e-4, 1e-3, 2e-3, 1e-2])
+def test_every_other_branch_has_its_turn_however_often_the_inverse_is_solved(dt: float) -> None:
+    for milliseconds in range(1, 101):
+        settings = to_record(Settings(feedforward_period=1e-3 * milliseconds))[0]
+        every = feedforward_ticks(settings, dt)
+        ticks = every * np.arange(200)
+        ranks = np.array([branch_due(tick, every) for tick in ticks])
+        looks = np.flatnonzero(ranks >= 0)
+        assert np.array_equal(ranks[looks], np.arange(len(looks)) % LOOKS), milliseconds
+        assert (np.diff(ticks[looks]) >= 10).all() and (np.diff(ticks[looks]) < 10 + every).all(), milliseconds
+
+
+@pytest.mark.parametrize("every", [1, 2, 5, 10])
+def test_where_ten_ticks_are_whole_periods_a_branch_is_looked_at_every_ten_ticks(every: int) -> None:
+    for tick in range(0, 1000, every):
+        assert branch_due(tick, every) == (tick // 10 % LOOKS if tick % 10 == 0 else -1)
+
+
+@pytest.mark.parametrize("period", [0.001, 0.01, 0.016, 0.02, 0.04, 0.1])
+def test_the_only_branch_that_reaches_the_target_is_found_however_often_the_inverse_is_solved(period: float) -> None:
+    """3 mm short of it, and only the second and the fourth start lead there: every 16, 20 or 40 ms none was tried."""
+    desk = Desk(RigParameters(actuator=PRESETS["P2"]), law=Law.FF, K_o=(0.0, 0.0), feedforward_period=period)
+    desk.rig.control.limits["residual_max"] = 1.0
+    desk.into(Mode.HOLD)
+    state, u = desk.rig.control.state[0], (30e-3, 15e-3)
+    state["u"] = state["u_ff"] = u
+    state["wish"] = state["p_ref"] = static_tip(desk.rig.control.smap.statics, *u)
+    desk.ask(Request.FOLLOW, target=(-0.103, -0.078))
+    assert not desk.rig.control.state["reachable"][0]
+    desk.step(2500)
+    assert desk.mode == Mode.FOLLOW and desk.rig.control.state["reachable"][0]

@@ -5,13 +5,14 @@ import math
 from controller.arrays import Pair, Record
 from controller.kernels.compiled import kernel
 from controller.kernels.control.inverse import LOOKS, MARGIN, REFINE_STEPS, TOLERANCE, other_branch, refine
+from controller.kernels.control.timing import feedforward_ticks
 from controller.kernels.memory import Control
 from controller.kernels.model.statics import static_tip
 from controller.kernels.safety.safety import FOLLOW, HOLD, TRACK, move
 from controller.schema.modes import Cause, RowKind
 
 SEARCH_EVERY = 10
-"""Ticks between two looks at another branch, which costs as much as the rest of the tick; all are looked at in turn."""
+"""Least ticks between two looks at another branch, which costs as much as the rest of the tick."""
 HELD, PATIENCE, MARGIN_MOVING = 2e-3, 0.3, 30e-3
 """A goal that stays within HELD [m] for PATIENCE [s] is gone to in whichever pose comes nearest; one that moves on may
 soon be back in the reach of the present pose: for it only a branch that is nearer by MARGIN_MOVING [m] is taken."""
@@ -31,13 +32,13 @@ def refer(command: Record, due: bool, control: Control) -> None:
         state.index = state.followed = 0
     if state.mode == FOLLOW:
         if due:
-            aim(command.target[0], command.target[1], control)
+            aim(command.target[0], command.target[1], feedforward_ticks(command.settings, control.dt), control)
         approach_goal(command.settings, control.dt, state)
     elif state.mode == TRACK:
         follow_plan(control)
-
     if state.mode != TRACK:  # also where the plan has just come to its end
         state.kind, state.guided = DRAWN, 0
+
 
 @kernel
 def anchor(state: Record) -> None:
@@ -51,19 +52,32 @@ def anchor(state: Record) -> None:
 
 
 @kernel
-def aim(x: float, y: float, control: Control) -> None:
+def aim(x: float, y: float, every: int, control: Control) -> None:
     """Project the goal (x, y) [m] into the reach: u_goal, and p_goal, the goal itself where it can be reached.
 
+    It is called at the multiples of `every` ticks, and at some of them looks at one other branch, at each in turn.
     Paper, "Task 5: Real-Time User-Defined Tracking": projected onto the workspace. In place: control.state.
     """
     state, smap = control.state[0], control.smap
     note_aim(x, y, control.dt, state)
     u1, u2, distance, settled = refine(smap, (x, y), (state.u_goal[0], state.u_goal[1]), REFINE_STEPS, control.scratch)
     found = (u1, u2, distance)
-    if settled and distance >= TOLERANCE and state.tick % SEARCH_EVERY == 0:
+    rank = branch_due(state.tick, every)
+    if settled and distance >= TOLERANCE and rank >= 0:
         margin = MARGIN if state.aimed_time >= PATIENCE else MARGIN_MOVING
-        found = other_branch(smap, (x, y), found, margin, state.tick // SEARCH_EVERY % LOOKS, control.scratch)
+        found = other_branch(smap, (x, y), found, margin, rank, control.scratch)
     set_goal((x, y), found, control)
+
+
+@kernel
+def branch_due(tick: int, every: int) -> int:
+    """Which other branch is looked at in this tick, where goals are set at the multiples of `every` ticks; -1: none.
+
+    From look to look it is the fewest multiple of `every` that SEARCH_EVERY allows: so each branch has its turn. Not in
+    the paper.
+    """
+    apart = (SEARCH_EVERY + every - 1) // every * every
+    return tick // apart % LOOKS if tick % apart == 0 else -1
 
 
 @kernel
@@ -164,7 +178,7 @@ def follow_plan(control: Control) -> None:
         u1, u2, distance, _ = refine(control.smap, (x, y), (u1, u2), REFINE_STEPS, control.scratch)
         set_goal((x, y), (u1, u2, distance), control)
     else:
-        aim(x, y, control)
+        aim(x, y, 1, control)
     state.kind = control.kinds[state.index]
     state.followed += 1
     state.index += 1

@@ -22,10 +22,16 @@ def begin(t_ns: int, control: Control) -> int:
 
 
 @kernel
+def feedforward_ticks(settings: Record, dt: float) -> int:
+    """Ticks from one static inverse to the next. Paper, "Task 5: Real-Time User-Defined Tracking": 100 Hz."""
+    return max(int(settings.feedforward_period / dt + 0.5), 1)
+
+
+@kernel
 def feedforward_due(control: Control, settings: Record) -> bool:
     """Whether this tick solves the static inverse: every `feedforward_period`, and when a mode begins.
 
     Paper, "Task 5: Real-Time User-Defined Tracking": at 100 Hz there.
     """
-    every = max(int(settings.feedforward_period / control.dt + 0.5), 1)
+    every = feedforward_ticks(settings, control.dt)
     return control.state[0].tick % every == 0 or control.state[0].entered == 1
