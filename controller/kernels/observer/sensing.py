@@ -27,8 +27,8 @@ def sense(
     state = control.state[0]
     usable = 0
     if measurement.t_ns > sensing.sample_ns[0]:
-        drop_jumps(observer.points, measurement, control, sensing)
         note_motion(sensing, observer.u_hat, measurement, state)
+        drop_jumps(observer.points, measurement, control, sensing)
         take_sample(measurement, sensing)
         state.jumped = sensing.dropped[0] & settings.sensed
     for i in range(sensing.p.shape[0]):
@@ -123,15 +123,15 @@ def off_course(sensing: Sensing, measurement: Record, i: int, since: float) -> f
 def note_motion(sensing: Sensing, u_hat: Array, measurement: Record, state: Record) -> None:
     """Remember when any marker last moved, and the torque on the model then: no camera repeats all its numbers.
 
-    Not in the paper: safety. In place: state.moved_ns, state.u_moved.
+    A marker has moved that is not where it was seen last, used or not. Out of sight it has not, nor if it is seen
+    again where it was. Not in the paper: safety. In place: state.moved_ns, state.u_moved.
     """
-    for i in range(sensing.p.shape[0]):
-        for j in range(2):
-            x = measurement.markers[i, j]
-            if x == x and x != sensing.p[i, j]:  # nan is no motion
-                state.moved_ns = measurement.t_ns
-                state.u_moved[0], state.u_moved[1] = u_hat[0], u_hat[1]
-                return
+    for i in range(sensing.seen.shape[0]):
+        x, y = measurement.markers[i, 0], measurement.markers[i, 1]
+        if math.isfinite(x + y) and (x != sensing.seen[i, 0] or y != sensing.seen[i, 1]):
+            state.moved_ns = measurement.t_ns
+            state.u_moved[0], state.u_moved[1] = u_hat[0], u_hat[1]
+            return
 
 
 @kernel
