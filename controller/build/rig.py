@@ -30,6 +30,8 @@ from controller.schema.parameters import (
     SafetyLimits,
 )
 
+SAMPLES_APART_MIN = 1e-3
+"""Of the fastest cameras: what is usual of the one at hand is learnt from there [s]."""
 REST_TIME_MAX = 60.0
 """Longest that REST may take: what was to vent would stay under pressure [s]."""
 
@@ -100,6 +102,10 @@ def no_sample() -> Sensing:
         v=np.zeros((SENSORS, 2)),
         seen=unknown.copy(),
         seen_dot=np.zeros((SENSORS, 2)),
+        usual=np.full(1, SAMPLES_APART_MIN),
+        gap=np.zeros(1),
+        held=np.zeros(1),
+        late=np.zeros(1),
         age=np.zeros(1),
         off=unknown,
         fast=np.zeros(1),

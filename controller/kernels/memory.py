@@ -129,11 +129,19 @@ class Sensing(Group):
     p: Array
     """Positions (10,2) [m], nan where not seen, or where the marker jumped."""
     v: Array
-    """Velocities by difference of the last two samples (10,2) [m/s], 0 where unknown."""
+    """Velocities by difference of the last two samples that did not come together (10,2) [m/s], 0 where unknown."""
     seen: Array
     """Positions when each was seen last (10,2) [m], used or not; nan where that tells nothing."""
     seen_dot: Array
     """Velocities at that time (10,2) [m/s], 0 where unknown."""
+    usual: Array
+    """(1,) the usual time between two samples [s]."""
+    gap: Array
+    """(1,) the time before the last sample that did not come together with another [s]."""
+    held: Array
+    """(1,) for how long the last sample may have been held back on its way; 0 if it came in its time [s]."""
+    late: Array
+    """(1,) by how much later than this one the sample before was stamped, for all that is usual [s]."""
     age: Array
     """(1,) by how long the observer carries p on with v, to the middle of the coming step; 0 where it holds p [s]."""
     off: Array

@@ -13,6 +13,10 @@ WHIP = 2.0
 """Faster than this an arm whips [m/s], at a step or a start from straight: what it does within 10 ms is no jump."""
 WHIP_TIME = 0.1
 """Time constant with which it comes to rest after that [s]."""
+TOGETHER = 0.25
+"""A sample that follows another within this share of the usual time came together with it."""
+ADAPTING = 1.02
+"""The usual time goes up or down by this factor at most from sample to sample: gaps and bursts hardly move it."""
 
 
 @kernel
@@ -28,6 +32,7 @@ def sense(
     usable = 0
     if measurement.t_ns > sensing.sample_ns[0]:
         note_motion(sensing, observer.u_hat, measurement, state)
+        note_interval(measurement, sensing)
         drop_jumps(observer.points, measurement, control, sensing)
         take_sample(measurement, sensing)
         state.jumped = sensing.dropped[0] & settings.sensed
@@ -41,6 +46,24 @@ def sense(
     state.used = usable if fresh and not state.moved_over else 0
     carried = fresh and control.controller[0].carry_on
     sensing.age[0] = (t_ns - sensing.sample_ns[0]) * 1e-9 + 0.5 * control.dt if carried else 0.0
+
+
+@kernel
+def note_interval(measurement: Record, sensing: Sensing) -> None:
+    """Note for how long the new sample may have been held back on its way; 0 unless it came together with the last.
+
+    Without times of capture a source's samples are stamped as they arrive, those that were held back all at once: the
+    time between them tells no speed, and the arm has moved as in the gap before them. The one after them was captured
+    no sooner after the last of them than is usual, which is about the median.
+    Not in the paper. In place: sensing.usual, sensing.gap, sensing.held, sensing.late.
+    """
+    apart = (measurement.t_ns - sensing.sample_ns[0]) * 1e-9
+    if apart < TOGETHER * sensing.usual[0]:
+        sensing.held[0], sensing.late[0] = sensing.gap[0], 0.0
+    else:
+        sensing.late[0] = max(0.0, sensing.usual[0] - apart) if sensing.held[0] > 0.0 else 0.0
+        sensing.gap[0], sensing.held[0] = apart, 0.0
+    sensing.usual[0] = min(max(apart, sensing.usual[0] / ADAPTING), sensing.usual[0] * ADAPTING)
 
 
 @kernel
@@ -60,13 +83,13 @@ def drop_jumps(points: Array, measurement: Record, control: Control, sensing: Se
             forget_jump(i, sensing)
         x, y = measurement.markers[i, 0] - points[i, 0], measurement.markers[i, 1] - points[i, 1]
         if math.isfinite(x + y):
-            room = limits.jump_max + (limits.jump_speed + 2.0 * whip) * since
+            room = limits.jump_max + (limits.jump_speed + 2.0 * whip) * (since + sensing.held[0])
             steady = off_course(sensing, measurement, i, since) <= room  # nan, its course is unknown: no
             apart = math.hypot(x - sensing.off[i, 0], y - sensing.off[i, 1]) > room
             dropped = sensing.dropped[0] >> i & 1 != 0
             back = not steady or whip > 0.0
             jumped = live and ((dropped and not back) or (apart and (dropped or not steady)))
-            note_course(measurement, i, 0.0 if dropped or jumped else 1.0 / since, sensing)
+            note_course(measurement, i, 0.0 if dropped or jumped else 1.0 / (since + sensing.late[0]), sensing)
             if jumped:
                 sensing.dropped[0] |= 1 << i
             else:
@@ -89,11 +112,13 @@ def forget_jump(i: int, sensing: Sensing) -> None:
 def note_course(measurement: Record, i: int, rate: float, sensing: Sensing) -> None:
     """Remember where marker i is seen, and how fast it got there: `rate` [1/s] times the way since it was seen last.
 
+    A sample that may have been held back tells no speed other than 0: the last one stays.
     Not in the paper: see `drop_jumps`. In place: sensing.seen, sensing.seen_dot, sensing.met_ns.
     """
     for j in range(2):
-        v = (measurement.markers[i, j] - sensing.seen[i, j]) * rate
-        sensing.seen_dot[i, j] = v if math.isfinite(v) else 0.0
+        if sensing.held[0] == 0.0 or rate == 0.0:
+            v = (measurement.markers[i, j] - sensing.seen[i, j]) * rate
+            sensing.seen_dot[i, j] = v if math.isfinite(v) else 0.0
         sensing.seen[i, j] = measurement.markers[i, j]
     sensing.met_ns[i] = measurement.t_ns
 
@@ -138,13 +163,15 @@ def note_motion(sensing: Sensing, u_hat: Array, measurement: Record, state: Reco
 def take_sample(measurement: Record, sensing: Sensing) -> None:
     """Hold the markers of `measurement`, but for those that jumped, and their velocity since the sample before.
 
+    The velocity of the sample before stays where this one came together with it: see `note_interval`.
     p_data and its rate: paper, "Dynamic observer". In place: sensing.p, sensing.v, sensing.sample_ns.
     """
-    rate = 1e9 / (measurement.t_ns - sensing.sample_ns[0])
+    rate = 1e9 / (measurement.t_ns - sensing.sample_ns[0] + 1e9 * sensing.late[0])
     for i in range(sensing.p.shape[0]):
         for j in range(2):
             p = measurement.markers[i, j] if not sensing.dropped[0] >> i & 1 else math.nan
-            v = (p - sensing.p[i, j]) * rate
-            sensing.v[i, j] = v if math.isfinite(v) and sensing.sample_ns[0] > 0 else 0.0
+            if sensing.held[0] == 0.0:
+                v = (p - sensing.p[i, j]) * rate
+                sensing.v[i, j] = v if math.isfinite(v) and sensing.sample_ns[0] > 0 else 0.0
             sensing.p[i, j] = p
     sensing.sample_ns[0] = measurement.t_ns
