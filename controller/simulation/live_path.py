@@ -14,7 +14,7 @@ from controller.arrays import Array, Rows
 from controller.reference.path_file import read_samples
 from controller.reference.reference import Reference
 from controller.schema.modes import Mode, Request
-from controller.schema.parameters import DT, Settings
+from controller.schema.parameters import Settings
 from controller.simulation.case import Case, Outcome, Setup, outcome, parameters_of, settings_of
 from controller.simulation.run import armed, request, require_mode
 from controller.simulation.simulate import Simulation
@@ -22,8 +22,6 @@ from controller.simulation.simulate import Simulation
 LIVE_PATH_FILE = Path(reference.__file__).parent / "data" / "live_path.csv"
 INVERSE_PERIOD = 0.01
 """Of the feedforward [s] (paper, Task 5: "100 Hz")."""
-EVERY = round(INVERSE_PERIOD / DT)
-"""Ticks from one inverse to the next."""
 LEAD = 3.0
 """How long the tip has, before the path begins, to go from rest to its first point [s]; not measured."""
 FREE = {"feedforward_period": INVERSE_PERIOD, "K_FF": (0.0, 0.0), "speed_max": 1.0, "acceleration_max": 10.0}
@@ -61,7 +59,7 @@ def run_live(case: Case, setup: Setup, marker: MarkerPath) -> Outcome:
     simulation = armed(parameters_of(case, setup), settings, case.seed)
     go_to(simulation, marker.p[0])
     rows, goals = replay_marker(simulation, marker)
-    require_mode(rows, case.reference, Mode.FOLLOW)
+    require_mode(rows, case.reference, Mode.FOLLOW, simulation.rig.control.dt)
     return outcome(case, Reference(case.reference, goals, start=0), rows)
 
 
@@ -74,8 +72,13 @@ def go_to(simulation: Simulation, p: Array) -> None:
     """FOLLOW to the target p (2,) [m] for LEAD, until the next tick is one that solves the inverse."""
     simulation.command["target"] = p
     request(simulation, Request.FOLLOW)
-    simulation.run(round(LEAD / DT))
-    simulation.run(-int(simulation.rig.control.state["tick"][0]) % EVERY)
+    simulation.run(round(LEAD / simulation.rig.control.dt))
+    simulation.run(-int(simulation.rig.control.state["tick"][0]) % inverse_ticks(simulation))
+
+
+def inverse_ticks(simulation: Simulation) -> int:
+    """Ticks from one inverse to the next."""
+    return max(1, round(INVERSE_PERIOD / simulation.rig.control.dt))
 
 
 def replay_marker(simulation: Simulation, marker: MarkerPath) -> tuple[Rows, Array]:
@@ -85,9 +88,9 @@ def replay_marker(simulation: Simulation, marker: MarkerPath) -> tuple[Rows, Arr
     The projection is the tick's own, which is not in the telemetry: the tip's wish lags behind it.
     """
     pieces = round((marker.t[-1] - marker.t[0]) / INVERSE_PERIOD)
-    rows, goals = [], np.empty((pieces, 2))
+    rows, goals, every = [], np.empty((pieces, 2)), inverse_ticks(simulation)
     for piece, target in enumerate(marker.at(INVERSE_PERIOD * np.arange(pieces))):
         simulation.command["target"] = target
-        rows.append(simulation.run(EVERY))
+        rows.append(simulation.run(every))
         goals[piece] = simulation.rig.control.state["p_goal"][0]
-    return np.concatenate(rows), np.repeat(goals, EVERY, axis=0)
+    return np.concatenate(rows), np.repeat(goals, every, axis=0)

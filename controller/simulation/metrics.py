@@ -140,26 +140,26 @@ def errors(e: Array, reference: Reference, window: Window) -> dict[str, float]:
     return found
 
 
-def lags(reference: Reference, actual: Array) -> dict[str, float]:
+def lags(reference: Reference, actual: Array, dt: float = DT) -> dict[str, float]:
     """Phase lag of both axes [deg] of the tip `actual` (n,2) [m] after the approach to a periodic reference.
 
-    Each axis has its phase at its own frequency.
+    Rows are dt [s] apart. Each axis has its phase at its own frequency.
     """
     if reference.frequency is None:
         return {}
     p_ref, p = reference.p[reference.start :], actual[reference.start :]
     both = reference.axis_frequencies or (reference.frequency,) * 2
-    return {f"lag_deg_{axis}": lag_deg(p_ref[:, j], p[:, j], both[j]) for j, axis in enumerate(("x", "y"))}
+    return {f"lag_deg_{axis}": lag_deg(p_ref[:, j], p[:, j], both[j], dt) for j, axis in enumerate(("x", "y"))}
 
 
-def phase_lags(p_ref: Array, p: Array, frequencies: tuple[float, float]) -> dict[str, float]:
+def phase_lags(p_ref: Array, p: Array, frequencies: tuple[float, float], dt: float) -> dict[str, float]:
     """Phase lag of both axes [deg] of the path p (n,2) [m], nan where it was not seen, behind p_ref (n,2).
 
-    Left out where there is no phase. `frequencies` are those of x and y [Hz].
+    Left out where there is no phase. `frequencies` are those of x and y [Hz], rows are dt [s] apart.
     """
     wanted = Reference("", p_ref, 0, frequency=1.0, axis_frequencies=frequencies)
     actual = mended(p)
-    found = {} if actual is None else lags(wanted, actual)
+    found = {} if actual is None else lags(wanted, actual, dt)
     return {name: lag for name, lag in found.items() if math.isfinite(lag)}
 
 

@@ -18,8 +18,8 @@ from controller.simulation.simulate import Simulation
 from controller.system.progress import Told, untold
 
 BOOT = 1
-SETTLE, ARMED = 50, 50
-"""Ticks until the markers have come in; ticks of HOLD before the run."""
+SETTLE, ARMED = 0.05, 0.05
+"""Time until the markers have come in; time in HOLD before the run [s]."""
 PIECE = 1000
 """Ticks between two signs of progress; where nobody is told a run is one piece, which is quicker by a fifth."""
 
@@ -30,7 +30,7 @@ def run(parameters: RigParameters, reference: Reference, settings: Settings, see
     As `attempt`; raises TendrilError as well if the rig does not follow to the end.
     """
     rows = attempt(parameters, reference, settings, seed, told)
-    require_mode(rows, reference.name, Mode.TRACK)
+    require_mode(rows, reference.name, Mode.TRACK, parameters.controller.dt)
     return rows
 
 
@@ -63,9 +63,9 @@ def armed(parameters: RigParameters, settings: Settings, seed: int) -> Simulatio
     """A rig and its twin in HOLD at rest, ready for a run, with the twin's noise from `seed`."""
     rig, twin = build_rig(parameters, BOOT), build_plant(seeded(parameters, seed))
     simulation = Simulation(rig, twin, Command(boot=BOOT, settings=settings))
-    simulation.run(SETTLE)
+    simulation.run(round(SETTLE / rig.control.dt))
     request(simulation, Request.ARM)
-    simulation.run(ARMED)
+    simulation.run(round(ARMED / rig.control.dt))
     return simulation
 
 
@@ -79,13 +79,16 @@ def seeded(parameters: RigParameters, seed: int) -> RigParameters:
     return parameters.model_copy(update={"twin": parameters.twin.model_copy(update={"seed": seed})})
 
 
-def plan(control: Control, reference: Reference) -> None:
-    """Put the reference in place for TRACK. Raises DataError if it does not fit the rig's memory or period."""
+def plan(control: Control, reference: Reference, dt: float = DT) -> None:
+    """Put the reference, whose rows are dt [s] apart, in place for TRACK.
+
+    Raises DataError if it does not fit the rig's memory or period.
+    """
     rows, room = len(reference.p), len(control.reference)
     if not 0 < rows <= room:
         raise DataError(f"{reference.name}: {rows} rows of reference, outside [1, {room}]")
-    if abs(control.dt - DT) > 1e-9:
-        raise DataError(f"{reference.name}: sampled every {DT} s, but the tick is {control.dt} s")
+    if abs(control.dt - dt) > 1e-9:
+        raise DataError(f"{reference.name}: sampled every {dt} s, but the tick is {control.dt} s")
     if not np.isfinite(reference.p).all():
         raise DataError(f"{reference.name}: a point is not finite")
     control.reference[:rows] = reference.p
@@ -100,10 +103,13 @@ def request(simulation: Simulation, wanted: Request) -> None:
     simulation.command["request"] = wanted
 
 
-def require_mode(rows: Rows, name: str, wanted: Mode) -> None:
-    """Raise TendrilError unless every row is in the mode `wanted`: a run that was broken off has no metrics."""
+def require_mode(rows: Rows, name: str, wanted: Mode, dt: float) -> None:
+    """Raise TendrilError unless every row is in the mode `wanted`: a run that was broken off has no metrics.
+
+    Rows are dt [s] apart.
+    """
     broken = np.flatnonzero(rows["mode"] != wanted)
     if broken.size:
         row = rows[broken[0]]
         mode, cause = Mode(row["mode"]).name, Cause(row["cause"] or row["request_cause"]).name
-        raise TendrilError(f"{name}: {mode} ({cause}) after {broken[0] * DT:.3f} s, instead of to the end")
+        raise TendrilError(f"{name}: {mode} ({cause}) after {broken[0] * dt:.3f} s, instead of to the end")

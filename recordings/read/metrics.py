@@ -167,8 +167,7 @@ def _lags(rows: Columns, period: Period | None) -> dict[str, float]:
     """Phase lags over the rows that are periodic; a phase is the same whatever the time between two rows."""
     if period is None:
         return {}
-    x, y = (swing / DT for swing in period.swings)
-    return phase_lags(rows["p_ref"][period.start :], rows["p_meas"][period.start :], (x, y))
+    return phase_lags(rows["p_ref"][period.start :], rows["p_meas"][period.start :], period.swings, 1.0)
 
 
 def _tracked(rows: Columns) -> Values:

@@ -8,18 +8,17 @@ import numpy as np
 from controller.arrays import Array, Rows
 from controller.schema.layout import Model, record_dtype
 from controller.schema.messages import Telemetry
-from controller.schema.parameters import DT
 from server.http.given import given
 from server.rig.numbered import Numbered
 
 LOOP_TICKS = 10_000
-"""Ticks that the timing is taken from: 10 s."""
+"""Ticks that the timing is taken from: 10 s at 1 kHz."""
 LAG_TICKS = 30_000
-"""Ticks that the pressure loops are judged by: 30 s."""
+"""Ticks that the pressure loops are judged by: 30 s at 1 kHz."""
 EDGES = np.concatenate([[0.0], np.geomspace(1e-6, 1e-1, 26)])
 """Edges of the lateness histogram [s]: five bins a decade, and one below a microsecond."""
-STRIDE = 5
-"""Ticks from one sample of the lag fit to the next."""
+SAMPLE = 5e-3
+"""Time from one sample of the lag fit to the next, as far as whole ticks allow [s]."""
 WINDOW = 4
 """Samples over which the fit averages: 20 ms."""
 LONGEST = 20
@@ -33,7 +32,7 @@ FAITH = 0.5
 _KEPT = np.dtype(
     [
         (name, record_dtype(Telemetry)[name])
-        for name in ("tick", "slot", "lateness_ns", "step_ns", "pressure_cmd", "pressure_meas")
+        for name in ("tick", "slot", "t_ns", "lateness_ns", "step_ns", "pressure_cmd", "pressure_meas")
     ]
 )
 
@@ -127,8 +126,15 @@ def _judge(rows: Rows) -> LoopHealth:
         counts=np.histogram(np.clip(lateness, 0.0, EDGES[-1]), EDGES)[0].tolist(),
         lateness=_spread(lateness),
         step=_spread(step),
-        pressure=fitted_lag(rows["pressure_cmd"][::STRIDE], rows["pressure_meas"][::STRIDE], STRIDE * DT),
+        pressure=_pressure_lag(rows) if len(rows) > 1 else None,
     )
+
+
+def _pressure_lag(rows: Rows) -> Lag | None:
+    """The lag by rows (n,), n > 1, of a loop that has its period from its own clock: not every rig's is 1 ms."""
+    dt = 1e-9 * float(np.median(np.diff(rows["t_ns"]) / np.diff(rows["slot"])))
+    stride = max(1, round(SAMPLE / dt))
+    return fitted_lag(rows["pressure_cmd"][::stride], rows["pressure_meas"][::stride], stride * dt)
 
 
 def fitted_lag(command: Array, measured: Array, h: float) -> Lag | None:

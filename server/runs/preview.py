@@ -32,10 +32,10 @@ FIELDS = repack_fields(np.zeros(0, record_dtype(Telemetry))[_NAMES]).dtype
 """What is kept of a row: minutes of whole ones are hundreds of megabytes."""
 PIECE = 1000
 """Ticks from one look at the mode to the next."""
-WAY = 2000
-"""Ticks in which the twin comes to where the rig stands."""
-SETTLE = 2000
-"""Ticks for which the twin stands where the rig does, before the run."""
+WAY = 2.0
+"""Time in which the twin comes to where the rig stands [s]."""
+SETTLE = 2.0
+"""Time for which the twin stands where the rig does, before the run [s]."""
 MEASURES = ("rmse", "max_error", "lag_deg_x", "lag_deg_y")
 """What there is only of a run to the end."""
 
@@ -59,7 +59,7 @@ class Foresight:
         allowed = allowed_by(rig, settings, drawn=body.drawing is not None)
         self._lap, self._dt = lap_of(wanted(body, rig, settings), rig, body.laps, allowed), rig.controller.dt
         self._leg = leg = first_leg(smap, self._lap, body.laps, u)
-        before = way_to(smap, u)
+        before = way_to(smap, u, self._dt)
         self._ahead, self._done = len(before[0]), 0
         _require_room(self._ahead + leg.ticks, body.laps, self._dt)
         row = np.arange(leg.ticks)
@@ -105,9 +105,9 @@ class Foresight:
 
     def result(self) -> Preview:
         """All of it, once it is over."""
-        broken = broken_off(self._rows[min(self._ahead, self._done - 1) : self._done], self._lap.name)
+        broken = broken_off(self._rows[min(self._ahead, self._done - 1) : self._done], self._lap.name, self._dt)
         rows = self._followed()
-        tally = Tally(self._lap.frequency)
+        tally = Tally(self._lap.frequency, self._dt)
         tally.add(rows[~self._leg.travel[self._leg.row(np.arange(len(rows)))]])
         figures, shown = tally.figures(), evenly(len(rows))
         return Preview(
@@ -138,11 +138,14 @@ def warm_up(rig: RigParameters) -> None:
     predicted(PreviewBody(drawing=far), rig, Settings(), np.zeros(2))
 
 
-def way_to(smap: StaticMap, u: Array) -> tuple[Array, Array]:
-    """Rows (n, 2) [m] from rest to where the torques u (2,) [N m] hold the tip, and standing there; none for u = 0."""
+def way_to(smap: StaticMap, u: Array, dt: float) -> tuple[Array, Array]:
+    """Rows (n, 2) [m] from rest to where the torques u (2,) [N m] hold the tip, and standing there; none for u = 0.
+
+    Rows are dt [s] apart.
+    """
     if not u.any():
         return np.empty((0, 2)), np.empty((0, 2))
-    torques = np.vstack([blended_torques(np.zeros(2), u, WAY), np.tile(u, (SETTLE, 1))])
+    torques = np.vstack([blended_torques(np.zeros(2), u, round(WAY / dt)), np.tile(u, (round(SETTLE / dt), 1))])
     return static_tips(smap, torques), torques
 
 
@@ -150,17 +153,17 @@ def started(rig: RigParameters, reference: Reference, settings: Settings) -> Sim
     """The twin at rest, about to follow `reference`."""
     simulation = armed(rig, settings, rig.twin.seed)
     try:
-        plan(simulation.rig.control, reference)
+        plan(simulation.rig.control, reference, rig.controller.dt)
     except DataError as error:
         raise ParameterError(str(error)) from error
     request(simulation, Request.TRACK)
     return simulation
 
 
-def broken_off(rows: Rows, name: str) -> str:
-    """Why and when the rig does not follow to the end, "" if it does."""
+def broken_off(rows: Rows, name: str, dt: float) -> str:
+    """Why and when the rig does not follow to the end, "" if it does. Rows (n,) are dt [s] apart."""
     try:
-        require_mode(rows, name, Mode.TRACK)
+        require_mode(rows, name, Mode.TRACK, dt)
     except TendrilError as error:
         return str(error)
     return ""

@@ -53,7 +53,7 @@ class Run:
         self._first: int | None = None
         self._moved = 0
         self._error: float | None = None
-        self._tally = Tally(about.lap.frequency)
+        self._tally = Tally(about.lap.frequency, about.dt)
         self._noted = 0
         self._notes: list[tuple[int, int]] = []
 

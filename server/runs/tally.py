@@ -46,8 +46,9 @@ class ErrorCourse:
 class Tally:
     """Sums over the ticks that are judged. The tip is the measured one; a tick without its marker has no error."""
 
-    def __init__(self, frequency: tuple[float, float] | None) -> None:
-        self._frequency = frequency
+    def __init__(self, frequency: tuple[float, float] | None, dt: float) -> None:
+        """`frequency` [Hz] at which x and y are to swing, `dt` [s] from tick to tick."""
+        self._frequency, self._dt = frequency, dt
         self._ticks = self._slots = self._saturated = 0
         self._errors, self.course = ErrorSums(), ErrorCourse()
         self._slot: int | None = None
@@ -102,4 +103,4 @@ class Tally:
         """Phase lags [deg] where there are any."""
         if not self._wanted or self._frequency is None:
             return {}
-        return phase_lags(np.vstack(self._wanted), np.vstack(self._actual), self._frequency)
+        return phase_lags(np.vstack(self._wanted), np.vstack(self._actual), self._frequency, self._dt)

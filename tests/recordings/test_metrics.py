@@ -172,7 +172,7 @@ def test_the_unsensed_rods_are_compared_where_both_backbones_are_known() -> None
 def test_a_run_has_the_figures_of_its_result_card() -> None:
     rows: Rows = telemetry_rows(8000)
     rows["mode"] = Mode.TRACK
-    tally = Tally((0.5, 0.5))
+    tally = Tally((0.5, 0.5), 1e-3)
     tally.add(rows)
     card = tally.figures()
     found = metrics_of({name: rows[name] for name in rows.dtype.names if "backbone" not in name and name != "markers"})

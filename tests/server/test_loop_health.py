@@ -8,9 +8,10 @@ from controller.schema.messages import Telemetry
 from server.health.loop_health import EDGES, LAG_TICKS, LoopWatch, fitted_lag
 
 
-def rows(count: int) -> np.ndarray:
+def rows(count: int, dt: float = 1e-3) -> np.ndarray:
     found = np.zeros(count, record_dtype(Telemetry))
     found["tick"] = found["slot"] = np.arange(count)
+    found["t_ns"] = 7_000_000_000 + np.arange(count) * round(1e9 * dt)
     return found
 
 
@@ -62,6 +63,24 @@ def test_dead_time_and_time_constants_of_a_known_lag_are_found(dead: float, tau:
     assert lag.filling == pytest.approx(tau, rel=0.15)
     assert lag.exhausting == pytest.approx(2.0 * tau, rel=0.15)
     assert lag.explained > 0.95
+
+
+@pytest.mark.parametrize("dt", [1e-4, 5e-4, 1e-3, 2e-3, 1e-2])
+def test_the_lag_is_told_in_seconds_whatever_the_loops_period(dt: float) -> None:
+    """At 2 ms a lag of 50 ms was shown as one of 25 ms."""
+    ticks = rows(30_000, dt)
+    t, command, tau, late = dt * np.arange(30_000), ticks["pressure_cmd"], 0.05, round(0.04 / dt)
+    command[:] = 60e3 + 30e3 * np.sign(np.sin(4.1 * t))[:, None] * [1.0, 0.5, 0.2, 0.0]
+    for i in range(1, len(t)):
+        wanted = command[max(0, i - 1 - late)]
+        ticks["pressure_meas"][i] = wanted + (ticks["pressure_meas"][i - 1] - wanted) * np.exp(-dt / tau)
+    ticks = np.delete(ticks, 5000)
+    watch = LoopWatch()
+    watch.add(ticks)
+    lag = watch.health().pressure
+    assert lag is not None
+    assert lag.dead_time == pytest.approx(0.04, abs=0.011)
+    assert lag.filling == pytest.approx(tau, rel=0.15) and lag.exhausting == pytest.approx(tau, rel=0.15)
 
 
 def test_pressures_that_do_not_move_as_a_lag_has_it_give_no_number() -> None:

@@ -3,6 +3,7 @@
 import asyncio
 import json
 import os
+import re
 import signal
 from collections.abc import Callable
 from typing import Any, cast
@@ -53,6 +54,24 @@ def test_the_parts_are_the_preview(seconds: float) -> None:
     assert len(parts) > 3
     assert [part.progress for part in parts] == sorted(part.progress for part in parts)
     assert_joined(parts, predicted(body, RIG, LIVE, REST))
+
+
+@pytest.mark.parametrize("dt", [5e-4, 2e-3])
+def test_a_rig_of_another_period_has_the_preview_of_any_other(dt: float) -> None:
+    """It was refused: every reference was taken to be sampled each millisecond."""
+    rig = RIG.model_copy(update={"controller": RIG.controller.model_copy(update={"dt": dt})})
+    for u in (REST, np.array([0.02, -0.01])):
+        body = PreviewBody(reference="circle_1hz", laps=2)
+        usual, found = predicted(body, RIG, LIVE, u), predicted(body, rig, LIVE, u)
+        assert found.broken_off == "" and found.t[-1] == pytest.approx(usual.t[-1], abs=0.01)
+        for name in ("rmse", "max_error"):
+            assert getattr(found, name) == pytest.approx(getattr(usual, name), rel=0.15), name
+        for name in ("lag_deg_x", "lag_deg_y"):
+            assert getattr(found, name) == pytest.approx(getattr(usual, name), abs=2.0), name
+    wild = LIVE.model_copy(update={"K_P": (5.0, 5.0), "K_I": (20.0, 20.0)})
+    stops = [predicted(PreviewBody(reference="circle_1hz", laps=3), one, wild, REST).broken_off for one in (RIG, rig)]
+    times = [float(re.search(r"after (\d+\.\d+) s", stop)[1]) for stop in stops]  # type: ignore[index]
+    assert times[0] == pytest.approx(times[1], abs=0.5)
 
 
 def test_the_parts_end_where_the_run_would_be_broken_off() -> None:

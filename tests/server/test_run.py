@@ -154,9 +154,9 @@ def test_until_stopped_the_progress_is_that_of_the_lap() -> None:
     assert (track.run.state().lap, track.run.state().progress, track.run.state().laps) == (3, 0.25, None)
 
 
-def circle(frequency: float, lag: float, count: int) -> Rows:
+def circle(frequency: float, lag: float, count: int, dt: float = 1e-3) -> Rows:
     rows = np.zeros(count, record_dtype(Telemetry))
-    angle = 2.0 * np.pi * frequency * 1e-3 * np.arange(count)
+    angle = 2.0 * np.pi * frequency * dt * np.arange(count)
     rows["slot"] = np.arange(count)
     rows["p_meas"] = 0.02 * np.column_stack([np.cos(angle - lag), np.sin(angle - lag)])
     rows["p_ref"] = 0.02 * np.column_stack([np.cos(angle), np.sin(angle)])
@@ -164,7 +164,7 @@ def circle(frequency: float, lag: float, count: int) -> Rows:
 
 
 def test_the_phase_is_that_of_the_newest_ticks_and_lost_ticks_are_counted() -> None:
-    tally = Tally((2.0, 2.0))
+    tally = Tally((2.0, 2.0), 1e-3)
     rows = circle(2.0, 0.3, 3000)
     tally.add(rows[:1000])
     tally.add(rows[1000:1000])
@@ -177,22 +177,34 @@ def test_the_phase_is_that_of_the_newest_ticks_and_lost_ticks_are_counted() -> N
     assert sum(len(part) for part in tally._wanted) < PHASE_ROWS + 3000
 
 
+@pytest.mark.parametrize("dt", [1e-4, 5e-4, 2e-3, 1e-2])
+def test_the_phase_is_that_of_the_rig_s_own_period(dt: float) -> None:
+    """At 2 ms a circle of 1 Hz was taken for one of 0.5 Hz."""
+    tally = Tally((1.0, 1.0), dt)
+    tally.add(circle(1.0, 0.3, round(3.0 / dt), dt))
+    found = tally.figures()
+    assert (found.lag_deg_x, found.lag_deg_y) == (pytest.approx(math.degrees(0.3)), pytest.approx(math.degrees(0.3)))
+    short = Tally((1.0, 1.0), dt)
+    short.add(circle(1.0, 0.3, round(0.9 / dt), dt))
+    assert short.figures().lag_deg_x is None, "less than one period"
+
+
 def test_a_tick_without_its_marker_has_no_error_but_a_run_without_any_has_none_at_all() -> None:
-    tally = Tally(None)
+    tally = Tally(None, 1e-3)
     rows = circle(1.0, 0.0, 1000)
     rows["p_meas"][::2] = np.nan
     rows["p_ref"] += 2.0 / 3.0 * OFF
     tally.add(rows)
     assert tally.rmse == pytest.approx(2e-3)
     assert tally.figures().lag_deg_x is None
-    half, most = Tally((1.0, 1.0)), Tally((1.0, 1.0))
+    half, most = Tally((1.0, 1.0), 1e-3), Tally((1.0, 1.0), 1e-3)
     half.add(rows)
     assert half.figures().lag_deg_x is None
     rows = circle(1.0, 0.1, 1000)
     rows["p_meas"][400:450] = np.nan
     most.add(rows)
     assert most.figures().lag_deg_x == pytest.approx(math.degrees(0.1), abs=0.1)
-    blind = Tally(None)
+    blind = Tally(None, 1e-3)
     assert blind.figures().rmse is blind.figures().saturated_share is blind.figures().on_time_share is None
 
 
