@@ -90,10 +90,10 @@ class Supervisor:
         """Start the rig; see `wait_ready`."""
         self.worker.start()
 
-    def wait_ready(self, timeout: float = 300.0) -> None:
-        """Wait until the first life is ready [s]: a cold cache compiles for a minute. Raises if it dies before."""
-        if not self.is_ready(timeout):
-            raise RigUnreachable(f"rig {self.settings.rig!r} is not ready after {timeout:.0f} s")
+    def wait_ready(self) -> None:
+        """Wait until the first life is ready: a cold cache compiles for a minute. Raises if it dies before."""
+        if not self.is_ready(FIRST_TIMEOUT):
+            raise RigUnreachable(f"rig {self.settings.rig!r} is not ready after {FIRST_TIMEOUT:.0f} s")
 
     def is_ready(self, timeout: float) -> bool:
         """Whether the first life is ready within `timeout` [s]; TendrilError if it died before, StartRefused if it has

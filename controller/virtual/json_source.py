@@ -9,6 +9,8 @@ from contextlib import suppress
 
 from controller.arrays import Array
 
+ADDRESS = "127.0.0.1"
+
 
 class JsonSource:
     """Sends to one port; its clock begins `offset` seconds away from this machine's."""
@@ -17,13 +19,12 @@ class JsonSource:
         self,
         port: int = 0,
         *,
-        address: str = "127.0.0.1",
         offset: float = -100.0,
         answers: bool = True,
         dimensions: int = 3,
     ) -> None:
         """`port`: at which the driver listens; 0: one that is free now."""
-        self.port, self.address = port or _free_port(address), address
+        self.port = port or _free_port()
         self.offset, self.answers, self.dimensions = offset, answers, dimensions
         self.number = 0
         self._born = time.monotonic_ns()
@@ -33,7 +34,7 @@ class JsonSource:
     @property
     def options(self) -> dict[str, str | int]:
         """Of the driver "json"."""
-        return {"sender": self.address, "local_address": self.address, "port": self.port}
+        return {"sender": ADDRESS, "local_address": ADDRESS, "port": self.port}
 
     def seconds(self, t_ns: int) -> float:
         """A time of this machine's monotonic clock on the sender's [s]."""
@@ -45,7 +46,7 @@ class JsonSource:
             return
         made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
-            made.bind((self.address, 0))
+            made.bind((ADDRESS, 0))
         except OSError:
             made.close()
             raise
@@ -76,7 +77,7 @@ class JsonSource:
             self.number += 1
             frame = {"t": self.seconds(t_ns), "n": self.number} | content
             with suppress(OSError):
-                made.sendto(json.dumps(frame).encode(), (self.address, self.port))
+                made.sendto(json.dumps(frame).encode(), (ADDRESS, self.port))
 
     def _serve(self, made: socket.socket) -> None:
         while self._socket is made:
@@ -93,7 +94,7 @@ class JsonSource:
                     made.sendto(json.dumps(answer).encode(), peer)
 
 
-def _free_port(address: str) -> int:
+def _free_port() -> int:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asked:
-        asked.bind((address, 0))
+        asked.bind((ADDRESS, 0))
         return int(asked.getsockname()[1])

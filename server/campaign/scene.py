@@ -7,7 +7,6 @@ import shutil
 import signal
 import threading
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import IO, Any, NamedTuple
 
@@ -282,6 +281,3 @@ def _virtual(text: str, folder: Path, output: IO[bytes]) -> VirtualProcess:
     if parse_rig_file(text, "the scene's rig").valves.driver == "serial" and compiler() is None:
         raise Skipped("no C++ compiler for the board's firmware")
     return VirtualProcess(text, folder, output)
-
-
-Act = Callable[[Scene], Any]

@@ -7,8 +7,8 @@ import numpy as np
 from controller.arrays import Rows
 from controller.realtime.ring import CAPACITY, find_ring
 from controller.schema.modes import Cause, Mode
+from controller.schema.states import MOVING
 
-MOVING = (Mode.FOLLOW, Mode.TRACK)
 STILL = 1e-6
 """Way of a reference that counts as none [m]."""
 GROWTH = 1e-9

@@ -21,6 +21,7 @@ from controller.schema.messages import RigInfo
 from controller.schema.modes import Law, Mode, Request
 from controller.schema.parameters import RigParameters, Settings
 from controller.schema.rig_file import RigFile
+from controller.schema.states import LIVE
 from server.access.permit import Permit, own
 from server.commissioning.messages import Progress, StartBody, StepName
 from server.commissioning.store import CommissioningStore
@@ -45,7 +46,6 @@ RESTED = 30.0
 """Longest wait until the rig is vented [s]; it goes on to rest by itself."""
 WINDOW = 0.4
 """Over which the tip must stand still [s]."""
-LIVE = (Mode.HOLD, Mode.FOLLOW, Mode.TRACK)
 Torques = tuple[float, float]
 
 

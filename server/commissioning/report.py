@@ -60,13 +60,13 @@ def page(file: RigFileState, kept: Kept, info: RigInfo | None) -> str:
     """The whole page: of the rig of `file`, with what was `kept`, and `info` of the rig that runs, if any."""
     rig = file.rig.name if file.rig else "unknown"
     heading = f"Commissioning of rig {rig}"
-    parts = [_about(file, info), _missing(file), _overview(file, kept)]
+    parts = [_about(info), _missing(file), _overview(file, kept)]
     parts += [_section(step, kept.results[step]) for step in STEPS if step in kept.results]
     parts.append(Markup("<h2>Rig file</h2><p class=about>{}</p><pre>{}</pre>").format(file.path, file.text))
     return str(PAGE.format(heading=heading, style=STYLE, body=_joined(parts)))
 
 
-def _about(file: RigFileState, info: RigInfo | None) -> Markup:
+def _about(info: RigInfo | None) -> Markup:
     program = info.program if info else f"Tendril {our_version()}"
     plant = "simulated" if info and info.twin else "hardware" if info else "not connected"
     actuator = info.parameters.actuator.name if info else "unknown"

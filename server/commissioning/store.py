@@ -68,10 +68,9 @@ class CommissioningStore:
         self._file = StateFile(path, Kept.model_validate_json, "no step of the commissioning counts as done")
         self.kept = self._file.read() or Kept(results={})
 
-    def keep(self, step: StepName, result: KeptResult | None) -> None:
-        """Keep the step's result, or forget it; raises OSError where the file cannot be written."""
-        results = {name: one for name, one in self.kept.results.items() if name != step}
-        self._write(self.kept.model_copy(update={"results": results | ({step: result} if result else {})}))
+    def keep(self, step: StepName, result: KeptResult) -> None:
+        """Keep the step's result; raises OSError where the file cannot be written."""
+        self._write(self.kept.model_copy(update={"results": self.kept.results | {step: result}}))
 
     def forget(self, steps: set[StepName]) -> None:
         """Forget what these came to; raises OSError."""

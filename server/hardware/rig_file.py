@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from controller.errors import CommandRefused, ParameterError
 from controller.schema.parameters import RigParameters, Settings
-from controller.schema.rig_file import changed, parse_rig_file, write_rig_file
+from controller.schema.rig_file import parse_rig_file, write_rig_file
 from controller.system.whole_file import read_whole
 from server.access.permit import Permit
 from server.hardware.messages import RigFileState
@@ -77,11 +77,6 @@ class RigFileKeeper:
         order_rig(self.settings.orders, wanted, permit)
         self.outcomes.wait_for(described(wanted), self.rig.boot())
         self.events.add(f"{permit.name}: the rig starts again with its changed rig file", "warning")
-
-    async def put(self, changes: dict[str, Any], permit: Permit) -> None:
-        """Change values ("valves.measured": True) and leave all else as it is; raises as `write`."""
-        path = self._path()
-        await self.write(changed(read_whole(path).decode("utf-8-sig"), changes, path.name), permit)
 
     def _path(self) -> Path:
         if self.settings.rig_file is None:

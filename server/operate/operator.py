@@ -29,8 +29,9 @@ from controller.errors import (
     TendrilError,
 )
 from controller.schema.messages import Command, CommandReply
-from controller.schema.modes import STILLING, Cause, Mode, Request
+from controller.schema.modes import STILLING, Cause, Request
 from controller.schema.parameters import Settings
+from controller.schema.states import LIVE
 from controller.system.worker import Worker
 from server.access.permit import Permit, own
 from server.http.given import given
@@ -39,7 +40,6 @@ from server.operate.stopper import Stopper
 
 REPEAT = 0.1
 """Seconds between repetitions of the command."""
-_LIVE = (Mode.HOLD, Mode.FOLLOW, Mode.TRACK)
 _ANSWERS = (KeyRefused, LayoutMismatch, ParameterError, CommandRefused)
 """Refusals by which the rig says that it did not take the record."""
 
@@ -255,7 +255,7 @@ class Operator:
     def _settle(self, job: Job) -> None:
         """After a record that may have moved the rig and was not answered: HOLD first, and a drag must begin anew."""
         newest = self._newest() if self._unsure else None
-        if newest is None or newest[0]["mode"] not in _LIVE or job.request in STILLING:
+        if newest is None or newest[0]["mode"] not in LIVE or job.request in STILLING:
             return
         self._call(Job(own(), Request.HOLD, boot=self._connected(), stops=self._stops))
         if job.moves_only:

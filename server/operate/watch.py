@@ -1,6 +1,7 @@
 """What nobody asked for but everyone should know: the rig came or went, restarted, changed mode; the lease lapsed."""
 
 from controller.schema.modes import Cause, Mode
+from controller.schema.states import LIVE
 from server.access.lease import OperatorLease
 from server.http.who import Identity
 from server.log.events import EventLog, Level, words
@@ -8,9 +9,6 @@ from server.operate.operator import Operator
 from server.operate.settings import too_strong
 from server.rig.client import Rig
 from server.rig.history import History
-
-_LIVE = (Mode.HOLD, Mode.FOLLOW, Mode.TRACK)
-"""HOLD too: the last operator's FOLLOW may be under way while the newest row still says HOLD."""
 
 
 class Watch:
@@ -69,8 +67,9 @@ class Watch:
         self._term, self._holder = term, holder
         if before is not None:
             self._events.add(f"{before.name} no longer operates")
-            # The next operator's page must not keep a motion going that someone else began.
-            if self._rig.paused or (self._mode is not None and self._mode[0] in _LIVE):
+            # The next operator's page must not keep a motion going that someone else began; in HOLD, too: the last
+            # operator's FOLLOW may be under way while the newest row still says HOLD.
+            if self._rig.paused or (self._mode is not None and self._mode[0] in LIVE):
                 self._operator.hold_left()
         if holder is not None:
             self._events.add(f"{holder.name} operates")

@@ -11,8 +11,8 @@ ROWS = 30_000
 class Inbox:
     """Keeps batches of rows while it is open. A full one closes itself: its run is then judged by holes, so it ends."""
 
-    def __init__(self, most: int = ROWS) -> None:
-        self._most, self._lock = most, threading.Lock()
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
         self._batches: list[Rows] = []
         self._open = self._lost = False
         self._rows = 0
@@ -46,7 +46,7 @@ class Inbox:
                 return
             self._rows += len(rows)
             self._batches.append(rows)
-            if self._rows > self._most:
+            if self._rows > ROWS:
                 self._batches, self._rows = [], 0
                 self._open, self._lost = False, True
 

@@ -12,6 +12,7 @@ from controller.link import PlannedRows
 from controller.schema.messages import RigInfo
 from controller.schema.modes import Cause, Law, Mode, Request, refused_text
 from controller.schema.parameters import Settings
+from controller.schema.states import LIVE
 from server.access.permit import Permit, own
 from server.operate.asking import shown
 from server.operate.operator import Operator
@@ -23,7 +24,6 @@ PATIENCE = 1.0
 """Longest wait for a row after the rig's answer [s]."""
 ANSWER = 5.0
 """The same for the answer: it may wait behind others, each of which the link ends after a second at most [s]."""
-LIVE = (Mode.HOLD, Mode.FOLLOW, Mode.TRACK)
 AT_REST = 1e-3
 """Less torque than this is none [N m]."""
 

@@ -8,6 +8,7 @@ import viser
 from controller.arrays import Array, Values
 from controller.schema.actuator import Actuator
 from controller.schema.modes import Mode
+from controller.schema.states import LIVE
 from server.scene.chain import Chain
 from server.scene.colours import BASE, DANGER, OBSERVER, REFERENCE, TARGET, TWIN
 from server.scene.lines import Trail
@@ -49,7 +50,7 @@ class Body:
         self._trail.show(trail)
         mode = int(row["mode"])
         self._base.color = DANGER if mode in (Mode.FAULT, Mode.E_STOP) else BASE
-        self._place(self._reference, row["p_ref"], mode in (Mode.HOLD, Mode.FOLLOW, Mode.TRACK))
+        self._place(self._reference, row["p_ref"], mode in LIVE)
         for part in (self._target, self._disc):
             self._place(part, row["target"], mode == Mode.FOLLOW)
 

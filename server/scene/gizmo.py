@@ -6,6 +6,7 @@ import numpy as np
 import viser
 
 from controller.schema.modes import Mode
+from controller.schema.states import MOVING
 
 GIZMO = "/live/target"
 """Its name in the scene."""
@@ -37,6 +38,6 @@ class Gizmo:
 def gizmo_point(row: Any) -> Point:
     """Where the gizmo belongs: on the target while following, else where a drag would start, on the tip."""
     mode = int(row["mode"])
-    field = "target" if mode in (Mode.FOLLOW, Mode.TRACK) else "p_ref" if mode == Mode.HOLD else "p_hat"
+    field = "target" if mode in MOVING else "p_ref" if mode == Mode.HOLD else "p_hat"
     x, y = float(row[field][0]), float(row[field][1])
     return (x, y) if np.isfinite(x + y) else (0.0, 0.0)

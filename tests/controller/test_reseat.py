@@ -5,12 +5,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controller.arrays import Rows
 from controller.kernels.model.statics import pose
 from controller.schema.actuator import PRESETS
 from controller.schema.modes import Mode, Request
 from controller.schema.parameters import RigParameters, TwinParameters
-from tests.controller.trial import Trial, distance, true_tip
+from tests.controller.trial import Trial, distance
 
 TIP, ROD_6, ALL = 1 << 9, 1 << 5, (1 << 10) - 1
 POINTS = {"P1": (0.15, 0.05), "P2": (0.15, 0.05), "P3": (0.10, 0.05)}
@@ -31,11 +30,6 @@ def wind(trial: Trial, turn: float) -> None:
     q = trial.rig.observer.state.q
     rods = q.shape[1]
     pose(trial.rig.observer.model, q[2] + turn * np.arange(1, rods + 1) / rods, q)
-
-
-def held_longest(rows: Rows) -> float:
-    """By how much the tip was moved at most [m]."""
-    return float(distance(true_tip(rows), true_tip(rows)[0]).max())
 
 
 @pytest.mark.parametrize("sensed", [TIP, TIP | ROD_6], ids=["tip", "tip and rod 6"])

@@ -115,11 +115,6 @@ def valves_of(dead_time: float, lag: float, conductance: float, supply: float, *
     return Raw(TwinParameters(**twin | more))  # type: ignore[arg-type]
 
 
-def in_range(raw: Raw) -> bool:
-    """What docs/commissioning.md says: not too late, and the first gains hold it."""
-    return raw.truth.theta < 0.96 * DELAY_MOST and raw.truth.fill * raw.truth.theta < 500e3
-
-
 def valves_in_range(*choices: tuple[float, ...]) -> list[Raw]:
     """All of these dead times, spools, sizes and supplies that docs/commissioning.md says can be had."""
     every = [valves_of(*each) for each in itertools.product(*choices)]

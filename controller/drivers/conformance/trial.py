@@ -121,9 +121,9 @@ class Trial:
                 return found
         raise Failed(f"nothing came within {limit:g} s")
 
-    def drain(self, device: Device[Any], limit: float = 3.0) -> None:
+    def drain(self, device: Device[Any]) -> None:
         """Take what was under way when the device fell silent: it would end a call that is meant to wait."""
-        until = time.monotonic() + limit
+        until = time.monotonic() + 3.0
         while time.monotonic() < until and self.call(device) is not None:
             pass
 

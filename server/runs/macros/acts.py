@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from controller.errors import CommandRefused
 from controller.schema.modes import Mode, Request
+from controller.schema.states import LIVE
 from server.access.permit import Permit
 from server.drawing.store import Drawings
 from server.operate.asking import POLL, shown
@@ -31,7 +32,7 @@ from server.runs.macros.messages import (
 )
 from server.runs.messages import RunBody, RunState
 from server.runs.runs import Runs
-from server.runs.tracker import LIVE, PATIENCE
+from server.runs.tracker import PATIENCE
 
 LATCHED = (Mode.FAULT, Mode.E_STOP)
 

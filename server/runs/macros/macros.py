@@ -11,6 +11,7 @@ from typing import Annotated
 
 from controller.errors import CommandRefused, TendrilError
 from controller.schema.modes import Cause, Mode, Request
+from controller.schema.states import MOVING
 from controller.system.tasks import Tasks
 from server.access.permit import Permit, own
 from server.http.given import given
@@ -25,7 +26,6 @@ from server.runs.macros.messages import Macro, MacroState, State, Step
 STOPPED = (Mode.FAULT, Mode.E_STOP, Mode.REST)
 ASKED = (Cause.OPERATOR, Cause.REFERENCE_DONE)
 """Why a rig holds that does as it was told."""
-MOVING = (Mode.FOLLOW, Mode.TRACK)
 
 
 @dataclass

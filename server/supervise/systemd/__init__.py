@@ -7,7 +7,7 @@ PLACE = "/opt/tendril/bin"
 """Where the units say that tendril is."""
 
 
-def unit_text(name: str, place: Path | None = None) -> str:
-    """Unit "rig" or "server" for the tendril in `place`; None: the one that runs now."""
+def unit_text(name: str) -> str:
+    """Unit "rig" or "server" for the tendril that runs now."""
     text = (Path(__file__).parent / f"tendril-{name}.service").read_text()
-    return text.replace(PLACE, str(place or Path(sys.executable).parent))
+    return text.replace(PLACE, str(Path(sys.executable).parent))

@@ -48,13 +48,9 @@ class FreeDecay(NamedTuple):
     """(n,2) or (n,3) [m]."""
 
 
-def measure_damping(motions: Sequence[FreeDecay], base: Actuator) -> Fit:
-    """Damping ratio and frequency of the dominant mode; `base` stays as it is."""
-    return _described(motions, *_decrement(motions), base)
-
-
 def fit_damping(motions: Sequence[FreeDecay], base: Actuator) -> Fit:
-    """`measure_damping`, and alpha and b = beta k of `base` that give the model's first mode the measured ratio.
+    """Damping ratio and frequency of the dominant mode, and alpha and b = beta k of `base` that give the model's first
+    mode that ratio.
 
     The band of interest is from the model's first to its second mode; between them the ratio is lower.
     """
