@@ -114,23 +114,26 @@ class Catalogue:
     def _refreshed(self, marks: dict[str, tuple[int, int, int]]) -> dict[str, Entry]:
         known = self._load() if self._entries is None else self._entries
         same = {id: known[id] for id, mark in marks.items() if id in known and known[id].mark == mark}
-        new = {id: Entry(mark=mark, recording=self._read(id)) for id, mark in marks.items() if id not in same}
-        self._entries = same | new
+        read = {id: self._read(id) for id in marks if id not in same}
+        new = {id: Entry(mark=marks[id], recording=found) for id, (found, _) in read.items()}
+        self._entries = same | {id: new[id] for id, (_, lasting) in read.items() if lasting}
         if self._keep_index and len(new) > STALE_MAX:
             self._save(self._entries)
-        return self._entries
+        return same | new
 
-    def _read(self, id: str) -> Recording:
+    def _read(self, id: str) -> tuple[Recording, bool]:
+        """What its description says, and whether that stays so: a disk that failed to give it may give it next time."""
         try:
-            return sidecar.read(self._folder, id)
+            return sidecar.read(self._folder, id), True
         except RecordingError as error:
-            return sidecar.blank(id, problem=str(error))
+            return sidecar.blank(id, problem=str(error)), not isinstance(error.__cause__, OSError)
 
     def _load(self) -> dict[str, Entry]:
         try:
-            return ENTRIES.validate_json(read_whole(self._folder / INDEX, INDEX_MOST))
+            entries = ENTRIES.validate_json(read_whole(self._folder / INDEX, INDEX_MOST))
         except (OSError, ValueError):  # none yet, or of another version: it can be made again
             return {}
+        return {id: entry for id, entry in entries.items() if not entry.recording.problem}  # it may be mended by now
 
     def _save(self, entries: dict[str, Entry]) -> None:
         with contextlib.suppress(OSError):  # a full disk makes the next start slower, no more

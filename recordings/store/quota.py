@@ -27,16 +27,27 @@ def enforce(store: Store, most: int) -> list[Recording]:
     one who made it wants to see it.
     """
     listed = store.list()
-    over = clear_bin(store, sum(recording.bytes for recording in listed) - most)
+    takes = {recording.id: taken(store, recording) for recording in listed}
+    over = clear_bin(store, sum(takes.values()) - most)
     removed = []
     for recording in reversed(listed[1:]):
         if over <= 0:
             break
         with contextlib.suppress(TendrilError):  # starred, or being written
             store.erase(recording.id)
-            over -= recording.bytes
+            over -= takes[recording.id]
             removed.append(recording)
     return removed
+
+
+def taken(store: Store, recording: Recording) -> int:
+    """Bytes of its data; of one that is damaged not what its description says, as they may be gone."""
+    if not recording.problem:
+        return recording.bytes
+    try:
+        return store.path(recording.id).stat().st_size
+    except (OSError, TendrilError):
+        return 0
 
 
 def clear_bin(store: Store, over: int, now: float | None = None) -> int:

@@ -33,7 +33,11 @@ class QuotaWatch:
     async def keep(self) -> None:
         """Remove what is too much, and say once what cannot be removed, or that nobody can look."""
         try:
-            await self._enforce(await asyncio.to_thread(self._most))
+            most = await asyncio.to_thread(self._most)
+            if most is None:
+                await asyncio.to_thread(self._store.list)  # which notes why nobody can look
+            else:
+                await self._enforce(most)
             problem = self._store.problem
         except OSError as error:
             problem = f"old recordings cannot be removed: {error}"
@@ -53,7 +57,11 @@ class QuotaWatch:
             alone = f"recording {large.id} alone takes {large.bytes / 1e9:.3g} GB"
             self._events.add(f"{alone}, and {bound}: it stays until a newer one ends", "warning")
 
-    def _most(self) -> int:
-        """As given; else by the disk, which is there once there is a recording."""
-        folder = self._store.folder
-        return (default_quota(folder) if folder.exists() else 0) if self._given is None else self._given
+    def _most(self) -> int | None:
+        """As given; else by the disk, which is there once there is a recording; None without it."""
+        if self._given is not None:
+            return self._given
+        try:
+            return default_quota(self._store.folder)
+        except FileNotFoundError:
+            return None

@@ -56,3 +56,22 @@ def test_a_file_that_grows_too_large_goes_on_in_another_without_a_missing_tick(t
     ticks = [read_rows(tmp_path / f"{part.id}.rrd")["tick"] for part in parts]
     assert np.concatenate(ticks).tolist() == list(range(6000))
     tool.run("rrd", "verify", str(tmp_path / f"{ended[0].id}.rrd"), timeout=60)
+
+
+def test_a_damaged_recording_counts_with_the_room_that_it_takes(tmp_path: Path) -> None:
+    """Not with what its description says, or cannot say: nothing whole goes in its place."""
+    ids = [f"2020010{n}-000000" for n in range(1, 5)]
+    unreadable, bare, whole, newest = ids
+    for id in ids:
+        (tmp_path / f"{id}.rrd").write_bytes(bytes(1000))
+        (tmp_path / f"{id}.json").write_text("{")
+    (tmp_path / f"{bare}.json").unlink()
+    for id in (whole, newest):
+        sidecar.write(tmp_path, sidecar.blank(id).model_copy(update={"bytes": 1000, "complete": True}))
+    lost = "20200105-000000"  # nothing is left of its data
+    sidecar.write(tmp_path, sidecar.blank(lost).model_copy(update={"bytes": 10_000, "complete": True, "starred": True}))
+    store = Store(tmp_path)
+    assert enforce(store, 4000) == []
+    assert [one.id for one in enforce(store, 3000)] == [unreadable]
+    assert [one.id for one in enforce(store, 2000)] == [bare]
+    assert {one.id for one in store.list()} == {whole, newest, lost}

@@ -1,6 +1,7 @@
 """The list of recordings, and ids that come from the network."""
 
 import builtins
+import errno
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime, timedelta
@@ -97,6 +98,29 @@ def test_a_damaged_index_costs_no_recording(tmp_path: Path, index: bytes) -> Non
     (tmp_path / f"{_recording(1).id}.rrd").touch()
     (tmp_path / catalogue.INDEX).write_bytes(index)
     assert Store(tmp_path).list() == [_recording(1)]
+
+
+def test_a_description_that_could_not_be_read_once_is_read_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As where too many files are open, or a network folder stumbles; the index is written meanwhile."""
+    monkeypatch.setattr(catalogue, "STALE_MAX", 0)
+    for n in range(3):
+        sidecar.write(tmp_path, _recording(n))
+        (tmp_path / f"{_recording(n).id}.rrd").write_bytes(b"data")
+    true, store = sidecar.read_whole, Store(tmp_path)
+
+    def stumbles(path: Path, most: int) -> bytes:
+        if path.stem == _recording(1).id:
+            raise OSError(errno.EIO, "Input/output error", str(path))
+        return true(path, most)
+
+    with monkeypatch.context() as failing:
+        failing.setattr(sidecar, "read_whole", stumbles)
+        assert [one.id for one in store.list() if one.problem] == [_recording(1).id]
+    for found in (store, Store(tmp_path)):
+        assert not any(one.problem for one in found.list())
+        assert found.list() == [_recording(n) for n in (2, 1, 0)]
 
 
 def test_an_edit_outlives_what_the_writer_knows(tmp_path: Path) -> None:

@@ -66,3 +66,28 @@ async def test_a_quota_smaller_than_one_recording_keeps_the_newest_and_says_so(t
     told = [event.text for event in events.recent]
     assert len(told) == 2 and ids[0] in told[0] and ids[1] in told[1]
     assert "1e-06 GB" in told[1] and "stays" in told[1]
+
+
+async def test_a_folder_that_is_gone_for_a_moment_costs_no_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, aside = tmp_path / "recordings", tmp_path / "unmounted"
+    recorder = Recorder(folder)
+    for name in ("a", "b", "c"):
+        recorder.start(name, rig_info(), Settings())
+        recorder.rows(telemetry_rows(100))
+        recorder.stop()
+    recorder.close()
+    true = QuotaWatch._most
+
+    def gone(watch: QuotaWatch) -> int | None:
+        folder.rename(aside)
+        try:
+            return true(watch)
+        finally:
+            aside.rename(folder)
+
+    monkeypatch.setattr(QuotaWatch, "_most", gone)
+    store, events = Store(folder), EventLog()
+    await QuotaWatch(store, None, events).keep()
+    assert len(store.list()) == 3 and not events.recent
