@@ -295,12 +295,15 @@ FAULTS = (
 
 
 def chosen(only: str | None, quick: bool) -> list[Fault]:
-    """The faults of a campaign, in the table's order; ParameterError for a name that it does not have."""
+    """The faults of a campaign, in the table's order; ParameterError for a name that it does not have, or for none."""
     names = {fault.name for fault in FAULTS}
     wanted = {name.strip() for name in only.split(",")} if only else names
     if unknown := sorted(wanted - names):
         raise ParameterError(f"fault = {unknown[0]!r} is not one of {', '.join(fault.name for fault in FAULTS)}")
-    return [fault for fault in FAULTS if fault.name in wanted and (fault.quick or not quick)]
+    found = [fault for fault in FAULTS if fault.name in wanted and (fault.quick or not quick)]
+    if not found:
+        raise ParameterError(f"only = {only}: none of these is among the faults of --quick")
+    return found
 
 
 def markdown() -> str:

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from server.cli.tables import empty
-from server.cli.typed import commands
+from server.cli.typed import commands, refuse_given
 
 app = commands(no_args_is_help=True, help=__doc__)
 out = Console()
@@ -36,6 +36,7 @@ def list_drivers() -> None:
 
 @app.command()
 def check(
+    context: typer.Context,
     name: Annotated[str, typer.Argument(help="As in `tendril drivers list`.")],
     options: Annotated[
         list[str] | None,
@@ -60,6 +61,7 @@ def check(
 
         if not has_peer(name):
             raise typer.BadParameter(f"driver {name} has no virtual peer: `tendril drivers list`", param_hint="--peer")
+        refuse_given(context, "is for your own device, and this is the virtual peer; say --no-peer", "drive")
         bench = PeerBench(name)
         try:
             rows = check_driver(name, given, bench, tell=_tell)

@@ -19,7 +19,7 @@ from server.cli.research.commands import ActuatorName, PlantName
 from server.cli.research.commands import app as research_app
 from server.cli.rig_files import virtual_rig
 from server.cli.tokens import app as token_app
-from server.cli.typed import RecordingsFolder, commands
+from server.cli.typed import RecordingsFolder, commands, refuse_given
 
 if TYPE_CHECKING:
     from controller.schema.parameters import PlantKind, RigParameters
@@ -102,6 +102,7 @@ def configure(
 
 @app.command()
 def up(
+    context: typer.Context,
     rig: RigOrFile = "twin",
     actuator: LastActuator = None,
     plant: PlantName = "rod",
@@ -127,6 +128,7 @@ def up(
 
     _start_log("up", log_format)
     name, file = named_rig(rig)
+    _refuse_beside_file(context, file)
     settings = ServerSettings(
         rig=name,
         rig_file=file,
@@ -151,6 +153,7 @@ def up(
 
 @app.command()
 def serve(
+    context: typer.Context,
     rig: RigName = "twin",
     endpoint: Annotated[str, typer.Option(help="Where the rig listens.")] = "tcp/127.0.0.1:7447",
     host: Host = "127.0.0.1",
@@ -170,6 +173,7 @@ def serve(
     from server.supervise.ready import announce_to
 
     _start_log("server", log_format)
+    _refuse_certificates(context, "--endpoint", endpoint)
     settings = ServerSettings(
         rig=rig,
         endpoint=endpoint,
@@ -189,6 +193,7 @@ def serve(
 
 @app.command()
 def rig(
+    context: typer.Context,
     rig: RigOrFile = "twin",
     actuator: ActuatorName = "P1",
     plant: PlantName = "rod",
@@ -207,7 +212,9 @@ def rig(
     from server.cli.rig_files import named_rig, rig_parameters
 
     _start_log("rig", log_format)
+    _refuse_certificates(context, "--listen", listen)
     name, file = named_rig(rig)
+    _refuse_beside_file(context, file)
     parameters = rig_parameters(file, loop_gap) if file else _parameters(actuator, plant, rods, integrator, loop_gap)
     link = RigSettings(rig=name, listen=listen, key_file=key_file, link_tls=link_tls, ready=ready)
     run_rig(link.model_copy(update={"parameters": parameters}))
@@ -288,6 +295,19 @@ def main() -> None:
     """Entry point: our own errors are one clear line, not a traceback."""
     with one_line_errors():
         app(prog_name="tendril")
+
+
+def _refuse_beside_file(context: typer.Context, file: Path | None) -> None:
+    """What a twin is made of comes from options, and a real rig from its file alone."""
+    if file is not None:
+        why = f"{file} says which actuator is driven, and by which model; change it there"
+        refuse_given(context, why, "actuator", "plant", "rods", "integrator")
+
+
+def _refuse_certificates(context: typer.Context, option: str, endpoint: str) -> None:
+    """They would protect nothing, and whoever gives them believes that they do."""
+    if not endpoint.startswith("tls/"):
+        refuse_given(context, f"is for an endpoint tls/..., and {option} is {endpoint}", "link_tls")
 
 
 def _start_log(process: str, log_format: LogFormat) -> None:

@@ -11,7 +11,7 @@ from controller.errors import RecordingError
 from controller.system.origin import command_line
 from controller.system.progress import progress
 from controller.tables.header import LengthUnit, TimeUnit
-from server.cli.typed import Comments, RecordingsFolder, commands
+from server.cli.typed import Comments, RecordingsFolder, commands, refuse_given
 
 if TYPE_CHECKING:
     from recordings.format.messages import Recording
@@ -62,6 +62,7 @@ def show(id: Id, folder: RecordingsFolder = None, as_json: Json = False) -> None
 
 @app.command()
 def export(
+    context: typer.Context,
     id: Id,
     kind: Annotated[
         Literal["csv", "parquet", "mat", "mcap", "rrd", "path"],
@@ -84,6 +85,7 @@ def export(
     from recordings.exporting.tip_path import Wanted, write_path
     from server.cli.files import require_file
 
+    _refuse_unheard(context, kind, what)
     source = _store(folder).path(id)
     target = target or Path(f"{id}.path.csv" if kind == "path" else f"{id}.{kind}")
     require_file(target)
@@ -191,6 +193,19 @@ def play(id: Id, folder: RecordingsFolder = None) -> None:
     from recordings.read.playing import play as open_viewer
 
     open_viewer(_store(folder).path(id))
+
+
+def _refuse_unheard(context: typer.Context, kind: str, what: str) -> None:
+    """ParameterError for an option of `export` that this format has no use for."""
+    if kind == "path":
+        refuse_given(context, "--format path holds t, x, y of what --what names", "signals")
+    else:
+        refuse_given(context, f"is for --format path, not {kind}", "what", "rod")
+    if what != "marker":
+        refuse_given(context, f"is for --what marker, not {what}", "rod")
+    if kind not in ("csv", "path"):
+        has = "is the recording as it is" if kind == "rrd" else "says its origin by itself"
+        refuse_given(context, f"is for --format csv and path; {kind} {has}", "comments")
 
 
 def _removable(store: "Store", id: str) -> "Recording":

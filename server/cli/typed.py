@@ -5,6 +5,8 @@ from typing import Annotated, Any
 
 import typer
 
+from controller.errors import ParameterError
+
 RecordingsFolder = Annotated[
     Path | None,
     typer.Option(
@@ -21,3 +23,15 @@ Comments = Annotated[bool, typer.Option("--comments", help="Begin a CSV file wit
 def commands(**more: Any) -> typer.Typer:
     """A group of commands. Its help is Markdown, in which a unit in brackets stays as it is."""
     return typer.Typer(rich_markup_mode="markdown", **more)
+
+
+def refuse_given(context: typer.Context, because: str, *names: str) -> None:
+    """ParameterError for the first of the options `names` (of the command's function) that was typed: it would not be
+    heard, `because` of another one. What the environment says is for all commands, and may be of no use in this one.
+    """
+    for parameter in context.command.params:
+        source = context.get_parameter_source(parameter.name or "")
+        if parameter.name in names and source is not None and source.name == "COMMANDLINE":
+            value = context.params[parameter.name]
+            shown = "" if isinstance(value, bool) else f" {value}"
+            raise ParameterError(f"{parameter.opts[0]}{shown}: {because}")

@@ -23,10 +23,12 @@ import server.cli.bench
 import server.cli.main
 from controller.errors import TendrilError
 from controller.research.bench.bench import time_beside_mujoco
-from controller.system.origin import our_version
+from controller.system.origin import ROOT, our_version
 from server.app.run import listen
 from server.cli.main import app, main
 
+FILE = str(ROOT / "docs" / "examples" / "rig.toml")
+ONLY_THERE = f"{FILE} says which actuator is driven"
 TENDRIL = Path(sys.executable).parent / "tendril"
 
 
@@ -42,6 +44,26 @@ TENDRIL = Path(sys.executable).parent / "tendril"
         (["rig", "--actuator", "[/odd] [red].toml"], "[/odd] [red].toml cannot be read"),
         (["up", "--port", "99999"], "port = 99999: Input should be less than or equal to 65535"),
         (["serve", "--rig", "no spaces"], "rig = no spaces: 1 to 40 letters"),
+        (["up", "--rig", FILE, "--actuator", "P2"], f"--actuator P2: {ONLY_THERE}"),
+        (["up", "--rig", FILE, "--plant", "cosserat"], f"--plant cosserat: {ONLY_THERE}"),
+        (["rig", "--rig", FILE, "--rods", "10"], f"--rods 10: {ONLY_THERE}"),
+        (["rig", "--integrator", "rk4", "--rig", FILE], f"--integrator rk4: {ONLY_THERE}"),
+        (
+            ["serve", "--endpoint", "tcp/1.2.3.4:7447", "--link-tls", "certificates"],
+            "--link-tls certificates: is for an endpoint tls/..., and --endpoint is tcp/1.2.3.4:7447",
+        ),
+        (["rig", "--link-tls", "certificates"], "--link-tls certificates: is for an endpoint tls/..., and --listen is"),
+        (["reach", "P1", "--comments"], "--comments: is for the file of --csv"),
+        (
+            ["track", "--reference", "path.csv", "--out", "run.parquet", "--comments"],
+            "--comments: is for --out FILE.csv, not run.parquet",
+        ),
+        (
+            ["calibrate", "--scheduler", "tcp/cluster", "--workers", "2"],
+            "--workers 2: the workers of --scheduler tcp/cluster do the work",
+        ),
+        (["drivers", "check", "modbus", "--drive"], "--drive: is for your own device, and this is the virtual peer"),
+        (["faults", "--only", "page-busy", "--quick"], "only = page-busy: none of these is among"),
     ],
 )
 def test_a_wrong_value_is_named_in_one_line(

@@ -88,6 +88,7 @@ def test_a_damping_ratio_that_was_measured_otherwise_is_that_of_the_models_first
     ("arguments", "complaint"),
     [
         (["{poses}", "{decays}", "--zeta", "0.1"], "has free decays, which tell it; leave one of both out"),
+        (["{decays}", "--robust"], "decays.csv has no static test, whose values it weighs"),
         (["{poses}", "--ids", "3"], "has no free decays to choose from"),
         (["{decays}", "--ids", "7"], "ID 7 is not there (IDs 0 to 2 are)"),
         (["{poses}", "--profile", "cubic"], "profile = 'cubic' is not one of auto, uniform, linear, scaled"),

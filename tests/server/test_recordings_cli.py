@@ -112,6 +112,27 @@ def test_numbers_and_paths_are_written_where_they_are_wanted(made: tuple[Path, R
         run(folder, "export", done.id, "--format", "rrd", "--out", folder / f"{done.id}.rrd")
 
 
+@pytest.mark.parametrize(
+    ("given", "complaint"),
+    [
+        (["--format", "path", "--signals", "p_ref"], "--signals p_ref: --format path holds t, x, y"),
+        (["--what", "p_ref"], "--what p_ref: is for --format path, not csv"),
+        (["--format", "mat", "--rod", 3], "--rod 3: is for --format path, not mat"),
+        (["--format", "path", "--rod", 10], "--rod 10: is for --what marker, not p_meas"),
+        (["--format", "parquet", "--comments"], "--comments: is for --format csv and path; parquet says its origin"),
+        (["--format", "rrd", "--comments"], "--comments: is for --format csv and path; rrd is the recording"),
+    ],
+)
+def test_an_option_that_a_format_does_not_hear_is_refused(
+    made: tuple[Path, Recording], tmp_path: Path, given: list[object], complaint: str
+) -> None:
+    folder, done = made
+    with pytest.raises(ParameterError, match=complaint):
+        run(folder, "export", done.id, *given, "--out", tmp_path / "out")
+    assert [*tmp_path.iterdir()] == []
+    run(folder, "export", done.id, "--format", "path", "--what", "marker", "--rod", 5, "--out", tmp_path / "marker.csv")
+
+
 def test_another_labs_path_is_imported_and_held_against_ours(made: tuple[Path, Recording], tmp_path: Path) -> None:
     folder, done = made
     t = (ROWS["t_ns"] - ROWS["t_ns"][0])[::40] * 1e-9

@@ -120,6 +120,8 @@ def _refuse(
             raise DataError(f"{found[1].path}: {kind} of one actuator belong in one file, {found[0].path} has some")
     if task.zeta is not None and decays:
         raise DataError(f"zeta = {task.zeta:g}: {decays[0].path} has free decays, which tell it; leave one of both out")
+    if task.robust and not statics:
+        raise DataError(f"robust: {task.data[0]} has no static test, whose values it weighs")
     if task.ids is not None and not decays:
         raise DataError(f"ids = {task.ids!r}: {task.data[0]} has no free decays to choose from")
 

@@ -7,7 +7,7 @@ import typer
 from rich.console import Console
 
 from controller.system.origin import command_line
-from server.cli.typed import Comments, commands
+from server.cli.typed import Comments, commands, refuse_given
 
 app = commands()
 out = Console()
@@ -92,6 +92,7 @@ def validate(
 
 @app.command()
 def calibrate(
+    context: typer.Context,
     out_file: Annotated[Path | None, typer.Option("--out", help="TOML file to write; only shown without it.")] = None,
     starts: Annotated[
         int | None,
@@ -134,6 +135,8 @@ def calibrate(
     from controller.research.calibration.space import space_of
     from server.cli.research.calibrate import run_calibrate
 
+    if scheduler is not None:
+        refuse_given(context, f"the workers of --scheduler {scheduler} do the work", "workers")
     effort = effort_of(
         QUICK if quick else Effort(),
         screen=screen,
@@ -148,6 +151,7 @@ def calibrate(
 
 @app.command()
 def reach(
+    context: typer.Context,
     actuator: Annotated[str, typer.Argument(help="P1, P2, P3 or a .toml file (`tendril docs actuators`).")],
     rods: Annotated[int, typer.Option(min=2, max=1000, help="Of the model.")] = 10,
     csv: Annotated[Path | None, typer.Option(help="Write the torques and tips of a grid to this file.")] = None,
@@ -159,6 +163,8 @@ def reach(
     from controller.schema.parameters import ControllerParameters, RigParameters
     from server.cli.research.reach import run_reach
 
+    if csv is None:
+        refuse_given(context, "is for the file of --csv", "comments")
     parameters = RigParameters(actuator=read_actuator(actuator), controller=ControllerParameters(rods=rods))
     run_reach(parameters, csv, svg, comments, out)
 
@@ -209,6 +215,7 @@ def stability(
 
 @app.command()
 def track(
+    context: typer.Context,
     reference: Annotated[Path, typer.Option(help="CSV file with columns t, x, y [s, m] (`tendril docs tables`).")],
     actuator: ActuatorName = "P1",
     law: Annotated[
@@ -248,6 +255,8 @@ def track(
     from server.cli.research.track import Wanted, run_track
 
     require_controller(controller)
+    if out_file is None or out_file.suffix != ".csv":
+        refuse_given(context, f"is for --out FILE.csv, not {out_file or 'a run without --out'}", "comments")
     wish = Wish(project, frequency, velocity_feedforward, start)
     setup = Setup(twin=scaled(TwinParameters(plant=plant), plant_scale))
     body = read_actuator(plant_actuator) if plant_actuator else None
