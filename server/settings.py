@@ -16,7 +16,7 @@ from recordings.format.messages import PATIENCE, SPLIT_BYTES
 
 
 class ServerSettings(BaseSettings):
-    """What a server is started with; every field can also be given as TENDRIL_<NAME> in the environment."""
+    """What a server is started with; what no option of the command says, TENDRIL_<NAME> may."""
 
     model_config = SettingsConfigDict(env_prefix="TENDRIL_", extra="forbid", use_attribute_docstrings=True)
 

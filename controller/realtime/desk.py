@@ -26,8 +26,8 @@ ECHO_MIN, ECHO_MAX = 0.05, 0.4
 STRIDE = 1 << 20
 """By how much the number of an E-STOP is above every one that was used."""
 LEAP = STRIDE
-"""By how much a command's n, request_n and presence may be above the rig's own at most: whoever comes later must still
-be able to number on from there."""
+"""By how much a command's n, request_n and presence may be above the rig's own at most: those that come later must
+still be able to number on from there."""
 STOPS_KEPT = 256
 """E-STOPs whose repetitions are known."""
 START_NEAR = 3e-3

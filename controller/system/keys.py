@@ -21,7 +21,9 @@ class KeyDamaged(KeyRefused):
 
 
 def state_folder() -> Path:
-    """Folder of the user's own state, by the XDG rule."""
+    """Folder of the user's own state: TENDRIL_STATE, or by the XDG rule."""
+    if own := os.environ.get("TENDRIL_STATE"):
+        return Path(own)
     return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "tendril"
 
 

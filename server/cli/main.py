@@ -305,7 +305,7 @@ def _refuse_beside_file(context: typer.Context, file: Path | None) -> None:
 
 
 def _refuse_certificates(context: typer.Context, option: str, endpoint: str) -> None:
-    """They would protect nothing, and whoever gives them believes that they do."""
+    """They would protect nothing, and who gives them believes that they do."""
     if not endpoint.startswith("tls/"):
         refuse_given(context, f"is for an endpoint tls/..., and {option} is {endpoint}", "link_tls")
 

@@ -1,4 +1,4 @@
-"""A disk that hangs while a recording is to end: whoever asked waits no longer than said, and it ends all the same."""
+"""A disk that hangs while a recording is to end: who asked waits no longer than said, and it ends all the same."""
 
 import threading
 import time

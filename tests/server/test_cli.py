@@ -58,10 +58,6 @@ TENDRIL = Path(sys.executable).parent / "tendril"
             ["track", "--reference", "path.csv", "--out", "run.parquet", "--comments"],
             "--comments: is for --out FILE.csv, not run.parquet",
         ),
-        (
-            ["calibrate", "--scheduler", "tcp/cluster", "--workers", "2"],
-            "--workers 2: the workers of --scheduler tcp/cluster do the work",
-        ),
         (["drivers", "check", "modbus", "--drive"], "--drive: is for your own device, and this is the virtual peer"),
         (["faults", "--only", "page-busy", "--quick"], "only = page-busy: none of these is among"),
     ],

@@ -9,6 +9,7 @@ from pydantic import SecretStr
 
 from controller.errors import ParameterError
 from controller.schema.parameters import Settings
+from controller.system.keys import key_path
 from controller.system.whole_file import write_whole
 from server.access import lease as leases
 from server.access.lease import OperatorLease
@@ -229,3 +230,11 @@ def test_one_session_operates_until_it_releases_or_falls_silent() -> None:
     assert lease.acquire(bob)
     assert lease.release(bob)
     assert not lease.view(bob).held
+
+
+def test_rig_and_server_look_for_the_key_in_the_same_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("TENDRIL_STATE", str(tmp_path))
+    assert key_path("lab") == ServerSettings(rig="lab").key == tmp_path / "lab.key"
+    monkeypatch.delenv("TENDRIL_STATE")
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    assert key_path("lab") == ServerSettings(rig="lab").key == tmp_path / "tendril" / "lab.key"

@@ -92,7 +92,6 @@ def validate(
 
 @app.command()
 def calibrate(
-    context: typer.Context,
     out_file: Annotated[Path | None, typer.Option("--out", help="TOML file to write; only shown without it.")] = None,
     starts: Annotated[
         int | None,
@@ -135,8 +134,6 @@ def calibrate(
     from controller.research.calibration.space import space_of
     from server.cli.research.calibrate import run_calibrate
 
-    if scheduler is not None:
-        refuse_given(context, f"the workers of --scheduler {scheduler} do the work", "workers")
     effort = effort_of(
         QUICK if quick else Effort(),
         screen=screen,
