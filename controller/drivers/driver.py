@@ -23,7 +23,7 @@ class Driver(Protocol):
     """True for the twin: pages and recordings say so."""
 
     @property
-    def twin(self) -> Plant:
+    def plant(self) -> Plant:
         """What the loop steps after every tick."""
 
     def start(self, post: Post, newest: Newest, command: NewestCommand) -> None:

@@ -23,7 +23,7 @@ class HardwareDriver:
     simulated = False
 
     def __init__(self, parameters: RigParameters, hardware: Hardware) -> None:
-        self.twin: HardwarePlant = build_hardware(hardware.valves, parameters.controller.dt)
+        self.plant: HardwarePlant = build_hardware(hardware.valves, parameters.controller.dt)
         self._hardware, self._length = hardware, parameters.actuator.length
         self._capture = capture_device(hardware.motion_capture)
         self._valves = valve_device(hardware.valves)

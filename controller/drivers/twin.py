@@ -14,7 +14,7 @@ class TwinDriver:
     simulated = True
 
     def __init__(self, parameters: RigParameters) -> None:
-        self.twin: Simulated = build_plant(parameters)
+        self.plant: Simulated = build_plant(parameters)
 
     def start(self, post: Post, newest: Newest, command: NewestCommand) -> None:
         """Nothing to start."""

@@ -217,7 +217,7 @@ class Desk:
 
     def faults(self, wanted: TwinFaults | None) -> TwinFaults:
         """Inject faults into the twin, None changes nothing; those in force. Refused on hardware."""
-        plant = self._driver.twin
+        plant = self._driver.plant
         if isinstance(plant, Hardware):
             raise CommandRefused("refused: faults can be injected into the twin only, and this rig is hardware")
         with self._one_at_a_time:

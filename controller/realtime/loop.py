@@ -47,13 +47,13 @@ class LoopMemory(NamedTuple):
     commands: Words
     """Mailbox of Command, written by the link."""
     measurements: Words
-    """Mailbox of Measurement, written by the drivers, or by the twin after each of its steps."""
+    """Mailbox of Measurement, written by the drivers, or by a simulated plant after each of its steps."""
     command: np.ndarray
     command_words: Words
     measurement: np.ndarray
     measurement_words: Words
     sensed: np.ndarray
-    """The twin's own Measurement, before it is posted."""
+    """A simulated plant's own Measurement, before it is posted."""
     sensed_words: Words
     outlets: Words
     """Mailbox of ValveCommand, read by the driver of a rig's valves."""
@@ -95,7 +95,7 @@ def loop_memory(header: Words, rows: Words, rig: Rig, plant: Plant) -> LoopMemor
 
 
 @compiled
-def run_loop(rig: Rig, twin: Plant, memory: LoopMemory, period_ns: int) -> None:
+def run_loop(rig: Rig, plant: Plant, memory: LoopMemory, period_ns: int) -> None:
     """Tick on the grid until STOP is set, then write one last row that drives nothing.
 
     While it is paused the time of tick and twin stands still: `paused_ns` is how far it is behind the clock.
@@ -118,7 +118,7 @@ def run_loop(rig: Rig, twin: Plant, memory: LoopMemory, period_ns: int) -> None:
             status.pump_ns = memory.header[PUMP_NS] - paused_ns
             status.lateness_ns = t_ns - deadline
             memory.telemetry[0].slot = slot
-            advance(t_ns, paused_ns, clock, rig, twin, memory)
+            advance(t_ns, paused_ns, clock, rig, plant, memory)
         end_ns = now_ns(clock)
         store_release(memory.header, LOOP_NS, end_ns)
         missed = slots_missed(end_ns, deadline + period_ns, period_ns)
@@ -128,7 +128,7 @@ def run_loop(rig: Rig, twin: Plant, memory: LoopMemory, period_ns: int) -> None:
         else:
             paused_ns += (1 + missed) * period_ns
         deadline += (1 + missed) * period_ns
-    write_vented_row(slot, now_ns(clock), twin, memory)
+    write_vented_row(slot, now_ns(clock), plant, memory)
 
 
 @compiled
@@ -144,12 +144,12 @@ def step_due(header: Words) -> bool:
 
 
 @compiled
-def advance(t_ns: int, paused_ns: int, clock: Words, rig: Rig, twin: Plant, memory: LoopMemory) -> None:
-    """One tick at `t_ns` by the clock, one step of the twin, and the row into the ring. `clock` is scratch (4,)."""
+def advance(t_ns: int, paused_ns: int, clock: Words, rig: Rig, plant: Plant, memory: LoopMemory) -> None:
+    """One tick at `t_ns` by the clock, one step of the plant, and the row into the ring. `clock` is scratch (4,)."""
     status, telemetry = memory.status[0], memory.telemetry[0]
     call(memory.stages.tick, (t_ns - paused_ns, memory.command[0], memory.measurement[0], status, rig, telemetry))
     status.step_ns = now_ns(clock) - t_ns
-    call(memory.stages.plant, (t_ns - paused_ns, twin, telemetry, memory.sensed[0]))
+    call(memory.stages.plant, (t_ns - paused_ns, plant, telemetry, memory.sensed[0]))
     if memory.outlet_words.shape[0] == 0:
         post(memory.measurements, memory.sensed_words)
     else:
@@ -159,7 +159,7 @@ def advance(t_ns: int, paused_ns: int, clock: Words, rig: Rig, twin: Plant, memo
 
 
 @compiled
-def write_vented_row(slot: int, t_ns: int, twin: Plant, memory: LoopMemory) -> None:
+def write_vented_row(slot: int, t_ns: int, plant: Plant, memory: LoopMemory) -> None:
     """The last row of a boot: the last tick's with mode VENTED, no pressure and no torque; STOP holds the cause.
 
     An E_STOP and its cause stay, and with them the cut: a valve that is stuck would fill its chamber again. Valves of
@@ -177,7 +177,7 @@ def write_vented_row(slot: int, t_ns: int, twin: Plant, memory: LoopMemory) -> N
     for i in range(telemetry.u.shape[0]):
         telemetry.u[i] = telemetry.u_ff[i] = telemetry.u_fb[i] = 0.0
     if memory.outlet_words.shape[0] > 0:
-        call(memory.stages.plant, (t_ns, twin, telemetry, memory.sensed[0]))
+        call(memory.stages.plant, (t_ns, plant, telemetry, memory.sensed[0]))
         post(memory.outlets, memory.outlet_words)
     ring_push(memory.header, memory.rows, memory.telemetry_words)
 
@@ -201,16 +201,16 @@ def run_baseline(header: Words, period_ns: int) -> None:
         deadline += (1 + missed) * period_ns
 
 
-def compile_loop(rig: Rig, twin: Plant) -> bool:
+def compile_loop(rig: Rig, plant: Plant) -> bool:
     """Compile, or load from the cache, all that the loop and its readers call; whether this process had to compile.
 
-    `rig` and `twin` are spares. The loop ends at once because STOP is set, and writes its one row into a ring that is
+    `rig` and `plant` are spares. The loop ends at once because STOP is set, and writes its one row into a ring that is
     thrown away.
     """
     header, rows = np.zeros(HEADER_WORDS, np.int64), np.zeros((4, ROW_WORDS), np.int64)
     header[STOP] = 1
-    memory = loop_memory(header, rows, rig, twin)
-    run_loop(rig, twin, memory, 1_000_000)
+    memory = loop_memory(header, rows, rig, plant)
+    run_loop(rig, plant, memory, 1_000_000)
     run_baseline(header, 1_000_000)
     post(memory.commands, memory.command_words)
     ring_read(header, rows, 0, np.empty((1, ROW_WORDS), np.int64))

@@ -81,7 +81,7 @@ class RigProcess:
         self._rig = build_rig(parameters, self.boot)
         self._driver = rig_driver(parameters)
         self.ring: Ring = create_ring(settings.rig, self.boot, settings.folder)
-        plant = self._driver.twin
+        plant = self._driver.plant
         self.memory: LoopMemory = loop_memory(self.ring.header, self.ring.rows, self._rig, plant)
         self._outlet = np.zeros(1, record_dtype(ValveCommand))
         self._outlet_scratch = words(self._outlet).copy()
@@ -121,7 +121,7 @@ class RigProcess:
 
     def _loop(self) -> None:
         self.policy = raise_thread_priority()
-        run_loop(self._rig, self._driver.twin, self.memory, self._period_ns)
+        run_loop(self._rig, self._driver.plant, self.memory, self._period_ns)
 
     def _post(self, record: np.ndarray) -> None:
         post(self.memory.measurements, words(record))
@@ -216,7 +216,7 @@ def load_kernels(parameters: RigParameters) -> None:
     So a process that had to compile, after an update or on another kind of processor, begins anew in its own place.
     Once: where the cache keeps nothing it would compile again.
     """
-    if compile_loop(build_rig(parameters, boot=1), rig_driver(parameters).twin) and AGAIN not in os.environ:
+    if compile_loop(build_rig(parameters, boot=1), rig_driver(parameters).plant) and AGAIN not in os.environ:
         flush_log()
         os.execve(sys.executable, sys.orig_argv, os.environ | {AGAIN: "1"})
 
