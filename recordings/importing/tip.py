@@ -1,5 +1,6 @@
 """A measured path of the tip (time, x, y) as a recording like any other, of which nothing else is known."""
 
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -7,11 +8,12 @@ import numpy as np
 
 from controller.arrays import Rows
 from controller.errors import DataError, RecordingError
-from controller.reference.path_file import Samples
+from controller.reference.path_file import Samples, samples_in
 from controller.schema.layout import layout_hash, record_dtype
 from controller.schema.messages import Command, RigInfo, Telemetry
 from controller.schema.parameters import RigParameters, Settings
 from controller.system.origin import commit, our_version
+from controller.tables.lines import sent_lines
 from recordings.format import sidecar
 from recordings.format.about import About
 from recordings.format.messages import Recording
@@ -19,6 +21,14 @@ from recordings.write.session import check_room
 
 IMPORT_RIG = "import"
 """The rig that an imported recording names."""
+SENT = "the file"
+"""What errors call a file that was sent rather than stored."""
+
+
+def import_text(folder: Path, name: str, text: bytes, units: Mapping[str, str]) -> tuple[Recording, tuple[str, ...]]:
+    """As `read_samples` and `import_tip`, and what the file left open; DataError names line, column and value."""
+    samples = samples_in(sent_lines(text, SENT), Path(SENT), units)
+    return import_tip(folder, name, samples), samples.notes
 
 
 def import_tip(folder: Path, name: str, samples: Samples) -> Recording:

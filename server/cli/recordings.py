@@ -1,6 +1,9 @@
 """The recordings in a folder, without a running server."""
 
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -26,6 +29,7 @@ Json = Annotated[bool, typer.Option("--json", help="Print JSON instead of a tabl
 Start = Annotated[float | None, typer.Option("--from", help="Begin here [s after the first row].")]
 Stop = Annotated[float | None, typer.Option("--to", help="End here [s after the first row].")]
 COMPARED_MAX = 4
+DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY")
 
 
 @app.command()
@@ -190,9 +194,15 @@ def restore(ids: Annotated[list[str] | None, typer.Argument()] = None, folder: R
 @app.command()
 def play(id: Id, folder: RecordingsFolder = None) -> None:
     """Open a recording in rerun's own viewer; needs a display."""
-    from recordings.read.playing import play as open_viewer
+    from recordings.format import tool
 
-    open_viewer(_store(folder).path(id))
+    path = _store(folder).path(id)
+    if sys.platform == "linux" and not any(os.environ.get(name) for name in DISPLAYS):
+        raise RecordingError("there is no display for rerun's viewer here: open the recording in the page's Review tab")
+    with tool.quiet_home() as environment:
+        code = subprocess.run(tool.command(str(path)), env=environment, check=False).returncode
+    if code:
+        raise RecordingError(f"rerun's viewer ended with code {code}")
 
 
 def _refuse_unheard(context: typer.Context, kind: str, what: str) -> None:

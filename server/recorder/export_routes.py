@@ -13,7 +13,7 @@ from recordings.exporting.export import By, Format, export, export_for_viewer
 from recordings.exporting.signals import SignalInfo, offered
 from recordings.exporting.table import Choice
 from recordings.format.messages import Recording
-from recordings.importing.text import import_text
+from recordings.importing.tip import import_text
 from server.access.asking import Holder
 from server.http import answers
 from server.log.events import GivenEvents

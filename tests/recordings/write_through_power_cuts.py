@@ -6,7 +6,7 @@ from pathlib import Path
 
 from controller.schema.parameters import Settings
 from controller.system.keys import made_key
-from recordings.importing.text import import_text
+from recordings.importing.tip import import_text
 from recordings.read.quick import prepare
 from recordings.store.edits import Edit
 from recordings.store.store import Store

@@ -12,8 +12,8 @@ from controller.research.identification.motion.decays import Decay, read_decays
 from controller.research.identification.observe import ObserverTask, observe_decays
 from controller.schema.actuator import read_actuator
 from controller.schema.origin import Origin
-from recordings.observed import write_observed
 from server.cli.main import app
+from server.cli.research.observed import write_observed
 from tests.controller.decaying import decays_of, hanging_body
 
 TRUNK = Path(__file__).parents[1] / "data" / "trunk-stack" / "decay_200g_even_ids.csv"

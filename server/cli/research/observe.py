@@ -26,7 +26,7 @@ def run_observe(request: ObserverTask, json_file: Path | None, rrd: Path | None,
         about = {"actuators": (request.actuator,), "files": hashes([request.data])}
         write_json(json_file, observed.scores, origin(command_line(), **about))
     if rrd is not None:
-        from recordings.observed import write_observed
+        from server.cli.research.observed import write_observed
 
         write_observed(observed, rrd)
     for path in filter(None, (json_file, rrd)):
