@@ -6512,7 +6512,7 @@ export interface components {
       loop: components["schemas"]["PressureLoop"];
       /**
        * Pressure Max
-       * @description No setpoint above this leaves.
+       * @description No setpoint above this leaves, and no torque is asked for that would need one.
        * @default 300000
        */
       pressure_max: number;
