@@ -1,7 +1,7 @@
 """A target clicked and dragged anywhere, in reach or not, on plants of a family: what stops the rig, and what swings.
 
 `python -m tests.controller.following` makes 500 clicks and 500 drags of each actuator, with each choice of sensors, on
-each plant: 270,000 in all, some three hours of a core. What came so far is printed after each tenth.
+each plant: 270,000 in all, some two and a half hours of a core. What came so far is printed after each tenth.
 """
 
 import itertools
