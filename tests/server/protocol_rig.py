@@ -90,7 +90,7 @@ def _planned() -> dict[int, Any]:
     return {id(one): one for one in (control.reference, control.guide, control.kinds, control.smap)}
 
 
-DRIVER = SimpleNamespace(simulated=True, twin=None, unready=lambda: "")
+DRIVER = SimpleNamespace(simulated=True, plant=None, unready=lambda: "")
 
 
 class Rig(Ticked):
