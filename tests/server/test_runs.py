@@ -35,7 +35,8 @@ def armed(server: TestServer) -> Iterator[tuple[Page, Live]]:
     page = server.operator()
     with page.live() as live:
         live.operate()
-        assert page.command("arm").status_code == 200
+        answer = page.command("arm")
+        assert answer.status_code == 200, answer.text
         live.wait_mode(Mode.HOLD)
         yield page, live
 
