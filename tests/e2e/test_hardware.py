@@ -109,11 +109,12 @@ def test_every_step_of_the_commissioning_is_reached_and_says_what_it_lacks(rig_p
     for name in ("drivers", "frame", "signs", "pressure", "statics", "decay", "identify", "closed_loop"):
         card = opened(rig_page, name)
         expect(card.get_by_test_id(f"step-start-{name}")).to_be_visible()
-    number = opened(rig_page, "pressure").get_by_test_id("input-pressure-pressure")
-    number.click()
-    rig_page.keyboard.type("25.50")
-    expect(number).to_have_value("25.50")
-    number.clear()
+        if name == "pressure":
+            number = card.get_by_test_id("input-pressure-pressure")
+            number.click()
+            rig_page.keyboard.type("25.50")
+            expect(number).to_have_value("25.50")
+            number.clear()
     expect(rig_page.get_by_test_id("step-closed_loop")).to_contain_text("Actuator must be accepted first")
     expect(rig_page.get_by_test_id("step-start-closed_loop")).to_have_attribute("aria-disabled", "true")
 
