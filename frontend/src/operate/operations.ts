@@ -14,8 +14,8 @@ export type SettingsChange = (now: Settings) => Partial<Settings>;
 export class Operations {
   /** Requests about the lease that this page itself has under way: their outcome is no news. */
   private passing = 0;
-  /** The last change of settings that was asked for. */
-  private changing: Promise<void> = Promise.resolve();
+  /** The end of the last change that was asked for. */
+  private turn: Promise<void> = Promise.resolve();
 
   constructor(
     private readonly page: Store<Page>,
@@ -102,8 +102,13 @@ export class Operations {
       const settings = await told(api.PATCH("/api/settings", { body: { changes } }));
       this.page.patch({ settings: keep(this.page.get().settings, settings) });
     };
-    this.changing = this.changing.then(() => this.attempt(title, send));
-    return this.changing;
+    return this.attemptInTurn(title, send);
+  }
+
+  /** As `attempt`, once all that was asked for in this way before is done: no change takes an earlier one back. */
+  attemptInTurn(title: string, action: () => Promise<unknown>): Promise<void> {
+    this.turn = this.turn.then(() => this.attempt(title, action));
+    return this.turn;
   }
 
   /** Run `action`; a refusal is shown under `title`, with the server's text. */

@@ -82,7 +82,6 @@ export function TwinFaultsPanel() {
 function useInjecting(faults: TwinFaults, setFaults: (now: TwinFaults) => void): Inject {
   const operations = useService(Operations);
   const newest = useRef(faults);
-  const before = useRef<Promise<void>>(Promise.resolve());
   useEffect(() => {
     newest.current = faults;
   }, [faults]);
@@ -91,7 +90,7 @@ function useInjecting(faults: TwinFaults, setFaults: (now: TwinFaults) => void):
       newest.current = await twin.inject({ ...newest.current, ...change });
       setFaults(newest.current);
     };
-    before.current = before.current.then(() => operations.attempt("Faults not injected", send));
+    void operations.attemptInTurn("Faults not injected", send);
   };
 }
 

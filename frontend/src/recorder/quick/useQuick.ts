@@ -2,7 +2,6 @@ import { useEffect, useState } from "react";
 import type { Quick } from "../../api/types";
 import { textOf } from "../../ui/format";
 import { recordings } from "../recordings";
-import { askAgain } from "./asking";
 import { DRAWN } from "./quickCharts";
 
 const POINTS = 2000;
@@ -36,4 +35,21 @@ export function useQuick(ids: readonly string[], running: boolean): QuickState {
     };
   }, [wanted, running]);
   return state;
+}
+
+/** Asks at once, and again `period` [ms] after each answer, so that slow ones never pile up; not without a period.
+ *
+ * What is given back ends it. `ask` never fails.
+ */
+export function askAgain(ask: () => Promise<void>, period?: number): () => void {
+  let [ended, timer]: [boolean, ReturnType<typeof setTimeout> | undefined] = [false, undefined];
+  const go = async () => {
+    await ask();
+    if (!ended && period !== undefined) timer = setTimeout(() => void go(), period);
+  };
+  void go();
+  return () => {
+    ended = true;
+    clearTimeout(timer);
+  };
 }

@@ -1,5 +1,5 @@
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
-import { askAgain } from "./asking";
+import { askAgain } from "./useQuick";
 
 let asked = 0;
 let waiting: (() => void)[] = [];
