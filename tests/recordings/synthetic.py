@@ -1,6 +1,7 @@
 """Telemetry rows as a running rig sends them, without a rig: a tip on a circle, with noise, modes and lost slots."""
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
@@ -8,7 +9,9 @@ from controller.arrays import Rows, Values
 from controller.schema.layout import layout_hash, record_dtype
 from controller.schema.messages import Command, RigInfo, Telemetry
 from controller.schema.modes import Cause, Mode
-from controller.schema.parameters import BACKBONE_POINTS, SENSORS, RigParameters
+from controller.schema.parameters import BACKBONE_POINTS, SENSORS, RigParameters, Settings
+from recordings.format.messages import Recording
+from recordings.write.writer import Recorder
 
 LENGTH = 0.253
 START_NS = 7_654_321_000_000_000
@@ -44,6 +47,17 @@ def batches(rows: Rows, size: int = 10) -> Iterator[Rows]:
     """The rows as the link hands them over."""
     for start in range(0, len(rows), size):
         yield rows[start : start + size]
+
+
+def recorded(folder: Path, name: str, rows: Rows) -> Recording:
+    """`rows` recorded under `name` by the real recorder, whole and closed."""
+    recorder = Recorder(folder)
+    recorder.start(name, rig_info(), Settings())
+    for batch in batches(rows, 250):
+        recorder.rows(batch)
+    found = recorder.stop()
+    recorder.close()
+    return found
 
 
 def _noise(ticks: Values, salt: int) -> Values:

@@ -257,6 +257,14 @@ class TestServer:
         self._thread.join()
 
 
+def rigless(folder: Path) -> Iterator[TestServer]:
+    """For a fixture: a server that no rig has ever spoken to."""
+    free_environment()
+    found = TestServer(folder, "tcp/127.0.0.1:9")
+    yield found
+    found.close()
+
+
 def free_environment() -> None:
     """No setting of the machine may reach the servers under test."""
     for name in [name for name in os.environ if name.startswith("TENDRIL_")]:

@@ -16,18 +16,16 @@ import pytest
 from starlette.requests import Request
 
 from controller.errors import RecordingError
-from controller.schema.parameters import Settings
 from recordings.exporting.export import By
 from recordings.exporting.table import Choice
 from recordings.format.messages import Recording
-from recordings.write.writer import Recorder
 from server.recorder import exports as exports_module
 from server.recorder import scratch as scratch_module
 from server.recorder.exports import Exports
 from server.recorder.folder import RecordingsFolder
 from server.recorder.scratch import Scratch, sweep
-from tests.recordings.synthetic import batches, rig_info, telemetry_rows
-from tests.server.live_server import Page, TestServer, free_environment, wait_for
+from tests.recordings.synthetic import recorded, telemetry_rows
+from tests.server.live_server import Page, TestServer, rigless, wait_for
 
 PLENTY = 1 << 60
 
@@ -35,23 +33,14 @@ PLENTY = 1 << 60
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestServer]:
     """A server that no rig has ever spoken to: exports need none."""
-    free_environment()
-    found = TestServer(tmp_path_factory.mktemp("server"), "tcp/127.0.0.1:9")
-    yield found
-    found.close()
+    yield from rigless(tmp_path_factory.mktemp("server"))
 
 
 @pytest.fixture(scope="module")
 def done(server: TestServer) -> Recording:
     folder = server.settings.recordings
     assert folder is not None
-    recorder = Recorder(folder)
-    recorder.start("Circle", rig_info(), Settings())
-    for batch in batches(telemetry_rows(6500), 250):
-        recorder.rows(batch)
-    found = recorder.stop()
-    recorder.close()
-    return found
+    return recorded(folder, "Circle", telemetry_rows(6500))
 
 
 @pytest.fixture

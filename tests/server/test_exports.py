@@ -25,14 +25,13 @@ from recordings.exporting import export as export_module
 from recordings.exporting.export import By
 from recordings.exporting.table import Choice, RowReader
 from recordings.format.messages import Recording
-from recordings.write.writer import Recorder
 from server.drawing.messages import DrawingBody
 from server.drawing.recorded import drawing_name
 from server.recorder import export_routes
 from server.recorder.exports import Exports
 from server.recorder.folder import Reader, RecordingsFolder
-from tests.recordings.synthetic import batches, rig_info, telemetry_rows
-from tests.server.live_server import Page, TestServer, free_environment, wait_for
+from tests.recordings.synthetic import batches, recorded, rig_info, telemetry_rows
+from tests.server.live_server import Page, TestServer, rigless, wait_for
 
 ROWS = telemetry_rows(6500)
 
@@ -40,23 +39,14 @@ ROWS = telemetry_rows(6500)
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestServer]:
     """A server that no rig has ever spoken to: recordings need none."""
-    free_environment()
-    found = TestServer(tmp_path_factory.mktemp("server"), "tcp/127.0.0.1:9")
-    yield found
-    found.close()
+    yield from rigless(tmp_path_factory.mktemp("server"))
 
 
 @pytest.fixture(scope="module")
 def done(server: TestServer) -> Recording:
     folder = server.settings.recordings
     assert folder is not None
-    recorder = Recorder(folder)
-    recorder.start("Circle/0.5 Hz, ü", rig_info(), Settings())
-    for batch in batches(ROWS, 250):
-        recorder.rows(batch)
-    found = recorder.stop()
-    recorder.close()
-    return found
+    return recorded(folder, "Circle/0.5 Hz, ü", ROWS)
 
 
 @pytest.fixture

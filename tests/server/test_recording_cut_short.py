@@ -72,13 +72,18 @@ async def until(desk: Desk, ids: list[str]) -> None:
             await asyncio.sleep(0.01)
 
 
-async def test_a_run_that_is_over_as_its_recording_begins_leaves_none_behind() -> None:
-    desk = Desk()
-    desk.recorder.may_stop.set()
-    run = asyncio.create_task(desk.automatic.begin_run("ring", "ann"))
+async def cut_short(desk: Desk, name: str) -> None:
+    """Ask for the recording of a run that is over before its recording has begun."""
+    run = asyncio.create_task(desk.automatic.begin_run(name, "ann"))
     await asyncio.sleep(0.05)
     desk.automatic.end_run()
     run.cancel()
+
+
+async def test_a_run_that_is_over_as_its_recording_begins_leaves_none_behind() -> None:
+    desk = Desk()
+    desk.recorder.may_stop.set()
+    await cut_short(desk, "ring")
     desk.recorder.may_start.set()
     await until(desk, ["ring 0"])
     assert not desk.recorder.going
@@ -86,10 +91,7 @@ async def test_a_run_that_is_over_as_its_recording_begins_leaves_none_behind() -
 
 async def test_a_run_that_follows_at_once_is_recorded_apart() -> None:
     desk = Desk()
-    first = asyncio.create_task(desk.automatic.begin_run("ring", "ann"))
-    await asyncio.sleep(0.05)
-    desk.automatic.end_run()
-    first.cancel()
+    await cut_short(desk, "ring")
     second = asyncio.create_task(desk.automatic.begin_run("line", "ann"))
     await asyncio.sleep(0.05)
     desk.recorder.may_start.set()
@@ -105,10 +107,7 @@ async def test_a_run_that_was_over_before_the_recorder_was_asked_is_not_recorded
     desk.recorder.may_start.set()
     await desk.automatic.begin_run("ring", "ann")
     desk.automatic.end_run()  # which takes long
-    second = asyncio.create_task(desk.automatic.begin_run("line", "ann"))
-    await asyncio.sleep(0.05)
-    desk.automatic.end_run()
-    second.cancel()
+    await cut_short(desk, "line")
     desk.recorder.may_stop.set()
     await until(desk, ["ring 0"])
     await asyncio.sleep(0.05)
