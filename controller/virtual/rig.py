@@ -269,7 +269,7 @@ def run_virtual_rig(path: Path, plant: str, out: Path | None, lines: TextIO = sy
     for number in (signal.SIGINT, signal.SIGTERM):  # a shell may have started us in the background, SIGINT ignored
         signal.signal(number, signal.default_int_handler)
     if isinstance(lines, io.TextIOWrapper):
-        lines.reconfigure(errors="backslashreplace")  # what is no text is refused, as all that is no fault
+        lines.reconfigure(errors="backslashreplace")  # bytes that are not UTF-8 are refused, as an unknown fault is
     found = read_rig_file(path)
     try:
         rig = VirtualRig(found, path.parent, plant)
