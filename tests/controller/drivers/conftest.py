@@ -32,7 +32,7 @@ def showing(peer, late=0.0, points=POINTS, labels=LABELS, period=0.005) -> Itera
         peer.unplug()
 
 
-def frames(device, count, timeout=2.0):
+def frames(device, count, timeout=20.0):
     """The next `count` samples with the times at which they were read [ns]."""
     found = []
     deadline = time.monotonic() + timeout

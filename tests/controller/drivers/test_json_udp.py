@@ -13,6 +13,7 @@ from controller.drivers.capture.json_udp import LARGEST, JsonCapture, JsonOption
 from controller.drivers.device import Angles, DeviceError, Sample
 from controller.virtual.json_source import JsonSource
 from tests.controller.drivers.conftest import LABELS, POINTS, frames, named, showing
+from tests.controller.drivers.effort import lines_run
 
 FUZZ = 100_000
 HERE = ("127.0.0.1", 4000)
@@ -175,13 +176,12 @@ def test_a_hundred_thousand_random_and_mutated_datagrams_are_read_or_counted(cap
         print(f"\n{FUZZ} datagrams: {read} read, {device.rejected} refused")
 
 
-def test_the_largest_datagram_takes_no_time_that_matters():
+def test_the_largest_datagram_costs_no_more_than_a_small_one():
     device = listening()
-    start = time.thread_time()
     for inner in (b"1,", b"[0,0],", b"null,", b'"a",'):
         datagram = b'{"points": [' + inner * ((LARGEST - 20) // len(inner)) + b"0]}"
-        assert taken(datagram, device) is None
-    assert device.rejected == 4 and time.thread_time() - start < 0.5
+        assert lines_run(lambda datagram=datagram: taken(datagram, device)) < 200, "refused before its rows are read"
+    assert device.rejected == 4
 
 
 def test_nothing_is_read_before_it_is_open_and_a_taken_port_is_an_error(opened):

