@@ -1,8 +1,9 @@
 """The tables of docs/safety.md, made from those by which the loop acts: `python -m controller.schema.safety_tables`."""
 
-import re
 from pathlib import Path
 
+from controller import markdown
+from controller.markdown import table
 from controller.schema.layout import quantity
 from controller.schema.modes import Mode, Request
 from controller.schema.parameters import SafetyLimits
@@ -14,16 +15,13 @@ REACTIONS = {Mode.HOLD: "HOLD", Mode.REST: "REST", Mode.FAULT: "FAULT, ramp to r
 
 def filled(page: str) -> str:
     """`page` with today's tables between its marks `<!-- name -->` and `<!-- /name -->`."""
-    for name, table in (("transitions", transitions()), ("watchdogs", watchdogs())):
-        between = re.compile(f"(<!-- {name} -->\n).*(<!-- /{name} -->)", re.DOTALL)
-        page = between.sub(lambda marks, table=table: f"{marks[1]}{table}{marks[2]}", page)  # type: ignore[misc]
-    return page
+    return markdown.filled(markdown.filled(page, "transitions", transitions()), "watchdogs", watchdogs())
 
 
 def transitions() -> str:
     """Mode after each request; empty where it is refused."""
     rows = [[mode.name, *(_name(next_mode(mode, request)) for request in Request if request)] for mode in Mode]
-    return _table(["in", *(request.name for request in Request if request)], rows)
+    return table(["in", *(request.name for request in Request if request)], rows)
 
 
 def watchdogs() -> str:
@@ -31,7 +29,7 @@ def watchdogs() -> str:
     rows = [
         [dog.watched, _bounds(dog), _modes(dog), REACTIONS[dog.reaction], dog.cause.name] for dog in WATCHDOGS.values()
     ]
-    return _table(["watched", "bound", "in", "reaction", "cause"], rows)
+    return table(["watched", "bound", "in", "reaction", "cause"], rows)
 
 
 def _name(mode: Mode | None) -> str:
@@ -50,11 +48,6 @@ def _value(name: str) -> str:
 def _modes(dog: Watchdog) -> str:
     missing = [mode.name for mode in Mode if mode not in dog.modes]
     return f"all but {missing[0]}" if len(missing) == 1 else ", ".join(mode.name for mode in dog.modes)
-
-
-def _table(head: list[str], rows: list[list[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
 
 
 if __name__ == "__main__":

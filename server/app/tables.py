@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from controller.markdown import filled, table
 from controller.schema.layout import fields
 from controller.schema.messages import Telemetry
 from controller.schema.modes import Cause, Mode
@@ -16,29 +17,22 @@ _WHO = {"viewer": "signed in", "operator": "operator", "lease": "holder of the l
 
 def routes() -> str:
     """Every route of the OpenAPI: method and path, who may, what it does."""
-    lines = ["| route | who | does |", "|---|---|---|"]
+    rows = []
     for path, methods in openapi_schema()["paths"].items():
         for method, operation in methods.items():
             does = " ".join(operation["description"].split("\n\n")[0].split()).replace("|", "\\|")
-            lines.append(f"| `{method.upper()} {path}` | {_who(operation)} | {does} |")
-    return "\n".join(lines) + "\n"
+            rows.append([f"`{method.upper()} {path}`", _who(operation), does])
+    return table(["route", "who", "does"], rows)
 
 
 def layout() -> str:
     """Every number of a telemetry row: where it begins [bytes], and what it is; and what the codes mean."""
-    lines = ["| offset | field | type | shape | unit |", "|---|---|---|---|---|"]
+    rows = []
     for one in fields(Telemetry):
-        shape = " x ".join(map(str, one.shape))
-        lines.append(f"| {one.offset} | `{one.name}` | {one.type} | {shape} | {'' if one.unit == '1' else one.unit} |")
+        shape, unit = " x ".join(map(str, one.shape)), "" if one.unit == "1" else one.unit
+        rows.append([str(one.offset), f"`{one.name}`", one.type, shape, unit])
     codes = [f"`{kind.__name__.lower()}`: {', '.join(f'{one} {one.name}' for one in kind)}." for kind in (Mode, Cause)]
-    return "\n".join(lines) + "\n\n" + "\n\n".join(codes) + "\n"
-
-
-def filled(page: str, name: str, table: str) -> str:
-    """`page` with `table` between the marks of this name."""
-    before, rest = page.split(f"<!-- {name} -->\n")
-    after = rest.split(f"<!-- /{name} -->")[1]
-    return f"{before}<!-- {name} -->\n{table}<!-- /{name} -->{after}"
+    return table(["offset", "field", "type", "shape", "unit"], rows) + "\n" + "\n\n".join(codes) + "\n"
 
 
 def _who(operation: dict[str, Any]) -> str:

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from controller.errors import ParameterError
+from controller.markdown import filled, table
 
 PAGE = Path("docs/faults.md")
 GAP = 0.15
@@ -308,16 +309,8 @@ def chosen(only: str | None, quick: bool) -> list[Fault]:
 
 def markdown() -> str:
     """The table of docs/faults.md."""
-    head = "| fault | injected | expected | limit |\n|---|---|---|---|\n"
-    rows = (f"| `{f.name}` | {f.injected} | {f.expected} | {_limit(f.limit_ms)} |\n" for f in FAULTS)
-    return head + "".join(rows)
-
-
-def filled(page: str) -> str:
-    """`page` with today's table between its marks."""
-    before, rest = page.split("<!-- faults -->\n")
-    after = rest.split("<!-- /faults -->")[1]
-    return f"{before}<!-- faults -->\n{markdown()}<!-- /faults -->{after}"
+    rows = ([f"`{f.name}`", f.injected, f.expected, _limit(f.limit_ms)] for f in FAULTS)
+    return table(["fault", "injected", "expected", "limit"], rows)
 
 
 def _limit(ms: float) -> str:
@@ -325,4 +318,4 @@ def _limit(ms: float) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(filled(PAGE.read_text()))
+    PAGE.write_text(filled(PAGE.read_text(), "faults", markdown()))

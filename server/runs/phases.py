@@ -9,6 +9,7 @@ from enum import Enum, auto
 from pathlib import Path
 from time import monotonic
 
+from controller.markdown import filled, table
 from server.runs import messages
 
 PAGE = Path("docs/running.md")
@@ -226,21 +227,14 @@ class Machine:
 
 def markdown() -> str:
     """The table of docs/running.md: one line a phase, where its events lead."""
-    lines = ["| phase | ends at the latest | where it leads |", "|---|---|---|"]
+    rows = []
     for phase, events in TRANSITIONS.items():
         if phase in ENDS:
             continue
         ways = {after: [e.value for e, to in events.items() if to == after] for after in events.values()}
         led = "; ".join(f"**{to.value}**: {', '.join(names)}" for to, names in ways.items() if to != phase)
-        lines.append(f"| {phase.value} | {_bound(phase)} | {led} |")
-    return "\n".join(lines) + "\n"
-
-
-def filled(page: str) -> str:
-    """`page` with today's table between its marks."""
-    before, rest = page.split("<!-- phases -->\n")
-    after = rest.split("<!-- /phases -->")[1]
-    return f"{before}<!-- phases -->\n{markdown()}<!-- /phases -->{after}"
+        rows.append([phase.value, _bound(phase), led])
+    return table(["phase", "ends at the latest", "where it leads"], rows)
 
 
 def _bound(phase: Phase) -> str:
@@ -249,4 +243,4 @@ def _bound(phase: Phase) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(filled(PAGE.read_text()))
+    PAGE.write_text(filled(PAGE.read_text(), "phases", markdown()))

@@ -8,6 +8,7 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 
+from controller.markdown import filled
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.system.origin import ROOT
@@ -93,8 +94,8 @@ def test_bounds_are_those_of_the_code() -> None:
 
 
 def test_generated_tables_are_todays() -> None:
-    assert tables.filled(LIVE, "layout", tables.layout()) == LIVE
-    assert tables.filled(API, "routes", tables.routes()) == API
+    assert filled(LIVE, "layout", tables.layout()) == LIVE
+    assert filled(API, "routes", tables.routes()) == API
 
 
 def test_refusals_have_the_form_that_is_shown() -> None:

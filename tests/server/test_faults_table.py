@@ -5,8 +5,9 @@ from pathlib import Path
 import pytest
 
 from controller.errors import ParameterError
+from controller.markdown import filled
 from server.campaign.campaign import ACTS
-from server.campaign.table import FAULTS, chosen, filled
+from server.campaign.table import FAULTS, chosen, markdown
 
 PAGE = Path(__file__).parents[2] / "docs" / "faults.md"
 
@@ -17,7 +18,7 @@ def test_every_fault_of_the_table_can_be_injected_and_no_other() -> None:
 
 def test_the_documentation_shows_the_table() -> None:
     page = PAGE.read_text()
-    assert filled(page) == page, "run `make schema`"
+    assert filled(page, "faults", markdown()) == page, "run `make schema`"
 
 
 def test_a_campaign_is_chosen_by_names_and_by_length() -> None:

@@ -6,10 +6,11 @@ from typing import Any
 
 import pytest
 
+from controller.markdown import filled
 from controller.schema.modes import Cause, Mode, Request
 from server.runs.inbox import ROWS
 from server.runs.messages import RunBody
-from server.runs.phases import CLOSES, DEADLINES, ENDS, MOVING, PAGE, TRANSITIONS, Closes, Event, Phase, filled
+from server.runs.phases import CLOSES, DEADLINES, ENDS, MOVING, PAGE, TRANSITIONS, Closes, Event, Phase, markdown
 from server.runs.runs import AGAIN, STRAY
 from tests.server.leave import ANYTHING
 from tests.server.run_world import BOB, LONGEST_REQUEST, World
@@ -28,7 +29,7 @@ def test_the_table_is_whole() -> None:
 
 def test_the_document_shows_the_table() -> None:
     text = PAGE.read_text()
-    assert filled(text) == text
+    assert filled(text, "phases", markdown()) == text
 
 
 @pytest.fixture
