@@ -4,7 +4,7 @@ Whatever is not `Markup` is text, and is escaped.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from typing import NamedTuple
 
@@ -12,6 +12,7 @@ import numpy as np
 from markupsafe import Markup
 from pydantic import JsonValue
 
+from controller.document import document, joined, table
 from controller.schema.messages import RigInfo
 from controller.schema.palette import MEASURED, OBSERVER, REFERENCE, css
 from controller.system.origin import our_version
@@ -21,26 +22,9 @@ from server.commissioning.store import Kept, KeptResult
 from server.hardware.messages import RigFileState
 
 STYLE = Markup("""
-@page { size: A4; margin: 14mm }
-body { font: 10pt/1.4 "Liberation Sans", Arial, Helvetica, sans-serif; color: #1a1a1a; background: #fff;
-  max-width: 182mm; margin: 8mm auto; padding: 0 4mm }
-h1 { font-size: 16pt; margin: 0 } h2 { font-size: 12pt; margin: 6mm 0 1mm; border-top: 1px solid #999; padding-top: 2mm;
-  break-after: avoid }
-p { margin: 1mm 0 } .about { color: #555 } .fault { color: #a33a00; font-weight: 600 }
-table { break-inside: avoid; border-collapse: collapse; margin: 2mm 0; font-size: 9pt;
-  font-variant-numeric: tabular-nums }
-th, td { text-align: left; padding: .6mm 6mm .6mm 0; border-bottom: 1px solid #ddd; vertical-align: top }
-th { font-weight: 600; border-bottom-color: #999 } .number { text-align: right }
-.plots { display: grid; grid-template-columns: 1fr 1fr; gap: 2mm } figure { margin: 0; break-inside: avoid }
-figcaption { font-size: 8.5pt; font-weight: 600 } svg { width: 100%; height: auto }
+.fault { color: #a33a00; font-weight: 600 } figcaption { font-size: 8.5pt; font-weight: 600 }
 svg text { font-size: 9px; fill: #333 }
-pre { font: 8.5pt/1.35 "Liberation Mono", monospace; background: #f6f6f6; padding: 2mm; white-space: pre-wrap }
 """)
-PAGE = Markup(
-    '<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{heading}</title>'
-    '<meta name="viewport" content="width=device-width, initial-scale=1">'
-    "<style>{style}</style></head><body><h1>{heading}</h1>{body}</body></html>\n"
-)
 GOOD, FAULT = Markup("<p>{}</p>"), Markup("<p class=fault>{}</p>")
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 340.0, 220.0, 44.0, 8.0, 8.0, 30.0
 """Of a figure, and of its margins [px]."""
@@ -63,7 +47,7 @@ def page(file: RigFileState, kept: Kept, info: RigInfo | None) -> str:
     parts = [_about(info), _missing(file), _overview(file, kept)]
     parts += [_section(step, kept.results[step]) for step in STEPS if step in kept.results]
     parts.append(Markup("<h2>Rig file</h2><p class=about>{}</p><pre>{}</pre>").format(file.path, file.text))
-    return str(PAGE.format(heading=heading, style=STYLE, body=_joined(parts)))
+    return document(heading, joined(parts), STYLE)
 
 
 def _about(info: RigInfo | None) -> Markup:
@@ -89,19 +73,19 @@ def _overview(file: RigFileState, kept: Kept) -> Markup:
         text = result.text if result else told.get(step, "not done")
         when = f"{result.at:%Y-%m-%d %H:%M}" if result else ""
         rows.append((TITLES[step], text, "yes" if step in told else "no", result.by if result else "", when))
-    return _table(("step", "result", "accepted", "by", "at (UTC)"), rows, ())
+    return table(("step", "result", "accepted", "by", "at (UTC)"), rows, ())
 
 
 def _section(step: StepName, result: KeptResult) -> Markup:
     rows = [_number_row(one) for one in result.numbers]
     changes = [(field, _short(result.before.get(field)), _short(after)) for field, after in result.changes.items()]
     said = result.data.get("said")
-    return _joined(
+    return joined(
         [
             Markup("<h2>{}</h2><p class=about>{}</p>").format(TITLES[step], ABOUT[step].purpose),
             (GOOD if result.good else FAULT).format(result.text),
-            _table(("number", "value", "95 % interval", "unit", "bound"), rows, (1,)),
-            _table(("rig file", "before", "found"), changes, ()),
+            table(("number", "value", "95 % interval", "unit", "bound"), rows),
+            table(("rig file", "before", "found"), changes, ()),
             _figures(step, result.data),
             Markup("<pre>{}</pre>").format(said) if isinstance(said, str) else Markup(),
         ]
@@ -130,7 +114,7 @@ def _figures(step: StepName, data: Mapping[str, JsonValue]) -> Markup:
     elif step == "closed_loop":
         curves = [Curve("reference", REFERENCE, _pairs(data, "reference")), Curve("tip", MEASURED, _pairs(data, "tip"))]
         figures = [_chart("Circle, x and y", "x [m]", curves, plan=True)]
-    return Markup('<div class="plots">{}</div>').format(_joined(figures)) if figures else Markup()
+    return Markup('<div class="plots">{}</div>').format(joined(figures)) if figures else Markup()
 
 
 def _pressure(name: str, curve: np.ndarray) -> Markup:
@@ -171,7 +155,7 @@ def _chart(title: str, below: str, curves: Sequence[Curve], plan: bool = False) 
         parts.append(Markup('<circle cx="{}" cy="{}" r="3" fill="{}"/>').format(across, HEIGHT - 7, css(curve.colour)))
         parts.append(_text(across + 6, HEIGHT - 4, "start", curve.name))
     svg = Markup('<svg viewBox="0 0 {} {}" role="img" aria-label="{}: {}">{}</svg>').format(
-        int(WIDTH), int(HEIGHT), title, legend, _joined(parts)
+        int(WIDTH), int(HEIGHT), title, legend, joined(parts)
     )
     return Markup("<figure><figcaption>{}</figcaption>{}</figure>").format(title, svg)
 
@@ -179,7 +163,7 @@ def _chart(title: str, below: str, curves: Sequence[Curve], plan: bool = False) 
 def _drawn(curve: Curve, places: Sequence[tuple[float, float]]) -> Markup:
     if curve.dots:
         dot = Markup('<circle cx="{:.1f}" cy="{:.1f}" r="2.5" fill="{}"/>')
-        return _joined(dot.format(x, y, css(curve.colour)) for x, y in places)
+        return joined(dot.format(x, y, css(curve.colour)) for x, y in places)
     line = " ".join(f"{x:.1f},{y:.1f}" for x, y in places)
     return Markup('<polyline points="{}" fill="none" stroke="{}" stroke-width="1.2"/>').format(line, css(curve.colour))
 
@@ -225,8 +209,8 @@ def _pairs(data: Mapping[str, JsonValue], name: str) -> list[tuple[float, float]
     return [(float(x), float(y)) for x, y in _arrays(data, name)]
 
 
-def _columns(table: np.ndarray, x: int, y: int) -> list[tuple[float, float]]:
-    return list(zip(table[:, x].tolist(), table[:, y].tolist(), strict=True))
+def _columns(rows: np.ndarray, x: int, y: int) -> list[tuple[float, float]]:
+    return list(zip(rows[:, x].tolist(), rows[:, y].tolist(), strict=True))
 
 
 def _short(value: JsonValue) -> str:
@@ -235,18 +219,3 @@ def _short(value: JsonValue) -> str:
     if isinstance(value, list):
         return f"[{', '.join(map(_short, value))}]"
     return "" if value is None else str(value)
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[int]) -> Markup:
-    """Nothing without rows."""
-    if not rows:
-        return Markup()
-    cell, number = Markup("<td>{}</td>"), Markup("<td class=number>{}</td>")
-    first = _joined(Markup("<th>{}</th>").format(word) for word in head)
-    lines = [_joined((number if i in numbers else cell).format(word) for i, word in enumerate(row)) for row in rows]
-    rest = _joined(Markup("<tr>{}</tr>").format(line) for line in lines)
-    return Markup("<table><tr>{}</tr>{}</table>").format(first, rest)
-
-
-def _joined(parts: Iterable[Markup]) -> Markup:
-    return Markup().join(parts)

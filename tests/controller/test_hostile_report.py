@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from markupsafe import Markup
 
+from controller.document import document, table
 from controller.research.experiments.paper_rows import paper_row
 from controller.research.experiments.reproduce import Order, reproduce
 from controller.research.experiments.results import Failure, ObserverGain, ResultRow, SweepPoint
 from controller.research.identification.fit import Estimate, Fit, Misfit, Plot, PlotSeries
 from controller.research.identification.identify import IdentificationTask, save
-from controller.research.page.document import document, table
 from controller.research.report import headline, main_table
 from controller.research.report.figures.plate import Panel, Plate, plate_html
 from controller.research.report.page import report_page

@@ -5,7 +5,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from controller.research.page.document import NOTHING, table
+from controller.document import NOTHING, table
 from controller.research.report.wording import number
 
 

@@ -6,8 +6,8 @@ from typing import Any
 from markupsafe import Markup
 from pydantic import BaseModel
 
+from controller.document import dense, table
 from controller.research.experiments.results import ResultRow, Results
-from controller.research.page.document import dense, table
 from controller.research.report.fitted import fields_of, margins_table
 from controller.research.report.main_table import windows
 from controller.research.report.wording import METRICS, metric_name, raised, run_name

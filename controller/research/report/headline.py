@@ -9,8 +9,8 @@ from typing import Any
 
 from markupsafe import Markup
 
+from controller.document import joined, table
 from controller.research.experiments.results import Results
-from controller.research.page.document import joined, table
 from controller.research.report.bars import bars
 from controller.research.report.fitted import provenance
 

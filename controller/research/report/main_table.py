@@ -5,9 +5,9 @@ from typing import Any
 
 from markupsafe import Markup
 
+from controller.document import dense, joined, table
 from controller.research.experiments.paper_rows import CONSULTED, FIT, HELD_OUT, NONE
 from controller.research.experiments.results import ResultRow, Results
-from controller.research.page.document import dense, joined, table
 from controller.research.report.fitted import fits
 from controller.research.report.remarks import known_remarks, remark
 from controller.research.report.verdict import FIT_BAR, NEAR, Verdict, verdict

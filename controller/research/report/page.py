@@ -6,10 +6,10 @@ from typing import Any
 
 from markupsafe import Markup
 
+from controller.document import NOTHING, document, joined
 from controller.errors import TendrilError
 from controller.research.experiments.fitted_intervals import paper_fit
 from controller.research.experiments.results import Results
-from controller.research.page.document import NOTHING, document, joined
 from controller.research.report.figures.drawing_figures import digit_plates, vu_plate
 from controller.research.report.figures.live_figures import live_plate
 from controller.research.report.figures.periodic_figures import circle_plate, tracking_plate

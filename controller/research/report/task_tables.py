@@ -4,9 +4,9 @@ import math
 
 from markupsafe import Markup
 
+from controller.document import dense, table
 from controller.research.experiments.paper_rows import DIGITS, SENSING_LAWS, STEP_LAWS, STEP_TABLE
 from controller.research.experiments.results import ResultRow, Results, SensedLaw, SensedTrajectory, SweepPoint
-from controller.research.page.document import dense, table
 from controller.research.report.figures.look import KPA, LAW_NAMES
 from controller.research.report.figures.sensing_figures import NAMES
 from controller.research.report.main_table import mark

@@ -5,8 +5,8 @@ import re
 
 from markupsafe import Markup
 
+from controller.document import joined
 from controller.research.experiments.paper_rows import PaperRow
-from controller.research.page.document import joined
 from controller.research.report.figures.look import LAW_NAMES
 
 MISSING = "-"

@@ -71,7 +71,7 @@ def as_svg(parameters: RigParameters) -> str:
     from matplotlib.colors import ListedColormap
     from matplotlib.figure import Figure
 
-    from controller.research.page.drawing import svg
+    from controller.research.drawing import svg
 
     p, rest = 1e3 * reach_map(parameters, SIDE).p, 1e3 * rest_tip(parameters)
 

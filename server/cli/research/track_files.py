@@ -54,7 +54,7 @@ def write_rows(tracked: Tracked, rows: Rows, path: Path, origin: Origin, comment
 
 def write_plot(tracked: Tracked, rows: Rows, path: Path, origin: Origin) -> None:
     """Path and tip in the plane, and the error over time, at the width of a page; `rows` (n,) of Telemetry."""
-    from controller.research.page.drawing import save
+    from controller.research.drawing import save
 
     save(drawn(tracked, rows), path, WIDE, origin.model_dump_json())
 

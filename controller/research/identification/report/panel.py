@@ -7,8 +7,8 @@ from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator
 
+from controller.research.drawing import svg
 from controller.research.identification.fit import Plot
-from controller.research.page.drawing import svg
 
 MARKS = ("#123f70", "#8f3a0c", "#1d5634", "#5f2563", "#3d3d3d", "#6f5813")
 LINES = ("#5c9be0", "#f0935c", "#66bd8a", "#c07fc6", "#a5a5a5", "#d6b85a")

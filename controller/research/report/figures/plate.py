@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
+from controller.document import joined
+from controller.research.drawing import svg
 from controller.research.experiments.results import Finished, Results
-from controller.research.page.document import joined
-from controller.research.page.drawing import svg
 from controller.research.report.figures.look import LAW_NAMES
 
 HALF, TALL, FIFTH = (3.5, 2.6), (3.5, 3.3), (1.45, 1.5)

@@ -1,1 +1,0 @@
-"""One HTML page with nothing outside it, fit to print: what every report is made of."""
