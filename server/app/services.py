@@ -43,11 +43,11 @@ from server.operate.stopper import Stopper
 from server.operate.watch import Watch
 from server.plots.feed import Plots
 from server.plots.layouts import Layouts
-from server.presets.actuator import OutcomeWatch
+from server.presets.change import Change
 from server.presets.first_mode.measurement import FirstModeMeasurement, Parts
 from server.presets.first_mode.store import FirstModes, modes_file
 from server.presets.gains import GainPresets
-from server.presets.routes import Change
+from server.presets.outcomes import OutcomeWatch
 from server.recorder.automatic import Automatic
 from server.recorder.by_hand import RecordingByHand
 from server.recorder.exports import Exports

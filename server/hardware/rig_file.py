@@ -13,8 +13,10 @@ from server.hardware.messages import RigFileState
 from server.http.given import given
 from server.log.events import EventLog
 from server.operate.operator import Operator
-from server.presets.actuator import ELSEWHERE, OutcomeWatch, described, order_rig
-from server.presets.routes import Change
+from server.presets import order_files
+from server.presets.actuator import described
+from server.presets.change import Change
+from server.presets.outcomes import OutcomeWatch
 from server.rig.client import Rig
 from server.rig.planner import Planner
 from server.settings import ServerSettings
@@ -53,7 +55,7 @@ class RigFileKeeper:
             runs = found.parameters(path.parent) == self.rig.require_info().parameters if self.rig.info else False
         except (OSError, UnicodeDecodeError, ParameterError) as error:
             return RigFileState(path=str(path), text=text, rig=None, reason=str(error), in_force=False)
-        reason = "" if self.settings.orders else ELSEWHERE
+        reason = order_files.why_none(self.settings.orders, "--rig FILE")
         return RigFileState(path=str(path), text=text, rig=found, reason=reason, in_force=runs)
 
     async def write(self, text: str, permit: Permit) -> None:
@@ -74,7 +76,7 @@ class RigFileKeeper:
             write_rig_file(path, text)
         except OSError as error:
             raise CommandRefused(f"{path} cannot be written: {error.strerror}") from error
-        order_rig(self.settings.orders, wanted, permit)
+        order_files.order_rig(self.settings.orders, wanted, permit)
         self.outcomes.wait_for(described(wanted), self.rig.boot())
         self.events.add(f"{permit.name}: the rig starts again with its changed rig file", "warning")
 

@@ -12,8 +12,8 @@ from server.live.messages import Health, Status
 from server.operate.operator import Operator
 from server.operate.pages import Pages
 from server.operate.people import PeopleHere
-from server.presets.actuator import OutcomeWatch
 from server.presets.first_mode.measurement import FirstModeMeasurement
+from server.presets.outcomes import OutcomeWatch
 from server.rig.client import Rig
 from server.runs.macros.macros import Macros
 from server.runs.runs import Runs

@@ -4,17 +4,9 @@ import logging
 from pathlib import Path
 
 from controller.realtime.supervisor import Started, Supervisor
-from server.presets.actuator import (
-    described,
-    keep,
-    take_choice,
-    take_order,
-    take_plant,
-    take_rig,
-    tell_outcome,
-    with_plant,
-)
+from server.presets.actuator import described, keep, with_plant
 from server.presets.messages import ActuatorBody, ActuatorOutcome
+from server.presets.order_files import take_choice, take_order, take_plant, take_rig, tell_outcome
 
 log = logging.getLogger(__name__)
 

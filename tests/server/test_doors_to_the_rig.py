@@ -32,6 +32,7 @@ DOORS = {
     "app/shutdown.py": ["request"],
     "commissioning/motion.py": ["move", "request", "request"],
     "commissioning/routes.py": ["present", "present"],
+    "hardware/rig_file.py": ["order_rig"],
     "live/conversation.py": ["stop"],
     "operate/command_routes.py": ["request", "stop"],
     "operate/hand.py": ["move", "present", "request", "request"],
@@ -40,7 +41,7 @@ DOORS = {
     "operate/watch.py": ["hold_left"],
     "presets/first_mode/measurement.py": ["hold_left", "request", "request"],
     "presets/first_mode/routes.py": ["present"],
-    "presets/routes.py": ["order"],
+    "presets/routes.py": ["order", "order_plant"],
     "rig/client.py": ["command", "faults", "faults", "plan", "stop"],
     "rig/twin_routes.py": ["inject"],
     "runs/macros/acts.py": ["request"],
@@ -54,7 +55,7 @@ PARTS = {
     "operator": {"request", "move", "change", "present", "stop", "hold_left"},
     "rig": {"plan", "inject", "stop", "send"},
     "link": {"command", "plan", "faults", "stop"},
-    "actuators": {"order"},
+    "order_files": {"order", "order_plant", "order_rig"},
 }
 """Names by which these parts are held, and their ways to the rig."""
 ANN, BOB = Identity("a", "ann", "operator"), Identity("b", "bob", "operator")

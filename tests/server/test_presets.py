@@ -17,18 +17,11 @@ from controller.schema.modes import Mode
 from controller.schema.parameters import RigParameters
 from server.access.permit import Permit
 from server.log.events import EventLog
-from server.presets.actuator import (
-    OutcomeWatch,
-    keep,
-    kept_file,
-    order_plant,
-    take_choice,
-    take_order,
-    take_plant,
-    tell_outcome,
-)
+from server.presets.actuator import keep, kept_file
 from server.presets.messages import ActuatorBody, ActuatorOutcome
+from server.presets.order_files import order_plant, take_choice, take_order, take_plant, tell_outcome
 from server.presets.orders import Orders
+from server.presets.outcomes import OutcomeWatch
 from server.settings import ServerSettings
 from server.supervise.up import with_last_actuator
 from tests.controller.anything import actuators
@@ -198,7 +191,7 @@ def test_a_rig_that_was_told_to_start_again_is_said_to_start_until_it_is_heard(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     watch = OutcomeWatch(ServerSettings(orders=tmp_path / "actuator.json"), EventLog())
-    monkeypatch.setattr("server.presets.actuator.LOOK", 0.0)
+    monkeypatch.setattr("server.presets.outcomes.LOOK", 0.0)
     assert watch.starting(1) == ""
     for reason in ("", "it does not stand still"):
         watch.wait_for("P2", 1)
@@ -208,7 +201,7 @@ def test_a_rig_that_was_told_to_start_again_is_said_to_start_until_it_is_heard(
         watch.look()
         assert [watch.starting(boot) for boot in (1, None)] == ["P2"] * 2, "the new life is not heard yet"
         assert [watch.starting(boot) for boot in (2, None)] == [""] * 2
-    monkeypatch.setattr("server.presets.actuator.LONGEST", -1.0)
+    monkeypatch.setattr("server.presets.outcomes.LONGEST", -1.0)
     watch.wait_for("P2", 1)
     assert watch.starting(None) == "", "it takes too long to be called a start"
 
