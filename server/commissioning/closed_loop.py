@@ -12,9 +12,10 @@ from controller.schema.modes import Law
 from controller.schema.parameters import Settings
 from server.commissioning import planning
 from server.commissioning.messages import Number
-from server.commissioning.motion import POLL, Motion, Run, Through
+from server.commissioning.motion import Motion, Run, Through
 from server.commissioning.planning import Circle
 from server.commissioning.store import Found
+from server.operate.borrowing import POLL
 
 SPEED_MAX, ACCELERATION_MAX = 0.05, 0.2
 """Limits of the reference while it lasts [m/s, m/s^2]."""
@@ -48,7 +49,7 @@ async def do(run: Run, motion: Motion, through: Through) -> Found:
     """Go to the circle, then around: the first lap is not counted where there are more."""
     circle = await through.planner.do(planning.small_circle, run.parameters)
     laps, rods = run.body.repeats, run.file.motion_capture.rods
-    await motion.begin(**reduced(run.before, rods))
+    await motion.begin(**reduced(run.borrowing.before, rods))
     run.say("goes to the circle's middle")
     await _arrive(circle, motion)
     return judged(await _around(circle, laps, run, motion), run.parameters.limits.residual_max, circle)

@@ -37,6 +37,7 @@ from server.hardware.messages import RigFileState
 from server.http.given import given
 from server.log.events import EventLog
 from server.operate.asking import asked_for, found_in, why_over
+from server.operate.borrowing import Borrowing
 from server.presets.first_mode.store import plant_of
 
 MEASURED = {"frame": "motion_capture.frame.measured", "pressure": "valves.measured"}
@@ -86,7 +87,7 @@ class Commissioning:
             require_vented(self._through)
         permit.require()
         info = self._through.rig.require_info()
-        run = Run(step, body, permit, info, file.rig, Path(file.path).parent, self._through.operator.settings)
+        run = Run(step, body, permit, info, file.rig, Path(file.path).parent, self._through)
         act = self._act(run)  # may refuse
         self._run = run
         self._events.add(f"{permit.name}: commissioning, {TITLES[step]} started")
@@ -227,14 +228,11 @@ class Commissioning:
         if (why := why_over(rig, run.info.boot, run.permit, run.overtaken)) or newest is None:
             return why
         mode, cause = Mode(int(newest[0]["mode"])), Cause(int(newest[0]["cause"]))
-        stopped = run.ours is not None and mode in (Mode.FAULT, Mode.E_STOP)
+        stopped = run.borrowing.ours is not None and mode in (Mode.FAULT, Mode.E_STOP)
         if stopped or (run.follows and mode != Mode.FOLLOW):
             hint = pressure.advice(run.step, cause, run.file.valves)
             return found_in(mode, cause) + hint
-        if run.ours is None or run.returning or self._through.kept.changing.locked():
-            return ""
-        changed = self._through.operator.settings != run.ours
-        return "the settings were changed" if changed else ""
+        return "the settings were changed" if run.borrowing.changed and not run.returning else ""
 
     async def _go(self, run: Run, act: Act) -> None:
         run.task = asyncio.current_task()
@@ -305,7 +303,7 @@ class Commissioning:
             boot, ours = through.rig.boot(), through.operator.settings
             if borrowed is not None and boot is not None:
                 await rest(through, boot, own())
-                await put_back(through, self._store, borrowed, ours)
+                await put_back(Borrowing(through.operator, through.kept, own(), borrowed, ours), self._store)
                 self._events.add("the settings that a step of the commissioning had borrowed are put back", "warning")
         finally:
             self._returning = False

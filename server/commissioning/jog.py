@@ -10,8 +10,9 @@ from controller.arrays import Array
 from controller.errors import CommandRefused
 from controller.schema.parameters import RigParameters
 from server.commissioning.messages import CHAMBERS, Chamber, Jogged, JogView, Number
-from server.commissioning.motion import POLL, Motion, Run, Torques
+from server.commissioning.motion import Motion, Run
 from server.commissioning.store import Found
+from server.operate.borrowing import POLL, Torques
 
 RENEWED = 0.4
 """A held button counts for so long [s]."""

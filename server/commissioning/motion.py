@@ -18,35 +18,27 @@ from controller.errors import CommandRefused, RigUnreachable, TendrilError
 from controller.schema.actuator import Actuator
 from controller.schema.hardware import Drivers
 from controller.schema.messages import RigInfo
-from controller.schema.modes import Law, Mode, Request
-from controller.schema.parameters import RigParameters, Settings
+from controller.schema.modes import Mode, Request
+from controller.schema.parameters import RigParameters
 from controller.schema.rig_file import RigFile
 from controller.schema.states import LIVE
 from server.access.permit import Permit, own
 from server.commissioning.messages import Progress, StartBody, StepName
 from server.commissioning.store import CommissioningStore
 from server.log.events import words
-from server.operate.asking import shown
+from server.operate.asking import ask
+from server.operate.borrowing import AGAIN, BLIND, POLL, Borrowing, Torques, stands_still
 from server.operate.operator import Operator, Target
-from server.operate.settings import KeptSettings, put_in_force
+from server.operate.settings import KeptSettings
 from server.presets.first_mode.store import FirstModes
 from server.rig.client import Rig
 from server.rig.history import Gathered, History
 from server.rig.planner import Planner
 
-POLL = 0.05
-"""Between two looks at the rig, and between two torques on the way [s]."""
-ANSWER = 5.0
-"""Longest wait for a row that shows what was asked for [s]."""
-AGAIN = 1.0
-"""Between two tries to put the settings back [s]."""
 READY = 5.0
 """For so long the rig may refuse to be armed [s]."""
 RESTED = 30.0
 """Longest wait until the rig is vented [s]; it goes on to rest by itself."""
-WINDOW = 0.4
-"""Over which the tip must stand still [s]."""
-Torques = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -78,15 +70,14 @@ class Run:
     file: RigFile
     folder: Path
     """Of the rig file."""
-    before: Settings
+    through: Through
     leave: Permit = field(init=False)
     """Of its requests."""
+    borrowing: Borrowing = field(init=False)
     follows: bool = False
     """A row has shown FOLLOW: another mode ends it."""
     moves: bool = True
     """It has the rig, or waits for it; from then on it only computes, and nothing ends it but `stop`."""
-    ours: Settings | None = None
-    """Settings that it has asked for last."""
     returning: bool = False
     """They are being put back."""
     overtaken: str = ""
@@ -100,6 +91,8 @@ class Run:
 
     def __post_init__(self) -> None:
         self.leave = replace(self.permit, objection=self._objection)
+        operator = self.through.operator
+        self.borrowing = Borrowing(operator, self.through.kept, self.leave, operator.settings)
 
     @property
     def parameters(self) -> RigParameters:
@@ -134,38 +127,23 @@ class Motion:
     async def begin(self, **settings: Any) -> None:
         """Arm and follow under `settings` in place of the operator's: open loop without sensors where they leave it."""
         require_vented(self._through)
-        run, operator = self._run, self._through.operator
-        blind = {"law": Law.OPEN_LOOP, "u_open": (0.0, 0.0), "sensed": 0}
+        run = self._run
         try:
-            await asyncio.to_thread(self._store.borrow, run.before)
+            await asyncio.to_thread(self._store.borrow, run.borrowing.before)
         except OSError as error:
             raise CommandRefused(f"the settings cannot be kept meanwhile: {error.strerror}") from error
-        async with self._through.kept.changing:
-            run.ours = operator.settings.model_copy(update=blind | settings)
-            await put_in_force(run.ours, operator, run.leave)
-            await self._through.kept.keep(run.ours)  # a server that starts anew must not close the loop
+        await run.borrowing.put(lasting=True, **BLIND | settings)  # a server that starts anew must not close the loop
         held = await self._arm()
         await self._ask(Request.FOLLOW, (float(held["p_ref"][0]), float(held["p_ref"][1])))
         run.follows = True
 
     async def torque(self, u: Torques) -> None:
         """Let the open loop go to `u` [N m], at `torque_rate_max`."""
-        run, operator = self._run, self._through.operator
-        async with self._through.kept.changing:
-            if run.ours is None or operator.settings != run.ours:
-                raise CommandRefused("the settings were changed")
-            run.ours = operator.settings.model_copy(update={"u_open": u})
-            await put_in_force(run.ours, operator, run.leave)
+        await self._run.borrowing.torque(u)
 
     async def lead(self, begin: Torques, end: Torques, enough: Callable[[], bool] = lambda: False) -> None:
         """From one pair of torques to another as slowly as the rig comes to rest, or until it is `enough`."""
-        rate = self._run.parameters.controller.rest_rate
-        steps = max(1, int(max(abs(b - a) for a, b in zip(begin, end, strict=True)) / (rate * POLL)))
-        for u in np.linspace(begin, end, steps + 1)[1:]:
-            await self.torque((float(u[0]), float(u[1])))
-            await asyncio.sleep(POLL)
-            if enough():
-                return
+        await self._run.borrowing.lead(begin, end, self._run.parameters.controller.rest_rate, enough)
 
     async def target(self, at: Target) -> None:
         """Move the live target [m]."""
@@ -175,15 +153,7 @@ class Motion:
 
     async def still(self, shortest: float, longest: float, swing: float) -> bool:
         """Wait until the tip swings by less than `swing` (rms) [m]; False where it does not within `longest` [s]."""
-        loop = asyncio.get_running_loop()
-        begin = loop.time()
-        while (passed := loop.time() - begin) < longest:
-            if passed > shortest:
-                rows = self.late(WINDOW)
-                if len(rows) and np.linalg.norm(rows["p_meas"].std(axis=0)) < swing:  # not of nan
-                    return True
-            await asyncio.sleep(POLL)
-        return False
+        return await stands_still(self._through.rig, self._through.history, swing, shortest, longest)
 
     def row(self) -> np.void:
         """The newest one."""
@@ -231,12 +201,12 @@ class Motion:
         """Come to rest, vent, and put the operator's settings back; whatever has become of the step."""
         run, through = self._run, self._through
         run.follows = False
-        if run.ours is None:
+        if run.borrowing.ours is None:
             return
         run.returning = True
         await rest(through, run.info.boot, run.leave)
-        await put_back(through, self._store, run.before, run.ours)
-        run.ours, run.returning = None, False
+        await put_back(run.borrowing, self._store)
+        run.returning = False
 
     async def _arm(self) -> np.void:
         """Arm; after a new start of the rig its devices need a moment."""
@@ -251,11 +221,7 @@ class Motion:
             await asyncio.sleep(AGAIN / 2)
 
     async def _ask(self, request: Request, target: Target | None = None) -> np.void:
-        """Ask the rig; the first row that came of it."""
-        reply = await asyncio.wrap_future(self._through.operator.request(request, self._run.leave, target))
-        if not reply.accepted:
-            raise CommandRefused(reply.detail)
-        return await shown(self._through.rig, reply.n, ANSWER)
+        return await ask(self._through.rig, self._through.operator, request, self._run.leave, target)
 
 
 def newest(through: Through) -> np.void:
@@ -291,22 +257,8 @@ async def rest(through: Through, boot: int, leave: Permit) -> None:
         await asyncio.sleep(POLL)
 
 
-async def put_back(through: Through, store: CommissioningStore, before: Settings, ours: Settings) -> None:
-    """Put `before` back in place of `ours`, but for what somebody has changed meanwhile; until the rig takes it."""
-    while True:
-        async with through.kept.changing:
-            found = through.operator.settings
-            lent = [name for name in Settings.model_fields if getattr(found, name) == getattr(ours, name)]
-            given_back = found.model_copy(update={name: getattr(before, name) for name in lent})
-            with contextlib.suppress(TendrilError):
-                await put_in_force(given_back, through.operator, _giving_back())
-                break
-        await asyncio.sleep(AGAIN)
-    await through.kept.keep(through.operator.settings)
+async def put_back(borrowing: Borrowing, store: CommissioningStore) -> None:
+    """Give back what was borrowed, and forget that it was."""
+    await borrowing.give_back()
     with contextlib.suppress(OSError):  # it is tried again at the next start
         await asyncio.to_thread(store.borrow, None)
-
-
-def _giving_back() -> Permit:
-    """For the settings that the step found; it covers no request."""
-    return Permit(None, lambda request: "", frozenset({Request.NONE}))

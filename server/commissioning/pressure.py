@@ -13,9 +13,10 @@ from controller.schema.parameters import RigParameters
 from server.commissioning import planning
 from server.commissioning.jog import jog_torque
 from server.commissioning.messages import CHAMBERS, Number, StepName
-from server.commissioning.motion import POLL, Motion, Run, Through
+from server.commissioning.motion import Motion, Run, Through
 from server.commissioning.planning import PressureFit, PressureSteps, RawLoop
 from server.commissioning.store import Found
+from server.operate.borrowing import POLL
 
 USUAL, SHARE_MAX = 80e3, 0.5
 """Largest pressure of a step [Pa], and its bound as a share of that of full torque."""

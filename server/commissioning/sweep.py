@@ -15,9 +15,10 @@ from controller.schema.actuator import Actuator
 from controller.system.whole_file import write_whole
 from server.commissioning import planning
 from server.commissioning.messages import Number
-from server.commissioning.motion import POLL, WINDOW, Motion, Run, Through, Torques
+from server.commissioning.motion import Motion, Run, Through
 from server.commissioning.planning import Release, still_markers
 from server.commissioning.store import KEPT_TEXT, Found
+from server.operate.borrowing import POLL, WINDOW, Torques
 from server.presets.first_mode.messages import MeasuredMode
 
 POSES, DECAYS = "poses.csv", "decays.csv"

@@ -4,14 +4,25 @@ import asyncio
 
 import numpy as np
 
-from controller.errors import RigUnreachable
+from controller.errors import CommandRefused, RigUnreachable
 from controller.schema.modes import Cause, Mode, Request
 from server.access.permit import Permit
 from server.log.events import words
+from server.operate.operator import Operator, Target
 from server.rig.client import Rig
 
 POLL = 5e-3
 """Between two looks at the telemetry [s]."""
+PATIENCE = 5.0
+"""Longest wait for a row that shows what was asked for [s]."""
+
+
+async def ask(rig: Rig, operator: Operator, request: Request, permit: Permit, target: Target | None = None) -> np.void:
+    """Ask the rig; the first row that came of it. CommandRefused where it does not do it, RigUnreachable without."""
+    reply = await asyncio.wrap_future(operator.request(request, permit, target))
+    if not reply.accepted:
+        raise CommandRefused(reply.detail)
+    return await shown(rig, reply.n, PATIENCE)
 
 
 async def shown(rig: Rig, n: int, patience: float) -> np.void:

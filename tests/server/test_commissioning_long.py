@@ -13,9 +13,11 @@ from controller.errors import CommandRefused
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.schema.parameters import RigParameters, Settings
+from server.access.permit import own
 from server.commissioning import closed_loop, pressure, sweep
 from server.commissioning.motion import Motion, Run, Through
 from server.commissioning.planning import Circle
+from server.operate.borrowing import Borrowing
 from server.presets.first_mode.measurement import FirstModeMeasurement, Parts
 from server.rig.history import Gathered, History
 from tests.server.test_history import rows as numbered
@@ -58,13 +60,20 @@ class Free(Motion):
     async def begin(self, **settings: Any) -> None:
         pass
 
-    async def torque(self, u: tuple[float, float]) -> None:
-        pass
-
     async def target(self, at: tuple[float, float]) -> None:
         pass
 
     async def end(self) -> None:
+        pass
+
+
+class Lent(Borrowing):
+    """Settings that no rig has."""
+
+    def __init__(self) -> None:
+        super().__init__(cast(Any, None), cast(Any, None), own(), Settings())
+
+    async def torque(self, u: tuple[float, float]) -> None:
         pass
 
 
@@ -81,7 +90,7 @@ def on(rig: Rig, step: Callable[[Run, Motion, Through], Coroutine[Any, Any, T]])
     body = SimpleNamespace(repeats=6, share=0.7)
     file = SimpleNamespace(motion_capture=SimpleNamespace(rods=(10,)))
     run: Any = SimpleNamespace(
-        body=body, parameters=RIG, actuator=RIG.actuator, file=file, before=Settings(), say=lambda *_: None
+        body=body, parameters=RIG, actuator=RIG.actuator, file=file, borrowing=Lent(), say=lambda *_: None
     )
     loop = VirtualLoop()
     rows = loop.create_task(rig.run())

@@ -19,6 +19,7 @@ from server.access.lease import OperatorLease
 from server.access.permit import Permit
 from server.http.who import Identity
 from server.log.events import EventLog
+from server.operate.asking import ask
 from server.operate.operator import Operator
 from server.operate.people import PeopleHere
 from server.operate.stopper import Stopper
@@ -30,21 +31,22 @@ DOORS = {
     "app/app.py": ["stop"],
     "app/services.py": ["send", "stop"],
     "app/shutdown.py": ["request"],
-    "commissioning/motion.py": ["move", "request", "request"],
+    "commissioning/motion.py": ["ask", "move", "request"],
     "commissioning/routes.py": ["present", "present"],
     "hardware/rig_file.py": ["order_rig"],
     "live/conversation.py": ["stop"],
+    "operate/asking.py": ["request"],
     "operate/command_routes.py": ["request", "stop"],
     "operate/hand.py": ["move", "present", "request", "request"],
     "operate/people.py": ["request"],
     "operate/settings.py": ["change"],
     "operate/watch.py": ["hold_left"],
-    "presets/first_mode/measurement.py": ["hold_left", "request", "request"],
+    "presets/first_mode/measurement.py": ["ask", "hold_left", "request"],
     "presets/first_mode/routes.py": ["present"],
     "presets/routes.py": ["order", "order_plant"],
     "rig/client.py": ["command", "faults", "faults", "plan", "stop"],
     "rig/twin_routes.py": ["inject"],
-    "runs/macros/acts.py": ["request"],
+    "runs/macros/acts.py": ["ask"],
     "runs/macros/macros.py": ["hold_left", "request"],
     "runs/macros/routes.py": ["present"],
     "runs/routes.py": ["present", "present", "present"],
@@ -68,6 +70,8 @@ def calls(path: Path) -> Iterator[str]:
             holder = node.value.attr if isinstance(node.value, ast.Attribute) else getattr(node.value, "id", "")
             if node.attr.lstrip("_") in PARTS.get(holder.lstrip("_"), ()):
                 yield node.attr
+        elif isinstance(node, ast.Name) and node.id == ask.__name__:
+            yield node.id
 
 
 def test_every_door_to_the_rig_is_known() -> None:

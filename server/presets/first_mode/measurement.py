@@ -5,7 +5,6 @@ them. It ends by whatever else is asked of the rig, as a macro does: its request
 """
 
 import asyncio
-import contextlib
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from typing import Annotated
@@ -15,14 +14,14 @@ import numpy as np
 from controller.errors import CommandRefused, RigUnreachable, TendrilError
 from controller.schema.messages import RigInfo
 from controller.schema.modes import Cause, Law, Mode, Request
-from controller.schema.parameters import Settings
 from controller.system.tasks import Tasks
 from server.access.permit import Permit, own
 from server.http.given import given
 from server.log.events import EventLog, words
-from server.operate.asking import asked_for, found_in, shown, why_over
+from server.operate.asking import ask, asked_for, found_in, why_over
+from server.operate.borrowing import Borrowing, stands_still
 from server.operate.operator import Operator, Target
-from server.operate.settings import KeptSettings, put_in_force
+from server.operate.settings import KeptSettings
 from server.presets.first_mode import planning
 from server.presets.first_mode.messages import FirstModeBody, FirstModeState, KeptMode, MeasuredMode
 from server.presets.first_mode.store import FirstModes, plant_of
@@ -30,19 +29,25 @@ from server.rig.client import Rig
 from server.rig.history import Gathered, History
 from server.rig.planner import Planner
 
-POLL = 0.05
-"""Between two looks at the arm, and between two torques on the way to where it swings [s]."""
-STILL, WINDOW = 1e-3, 0.4
-"""The arm rests where its tip swings by less than STILL (rms) [m] for WINDOW [s]."""
+STILL = 1e-3
+"""The arm rests where its tip swings by less (rms) [m]."""
 SHORTEST, LONGEST = 1.5, 4.0
 """A step is given so long at least, and at most [s]."""
-ANSWER = 5.0
-"""Longest wait for a row that shows what was asked for [s]."""
-AGAIN = 1.0
-"""Between two tries to put the settings back [s]."""
 JUDGED = ("slot", "pressure_meas", "u_hat", "p_meas")
 """What is looked at of telemetry."""
-Torques = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What it works through."""
+
+    rig: Rig
+    history: History
+    operator: Operator
+    kept: KeptSettings
+    planner: Planner
+    modes: FirstModes
+    events: EventLog
 
 
 @dataclass
@@ -54,15 +59,14 @@ class _Run:
     """Of who asked for it."""
     info: RigInfo
     torque: float
-    before: Settings
+    parts: Parts
     leave: Permit = field(init=False)
     """Of its requests."""
+    borrowing: Borrowing = field(init=False)
     moves: bool = True
     """It has the rig; from then on it only computes, and nothing ends it any more."""
     follows: bool = False
     """A row has shown FOLLOW: another mode ends it."""
-    ours: Settings | None = None
-    """Settings that it has asked for last."""
     state: FirstModeState = field(init=False)
     overtaken: str = ""
     """What else was asked for."""
@@ -74,6 +78,8 @@ class _Run:
 
     def __post_init__(self) -> None:
         self.leave = replace(self.permit, objection=self._objection)
+        operator = self.parts.operator
+        self.borrowing = Borrowing(operator, self.parts.kept, self.leave, operator.settings)
         steps = 2 * self.body.repeats
         self.state = FirstModeState(by=self.permit.name, state="running", doing="goes to its rest", step=0, steps=steps)
 
@@ -89,19 +95,6 @@ class _Run:
         if why := self.state.reason or self.overtaken:
             return f"the measurement of the first mode has ended: {why}"
         return self.permit.objection(request)
-
-
-@dataclass(frozen=True)
-class Parts:
-    """What it works through."""
-
-    rig: Rig
-    history: History
-    operator: Operator
-    kept: KeptSettings
-    planner: Planner
-    modes: FirstModes
-    events: EventLog
 
 
 class FirstModeMeasurement:
@@ -122,7 +115,7 @@ class FirstModeMeasurement:
         torque = await self._parts.planner.do(planning.torque, body.travel, info.parameters)
         self._require_ready()
         permit.require(Request.FOLLOW)
-        run = self._run = _Run(body, permit, info, torque, self._parts.operator.settings)
+        run = self._run = _Run(body, permit, info, torque, self._parts)
         self._parts.events.add(f"{permit.name}: measurement of the first mode started, {run.state.steps} steps")
         self._tasks.begin("the measurement of the first mode", self._go(run))
         return run.state
@@ -154,7 +147,7 @@ class FirstModeMeasurement:
 
     def _require_ready(self) -> None:
         rig, newest = self._parts.rig, self._parts.rig.newest
-        if self._run is not None and (self._run.running or self._run.ours is not None):
+        if self._run is not None and (self._run.running or self._run.borrowing.ours is not None):
             raise CommandRefused("the first mode is being measured already; stop that first")
         if newest is None or rig.boot() is None:
             raise RigUnreachable("the rig does not answer")
@@ -173,10 +166,7 @@ class FirstModeMeasurement:
         mode, cause = Mode(int(newest[0]["mode"])), Cause(int(newest[0]["cause"]))
         if run.follows and mode != Mode.FOLLOW:
             return found_in(mode, cause)
-        found = self._parts.operator.settings
-        if run.ours is not None and found != run.ours and not self._parts.kept.changing.locked():
-            return "the settings were changed"
-        return ""
+        return "the settings were changed" if run.borrowing.changed else ""
 
     async def _go(self, run: _Run) -> None:
         run.task = asyncio.current_task()
@@ -199,24 +189,25 @@ class FirstModeMeasurement:
 
     async def _swing(self, run: _Run) -> None:
         """The steps, from the pose in which the rig holds and back to it."""
-        held = await self._asked(run, Request.HOLD)
+        held = await self._ask(run, Request.HOLD)
         here = (float(held["u"][0]), float(held["u"][1]))
         there, back = (run.torque, run.torque), (-run.torque, -run.torque)
-        await self._send(run, here)
-        await self._asked(run, Request.FOLLOW, (float(held["p_ref"][0]), float(held["p_ref"][1])))
+        await run.borrowing.put(law=Law.OPEN_LOOP, u_open=here)
+        await self._ask(run, Request.FOLLOW, (float(held["p_ref"][0]), float(held["p_ref"][1])))
         run.follows = True
-        await self._lead(run, here, back)
+        rate = run.info.parameters.controller.rest_rate
+        await run.borrowing.lead(here, back, rate)
         await self._rest()
         for step in range(1, run.state.steps + 1):
             run.say(step=step, doing=f"step {step} of {run.state.steps}")
             self._begin_step(run)
-            await self._send(run, there if step % 2 else back)
+            await run.borrowing.torque(there if step % 2 else back)
             await self._rest()
         self._begin_step(run)
         run.say(doing="goes back to where it held")
-        await self._lead(run, back, here)
+        await run.borrowing.lead(back, here, rate)
         run.follows = False
-        await self._asked(run, Request.HOLD)
+        await self._ask(run, Request.HOLD)
 
     def _begin_step(self, run: _Run) -> None:
         """Note when, and take what the one before has shown: a minute of rows is kept, and less of a fast loop."""
@@ -226,49 +217,17 @@ class FirstModeMeasurement:
             run.seen = Gathered(self._parts.history, now, JUDGED)
         run.seen.take(now)
 
-    async def _lead(self, run: _Run, begin: Torques, end: Torques) -> None:
-        """From one pair of torques to another as slowly as the rig comes to rest, and wait until it rests."""
-        rate = run.info.parameters.controller.rest_rate
-        steps = max(1, int(max(abs(b - a) for a, b in zip(begin, end, strict=True)) / (rate * POLL)))
-        for u in np.linspace(begin, end, steps + 1)[1:]:
-            await self._send(run, (float(u[0]), float(u[1])))
-            await asyncio.sleep(POLL)
-
-    async def _send(self, run: _Run, u: Torques) -> None:
-        operator = self._parts.operator
-        async with self._parts.kept.changing:
-            if run.ours is not None and operator.settings != run.ours:
-                raise CommandRefused("the settings were changed")
-            run.ours = operator.settings.model_copy(update={"law": Law.OPEN_LOOP, "u_open": u})
-            await put_in_force(run.ours, operator, run.leave)
-
-    async def _asked(self, run: _Run, request: Request, target: Target | None = None) -> np.void:
-        """Ask the rig; the first row that came of it."""
-        reply = await asyncio.wrap_future(self._parts.operator.request(request, run.leave, target))
-        if not reply.accepted:
-            raise CommandRefused(reply.detail)
-        return await shown(self._parts.rig, reply.n, ANSWER)
+    async def _ask(self, run: _Run, request: Request, target: Target | None = None) -> np.void:
+        return await ask(self._parts.rig, self._parts.operator, request, run.leave, target)
 
     async def _rest(self) -> None:
         """Wait until the arm rests, or for as long as a step is given."""
-        loop = asyncio.get_running_loop()
-        begin = loop.time()
-        while (passed := loop.time() - begin) < LONGEST:
-            if passed > SHORTEST and self._is_still():
-                return
-            await asyncio.sleep(POLL)
+        await stands_still(self._parts.rig, self._parts.history, STILL, SHORTEST, LONGEST)
 
     def _now(self) -> tuple[float, int]:
         """Clock [s] and slot of the newest row."""
         newest = self._newest()
         return float(newest["t_ns"]) * 1e-9, int(newest["slot"])
-
-    def _is_still(self) -> bool:
-        now, _ = self._now()
-        rows = self._parts.history.rows(now - WINDOW, now)
-        if rows is None or not len(rows):
-            return False
-        return bool(np.linalg.norm(rows["p_meas"].std(axis=0)) < STILL)  # not of nan
 
     async def _fitted(self, run: _Run) -> MeasuredMode:
         assert run.seen is not None
@@ -306,17 +265,7 @@ class FirstModeMeasurement:
                 operator.request(Request.HOLD, own())
             else:
                 operator.hold_left()
-        while (ours := run.ours) is not None:
-            async with self._parts.kept.changing:
-                found = operator.settings
-                lent = [name for name in ("law", "u_open") if getattr(found, name) == getattr(ours, name)]
-                given_back = found.model_copy(update={name: getattr(run.before, name) for name in lent})
-                with contextlib.suppress(TendrilError):
-                    await put_in_force(given_back, operator, _giving_back())
-                    await self._parts.kept.keep(operator.settings)
-                    run.ours = None
-            if run.ours is not None:
-                await asyncio.sleep(AGAIN)
+        await run.borrowing.give_back(("law", "u_open"))
 
     def _newest(self) -> np.void:
         newest = self._parts.rig.newest
@@ -324,11 +273,6 @@ class FirstModeMeasurement:
             raise RigUnreachable("the rig does not answer")
         row: np.void = newest[0]
         return row
-
-
-def _giving_back() -> Permit:
-    """For the settings that the measurement found; it covers no request."""
-    return Permit(None, lambda request: "", frozenset({Request.NONE}))
 
 
 GivenMeasurement = Annotated[FirstModeMeasurement, given(FirstModeMeasurement)]

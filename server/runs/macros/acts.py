@@ -9,7 +9,7 @@ from controller.schema.modes import Mode, Request
 from controller.schema.states import LIVE
 from server.access.permit import Permit
 from server.drawing.store import Drawings
-from server.operate.asking import POLL, shown
+from server.operate.asking import POLL, ask
 from server.operate.messages import SettingsBody
 from server.operate.operator import Operator, Target
 from server.operate.settings import KeptSettings
@@ -32,7 +32,6 @@ from server.runs.macros.messages import (
 )
 from server.runs.messages import RunBody, RunState
 from server.runs.runs import Runs
-from server.runs.tracker import PATIENCE
 
 LATCHED = (Mode.FAULT, Mode.E_STOP)
 
@@ -88,10 +87,7 @@ class Acts:
 
     async def _ask(self, request: Request, permit: Permit, target: Target | None = None) -> None:
         """Ask the rig, and wait for a row that came of it: the next step is judged by rows."""
-        reply = await asyncio.wrap_future(self.operator.request(request, permit, target))
-        if not reply.accepted:
-            raise CommandRefused(reply.detail)
-        await shown(self.rig, reply.n, PATIENCE)
+        await ask(self.rig, self.operator, request, permit, target)
 
     async def _run_end(self) -> None:
         run = self._run()
