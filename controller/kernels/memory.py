@@ -76,6 +76,7 @@ STATE = np.dtype(
         ("u_int", "<f8", (2,)),  # its torque, and what is kept of it where the tip is led by hand [N m]
         ("error_low", "<f8", (2,)),  # the error without what is faster than the first mode [m]
         ("bump", "<f8", (2,)),  # what keeps u continuous at a switch; decays
+        ("told", "<f8"),  # what the markers in use tell of the tip, as a share of P and I
         ("scheme", "<i8"),  # law, source of the error and gains as of the last tick, to notice a switch
         ("gains", "<f8", (6,)),
     ]

@@ -92,6 +92,9 @@ class ControllerParameters(Model):
     feedback_lag: Annotated[float, Bounds(ge=0.0, le=2.0), Q("s")] = 0.2
     """Time constant with which P follows the error in FOLLOW and HOLD (ours; paper: 0). It rolls P off below the arm's
     first mode, whose damping nobody measured: with a damping ratio of 0.1 the paper's law swings."""
+    full_gains_from: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1")] = 0.6
+    """Arc length of the outermost marker, as a share of the body, from which P and I have their gains in FOLLOW and
+    HOLD; nearer to the base they have its square's share, at least a quarter (ours; paper: 0, in full by any)."""
     carry_on: bool = True
     """The observer carries a marker on with its last velocity for as long as the sample is old (ours): held, it would
     lag by some 9 ms, 2 mm on the 1 Hz circle. The feedback's error is that of the held marker, as in the paper."""

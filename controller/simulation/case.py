@@ -23,6 +23,7 @@ BY_THE_LETTER: dict[str, Any] = {
     "weak_ratio_live": 0.0,
     "carry_on": False,
     "feedback_lag": 0.0,
+    "full_gains_from": 0.0,
     "observer_beta": 0.0,
     "integrator": Integrator.RK4,
 }

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from controller.kernels.control.feedback import FORGET_WAY, update_sensitivity
+from controller.kernels.control.feedback import FORGET_WAY, told_of_tip, update_sensitivity
 from controller.reference.feasible.reach import static_tips
 from controller.reference.reference import Reference
 from controller.schema.actuator import PRESETS
 from controller.schema.modes import Law, Mode, Request, RowKind
-from controller.schema.parameters import Settings
+from controller.schema.parameters import SENSORS, ControllerParameters, Settings
 from controller.simulation.run import plan
 from tests.controller.statically import sensitivity, side_of
 from tests.controller.trial import SOFT, Trial, controller_with, distance, true_tip, twin_with
@@ -69,6 +69,34 @@ def test_where_the_tip_is_led_the_torque_of_the_integral_is_kept_and_no_switch_m
     plan(trial.rig.control, Reference("here", np.tile(before["p_ref"], (500, 1)), 0))
     rows = np.concatenate([before[None], trial.ask(Request.TRACK, ticks=300), trial.ask(Request.HOLD, ticks=100)])
     assert np.abs(np.diff(rows["u"], axis=0)).max() < 0.2e-3
+
+
+def test_p_and_i_have_the_share_that_the_outermost_marker_tells_of_the_tip_where_the_tip_is_led() -> None:
+    full = ControllerParameters().full_gains_from
+    assert [round(told_of_tip(1 << sensor, full), 4) for sensor in range(SENSORS)] == [
+        0.25, 0.25, 0.25, 0.4444, 0.6944, 1.0, 1.0, 1.0, 1.0, 1.0
+    ]  # fmt: skip
+    assert told_of_tip(0b101, full) == told_of_tip(0b100, full) and told_of_tip(0, full) == 0.25
+    assert [told_of_tip(used, 0.0) for used in (0, 1, 1 << 9)] == [1.0, 1.0, 1.0]  # the paper's law
+
+
+@pytest.mark.parametrize("mode", [Mode.HOLD, Mode.TRACK])
+def test_a_marker_near_the_base_corrects_a_led_tip_slowly_and_a_planned_one_in_full(mode: Mode) -> None:
+    torques = []
+    for full in (0.6, 0.0):
+        trial = Trial(parameters=controller_with(full_gains_from=full), sensed=1 << 2, law=Law.FF)
+        trial.arm()
+        trial.follow(0.10, 0.14, 3.0)
+        trial.ask(Request.HOLD, ticks=100)
+        state = trial.rig.control.state[0]
+        plan(trial.rig.control, Reference("here", np.tile(state["p_ref"], (500, 1)), 0))
+        if mode == Mode.TRACK:
+            trial.ask(Request.TRACK, ticks=10)
+        trial.switch(law=Law.FF_I)
+        trial.run(3)
+        torques.append(state["u_int"].copy())
+    told = 0.25 if mode == Mode.HOLD else 1.0
+    assert torques[0] == pytest.approx(told * torques[1], rel=1e-3) and np.abs(torques[1]).max() > 1e-6
 
 
 @pytest.mark.parametrize("name", PRESETS)

@@ -1,6 +1,7 @@
 """A target led by hand: no stop, and no swing that stays, whatever the arm's damping and the length of its air lines.
 
-`python -m tests.controller.following` makes 500 clicks and 500 drags of each actuator on each plant.
+`python -m tests.controller.following` makes 500 clicks and 500 drags of each actuator, by each choice of sensors, on
+each plant.
 """
 
 import numpy as np
@@ -39,6 +40,12 @@ def test_at_an_edge_of_the_torques_the_estimate_does_not_drive_itself(
 ) -> None:
     """P1 in a pull, by rod 6: 5 mN m of integral beyond the edge, cut by an S that swung with the estimate."""
     assert came_of(Course("loaded", "rod 6", 0.1, dead_time, dragged, seed), 50) == Came([], [])
+
+
+@pytest.mark.parametrize(("name", "sensed"), [("P1", "rod 2"), ("P2", "rod 3"), ("P2", "rod 4")])
+def test_a_tip_that_is_hardly_told_of_is_hardly_corrected(name: str, sensed: str) -> None:
+    """The model's own swing, fed back in full, drove the arm to and fro, and TRACKING_RMS stopped it."""
+    assert came_of(Course(name, sensed, 0.5, 0.04, True, 78), 50) == Came([], [])
 
 
 @pytest.mark.parametrize("name", PRESETS)

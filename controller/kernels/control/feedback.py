@@ -16,6 +16,8 @@ from controller.kernels.safety.oscillation import forget_tracking, note_tracking
 from controller.kernels.safety.safety import E_STOP, FOLLOW, HOLD, NUMBERS, TRACK, is_live, react
 from controller.schema.modes import Law, RowKind
 
+SENSORS = TIP.bit_length()
+"""The tip's is the last."""
 FF, FF_P, FF_I, FF_PI = int(Law.FF), int(Law.FF_P), int(Law.FF_I), int(Law.FF_PI)
 KNOWN, TRAVEL = int(RowKind.KNOWN), int(RowKind.TRAVEL)
 BUMP_TIME = 0.2
@@ -26,6 +28,8 @@ BLUNT = 0.1
 """Share of S^T S that all torques are taken to move the tip by at least, where they are cut (ours)."""
 UNWIND_TIME = 0.2
 """In which the integral's torque loses what is cut away of it (ours) [s]."""
+LEAST_TOLD = 0.25
+"""Share of P and I that any marker is worth: with less a constant error is removed too slowly (ours)."""
 EXCESS = 1e-9
 """A sum further outside the admissible torques than this counts as saturated [N m]."""
 
@@ -36,7 +40,7 @@ def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
 
     On the way to another branch nothing is fed back: the way leads through a fold, where S tells nothing. Where the tip
     is led by hand, P acts on what is slower than the first mode, whose damping nobody measured: it drives a swing that
-    is damped by less than a fifth.
+    is damped by less than a fifth. P and I then have the share that the markers tell of the tip (`told_of_tip`).
     Paper, "Task-space PI control": e = p_ref - p_data; the rest is not in it. In place: control.state, telemetry.error.
     """
     state = control.state[0]
@@ -49,7 +53,8 @@ def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
         telemetry.error[j] = state.p_ref[j] - tip
     led = state.mode != TRACK
     how = live + 2 * closed + 4 * (measured != 0) + 8 * (state.kind == KNOWN) + 16 * led
-    switched = scheme_changed(settings, how, state)
+    told = told_of_tip(state.used, control.controller[0].full_gains_from) if led else 1.0
+    switched = scheme_changed(settings, how, told, state)
     lag = control.controller[0].feedback_lag if led and not switched else 0.0
     update_sensitivity(control)
     smooth(telemetry.error, control.dt / (lag + control.dt), state)
@@ -67,6 +72,22 @@ def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
         forget_tracking(telemetry.error, state)
     elif closed == wanted:  # else no marker is in sight for a moment: nothing is known of the error, nothing forgotten
         note_tracking(telemetry.error, closed, control)
+
+
+@kernel
+def told_of_tip(used: int, full: float) -> float:
+    """Share of P and I that the markers in use, as bits of `used`, are worth where the tip is led by hand.
+
+    In a body that bends evenly a point at s moves as s^2: what the outermost marker at s tells of the tip is (s/L)^2,
+    and full^2 of it is enough. The rest of the estimate is the model's own, and swings where it is fed back in full.
+    Any marker is worth LEAST_TOLD. Not in the paper.
+    """
+    outermost = 0
+    for i in range(SENSORS):
+        if used >> i & 1:
+            outermost = i + 1
+    share = outermost / SENSORS
+    return 1.0 if share >= full else max(LEAST_TOLD, (share / full) ** 2)
 
 
 @kernel
@@ -94,6 +115,7 @@ def effort(state: Record, settings: Record) -> Pair:
     """
     P = settings.law == FF_P or settings.law == FF_PI
     f_1, f_2 = P * settings.K_P[0] * state.error_low[0], P * settings.K_P[1] * state.error_low[1]
+    f_1, f_2 = state.told * f_1, state.told * f_2
     return f_1 + settings.K_FF[0] * state.p_ref_dot[0], f_2 + settings.K_FF[1] * state.p_ref_dot[1]  # Eq. FDES
 
 
@@ -193,14 +215,14 @@ def through_sensitivity(control: Control, f_1: float, f_2: float) -> Pair:
 
 
 @kernel
-def scheme_changed(settings: Record, how: int, state: Record) -> bool:
-    """Whether law, gains, source of the error or fading (`how`) differ from the last tick's; remembers them.
+def scheme_changed(settings: Record, how: int, told: float, state: Record) -> bool:
+    """Whether law, gains, source of the error, fading (`how`) or share (`told`) differ from the last tick's.
 
-    Not in the paper, which does not switch. In place: state.scheme, state.gains.
+    Not in the paper, which does not switch. In place: state.scheme, state.told, state.gains.
     """
     scheme = 32 * settings.law + how
-    changed = scheme != state.scheme
-    state.scheme = scheme
+    changed = scheme != state.scheme or told != state.told
+    state.scheme, state.told = scheme, told
     for j in range(2):
         changed |= settings.K_P[j] != state.gains[j]
         changed |= settings.K_I[j] != state.gains[2 + j]
@@ -282,7 +304,8 @@ def integrate(settings: Record, telemetry: Record, push_1: float, push_2: float,
             return
     e_1, e_2 = attainable(state, e[0], e[1])
     if state.mode != TRACK:
-        u_1, u_2 = through_sensitivity(control, settings.K_I[0] * e_1, settings.K_I[1] * e_2)
+        K_1, K_2 = state.told * settings.K_I[0], state.told * settings.K_I[1]
+        u_1, u_2 = through_sensitivity(control, K_1 * e_1, K_2 * e_2)
         state.u_int[0], state.u_int[1] = state.u_int[0] + u_1 * control.dt, state.u_int[1] + u_2 * control.dt
         return
     way = math.hypot(state.wish_dot[0], state.wish_dot[1]) * control.dt

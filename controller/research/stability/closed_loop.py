@@ -67,6 +67,19 @@ class Timing:
     """Whether the observer carries samples on."""
 
 
+class ByHand(NamedTuple):
+    """How the law differs where the tip is led by hand, as in `kernels/control/feedback.py`."""
+
+    lag: float
+    """Time constant with which P follows the error [s]."""
+    told: float
+    """Share of P and I that the markers are worth."""
+
+
+LIBRARY = ByHand(0.0, 1.0)
+"""On the library's shapes it does not."""
+
+
 class Feedback(NamedTuple):
     """The law at one pose."""
 
@@ -181,14 +194,15 @@ def swinging(found: Values, slowest: float) -> Mask:
     return np.asarray(np.abs(np.angle(found)) > slowest)
 
 
-def feedback(S: Array, share: float, weak: Array, settings: Settings, epsilon: float, lag: float) -> Feedback:
-    """The law at a pose with sensitivity S (2,2): `share` is let through along `weak` (2,), and P `lag`s [s].
+def feedback(S: Array, share: float, weak: Array, settings: Settings, epsilon: float, by_hand: ByHand) -> Feedback:
+    """The law at a pose with sensitivity S (2,2): `share` is let through along `weak` (2,).
 
     Eq. UFB: paper, "Task-space PI control".
     """
     through = np.eye(2) - (1.0 - share) * np.outer(weak, weak)
     to_torque = np.linalg.solve(S.T @ S + epsilon * np.eye(2), S.T) @ through
-    return Feedback(to_torque, through, np.array(settings.K_P), np.array(settings.K_I), lag)
+    K_P, K_I = by_hand.told * np.array(settings.K_P), by_hand.told * np.array(settings.K_I)
+    return Feedback(to_torque, through, K_P, K_I, by_hand.lag)
 
 
 def _places(sizes: dict[str, int]) -> dict[str, slice]:

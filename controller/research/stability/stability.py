@@ -12,7 +12,7 @@ from controller.arrays import Array
 from controller.build.rig import build_rig
 from controller.build.twin import build_twin
 from controller.errors import ParameterError
-from controller.kernels.control.feedback import update_sensitivity
+from controller.kernels.control.feedback import told_of_tip, update_sensitivity
 from controller.kernels.control.tick import Rig
 from controller.kernels.model.polygon import admissible
 from controller.kernels.model.statics import places, points_on, static_pose
@@ -25,7 +25,7 @@ from controller.research.stability.chain_step import (
     plant_step,
     rest_of,
 )
-from controller.research.stability.closed_loop import Growth, Loop, Timing, feedback
+from controller.research.stability.closed_loop import LIBRARY, ByHand, Growth, Loop, Timing, feedback
 from controller.schema.modes import Integrator, RowKind
 from controller.schema.parameters import SENSORS, RigParameters, Settings
 
@@ -138,6 +138,7 @@ def every_loop(question: Question) -> Iterator[Loop]:
     state["kind"] = RowKind.KNOWN if question.library else RowKind.DRAWN
     timing = loop_timing(parameters, twin.camera.period, twin.camera.latency)
     tip = question.sensed.index(SENSORS - 1) if SENSORS - 1 in question.sensed else None
+    told = told_of_tip(sum(1 << sensor for sensor in question.sensed), controller.full_gains_from)
     for u in grid(question.parameters, rig):
         plant, markers = plant_step(twin, u, question.sensed)
         own_pose(rig, u)
@@ -148,10 +149,8 @@ def every_loop(question: Question) -> Iterator[Loop]:
         state["u"] = u
         update_sensitivity(rig.control)
         S, share, weak = np.reshape(state["S"][0], (2, 2)), float(state["share"][0]), state["weak"][0]
-        law = feedback(
-            S, share, weak, settings, controller.epsilon, 0.0 if question.library else controller.feedback_lag
-        )
-        yield Loop(seen, plant, law, tip, timing)
+        by_hand = LIBRARY if question.library else ByHand(controller.feedback_lag, told)
+        yield Loop(seen, plant, feedback(S, share, weak, settings, controller.epsilon, by_hand), tip, timing)
 
 
 def grid(parameters: RigParameters, rig: Rig) -> Array:

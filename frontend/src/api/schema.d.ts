@@ -2409,6 +2409,13 @@ export interface components {
        */
       feedback_lag: number;
       /**
+       * Full Gains From
+       * @description Arc length of the outermost marker, as a share of the body, from which P and I have their gains in FOLLOW and
+       *     HOLD; nearer to the base they have its square's share, at least a quarter (ours; paper: 0, in full by any).
+       * @default 0.6
+       */
+      full_gains_from: number;
+      /**
        * Carry On
        * @description The observer carries a marker on with its last velocity for as long as the sample is old (ours): held, it would
        *     lag by some 9 ms, 2 mm on the 1 Hz circle. The feedback's error is that of the held marker, as in the paper.
@@ -4859,6 +4866,7 @@ export interface components {
        *       "weak_ratio": 0.2,
        *       "weak_ratio_live": 0.35,
        *       "feedback_lag": 0.2,
+       *       "full_gains_from": 0.6,
        *       "carry_on": true,
        *       "dead_time": 0.05,
        *       "pneumatic_lag": 0.05,
@@ -5131,6 +5139,7 @@ export interface components {
        *       "weak_ratio": 0.2,
        *       "weak_ratio_live": 0.35,
        *       "feedback_lag": 0.2,
+       *       "full_gains_from": 0.6,
        *       "carry_on": true,
        *       "dead_time": 0.05,
        *       "pneumatic_lag": 0.05,

@@ -7,7 +7,7 @@ import { DASH, plain } from "../ui/format";
 import { LiveText } from "../ui/LiveText";
 import { useService } from "../ui/services";
 import { isSensed, markersOf, missOf, residualOf } from "./residual";
-import { ALL_RODS, bearing, bit, PRESETS, RODS, markedText, whyUnseen } from "./rods";
+import { ALL_RODS, bearing, bit, gainsText, PRESETS, RODS, markedText, whyUnseen } from "./rods";
 import { TwinFaultsPanel } from "./TwinFaultsPanel";
 
 const NUMBERS_PER_S = 4;
@@ -17,6 +17,7 @@ export function SensingPanel() {
   const operations = useService(Operations);
   const mask = usePage((page) => page.settings?.sensed ?? 0);
   const twin = usePage((page) => page.rig?.twin ?? false);
+  const gains = usePage(({ rig }) => gainsText(mask, rig?.parameters.controller.full_gains_from ?? 0));
   const reason = useWhyNot("settings");
   const marked = usePage(({ rig }) => bearing(rig?.parameters.hardware?.motion_capture.rods));
   const choose = (sensed: (now: number) => number) => {
@@ -48,6 +49,7 @@ export function SensingPanel() {
         mm. Residual: from the measured marker to the observer
         {twin ? ". Estimate: from the observer to where the twin really is" : ""}
         {marked === ALL_RODS ? "" : `. ${markedText(marked)}`}
+        {gains === null ? "" : `. ${gains}`}
       </p>
       {twin ? <TwinFaultsPanel /> : null}
     </div>

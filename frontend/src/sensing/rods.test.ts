@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { ALL_RODS, bearing, bit, markedText, whyUnseen } from "./rods";
+import { ALL_RODS, bearing, bit, gainsText, markedText, whyUnseen } from "./rods";
 
 test("a twin bears a marker on every rod, a rig those of its file", () => {
   expect(bearing(undefined)).toBe(ALL_RODS);
@@ -12,4 +12,12 @@ test("a rod without a marker cannot be sensed, and it is said which one", () => 
   expect(whyUnseen(bit(6) | bit(10), marked)).toBe("No marker on rod 6");
   expect(whyUnseen(0, marked)).toBeNull();
   expect(markedText(marked)).toBe("Markers on rod 10 alone");
+});
+
+test("rods near the base say how much of P and I they are worth, others nothing", () => {
+  expect(gainsText(bit(3), 0.6)).toBe("Rod 3 tells little of the tip: P and I at 25 % in FOLLOW and HOLD");
+  expect(gainsText(bit(1), 0.6)).toMatch("P and I at 25 %");
+  expect(gainsText(bit(1) | bit(5), 0.6)).toMatch("Rod 5 tells little of the tip: P and I at 69 %");
+  for (const sensed of [0, bit(6), bit(10), bit(1) | bit(10)]) expect(gainsText(sensed, 0.6)).toBeNull();
+  expect(gainsText(bit(1), 0)).toBeNull();
 });

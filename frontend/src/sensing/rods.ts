@@ -1,3 +1,8 @@
+import { plain } from "../ui/format";
+
+/** Share of P and I that any marker is worth, as in the rig's `controller/kernels/control/feedback.py`. */
+const LEAST_TOLD = 0.25;
+
 export const RODS = Array.from({ length: 10 }, (_, i) => i + 1);
 export const bit = (rod: number) => 1 << (rod - 1);
 export const ALL_RODS = 2 ** RODS.length - 1;
@@ -35,6 +40,15 @@ export function whyUnseen(sensed: number, marked: number): string | null {
 /** Which rods bear a marker, in a sentence. */
 export function markedText(marked: number): string {
   return `Markers on rod ${named(marked).join(", ")} alone`;
+}
+
+/** How much of P and I the sensed rods are worth where the tip is led by hand; null where it is all of it, or none. */
+export function gainsText(sensed: number, fullGainsFrom: number): string | null {
+  const outermost = Math.max(0, ...named(sensed));
+  const share = outermost / RODS.length;
+  if (outermost === 0 || share >= fullGainsFrom) return null;
+  const percent = plain(100 * Math.max(LEAST_TOLD, (share / fullGainsFrom) ** 2), 0);
+  return `Rod ${outermost} tells little of the tip: P and I at ${percent} % in FOLLOW and HOLD`;
 }
 
 function named(mask: number): number[] {

@@ -1,0 +1,135 @@
+"""What few markers cost where a target is dragged about: the observer's estimate, and the arm that it corrects.
+
+`python -m tests.controller.few_markers` prints the two tables of docs/observer.md, in some five minutes of a core.
+"""
+
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from controller.schema.modes import Law, Mode, Request
+from controller.schema.parameters import SENSORS, ControllerParameters, RigParameters
+from tests.controller.following import FAMILY, Course, parameters, way
+from tests.controller.trial import Trial, true_tip
+
+NAMES = ("P1", "P2")
+RODS = (0, 1, 2, 3, 4, 5, 6, SENSORS)
+FIRST = 72
+"""Seed of the first course."""
+DRAGS, SHORT = 50, 25
+
+
+class Came(NamedTuple):
+    """What came of some drags."""
+
+    estimate: float
+    """Mean square of the estimated tip's distance from the true one [m^2]."""
+    error: float
+    """Of the true tip's from the reference [m^2]."""
+    swing: float
+    """Most of the estimated error's mean square about its mean over `error_rms_time`, which TRACKING_RMS looks at."""
+    off: float
+    """Longest time that the estimated error was above its limit, less that below it [s]."""
+    stops: int
+
+
+def with_the_plants_inertia(rig: RigParameters) -> RigParameters:
+    """The plant moves as before; the observer's body does, too: its mass is over kappa, and the plant has no kappa."""
+    actuator = rig.actuator.model_copy(update={"mass": rig.actuator.mass / rig.twin.kappa})
+    return rig.model_copy(update={"actuator": actuator, "twin": rig.twin.model_copy(update={"kappa": 1.0})})
+
+
+def dragged(rig: RigParameters, course: Course, sensed: int, law: Law, drags: int) -> Came:
+    """Drags one after the other, half of them with a rest; after a stop the rig begins anew."""
+    random, goal = np.random.default_rng(course.seed), np.zeros(2)
+    trial, came = _fresh(rig, sensed, law), []
+    for _ in range(drags):
+        path = list(way(course, goal, random))
+        goal, swing, off, rows = path[-1], 0.0, 0.0, []
+        for x, y in path:
+            rows.append(trial.drag([(float(x), float(y))], 0.016))
+            state = trial.rig.control.state[0]
+            swing = max(swing, state["error_square"] - (state["error_mean"] ** 2).sum() - state["error_first"])
+            off = max(off, state["off_time"])
+        rows.append(trial.run(3800 if random.random() < 0.5 else round(1000 * random.uniform(0.2, 1.5))))
+        every = np.concatenate(rows)
+        stopped = bool((every["mode"] != Mode.FOLLOW).any())
+        tip = true_tip(every)
+        apart = (float(((every[name] - tip) ** 2).sum(axis=1).mean()) for name in ("p_hat", "p_ref"))
+        came.append(Came(*apart, swing, off, int(stopped)))
+        if stopped:
+            trial = _fresh(rig, sensed, law)
+    means, most = np.mean(came, axis=0), np.max(came, axis=0)
+    return Came(means[0], means[1], most[2], most[3], sum(one.stops for one in came))
+
+
+def _fresh(rig: RigParameters, sensed: int, law: Law) -> Trial:
+    trial = Trial(parameters=rig, sensed=sensed, law=law)
+    trial.arm()
+    x, y = trial.run(1)["p_ref"][-1]
+    trial.ask(Request.FOLLOW, (float(x), float(y)), 200)
+    return trial
+
+
+def estimated(name: str, rods: int, light: bool) -> float:
+    """Rms distance [mm] of the estimated tip from the true one, under feedforward alone."""
+    came = []
+    for seed, plant in enumerate(FAMILY[1::3], FIRST):
+        course = Course(name, "tip", *plant, dragged=True, seed=seed)
+        rig = parameters(course)
+        came.append(dragged(with_the_plants_inertia(rig) if light else rig, course, _bits(rods), Law.FF, SHORT))
+    return 1e3 * float(np.sqrt(np.mean([one.estimate for one in came])))
+
+
+def corrected(name: str, rods: int, full_gains_from: float) -> Came:
+    """As it comes under FF + PI on all plants of the family."""
+    came = []
+    for seed, plant in enumerate(FAMILY, FIRST):
+        course = Course(name, "tip", *plant, dragged=True, seed=seed)
+        controller = ControllerParameters(full_gains_from=full_gains_from)
+        rig = parameters(course).model_copy(update={"controller": controller})
+        came.append(dragged(rig, course, _bits(rods), Law.FF_PI, DRAGS))
+    means, most = np.mean(came, axis=0), np.max(came, axis=0)
+    return Came(means[0], means[1], most[2], most[3], sum(one.stops for one in came))
+
+
+def _bits(rods: int) -> int:
+    return 1 << rods >> 1
+
+
+def measure() -> None:
+    """Print both tables."""
+    with ProcessPoolExecutor() as pool:
+        print("| sensed | " + " | ".join(f"{n}, table's inertia | {n}, plant's" for n in NAMES) + " |")
+        print("|---" * (1 + 2 * len(NAMES)) + "|")
+        jobs = list(product(RODS, NAMES, (False, True)))
+        found = dict(zip(jobs, pool.map(_estimated, jobs), strict=True))
+        for rods in RODS:
+            print(f"| {_said(rods)} |", *(f"{found[rods, n, light]:.1f} |" for n in NAMES for light in (False, True)))
+        print("| sensed | tip's rms error, mm | swing, mm | longest above 80 mm, s | stops |")
+        print("|---" * 5 + "|")
+        for name, rods in product(NAMES, range(1, 6)):
+            full, told = pool.map(partial(corrected, name, rods), (0.0, ControllerParameters().full_gains_from))
+            cells = [
+                f"{1e3 * full.error**0.5:.1f}, {1e3 * told.error**0.5:.1f}",
+                f"{1e3 * full.swing**0.5:.0f}, {1e3 * told.swing**0.5:.0f}",
+                f"{full.off:.1f}, {told.off:.1f}",
+                f"{full.stops}, {told.stops}",
+            ]
+            print(f"| {name}, {_said(rods)} | " + " | ".join(cells) + " |", flush=True)
+
+
+def _estimated(job: tuple[int, str, bool]) -> float:
+    rods, name, light = job
+    return estimated(name, rods, light)
+
+
+def _said(rods: int) -> str:
+    return {0: "none", SENSORS: "tip"}.get(rods, f"rod {rods}")
+
+
+if __name__ == "__main__":
+    measure()
