@@ -94,7 +94,9 @@ class ControllerParameters(Model):
     first mode, whose damping nobody measured: with a damping ratio of 0.1 the paper's law swings."""
     full_gains_from: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1")] = 0.6
     """Arc length of the outermost marker, as a share of the body, from which P and I have their gains in FOLLOW and
-    HOLD; nearer to the base they have its square's share, at least a quarter (ours; paper: 0, in full by any)."""
+    HOLD; nearer to the base they have its square's share, at least `least_gains` (ours; paper: 0, in full by any)."""
+    least_gains: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1")] = 0.25
+    """Share of P and I by any marker there (ours): with less a constant error is removed too slowly."""
     carry_on: bool = True
     """The observer carries a marker on with its last velocity for as long as the sample is old (ours): held, it would
     lag by some 9 ms, 2 mm on the 1 Hz circle. The feedback's error is that of the held marker, as in the paper."""

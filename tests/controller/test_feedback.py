@@ -9,6 +9,7 @@ from controller.kernels.control.feedback import FORGET_WAY, told_of_tip, update_
 from controller.reference.feasible.reach import static_tips
 from controller.reference.reference import Reference
 from controller.schema.actuator import PRESETS
+from controller.schema.layout import to_record
 from controller.schema.modes import Law, Mode, Request, RowKind
 from controller.schema.parameters import SENSORS, ControllerParameters, Settings
 from controller.simulation.run import plan
@@ -72,12 +73,11 @@ def test_where_the_tip_is_led_the_torque_of_the_integral_is_kept_and_no_switch_m
 
 
 def test_p_and_i_have_the_share_that_the_outermost_marker_tells_of_the_tip_where_the_tip_is_led() -> None:
-    full = ControllerParameters().full_gains_from
-    assert [round(told_of_tip(1 << sensor, full), 4) for sensor in range(SENSORS)] == [
-        0.25, 0.25, 0.25, 0.4444, 0.6944, 1.0, 1.0, 1.0, 1.0, 1.0
-    ]  # fmt: skip
-    assert told_of_tip(0b101, full) == told_of_tip(0b100, full) and told_of_tip(0, full) == 0.25
-    assert [told_of_tip(used, 0.0) for used in (0, 1, 1 << 9)] == [1.0, 1.0, 1.0]  # the paper's law
+    ours, paper = (to_record(ControllerParameters(**more))[0] for more in ({}, {"full_gains_from": 0.0}))
+    shares = [round(told_of_tip(1 << sensor, ours), 4) for sensor in range(SENSORS)]
+    assert shares == [0.25, 0.25, 0.25, 0.4444, 0.6944, 1.0, 1.0, 1.0, 1.0, 1.0]
+    assert told_of_tip(0b1001, ours) == told_of_tip(0b1000, ours) and told_of_tip(0, ours) == 0.25
+    assert [told_of_tip(used, paper) for used in (0, 1, 1 << 9)] == [1.0, 1.0, 1.0]
 
 
 @pytest.mark.parametrize("mode", [Mode.HOLD, Mode.TRACK])

@@ -28,8 +28,6 @@ BLUNT = 0.1
 """Share of S^T S that all torques are taken to move the tip by at least, where they are cut (ours)."""
 UNWIND_TIME = 0.2
 """In which the integral's torque loses what is cut away of it (ours) [s]."""
-LEAST_TOLD = 0.25
-"""Share of P and I that any marker is worth: with less a constant error is removed too slowly (ours)."""
 EXCESS = 1e-9
 """A sum further outside the admissible torques than this counts as saturated [N m]."""
 
@@ -53,7 +51,7 @@ def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
         telemetry.error[j] = state.p_ref[j] - tip
     led = state.mode != TRACK
     how = live + 2 * closed + 4 * (measured != 0) + 8 * (state.kind == KNOWN) + 16 * led
-    told = told_of_tip(state.used, control.controller[0].full_gains_from) if led else 1.0
+    told = told_of_tip(state.used, control.controller[0]) if led else 1.0
     switched = scheme_changed(settings, how, told, state)
     lag = control.controller[0].feedback_lag if led and not switched else 0.0
     update_sensitivity(control)
@@ -75,19 +73,19 @@ def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
 
 
 @kernel
-def told_of_tip(used: int, full: float) -> float:
+def told_of_tip(used: int, bounds: Record) -> float:
     """Share of P and I that the markers in use, as bits of `used`, are worth where the tip is led by hand.
 
     In a body that bends evenly a point at s moves as s^2: what the outermost marker at s tells of the tip is (s/L)^2,
-    and full^2 of it is enough. The rest of the estimate is the model's own, and swings where it is fed back in full.
-    Any marker is worth LEAST_TOLD. Not in the paper.
+    and `full_gains_from`^2 of it is enough. The rest of the estimate is the model's own, and swings where it is fed
+    back in full. Any marker is worth `least_gains`. `bounds` is a record of ControllerParameters. Not in the paper.
     """
     outermost = 0
     for i in range(SENSORS):
         if used >> i & 1:
             outermost = i + 1
-    share = outermost / SENSORS
-    return 1.0 if share >= full else max(LEAST_TOLD, (share / full) ** 2)
+    share, full = outermost / SENSORS, bounds.full_gains_from
+    return 1.0 if share >= full else max(bounds.least_gains, (share / full) ** 2)
 
 
 @kernel

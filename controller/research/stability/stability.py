@@ -138,7 +138,7 @@ def every_loop(question: Question) -> Iterator[Loop]:
     state["kind"] = RowKind.KNOWN if question.library else RowKind.DRAWN
     timing = loop_timing(parameters, twin.camera.period, twin.camera.latency)
     tip = question.sensed.index(SENSORS - 1) if SENSORS - 1 in question.sensed else None
-    told = told_of_tip(sum(1 << sensor for sensor in question.sensed), controller.full_gains_from)
+    told = told_of_tip(sum(1 << sensor for sensor in question.sensed), rig.control.controller[0])
     for u in grid(question.parameters, rig):
         plant, markers = plant_step(twin, u, question.sensed)
         own_pose(rig, u)

@@ -2411,10 +2411,16 @@ export interface components {
       /**
        * Full Gains From
        * @description Arc length of the outermost marker, as a share of the body, from which P and I have their gains in FOLLOW and
-       *     HOLD; nearer to the base they have its square's share, at least a quarter (ours; paper: 0, in full by any).
+       *     HOLD; nearer to the base they have its square's share, at least `least_gains` (ours; paper: 0, in full by any).
        * @default 0.6
        */
       full_gains_from: number;
+      /**
+       * Least Gains
+       * @description Share of P and I by any marker there (ours): with less a constant error is removed too slowly.
+       * @default 0.25
+       */
+      least_gains: number;
       /**
        * Carry On
        * @description The observer carries a marker on with its last velocity for as long as the sample is old (ours): held, it would
@@ -4867,6 +4873,7 @@ export interface components {
        *       "weak_ratio_live": 0.35,
        *       "feedback_lag": 0.2,
        *       "full_gains_from": 0.6,
+       *       "least_gains": 0.25,
        *       "carry_on": true,
        *       "dead_time": 0.05,
        *       "pneumatic_lag": 0.05,
@@ -5140,6 +5147,7 @@ export interface components {
        *       "weak_ratio_live": 0.35,
        *       "feedback_lag": 0.2,
        *       "full_gains_from": 0.6,
+       *       "least_gains": 0.25,
        *       "carry_on": true,
        *       "dead_time": 0.05,
        *       "pneumatic_lag": 0.05,

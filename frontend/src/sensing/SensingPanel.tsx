@@ -17,7 +17,7 @@ export function SensingPanel() {
   const operations = useService(Operations);
   const mask = usePage((page) => page.settings?.sensed ?? 0);
   const twin = usePage((page) => page.rig?.twin ?? false);
-  const gains = usePage(({ rig }) => gainsText(mask, rig?.parameters.controller.full_gains_from ?? 0));
+  const gains = usePage(({ rig }) => (rig === null ? null : gainsText(mask, rig.parameters.controller)));
   const reason = useWhyNot("settings");
   const marked = usePage(({ rig }) => bearing(rig?.parameters.hardware?.motion_capture.rods));
   const choose = (sensed: (now: number) => number) => {

@@ -1,7 +1,5 @@
+import type { RigInfo } from "../api/types";
 import { plain } from "../ui/format";
-
-/** Share of P and I that any marker is worth, as in the rig's `controller/kernels/control/feedback.py`. */
-const LEAST_TOLD = 0.25;
 
 export const RODS = Array.from({ length: 10 }, (_, i) => i + 1);
 export const bit = (rod: number) => 1 << (rod - 1);
@@ -42,12 +40,14 @@ export function markedText(marked: number): string {
   return `Markers on rod ${named(marked).join(", ")} alone`;
 }
 
+type Bounds = Pick<RigInfo["parameters"]["controller"], "full_gains_from" | "least_gains">;
+
 /** How much of P and I the sensed rods are worth where the tip is led by hand; null where it is all of it, or none. */
-export function gainsText(sensed: number, fullGainsFrom: number): string | null {
+export function gainsText(sensed: number, bounds: Bounds): string | null {
   const outermost = Math.max(0, ...named(sensed));
   const share = outermost / RODS.length;
-  if (outermost === 0 || share >= fullGainsFrom) return null;
-  const percent = plain(100 * Math.max(LEAST_TOLD, (share / fullGainsFrom) ** 2), 0);
+  if (outermost === 0 || share >= bounds.full_gains_from) return null;
+  const percent = plain(100 * Math.max(bounds.least_gains, (share / bounds.full_gains_from) ** 2), 0);
   return `Rod ${outermost} tells little of the tip: P and I at ${percent} % in FOLLOW and HOLD`;
 }
 
