@@ -6,12 +6,12 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from controller.errors import ParameterError
+from controller.errors import ParameterError, RigUnreachable
 from controller.link.client import QUIET
 from controller.realtime.standstill import UNHEARD
 from controller.schema.messages import TwinTime
 from controller.schema.modes import Cause, Mode, Request
-from tests.controller.live_rig import LiveRig, live_rig, wait_for
+from tests.controller.live_rig import LiveRig, Operator, live_rig, wait_for
 
 PAUSED = TwinTime(paused=True)
 
@@ -26,7 +26,7 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveRig]:
 def rig(shared: LiveRig) -> Iterator[LiveRig]:
     """In FOLLOW, on its way."""
     operator = shared.operator
-    operator.send()
+    wait_for(lambda: answers(operator))
     operator.arm_and_follow()
     head = shared.ring().head
     wait_for(lambda: shared.ring().head > head + 150)
@@ -35,6 +35,14 @@ def rig(shared: LiveRig) -> Iterator[LiveRig]:
     operator.client.time(TwinTime())
     operator.send(Request.REST)
     wait_for(lambda: operator.newest()["mode"] == Mode.VENTED)
+
+
+def answers(operator: Operator) -> bool:
+    """Whether the rig does, in time: on a machine that is busy it may not."""
+    try:
+        return operator.send().accepted
+    except RigUnreachable:
+        return False
 
 
 def pause(rig: LiveRig, seconds: float = 0.0) -> int:

@@ -18,14 +18,14 @@ from controller.schema.rig_file import changed
 from controller.virtual.process import VirtualProcess
 from server.campaign import trace
 from server.campaign.person import Person
-from server.campaign.table import BOARD_GAP, GAP
+from server.campaign.table import GAP
 from server.campaign.waiting import wait
 from tests.server.live_server import PATIENT
 
 LIMITS = f"""
 [limits]
 loop_gap = {GAP}
-pressures_lost = {BOARD_GAP}
+pressures_lost = 1.0
 pressure_off_time = 1.0
 operator_timeout = {PATIENT["operator_timeout"]}
 """
