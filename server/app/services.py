@@ -212,7 +212,7 @@ def open_services(
     modes = FirstModes(modes_file(settings.state, settings.rig))
     first_mode = FirstModeMeasurement(Parts(rig, history, operator, kept, planner, modes, events))
     change = Change(rig, outcomes, recorder, operator, events, settings)
-    rig_file = RigFileKeeper(rig, planner, operator, outcomes, events, settings, change)
+    rig_file = RigFileKeeper(planner, change)
     commissioning = Commissioning(
         Through(rig, history, operator, kept, planner, rig.drivers, data_folder(settings.state, settings.rig), modes),
         CommissioningStore(commissioning_file(settings.state, settings.rig)),

@@ -11,15 +11,10 @@ from controller.system.whole_file import read_whole
 from server.access.permit import Permit
 from server.hardware.messages import RigFileState
 from server.http.given import given
-from server.log.events import EventLog
-from server.operate.operator import Operator
 from server.presets import order_files
 from server.presets.actuator import described
 from server.presets.change import Change
-from server.presets.outcomes import OutcomeWatch
-from server.rig.client import Rig
 from server.rig.planner import Planner
-from server.settings import ServerSettings
 
 NO_FILE = "the rig was started without a rig file: start it with `tendril up --rig FILE.toml`"
 
@@ -35,27 +30,23 @@ def accepted(text: str, path: Path, in_force: Settings) -> RigParameters:
 class RigFileKeeper:
     """Reads and writes the file; the rig is started anew with what was written."""
 
-    rig: Rig
     planner: Planner
-    operator: Operator
-    outcomes: OutcomeWatch
-    events: EventLog
-    settings: ServerSettings
     change: Change
 
     def state(self) -> RigFileState:
         """What lies there now."""
-        path = self.settings.rig_file
+        path = self.change.settings.rig_file
         if path is None:
             return RigFileState(path="", text="", rig=None, reason=NO_FILE, in_force=False)
         text = ""
         try:
             text = read_whole(path).decode("utf-8-sig")
             found = parse_rig_file(text, path.name)
-            runs = found.parameters(path.parent) == self.rig.require_info().parameters if self.rig.info else False
+            info = self.change.rig.info
+            runs = info is not None and found.parameters(path.parent) == info.parameters
         except (OSError, UnicodeDecodeError, ParameterError) as error:
             return RigFileState(path=str(path), text=text, rig=None, reason=str(error), in_force=False)
-        reason = order_files.why_none(self.settings.orders, "--rig FILE")
+        reason = order_files.why_none(self.change.settings.orders, "--rig FILE")
         return RigFileState(path=str(path), text=text, rig=found, reason=reason, in_force=runs)
 
     async def write(self, text: str, permit: Permit) -> None:
@@ -67,23 +58,24 @@ class RigFileKeeper:
         path = self._path()
         self.change.require_rest()
         found = parse_rig_file(text, path.name)
-        if found.name != self.settings.rig:
-            raise ParameterError(f"name = {found.name}: this server has rig {self.settings.rig}; it cannot change here")
-        wanted = await self.planner.do(accepted, text, path, self.operator.settings)
+        if found.name != self.change.settings.rig:
+            raise ParameterError(
+                f"name = {found.name}: this server has rig {self.change.settings.rig}; it cannot change here"
+            )
+        wanted = await self.planner.do(accepted, text, path, self.change.operator.settings)
         self.change.require_rest()
         permit.require()
         try:
             write_rig_file(path, text)
         except OSError as error:
             raise CommandRefused(f"{path} cannot be written: {error.strerror}") from error
-        order_files.order_rig(self.settings.orders, wanted, permit)
-        self.outcomes.wait_for(described(wanted), self.rig.boot())
-        self.events.add(f"{permit.name}: the rig starts again with its changed rig file", "warning")
+        order_files.order_rig(self.change.settings.orders, wanted, permit)
+        self.change.ordered(described(wanted), "its changed rig file", permit)
 
     def _path(self) -> Path:
-        if self.settings.rig_file is None:
+        if self.change.settings.rig_file is None:
             raise CommandRefused(NO_FILE)
-        return self.settings.rig_file
+        return self.change.settings.rig_file
 
 
 GivenRigFile = Annotated[RigFileKeeper, given(RigFileKeeper)]

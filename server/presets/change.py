@@ -6,6 +6,7 @@ from typing import Annotated
 from controller.errors import CommandRefused, RigUnreachable
 from controller.schema.modes import Mode
 from recordings.write.writer import Recorder
+from server.access.permit import Permit
 from server.http.given import given
 from server.log.events import EventLog
 from server.operate.operator import Operator
@@ -16,7 +17,7 @@ from server.settings import ServerSettings
 
 @dataclass(frozen=True)
 class Change:
-    """What another actuator is ordered through."""
+    """What another actuator, plant or rig is ordered through."""
 
     rig: Rig
     outcomes: OutcomeWatch
@@ -35,6 +36,11 @@ class Change:
             raise CommandRefused(f"the actuator cannot be changed in {mode.name}: disarm first")
         if self.recorder.state().recording:
             raise CommandRefused("the actuator cannot be changed while a recording runs: stop it first")
+
+    def ordered(self, name: str, what: str, permit: Permit) -> None:
+        """`permit` has ordered `what`, called `name`: wait for what becomes of it, and tell everybody."""
+        self.outcomes.wait_for(name, self.rig.boot())
+        self.events.add(f"{permit.name}: the rig starts again with {what}", "warning")
 
 
 GivenChange = Annotated[Change, given(Change)]

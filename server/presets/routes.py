@@ -72,8 +72,7 @@ async def change_actuator(body: ActuatorBody, change: GivenChange, planner: Give
     actuator = await planner.do(accepted_actuator, body, info.parameters, in_force)
     change.require_rest()
     order_files.order(change.settings.orders, actuator, body, permit)
-    change.outcomes.wait_for(actuator.name, change.rig.boot())
-    change.events.add(f"{permit.name}: the rig starts again with actuator {actuator.name}", "warning")
+    change.ordered(actuator.name, f"actuator {actuator.name}", permit)
 
 
 @router.put("/api/rig/plant", status_code=202)
@@ -85,8 +84,7 @@ async def change_plant(body: PlantBody, change: GivenChange, planner: GivenPlann
     name = await planner.do(accepted_plant, body.plant, info.parameters, in_force)
     change.require_rest()
     order_files.order_plant(change.settings.orders, body.plant, permit)
-    change.outcomes.wait_for(name, change.rig.boot())
-    change.events.add(f"{permit.name}: the rig starts again with {name}", "warning")
+    change.ordered(name, name, permit)
 
 
 def _presets(settings: ServerSettings) -> GainPresets:

@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from controller.schema.modes import Law, Mode, Request
+from controller.schema.modes import Law, Mode
 from controller.schema.parameters import SENSORS, ControllerParameters, RigParameters
-from tests.controller.following import FAMILY, Course, parameters, way
-from tests.controller.trial import Trial, true_tip
+from tests.controller.following import FAMILY, Course, fresh, parameters, way
+from tests.controller.trial import true_tip
 
 NAMES = ("P1", "P2")
 RODS = (0, 1, 2, 3, 4, 5, 6, SENSORS)
@@ -45,7 +45,7 @@ def with_the_plants_inertia(rig: RigParameters) -> RigParameters:
 def dragged(rig: RigParameters, course: Course, sensed: int, law: Law, drags: int) -> Came:
     """Drags one after the other, half of them with a rest; after a stop the rig begins anew."""
     random, goal = np.random.default_rng(course.seed), np.zeros(2)
-    trial, came = _fresh(rig, sensed, law), []
+    trial, came = fresh(rig, sensed, law), []
     for _ in range(drags):
         path = list(way(course, goal, random))
         goal, swing, off, rows = path[-1], 0.0, 0.0, []
@@ -61,22 +61,18 @@ def dragged(rig: RigParameters, course: Course, sensed: int, law: Law, drags: in
         apart = (float(((every[name] - tip) ** 2).sum(axis=1).mean()) for name in ("p_hat", "p_ref"))
         came.append(Came(*apart, swing, off, int(stopped)))
         if stopped:
-            trial = _fresh(rig, sensed, law)
+            trial = fresh(rig, sensed, law)
+    return _together(came)
+
+
+def _together(came: list[Came]) -> Came:
     means, most = np.mean(came, axis=0), np.max(came, axis=0)
     return Came(means[0], means[1], most[2], most[3], sum(one.stops for one in came))
 
 
-def _fresh(rig: RigParameters, sensed: int, law: Law) -> Trial:
-    trial = Trial(parameters=rig, sensed=sensed, law=law)
-    trial.arm()
-    x, y = trial.run(1)["p_ref"][-1]
-    trial.ask(Request.FOLLOW, (float(x), float(y)), 200)
-    return trial
-
-
-def estimated(name: str, rods: int, light: bool) -> float:
-    """Rms distance [mm] of the estimated tip from the true one, under feedforward alone."""
-    came = []
+def estimated(job: tuple[int, str, bool]) -> float:
+    """Rms distance [mm] of estimated and true tip under feedforward alone, of sensed rod, actuator and lightness."""
+    (rods, name, light), came = job, []
     for seed, plant in enumerate(FAMILY[1::3], FIRST):
         course = Course(name, "tip", *plant, dragged=True, seed=seed)
         rig = parameters(course)
@@ -92,8 +88,7 @@ def corrected(name: str, rods: int, full_gains_from: float) -> Came:
         controller = ControllerParameters(full_gains_from=full_gains_from)
         rig = parameters(course).model_copy(update={"controller": controller})
         came.append(dragged(rig, course, _bits(rods), Law.FF_PI, DRAGS))
-    means, most = np.mean(came, axis=0), np.max(came, axis=0)
-    return Came(means[0], means[1], most[2], most[3], sum(one.stops for one in came))
+    return _together(came)
 
 
 def _bits(rods: int) -> int:
@@ -106,7 +101,7 @@ def measure() -> None:
         print("| sensed | " + " | ".join(f"{n}, table's inertia | {n}, plant's" for n in NAMES) + " |")
         print("|---" * (1 + 2 * len(NAMES)) + "|")
         jobs = list(product(RODS, NAMES, (False, True)))
-        found = dict(zip(jobs, pool.map(_estimated, jobs), strict=True))
+        found = dict(zip(jobs, pool.map(estimated, jobs), strict=True))
         for rods in RODS:
             print(f"| {_said(rods)} |", *(f"{found[rods, n, light]:.1f} |" for n in NAMES for light in (False, True)))
         print("| sensed | tip's rms error, mm | swing, mm | longest above 80 mm, s | stops |")
@@ -120,11 +115,6 @@ def measure() -> None:
                 f"{full.stops}, {told.stops}",
             ]
             print(f"| {name}, {_said(rods)} | " + " | ".join(cells) + " |", flush=True)
-
-
-def _estimated(job: tuple[int, str, bool]) -> float:
-    rods, name, light = job
-    return estimated(name, rods, light)
 
 
 def _said(rods: int) -> str:

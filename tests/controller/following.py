@@ -16,7 +16,7 @@ import numpy as np
 from controller.arrays import Rows
 from controller.build.statics import static_map
 from controller.schema.actuator import PRESETS, Actuator
-from controller.schema.modes import Cause, Mode, Request
+from controller.schema.modes import Cause, Law, Mode, Request
 from controller.schema.parameters import Integrator, RigParameters, TwinParameters
 from tests.controller.trial import Trial, true_tip
 
@@ -76,7 +76,8 @@ def came_of(course: Course, count: int, patient: bool = False) -> Came:
     `patient`: an arm that still swings after STILL is given as long again.
     """
     random, came, goal = np.random.default_rng(course.seed), Came([], []), np.array([0.0, 0.0])
-    trial = fresh(course)
+    rig, sensed = parameters(course), SENSED[course.sensed]
+    trial = fresh(rig, sensed)
     for _ in range(count):
         path = list(way(course, goal, random))
         goal = path[-1]
@@ -89,15 +90,15 @@ def came_of(course: Course, count: int, patient: bool = False) -> Came:
         stopped = np.flatnonzero(rows["mode"] != Mode.FOLLOW)
         if stopped.size:
             came.stops.append(f"{Cause(rows['cause'][stopped[0]]).name} at {where} mm")
-            trial = fresh(course)
+            trial = fresh(rig, sensed)
         elif (left := swing(rows)) > SWING and (not patient or (left := swing(trial.run(round(1000 * STILL)))) > SWING):
             came.swings.append(f"{1e3 * left:.0f} mm at {where} mm")
     return came
 
 
-def fresh(course: Course) -> Trial:
-    """Armed, and following the tip at rest."""
-    trial = Trial(parameters=parameters(course), sensed=SENSED[course.sensed])
+def fresh(rig: RigParameters, sensed: int, law: Law = Law.FF_PI) -> Trial:
+    """Armed, and following the tip at rest, by the sensors `sensed` (as bits)."""
+    trial = Trial(parameters=rig, sensed=sensed, law=law)
     trial.arm()
     x, y = trial.run(1)["p_ref"][-1]
     trial.ask(Request.FOLLOW, (float(x), float(y)), 200)

@@ -49,8 +49,8 @@ export function SensingPanel() {
         mm. Residual: from the measured marker to the observer
         {twin ? ". Estimate: from the observer to where the twin really is" : ""}
         {marked === ALL_RODS ? "" : `. ${markedText(marked)}`}
-        {gains === null ? "" : `. ${gains}`}
       </p>
+      {gains === null ? null : <p className="note">{gains}</p>}
       {twin ? <TwinFaultsPanel /> : null}
     </div>
   );
