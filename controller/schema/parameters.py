@@ -34,6 +34,9 @@ VelocityGain = Annotated[float, Bounds(ge=0.0, le=1.0)]
 OBSERVER_GAIN_MAX, OBSERVER_DAMPING_MAX = 500.0, 5.0
 """With every K_o [N/m] and B_o [N s/m] up to these the observer is stable, but for what RK4 with few or light rods
 cannot hold (`RigInfo.observer_gains_max`)."""
+OBSERVER_KAPPA = (1.0, 500.0)
+"""Bounds of the observer's kappa: of the table's inertia, and of a first mode at some 12 Hz."""
+ObserverKappa = Annotated[float, Bounds(ge=OBSERVER_KAPPA[0], le=OBSERVER_KAPPA[1])]
 ObserverGain = Annotated[float, Bounds(ge=0.0, le=OBSERVER_GAIN_MAX)]
 ObserverDamping = Annotated[float, Bounds(ge=0.0, le=OBSERVER_DAMPING_MAX)]
 Mismatch = Annotated[float, Bounds(ge=0.5, le=2.0)]
@@ -77,6 +80,9 @@ class ControllerParameters(Model):
     observer_beta: Annotated[float, Bounds(ge=0.0, le=1.0), Q("s", "beta_o")] = 0.05
     """Least damping over stiffness of the observer's hinges beyond the last sensed point (ours; paper: 0), where no
     virtual spring reaches (docs/observer.md). RK4 could not hold it and has none."""
+    observer_kappa: Annotated[ObserverKappa, Q("1", "kappa_o")] = 1.0
+    """Inertia of the actuator's table over that of the observer's body, as it was measured (ours; paper: 1): statics
+    and damping ratios stay, motions are kappa_o^(1/2) times as fast (docs/observer.md)."""
     omega_B: Annotated[float, Bounds(ge=0.0, le=1000.0), Q("rad/s", "omega_B")] = 100.0
     """Baumgarte frequency (ours; the paper gives none)."""
     zeta_B: Annotated[float, Bounds(ge=0.0, le=10.0), Q("1", "zeta_B")] = 1.0

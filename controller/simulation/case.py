@@ -25,9 +25,11 @@ BY_THE_LETTER: dict[str, Any] = {
     "feedback_lag": 0.0,
     "full_gains_from": 0.0,
     "observer_beta": 0.0,
+    "observer_kappa": 1.0,
     "integrator": Integrator.RK4,
 }
-"""What of ControllerParameters that changes: feedback that never fades, a held marker, undamped hinges, ode4."""
+"""What of ControllerParameters that changes: feedback that never fades, a held marker, undamped hinges, the table's
+inertia, ode4."""
 SENSED = {"rod6": 1 << 5, "rod10": 1 << 9, "rod6+10": 1 << 5 | 1 << 9}
 """Task 4's choices of sensors, as bits of `Settings.sensed`; all under FF+PI."""
 

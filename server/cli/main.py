@@ -22,7 +22,7 @@ from server.cli.tokens import app as token_app
 from server.cli.typed import RecordingsFolder, commands, refuse_given
 
 if TYPE_CHECKING:
-    from controller.schema.parameters import PlantKind, RigParameters
+    from controller.schema.parameters import ControllerParameters, PlantKind, RigParameters
     from server.supervise.ready import Addresses
 
 app = commands(no_args_is_help=True, pretty_exceptions_enable=False)
@@ -73,6 +73,10 @@ Stepping = Annotated[
     Literal["rk4", "implicit"], typer.Option(help="The observer's step; rk4, the paper's, takes 10 rods or so.")
 ]
 
+ObserverKappa = Annotated[
+    float,
+    typer.Option(help="Inertia of the actuator's table over the observer's, 1 to 500; as measured (docs observer)."),
+]
 LoopGap = Annotated[
     float | None,
     typer.Option(help="The rig holds after its loop stood still for so long [s], 0.05 or what the rig file says."),
@@ -108,6 +112,7 @@ def up(
     plant: PlantName = "rod",
     rods: Rods = 10,
     integrator: Stepping = "implicit",
+    observer_kappa: ObserverKappa = 1.0,
     loop_gap: LoopGap = None,
     host: Host = "127.0.0.1",
     port: Port = 8321,
@@ -145,7 +150,7 @@ def up(
     def parameters() -> "tuple[RigParameters, RigParameters | None]":
         if file is not None:
             return rig_parameters(file, loop_gap), None
-        found = _parameters(actuator or "P1", plant, rods, integrator, loop_gap)
+        found = _parameters(actuator or "P1", plant, _controller(rods, integrator, observer_kappa), loop_gap)
         return (found, None) if actuator else (with_last_actuator(found, settings), found)
 
     run_up(RigSettings(rig=name, log_format=log_format), parameters, settings, browser, ready)
@@ -199,6 +204,7 @@ def rig(
     plant: PlantName = "rod",
     rods: Rods = 10,
     integrator: Stepping = "implicit",
+    observer_kappa: ObserverKappa = 1.0,
     loop_gap: LoopGap = None,
     listen: Annotated[str, typer.Option(help="Where servers connect.")] = "tcp/127.0.0.1:7447",
     key_file: KeyFile = None,
@@ -215,7 +221,10 @@ def rig(
     _refuse_certificates(context, "--listen", listen)
     name, file = named_rig(rig)
     _refuse_beside_file(context, file)
-    parameters = rig_parameters(file, loop_gap) if file else _parameters(actuator, plant, rods, integrator, loop_gap)
+    if file is None:
+        parameters = _parameters(actuator, plant, _controller(rods, integrator, observer_kappa), loop_gap)
+    else:
+        parameters = rig_parameters(file, loop_gap)
     link = RigSettings(rig=name, listen=listen, key_file=key_file, link_tls=link_tls, ready=ready)
     run_rig(link.model_copy(update={"parameters": parameters}))
 
@@ -301,7 +310,7 @@ def _refuse_beside_file(context: typer.Context, file: Path | None) -> None:
     """What a twin is made of comes from options, and a real rig from its file alone."""
     if file is not None:
         why = f"{file} says which actuator is driven, and by which model; change it there"
-        refuse_given(context, why, "actuator", "plant", "rods", "integrator")
+        refuse_given(context, why, "actuator", "plant", "rods", "integrator", "observer_kappa")
 
 
 def _refuse_certificates(context: typer.Context, option: str, endpoint: str) -> None:
@@ -319,16 +328,22 @@ def _say_addresses(at: "Addresses") -> None:
     out.print(f"to operate: {at.operator}\nto look:    {at.viewer}", markup=False, soft_wrap=True)
 
 
+def _controller(rods: int, integrator: str, observer_kappa: float) -> "ControllerParameters":
+    """What options say of the observer."""
+    from controller.schema.modes import Integrator
+    from controller.schema.parameters import ControllerParameters
+
+    return ControllerParameters(rods=rods, integrator=Integrator[integrator.upper()], observer_kappa=observer_kappa)
+
+
 def _parameters(
-    actuator: str, plant: "PlantKind", rods: int, integrator: str, loop_gap: float | None
+    actuator: str, plant: "PlantKind", controller: "ControllerParameters", loop_gap: float | None
 ) -> "RigParameters":
     """Those of a rig, refused here rather than in the process that would run it."""
     from controller.schema.actuator import PRESETS, read_actuator
-    from controller.schema.modes import Integrator
-    from controller.schema.parameters import ControllerParameters, RigParameters, SafetyLimits, TwinParameters
+    from controller.schema.parameters import RigParameters, SafetyLimits, TwinParameters
     from controller.simulation.acceptance import require_built, require_running
 
-    controller = ControllerParameters(rods=rods, integrator=Integrator[integrator.upper()])
     limits = SafetyLimits() if loop_gap is None else SafetyLimits(loop_gap=loop_gap)
     twin = TwinParameters(plant=plant)
     parameters = RigParameters(actuator=read_actuator(actuator), controller=controller, limits=limits, twin=twin)

@@ -15,6 +15,7 @@ from pydantic import ValidationError
 
 from controller.errors import CommandRefused
 from controller.schema.actuator import Actuator, Tracking, parse_actuator, write_actuator
+from controller.schema.parameters import OBSERVER_KAPPA
 from server.commissioning import planning
 from server.commissioning.messages import Number, StepName
 from server.commissioning.motion import Run, Through
@@ -91,7 +92,7 @@ def mode_in(result: KeptResult | None) -> MeasuredMode | None:
 
 
 def with_mode(result: Found, mode: MeasuredMode, kappa: float) -> Found:
-    """`result` with the damping ratio that its actuator has now, and kappa, which an actuator's file does not hold."""
+    """`result` with the damping ratio that its actuator has now, and kappa, by which the observer's inertia goes."""
     frequency = mode.frequency
     spread = {name: kappa * (f / frequency.value) ** 2 for name, f in frequency.model_dump().items()}
     mode = mode.model_copy(update={"kappa": Interval(**spread)})
@@ -101,7 +102,13 @@ def with_mode(result: Found, mode: MeasuredMode, kappa: float) -> Found:
     ]
     text = f"{result.text}, damping ratio {mode.zeta.value:.3f}, kappa {kappa:.0f}" if result.good else result.text
     data = {**result.data, "mode": mode.model_dump(mode="json")}
-    return result._replace(text=text, numbers=(*result.numbers, *numbers), data=data)
+    changes = {**result.changes, "controller.observer_kappa": within(kappa)} if result.good else result.changes
+    return result._replace(text=text, numbers=(*result.numbers, *numbers), changes=changes, data=data)
+
+
+def within(kappa: float) -> float:
+    """As a rig file may have it: within a tenth, which is less than its interval, and within the bounds."""
+    return round(min(max(kappa, OBSERVER_KAPPA[0]), OBSERVER_KAPPA[1]), 1)
 
 
 def kept_mode(result: KeptResult, measured: datetime, plant: Plant) -> KeptMode | None:

@@ -17,8 +17,13 @@ def accepted_actuator(body: ActuatorBody, rig: RigParameters, in_force: Settings
     from controller.simulation.acceptance import require_running  # in the planner only
 
     actuator = wanted_actuator(body, rig)
-    require_running(rig.with_actuator(actuator), in_force)
+    require_running(with_other_actuator(rig, actuator), in_force)
     return actuator
+
+
+def with_other_actuator(rig: RigParameters, actuator: Actuator) -> RigParameters:
+    """The same rig with `actuator`, and with its table's inertia in the observer: what was measured is another's."""
+    return with_observer_kappa(rig.with_actuator(actuator), 1.0)
 
 
 def wanted_actuator(body: ActuatorBody, rig: RigParameters) -> Actuator:
@@ -49,6 +54,20 @@ def accepted_plant(plant: PlantKind, rig: RigParameters, in_force: Settings) -> 
     wanted = with_plant(rig, plant)
     require_running(wanted, in_force)
     return described(wanted)
+
+
+def with_observer_kappa(rig: RigParameters, kappa: float) -> RigParameters:
+    """The same rig with the inertia of its table over `kappa` in the observer."""
+    return rig.model_copy(update={"controller": rig.controller.model_copy(update={"observer_kappa": kappa})})
+
+
+def accepted_observer_kappa(kappa: float, rig: RigParameters, in_force: Settings) -> RigParameters:
+    """The rig with `kappa` in its observer; ParameterError unless it stood and moved here."""
+    from controller.simulation.acceptance import require_running  # in the planner only
+
+    wanted = with_observer_kappa(rig, kappa)
+    require_running(wanted, in_force)
+    return wanted
 
 
 def described(rig: RigParameters) -> str:

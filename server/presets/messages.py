@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field as Bounds
 
 from controller.schema.layout import Model
-from controller.schema.parameters import PlantKind, Settings
+from controller.schema.parameters import ObserverKappa, PlantKind, Settings
 from controller.spelled import spelled
 
 PresetName = Annotated[str, spelled(r"^[\w .+-]{1,60}$", "1 to 60 letters, digits, blanks and _ . + -")]
@@ -34,6 +34,13 @@ class PlantBody(Model):
 
     plant: PlantKind
     """What simulates the actuator: rigid rods, as in the model, or a Cosserat rod (docs/model.md)."""
+
+
+class ObserverKappaBody(Model):
+    """Body of PUT /api/rig/observer-kappa."""
+
+    kappa: ObserverKappa
+    """Inertia of the actuator's table over that of the observer's body; 1 is the paper's."""
 
 
 class ActuatorOutcome(Model):

@@ -39,9 +39,9 @@ def order_plant(path: Path | None, plant: PlantKind, permit: Permit) -> None:
     _write(path, {PLANT: PlantBody(plant=plant).model_dump_json()}, "--plant", permit)
 
 
-def order_rig(path: Path | None, wanted: RigParameters, permit: Permit) -> None:
+def order_rig(path: Path | None, wanted: RigParameters, permit: Permit, option: str = "--rig FILE") -> None:
     """Have the rig started with all of `wanted`, if `permit` stands; CommandRefused where nobody would do it."""
-    _write(path, {RIG: wanted.model_dump_json()}, "--rig FILE", permit)
+    _write(path, {RIG: wanted.model_dump_json()}, option, permit)
 
 
 def _write(path: Path | None, texts: dict[str, str], option: str, permit: Permit) -> None:

@@ -4,7 +4,7 @@ import logging
 from pathlib import Path
 
 from controller.realtime.supervisor import Started, Supervisor
-from server.presets.actuator import described, keep, with_plant
+from server.presets.actuator import described, keep, with_other_actuator, with_plant
 from server.presets.messages import ActuatorBody, ActuatorOutcome
 from server.presets.order_files import take_choice, take_order, take_plant, take_rig, tell_outcome
 
@@ -24,7 +24,7 @@ class Orders:
         if (actuator := take_order(self._path)) is not None:
             self._choice = take_choice(self._path)
             parameters = self._supervisor.settings.parameters
-            self._supervisor.replace(parameters.with_actuator(actuator))
+            self._supervisor.replace(with_other_actuator(parameters, actuator))
         if (plant := take_plant(self._path)) is not None:
             self._supervisor.replace(with_plant(self._supervisor.settings.parameters, plant))
         if (wanted := take_rig(self._path)) is not None:

@@ -12,10 +12,17 @@ from server.log.events import GivenEvents
 from server.operate.operator import GivenOperator
 from server.operate.settings import GivenKeptSettings
 from server.presets import order_files
-from server.presets.actuator import accepted_actuator, accepted_plant
+from server.presets.actuator import accepted_actuator, accepted_observer_kappa, accepted_plant, described
 from server.presets.change import GivenChange
 from server.presets.gains import GainPresets
-from server.presets.messages import ActuatorBody, ActuatorChoice, GainPreset, PlantBody, PresetName
+from server.presets.messages import (
+    ActuatorBody,
+    ActuatorChoice,
+    GainPreset,
+    ObserverKappaBody,
+    PlantBody,
+    PresetName,
+)
 from server.presets.outcomes import GivenOutcomes
 from server.rig.planner import GivenPlanner
 from server.settings import ServerSettings
@@ -85,6 +92,23 @@ async def change_plant(body: PlantBody, change: GivenChange, planner: GivenPlann
     change.require_rest()
     order_files.order_plant(change.settings.orders, body.plant, permit)
     change.ordered(name, name, permit)
+
+
+@router.put("/api/rig/observer-kappa", status_code=202)
+async def change_observer_kappa(
+    body: ObserverKappaBody, change: GivenChange, planner: GivenPlanner, permit: Permitted
+) -> None:
+    """Start the rig again with another inertia in its observer; refused as another actuator is.
+
+    409 beside a rig file, too, which has it as `controller.observer_kappa`.
+    """
+    info, in_force, file = change.rig.require_info(), change.operator.settings, change.settings.rig_file
+    if file is not None:
+        raise CommandRefused(f"{file.name} says what the observer's inertia is: change controller.observer_kappa there")
+    wanted = await planner.do(accepted_observer_kappa, body.kappa, info.parameters, in_force)
+    change.require_rest()
+    order_files.order_rig(change.settings.orders, wanted, permit, "--observer-kappa")
+    change.ordered(described(wanted), f"kappa = {body.kappa:g} in its observer", permit)
 
 
 def _presets(settings: ServerSettings) -> GainPresets:

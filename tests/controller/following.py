@@ -1,12 +1,12 @@
 """A target clicked and dragged anywhere, in reach or not, on plants of a family: what stops the rig, and what swings.
 
 `python -m tests.controller.following` makes 500 clicks and 500 drags of each actuator, with each choice of sensors, on
-each plant: 486,000 in all, some four and a half hours of a core; `... 100 "rod 3" tip` 100 of each with those sensors.
-What came so far is printed after each 50.
+each plant: 486,000 in all, some four and a half hours of a core; `... 100 "rod 3" tip` 100 of each with those sensors,
+`... --observer-kappa 40` with the plant's inertia in the observer. What came so far is printed after each 50.
 """
 
+import argparse
 import itertools
-import sys
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from typing import NamedTuple
@@ -17,7 +17,7 @@ from controller.arrays import Rows
 from controller.build.statics import static_map
 from controller.schema.actuator import PRESETS, Actuator
 from controller.schema.modes import Cause, Law, Mode, Request
-from controller.schema.parameters import Integrator, RigParameters, TwinParameters
+from controller.schema.parameters import ControllerParameters, Integrator, RigParameters, TwinParameters
 from tests.controller.trial import Trial, true_tip
 
 SENSED = {
@@ -51,6 +51,7 @@ class Course(NamedTuple):
     dead_time: float
     dragged: bool
     seed: int = 0
+    observer_kappa: float = 1.0
 
 
 class Came(NamedTuple):
@@ -67,7 +68,8 @@ def parameters(course: Course) -> RigParameters:
     twin = TwinParameters(
         zeta=course.zeta, dead_time=course.dead_time, seed=course.seed, integrator=Integrator.IMPLICIT
     )
-    return RigParameters(actuator=ACTUATORS[course.actuator], twin=twin)
+    controller = ControllerParameters(observer_kappa=course.observer_kappa)
+    return RigParameters(actuator=ACTUATORS[course.actuator], controller=controller, twin=twin)
 
 
 def came_of(course: Course, count: int, patient: bool = False) -> Came:
@@ -136,13 +138,14 @@ def _one(job: tuple[Course, int]) -> tuple[Course, Came]:
     return job[0], came_of(*job, patient=True)  # what dies out late is no limit cycle
 
 
-def measure(count: int, choices: list[str]) -> None:
+def measure(count: int, choices: list[str], observer_kappa: float) -> None:
     """`count` clicks and `count` drags of each actuator with each of the choices of sensors on each plant."""
     total = {pair: np.zeros(3, int) for pair in itertools.product(ACTUATORS, choices)}
     with ProcessPoolExecutor() as pool:
         for part in range(-(-count // PART)):
             each = min(PART, count - part * PART)
-            for course, came in pool.map(_one, ((course, each) for course in courses(part, choices))):
+            todo = (course._replace(observer_kappa=observer_kappa) for course in courses(part, choices))
+            for course, came in pool.map(_one, ((course, each) for course in todo)):
                 total[course.actuator, course.sensed] += (each, len(came.stops), len(came.swings))
                 if came.stops or came.swings:
                     print(course, *came.stops, *came.swings, flush=True)
@@ -159,4 +162,8 @@ def courses(part: int, choices: list[str]) -> Iterator[Course]:
 
 
 if __name__ == "__main__":
-    measure(int(sys.argv[1]) if len(sys.argv) > 1 else 500, sys.argv[2:] or list(SENSED))
+    parser = argparse.ArgumentParser()
+    parser.add_argument("count", type=int, nargs="?", default=500)
+    parser.add_argument("choices", nargs="*", default=list(SENSED))
+    parser.add_argument("--observer-kappa", type=float, default=1.0)
+    measure(**vars(parser.parse_args()))

@@ -10,6 +10,7 @@ import pytest
 from controller.build.rig import build_rig
 from controller.build.rod import build_rod
 from controller.build.stability import natural_modes
+from controller.build.statics import build_statics, observer_model
 from controller.build.twin import build_twin
 from controller.errors import ParameterError
 from controller.kernels.model.rod import make_load
@@ -21,6 +22,7 @@ from controller.schema.modes import Request
 from controller.schema.parameters import ControllerParameters, RigParameters
 from controller.simulation.simulate import simulate
 from tests.controller.chains import advance, posed
+from tests.controller.statically import static_angles
 
 LOADED = {"tip_load": 0.02, "gravity": (0.4, -0.1), "rest_curvature": (6.0, 2.0), "mass_profile": (2.0, 1.0)}
 OWN = """
@@ -127,6 +129,21 @@ def test_a_tip_load_lowers_the_first_frequency_as_beam_theory_says() -> None:
     model = build_rod(changed(tip_load=M), rods)._replace(k=k, b=np.zeros(rods), alpha=0.0)
     omega = np.abs(natural_modes(model, np.zeros(rods))).min()
     assert omega == pytest.approx(math.sqrt(3 * EI / (L**3 * (M + 33 / 140 * m))), rel=2e-3)
+
+
+@pytest.mark.parametrize("kappa", [1.0, 40.0, 500.0])
+def test_less_inertia_makes_every_mode_faster_and_leaves_damping_ratios_and_statics(kappa: float) -> None:
+    """Under gravity, with a tip load and damping of both kinds: eigenvalues grow by kappa^(1/2), angle and all."""
+    actuator = changed(**LOADED, alpha=2.0)
+    slow = observer_model(actuator, ControllerParameters())
+    fast = observer_model(actuator, ControllerParameters(observer_kappa=kappa))
+    u = np.array([0.02, -0.03])
+    here = np.array(static_angles(build_statics(slow, actuator.u_max), *u))
+    assert static_angles(build_statics(fast, actuator.u_max), *u) == pytest.approx(here, abs=1e-10)
+    assert (fast.rest, fast.compliance) == (pytest.approx(slow.rest), pytest.approx(slow.compliance))
+    assert natural_modes(fast, here) == pytest.approx(math.sqrt(kappa) * natural_modes(slow, here), rel=1e-6)
+    if kappa == 1.0:  # the paper's, to the bit
+        assert all(np.array_equal(getattr(fast, name), getattr(slow, name)) for name in ("m", "I", "g", "b", "alpha"))
 
 
 def test_mass_follows_its_profile() -> None:

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from controller.schema.actuator import PRESETS
-from controller.schema.modes import Mode, Request
-from tests.controller.following import Came, Course, came_of
+from controller.schema.modes import Law, Mode, Request
+from controller.schema.parameters import SENSORS, TwinParameters
+from tests.controller.few_markers import dragged
+from tests.controller.following import Came, Course, came_of, parameters
 from tests.controller.trial import Trial, distance, true_tip, twin_with
 
 CORNERS = ((0.1, 0.07), (0.352, 0.05), (0.5, 0.04))
@@ -46,6 +48,15 @@ def test_at_an_edge_of_the_torques_the_estimate_does_not_drive_itself(
 def test_a_tip_that_is_hardly_told_of_is_hardly_corrected(name: str, sensed: str) -> None:
     """The model's own swing, fed back in full, drove the arm to and fro, and TRACKING_RMS stopped it."""
     assert came_of(Course(name, sensed, 0.5, 0.04, True, 78), 50) == Came([], [])
+
+
+@pytest.mark.parametrize(("rods", "better"), [(3, 2.0), (6, 1.5), (SENSORS, 1.8)])
+def test_with_the_plants_inertia_the_estimate_is_far_better(rods: int, better: float) -> None:
+    """P2 dragged about under FF; half of its kappa, or the 1.4 of it that a measurement finds, are as good as it."""
+    course, kappa = Course("P2", "tip", 0.352, 0.05, dragged=True, seed=5), TwinParameters().kappa
+    told = [course._replace(observer_kappa=one) for one in (1.0, 0.5 * kappa, 1.4 * kappa)]
+    table, *near = (dragged(parameters(one), one, 1 << rods >> 1, Law.FF, 3).estimate ** 0.5 for one in told)
+    assert max(near) < table / better
 
 
 @pytest.mark.parametrize("name", PRESETS)

@@ -22,6 +22,8 @@ def test_the_letter_has_no_fading_no_marker_carried_on_no_damping_of_ours_and_th
     zero = {"weak_ratio", "weak_ratio_live", "feedback_lag", "full_gains_from", "observer_beta"}
     assert changed == zero | {"carry_on", "integrator"}
     assert letter.integrator is Integrator.RK4 and not letter.carry_on
+    faster = Setup(controller=ControllerParameters(observer_kappa=40.0))
+    assert parameters_of(Case("vu", law="paper"), faster).controller.observer_kappa == 1.0
     assert {getattr(letter, name) for name in zero} == {0.0}
     assert settings_of(Case("vu", law="paper"), setup.gains) == settings_of(Case("vu"), setup.gains)
 

@@ -174,6 +174,7 @@ def _is_right(rig: Commissioner, true: RigFile) -> None:
     assert frequency["value"] == pytest.approx(_first_mode(true, small), rel=0.1)
     assert 0.8 * true.twin.zeta < zeta["value"] < 1.5 * true.twin.zeta  # docs/observer.md: a quarter too large at times
     assert kappa["value"] == pytest.approx(true.twin.kappa * small * soft / k, rel=0.2)
+    assert found.observer_kappa == pytest.approx(kappa["value"], abs=0.06)
     actuator = file.found_actuator(rig.virtual.path.parent)
     model = build_rod(actuator, actuator.table_rods)
     modes = natural_modes(model, model.rest)

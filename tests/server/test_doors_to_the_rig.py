@@ -43,7 +43,7 @@ DOORS = {
     "operate/watch.py": ["hold_left"],
     "presets/first_mode/measurement.py": ["ask", "hold_left", "request"],
     "presets/first_mode/routes.py": ["present"],
-    "presets/routes.py": ["order", "order_plant"],
+    "presets/routes.py": ["order", "order_plant", "order_rig"],
     "rig/client.py": ["command", "faults", "faults", "plan", "stop"],
     "rig/twin_routes.py": ["inject"],
     "runs/macros/acts.py": ["ask"],

@@ -17,9 +17,9 @@ from controller.schema.modes import Mode
 from controller.schema.parameters import RigParameters
 from server.access.permit import Permit
 from server.log.events import EventLog
-from server.presets.actuator import keep, kept_file
+from server.presets.actuator import keep, kept_file, with_observer_kappa, with_other_actuator
 from server.presets.messages import ActuatorBody, ActuatorOutcome
-from server.presets.order_files import order_plant, take_choice, take_order, take_plant, tell_outcome
+from server.presets.order_files import order_plant, take_choice, take_order, take_plant, take_rig, tell_outcome
 from server.presets.orders import Orders
 from server.presets.outcomes import OutcomeWatch
 from server.settings import ServerSettings
@@ -229,6 +229,31 @@ def test_another_plant_is_ordered_from_rest_only_and_refused_where_the_rig_is_no
     assert take_plant(orders) is None
     assert operator.put("/api/rig/plant", json={"plant": "cosserat"}).status_code == 202
     assert (take_plant(orders), take_plant(orders), take_order(orders)) == ("cosserat", None, None)
+
+
+def test_another_inertia_of_the_observer_is_ordered_from_rest_and_with_another_actuator_it_is_the_tables(
+    server: TestServer, tmp_path: Path
+) -> None:
+    operator, viewer = server.operator(), server.page().sign_in()
+    given, orders = {"kappa": 41.5}, tmp_path / "actuator.json"
+    server.services.settings.orders = None
+    refused = operator.put("/api/rig/observer-kappa", json=given)
+    assert (refused.status_code, "--observer-kappa where it runs" in refused.text) == (409, True)
+    server.services.settings.orders = orders
+    assert viewer.put("/api/rig/observer-kappa", json=given).status_code == 403
+    below = operator.put("/api/rig/observer-kappa", json={"kappa": 0.9})
+    [fault] = below.json()["detail"]
+    assert (below.status_code, fault["loc"], fault["input"], fault["ctx"]) == (422, ["body", "kappa"], 0.9, {"ge": 1.0})
+    server.services.settings.rig_file = tmp_path / "arm.toml"
+    beside = operator.put("/api/rig/observer-kappa", json=given)
+    assert (beside.status_code, "arm.toml" in beside.text) == (409, True)
+    server.services.settings.rig_file = None
+    assert operator.put("/api/rig/observer-kappa", json=given).status_code == 202
+    wanted = take_rig(orders)
+    assert wanted is not None and wanted.controller.observer_kappa == 41.5
+    assert with_observer_kappa(wanted, 1.0) == server.services.rig.require_info().parameters
+    other = with_other_actuator(wanted, PRESETS["P2"])
+    assert (other.actuator, other.controller.observer_kappa) == (PRESETS["P2"], 1.0)
 
 
 def test_an_order_for_a_plant_leaves_the_actuator_and_is_told_by_both_names(tmp_path: Path) -> None:

@@ -57,6 +57,7 @@ NEEDS = {
     ("DELETE", "/api/gains/{name}"): LEASE,
     ("PUT", "/api/rig/actuator"): LEASE,
     ("PUT", "/api/rig/plant"): LEASE,
+    ("PUT", "/api/rig/observer-kappa"): LEASE,
     ("POST", "/api/first-mode/measure"): LEASE,
     ("POST", "/api/first-mode/stop"): LEASE,
     ("PUT", "/api/rig-file"): LEASE,

@@ -1322,6 +1322,28 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/rig/observer-kappa": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    /**
+     * Change Observer Kappa
+     * @description Start the rig again with another inertia in its observer; refused as another actuator is.
+     *
+     *     409 beside a rig file, too, which has it as `controller.observer_kappa`.
+     */
+    put: operations["change_observer_kappa"];
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/first-mode": {
     parameters: {
       query?: never;
@@ -2366,6 +2388,13 @@ export interface components {
        */
       observer_beta: number;
       /**
+       * Observer Kappa
+       * @description Inertia of the actuator's table over that of the observer's body, as it was measured (ours; paper: 1): statics
+       *     and damping ratios stay, motions are kappa_o^(1/2) times as fast (docs/observer.md).
+       * @default 1
+       */
+      observer_kappa: number;
+      /**
        * Omega B
        * @description Baumgarte frequency (ours; the paper gives none).
        * @default 100
@@ -3013,6 +3042,11 @@ export interface components {
       kappa: components["schemas"]["PlantNumber"];
       /** @description The last measurement of this actuator on this plant; null before the first. */
       mode: components["schemas"]["MeasuredMode"] | null;
+      /**
+       * Observer Kappa
+       * @description With which kappa the observer's own body moves, `controller.observer_kappa`; 1 is the actuator's table.
+       */
+      observer_kappa: number;
     };
     /**
      * FirstModeState
@@ -3824,6 +3858,17 @@ export interface components {
        * @default true
        */
       kept: boolean;
+    };
+    /**
+     * ObserverKappaBody
+     * @description Body of PUT /api/rig/observer-kappa.
+     */
+    ObserverKappaBody: {
+      /**
+       * Kappa
+       * @description Inertia of the actuator's table over that of the observer's body; 1 is the paper's.
+       */
+      kappa: number;
     };
     /**
      * People
@@ -4865,6 +4910,7 @@ export interface components {
        *       "rods": 10,
        *       "integrator": 1,
        *       "observer_beta": 0.05,
+       *       "observer_kappa": 1,
        *       "omega_B": 100,
        *       "zeta_B": 1,
        *       "epsilon": 1e-8,
@@ -5139,6 +5185,7 @@ export interface components {
        *       "rods": 10,
        *       "integrator": 1,
        *       "observer_beta": 0.05,
+       *       "observer_kappa": 1,
        *       "omega_B": 100,
        *       "zeta_B": 1,
        *       "epsilon": 1e-8,
@@ -9655,6 +9702,43 @@ export interface operations {
     requestBody: {
       content: {
         "application/json": components["schemas"]["PlantBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      202: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": unknown;
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  change_observer_kappa: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["ObserverKappaBody"];
       };
     };
     responses: {

@@ -9,6 +9,7 @@ import { Facts } from "../ui/Facts";
 import { millimetres } from "../ui/format";
 import { useService } from "../ui/services";
 import { firstMode, modeFacts, progressText, REPEATS, TRAVEL, type FirstModeInForce } from "./firstMode";
+import { ObserverKappa } from "./ObserverKappa";
 
 /** Damping ratio and kappa, on which the loop's margins rest: measured or assumed, and measured by a button. */
 export function FirstMode() {
@@ -23,7 +24,12 @@ export function FirstMode() {
       <p className="note" role="status" data-testid="first-mode-status">
         {progress === "" ? MEANING : progress}
       </p>
-      {known ? <Facts facts={modeFacts(known)} testId="first-mode-facts" /> : null}
+      {known ? (
+        <>
+          <Facts facts={modeFacts(known)} testId="first-mode-facts" />
+          <ObserverKappa known={known} />
+        </>
+      ) : null}
     </section>
   );
 }

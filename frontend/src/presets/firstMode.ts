@@ -28,10 +28,11 @@ export function numberText(number: PlantNumber, digits: number): string {
 }
 
 /** What stability rests on: names with their values. */
-export function modeFacts({ zeta, kappa, mode }: FirstModeInForce): [string, string][] {
+export function modeFacts({ zeta, kappa, mode, observer_kappa }: FirstModeInForce): [string, string][] {
   const facts: [string, string][] = [
     ["Damping ratio", numberText(zeta, 2)],
     ["Stiffness factor κ", numberText(kappa, 1)],
+    ["Observer's κ", observer_kappa === 1 ? "1, the actuator's table" : plain(observer_kappa, 1)],
   ];
   if (mode) {
     const { frequency, friction, misfit } = mode;
@@ -39,6 +40,17 @@ export function modeFacts({ zeta, kappa, mode }: FirstModeInForce): [string, str
     facts.push(["First mode", `${hertz(frequency.value)}, ${rest}`]);
   }
   return facts;
+}
+
+/** A measurement this much nearer or farther tells nothing new: half or twice the true one is as good. */
+const NEAR = 1.3;
+
+/** The kappa that the observer could have instead: the measured one, or the table's again; null where it has that. */
+export function kappaToOffer({ mode, observer_kappa: now }: FirstModeInForce): number | null {
+  const measured = mode === null ? 1 : Math.max(1, mode.kappa.value);
+  const apart = Math.max(now / measured, measured / now);
+  if (apart > NEAR) return measured;
+  return now === 1 ? null : 1;
 }
 
 /** How the measurement goes, or how the last one ended; "" where there is nothing to say. */

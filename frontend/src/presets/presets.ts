@@ -15,5 +15,6 @@ export const presets = {
   remove: (name: string) => told(api.DELETE("/api/gains/{name}", named(name))),
   actuators: () => told(api.GET("/api/rig/actuator")),
   plant: (plant: Plant) => api.PUT("/api/rig/plant", { body: { plant } }),
+  observerKappa: (kappa: number) => api.PUT("/api/rig/observer-kappa", { body: { kappa } }),
   change: (body: ActuatorBody) => api.PUT("/api/rig/actuator", { body }),
 };

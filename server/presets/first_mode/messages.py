@@ -84,6 +84,8 @@ class FirstModeInForce(Model):
     kappa: PlantNumber
     mode: MeasuredMode | None
     """The last measurement of this actuator on this plant; null before the first."""
+    observer_kappa: float
+    """With which kappa the observer's own body moves, `controller.observer_kappa`; 1 is the actuator's table."""
 
 
 class FirstModeState(Model):
@@ -108,7 +110,12 @@ def in_force(parameters: RigParameters, kept: KeptMode | None) -> FirstModeInFor
         name: assumed(getattr(parameters.twin, name)) if kept is None else measured(getattr(kept.mode, name), kept)
         for name in ("zeta", "kappa")
     }
-    return FirstModeInForce(actuator=parameters.actuator.name, mode=kept.mode if kept else None, **numbers)
+    return FirstModeInForce(
+        actuator=parameters.actuator.name,
+        mode=kept.mode if kept else None,
+        observer_kappa=parameters.controller.observer_kappa,
+        **numbers,
+    )
 
 
 def assumed(value: float) -> PlantNumber:
