@@ -70,12 +70,12 @@ types-page: frontend/node_modules/installed
 # What keeps time or kills processes runs apart from what takes all cores, no more at a time than there are cores: with
 # three on two, a rig, its devices and its server were each kept waiting for longer than their limits. The campaign runs
 # alone.
-CAMPAIGN := tests/server/test_campaign.py
-ALONE := $(patsubst %,tests/controller/test_%.py,clock link link_guarded link_strangers loop pool rig ring standstill supervisor) \
-	$(patsubst %,tests/server/test_%.py,chain commissioning_whole killed_rig live load logs runs shutdown) \
-	$(patsubst %,tests/server/test_%.py,trouble two_machines up virtual_rig viser) \
-	$(patsubst %,tests/recordings/test_%.py,killed power_cut recorder) tests/docs/test_served.py \
-	$(patsubst %,tests/firmware/test_serial_%.py,board line) tests/controller/drivers/test_conformance.py
+CAMPAIGN := tests/server/campaign/test_campaign.py
+ALONE := $(addprefix tests/controller/,link realtime drivers/conformance/test_conformance.py research/experiments/test_pool.py) \
+	$(addprefix tests/server/,hardware live supervise app/test_trouble.py commissioning/test_commissioning_whole.py) \
+	$(addprefix tests/server/,log/test_logs.py recorder/test_killed_rig.py runs/test_runs.py scene/test_viser.py) \
+	$(patsubst %,tests/recordings/write/test_%.py,killed power_cut recorder) tests/docs/test_served.py \
+	$(patsubst %,tests/firmware/test_serial_%.py,board line)
 test-python: setup
 	$(BIN)/python -m pytest tests --ignore tests/e2e $(ALONE:%=--ignore %) --ignore $(CAMPAIGN) -n auto --dist loadfile -m "not long"
 	$(BIN)/python -m pytest $(ALONE) -n 2 --dist loadfile -m "not long"

@@ -6,13 +6,29 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 FILES_MAX, LINES_MAX = 16, 400
+TEST_FILES_MAX = 22
+"""Of a folder of tests: what several of its rooms share lies beside them."""
 
 
 @pytest.mark.parametrize("package", ["controller", "recordings", "server"])
 def test_no_folder_and_no_file_is_crowded(package: str) -> None:
     files = list((ROOT / package).rglob("*.py"))
     folders = {path.parent for path in files}
-    crowded = {str(one): count for one in folders if (count := len(list(one.glob("*.py")))) > FILES_MAX}
-    assert crowded == {}
+    assert crowded(folders, FILES_MAX) == {}
     long = {str(path): count for path in files if (count := len(path.read_text().splitlines())) > LINES_MAX}
     assert long == {}
+
+
+def test_no_folder_of_tests_is_crowded() -> None:
+    assert crowded({path.parent for path in (ROOT / "tests").rglob("*.py")}, TEST_FILES_MAX) == {}
+
+
+@pytest.mark.parametrize("package", ["controller", "recordings", "server"])
+def test_the_tests_of_a_room_lie_in_a_room_of_its_name(package: str) -> None:
+    rooms = {path.parent.relative_to(ROOT / "tests") for path in (ROOT / "tests" / package).rglob("test_*.py")}
+    assert [str(room) for room in rooms if not (ROOT / room).is_dir()] == []
+
+
+def crowded(folders: set[Path], most: int) -> dict[str, int]:
+    """Those of `folders` that have more Python files than `most`."""
+    return {str(one): count for one in folders if (count := len(list(one.glob("*.py")))) > most}

@@ -20,8 +20,8 @@ from playwright.sync_api import Browser, BrowserContext, CDPSession, Page, Respo
 from server.plots.messages import CHANNELS_MAX
 from server.rig.channels import CHANNELS
 from server.supervise.browser import launch_chromium
-from tests.e2e.drawing import LOOP_MM, draw, fact
 from tests.e2e.product import Product, open_page, wait_until
+from tests.e2e.strokes import LOOP_MM, draw, fact
 
 VIEWPORT = {"width": 1280, "height": 720}
 BARS = {

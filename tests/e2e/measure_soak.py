@@ -24,9 +24,9 @@ import numpy as np
 from playwright.sync_api import Page, expect
 
 from server.supervise.browser import launch_chromium
+from tests.e2e.drawing.test_drawing import draw
+from tests.e2e.operate.test_operate import PATH_MM, drag
 from tests.e2e.product import Product, open_page, wait_until
-from tests.e2e.test_drawing import draw
-from tests.e2e.test_operate import PATH_MM, drag
 
 EVERY, SETTLE = 10.0, 5.0
 BARS = {"rss_growth_percent": 3.0, "fd_growth": 0}

@@ -1,0 +1,362 @@
+import re
+import threading
+import time
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+import pytest
+from pydantic import Field as Bounds
+
+from controller.drivers.conformance import Row, check_driver
+from controller.drivers.conformance.bench import RADIUS, Driven
+from controller.drivers.conformance.suite import CAPTURE, FIRST, LAST, VALVES
+from controller.drivers.device import CaptureDevice, DeviceError, Outlet, Reading, Sample, ValveDevice
+from controller.errors import ParameterError
+from controller.schema.hardware import CHANNELS
+from controller.schema.layout import Model
+from controller.virtual.bench import Chambers, PeerBench
+from controller.virtual.firmware import compiler
+from controller.virtual.peers import Drive
+from controller.virtual.registry import CAPTURE_PEERS, VALVE_PEERS
+
+PATIENCE = 0.2
+
+
+class BenchInMemory:
+    """Chambers without a wire: a board that obeys at once, and vents by its own watchdog."""
+
+    def __init__(self) -> None:
+        self.chambers = Chambers()
+        self.up = self.speaks = True
+        self.heard = 0.0
+        self.options: dict[str, str | int] = {}
+
+    def plug(self) -> None:
+        self.up = self.speaks = True
+
+    def unplug(self) -> None:
+        self.up = False
+
+    def silence(self) -> None:
+        self.speaks = False
+
+    def driven(self) -> Driven:
+        if time.monotonic() - self.heard > PATIENCE:
+            self.tell(np.zeros(CHANNELS), vent=True)
+        return self.chambers.drive
+
+    def tell(self, pressures: Any, vent: bool, cut: bool = False) -> None:
+        self.chambers.take(Drive(pressures, np.zeros(CHANNELS), False, vent, cut))
+
+
+class GoodOptions(Model):
+    port: Annotated[int, Bounds(ge=1, le=65535)] = 4000
+    gain: Annotated[float, Bounds(gt=0.0, le=2.0)] = 1.0
+
+
+class Good(ValveDevice[GoodOptions]):
+    """Keeps to everything; the bad ones below change one thing each."""
+
+    Options: Any = GoodOptions
+    period = 0.005
+    bench: ClassVar[BenchInMemory]
+
+    def __init__(self, options: GoodOptions, chambers: tuple[int, ...], raw: bool) -> None:
+        super().__init__(options, chambers, raw)
+        self._open, self._closed = False, threading.Event()
+
+    @property
+    def name(self) -> str:
+        return "memory"
+
+    def open(self) -> None:
+        if not self.bench.up:
+            raise DeviceError("unplugged")
+        self._open = True
+        self._closed.clear()
+
+    def close(self) -> None:
+        self._open = False
+        self._closed.set()
+
+    def exchange(self, outlet: Outlet, timeout: float) -> Reading | None:
+        if not (self._open and self.bench.up):
+            raise DeviceError("unplugged")
+        if not self.bench.speaks:
+            if self._closed.wait(timeout):
+                raise DeviceError("closed")
+            return None
+        self.send(outlet)
+        return self.reading()
+
+    def send(self, outlet: Outlet) -> None:
+        self.bench.heard = time.monotonic()
+        vent = outlet.vent or outlet.cut or not bool(np.isfinite(outlet.pressures).all())
+        wanted = np.zeros(CHANNELS)
+        wanted[list(self.chambers)] = 0.0 if vent else np.clip(outlet.pressures, 0.0, 300e3)
+        self.bench.tell(wanted, vent, outlet.cut)
+
+    def reading(self) -> Reading:
+        return Reading(time.monotonic_ns(), self.bench.chambers.pressures()[list(self.chambers)])
+
+
+class BlocksForever(Good):
+    def exchange(self, outlet: Outlet, timeout: float) -> Reading | None:
+        if not self.bench.up:
+            threading.Event().wait()
+        return super().exchange(outlet, timeout)
+
+
+class TakesItsTime(Good):
+    def exchange(self, outlet: Outlet, timeout: float) -> Reading | None:
+        time.sleep(timeout + 0.2)
+        return super().exchange(outlet, timeout)
+
+
+class SeesTheFuture(Good):
+    def reading(self) -> Reading:
+        return super().reading()._replace(t_ns=time.monotonic_ns() + 1_000_000_000)
+
+
+class StampsByTheWall(Good):
+    def reading(self) -> Reading:
+        return super().reading()._replace(t_ns=time.time_ns())
+
+
+class ShowsThePast(Good):
+    first: ClassVar[int] = 0
+
+    def reading(self) -> Reading:
+        type(self).first = self.first or time.monotonic_ns()
+        return super().reading()._replace(t_ns=self.first)
+
+
+class SpeaksPsi(Good):
+    def reading(self) -> Reading:
+        found = super().reading()
+        return found._replace(pressures=found.pressures / 6894.757)
+
+
+class ForgetsTheChambers(Good):
+    def reading(self) -> Reading:
+        return super().reading()._replace(pressures=self.bench.chambers.pressures()[:4])
+
+
+class SaysInfinity(Good):
+    def reading(self) -> Reading:
+        return super().reading()._replace(pressures=np.array([np.inf, 0.0, 0.0, 0.0]))
+
+
+class RaisesValueError(Good):
+    def exchange(self, outlet: Outlet, timeout: float) -> Reading | None:
+        if not self.bench.up:
+            raise ValueError("invalid literal for int()")
+        return super().exchange(outlet, timeout)
+
+
+class NeverVents(Good):
+    def send(self, outlet: Outlet) -> None:
+        super().send(outlet._replace(vent=False, cut=False))
+
+
+class SendsAnything(Good):
+    def send(self, outlet: Outlet) -> None:
+        super().send(outlet)
+        wanted = np.zeros(CHANNELS)
+        wanted[list(self.chambers)] = 0.0 if outlet.vent else outlet.pressures
+        self.bench.tell(wanted, outlet.vent)
+
+
+class LeaksAThread(Good):
+    def open(self) -> None:
+        super().open()
+        threading.Thread(target=threading.Event().wait, args=(8.0,), name="leak", daemon=True).start()
+
+
+class OpensOnlyOnce(Good):
+    opened = False
+
+    def open(self) -> None:
+        if self.opened:
+            raise DeviceError("address in use")
+        self.opened = True
+        super().open()
+
+
+class WaitsOnWhenClosed(Good):
+    def exchange(self, outlet: Outlet, timeout: float) -> Reading | None:
+        if not self.bench.speaks:
+            time.sleep(timeout)
+            return None
+        return super().exchange(outlet, timeout)
+
+
+class WaitsOnBehindALateFrame(WaitsOnWhenClosed):
+    late = True
+
+    def exchange(self, outlet: Outlet, timeout: float) -> Reading | None:
+        if not self.bench.speaks and self.late:
+            self.late = False
+            return self.reading()
+        return super().exchange(outlet, timeout)
+
+
+class LooseOptions(Model):
+    port: int = 4000
+
+
+class HasNoBounds(Good):
+    Options: Any = LooseOptions
+
+
+BAD: list[tuple[type[Good], str, str]] = [
+    (BlocksForever, "survives a loss", "exchange did not return within"),
+    (TakesItsTime, "keeps to its time", r"exchange took 0\.\d+ s at a timeout of 0.1 s"),
+    (SeesTheFuture, "frames are fresh", "in the future of our monotonic clock"),
+    (StampsByTheWall, "frames are fresh", "in the future of our monotonic clock"),
+    (ShowsThePast, "frames are fresh", "only 1 have a time of their own"),
+    (SpeaksPsi, "follows setpoints in pascal", "other units, or other chambers"),
+    (ForgetsTheChambers, "follows setpoints in pascal", "other units, or other chambers"),
+    (SaysInfinity, "frames are well formed", "a pressure is infinite"),
+    (RaisesValueError, "survives a loss", "raised ValueError: invalid literal"),
+    (NeverVents, "vents when told", "a vented command is not obeyed within 0.5 s"),
+    (SendsAnything, "sends nothing impossible", "a command of nan leaves as it is"),
+    (LeaksAThread, "opens and closes twice", "it leaves a thread behind: leak, leak"),
+    (OpensOnlyOnce, "opens and closes twice", "raised DeviceError: address in use"),
+    (WaitsOnWhenClosed, "ends when closed", "a call that waits is not ended by close"),
+    (WaitsOnBehindALateFrame, "ends when closed", "a call that waits is not ended by close"),
+    (HasNoBounds, "options have bounds", "options.port has no minimum"),
+]
+
+
+@pytest.fixture
+def bench() -> BenchInMemory:
+    Good.bench = BenchInMemory()
+    return Good.bench
+
+
+@pytest.fixture(autouse=True)
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is in memory answers at once: a hundred milliseconds tell what three seconds do."""
+    monkeypatch.setattr("controller.drivers.conformance.valves.SETTLE", 0.4)
+    monkeypatch.setattr("controller.drivers.conformance.trial.HANGS", 0.3)
+    monkeypatch.setattr("controller.drivers.conformance.frames.SPAN", 0.2)
+
+
+def failed(rows: list[Row]) -> list[Row]:
+    return [row for row in rows if row.passed is not True]
+
+
+def test_a_good_driver_passes_every_check(bench: BenchInMemory) -> None:
+    rows = check_driver(Good, {}, bench)
+    assert failed(rows) == []
+    assert [row.check for row in rows] == [*FIRST, *VALVES, *LAST]
+
+
+@pytest.mark.parametrize(("kind", "check", "text"), BAD, ids=[kind.__name__ for kind, *_ in BAD])
+def test_each_bad_driver_fails_the_check_that_is_meant_for_it(
+    bench: BenchInMemory, kind: type[Good], check: str, text: str
+) -> None:
+    (row,) = check_driver(kind, {}, bench, only=[check])
+    assert row.passed is False
+    assert re.search(text, row.detail), row.detail
+
+
+def test_a_device_that_goes_on_without_its_host_fails(bench: BenchInMemory, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tests.controller.drivers.conformance.test_conformance.PATIENCE", 60.0)
+    monkeypatch.setattr("controller.drivers.conformance.valves.LOST_LIMIT", 0.4)
+    (row,) = check_driver(Good, {}, bench, only=["vents when the host dies"])
+    assert row.passed is False and "the valves go on for more than 0.4 s" in row.detail
+
+
+def test_without_a_bench_nothing_is_commanded_and_the_rows_say_so(bench: BenchInMemory) -> None:
+    told: list[Drive] = []
+    bench.chambers.take = lambda drive: told.append(drive)  # type: ignore[method-assign]
+    rows = {row.check: row for row in check_driver(Good)}
+    assert (
+        rows["follows setpoints in pascal"].passed is None and "--drive" in rows["follows setpoints in pascal"].detail
+    )
+    assert rows["survives a loss"].passed is None
+    assert not any(row.passed is False for row in rows.values())
+    assert told and all(drive.vent for drive in told)
+
+
+class Camera(CaptureDevice[GoodOptions]):
+    """Sees one marker that goes round."""
+
+    Options = GoodOptions
+    bench: ClassVar[BenchInMemory]
+    scale, hole, labels = 1.0, False, ("tip",)
+
+    @property
+    def name(self) -> str:
+        return "camera"
+
+    def open(self) -> None:
+        if not self.bench.up:
+            raise DeviceError("unplugged")
+
+    def close(self) -> None:
+        pass
+
+    def read(self, timeout: float) -> Sample | None:
+        time.sleep(0.001)
+        if not (self.bench.up and self.bench.speaks):
+            return None
+        point = np.array([[0.0, RADIUS * self.scale, np.nan if self.hole else 0.0]])
+        return Sample(time.monotonic_ns(), point, self.labels)
+
+
+class InMillimetres(Camera):
+    scale = 1000.0
+
+
+class InFeet(Camera):
+    scale = 3.28
+
+
+class PartlySeen(Camera):
+    hole = True
+
+
+class NamesTooMany(Camera):
+    labels = ("tip", "mid")
+
+
+@pytest.mark.parametrize(
+    ("kind", "text"),
+    [
+        (InMillimetres, "are these metres|more than 100 m away"),
+        (InFeet, "are these metres"),
+        (PartlySeen, "neither wholly numbers nor wholly nan"),
+        (NamesTooMany, "2 labels for 1 points"),
+    ],
+)
+def test_each_bad_camera_fails(bench: BenchInMemory, kind: type[Camera], text: str) -> None:
+    Camera.bench = bench
+    rows = failed(check_driver(kind, {}, bench, only=["shows metres", "frames are well formed"]))
+    assert rows and any(re.search(text, row.detail) for row in rows)
+
+
+def test_a_good_camera_passes_every_check(bench: BenchInMemory) -> None:
+    Camera.bench = bench
+    rows = check_driver(Camera, {}, bench)
+    assert failed(rows) == []
+    assert [row.check for row in rows] == [*FIRST, *CAPTURE, *LAST]
+
+
+@pytest.mark.parametrize("driver", [*CAPTURE_PEERS, *VALVE_PEERS])
+def test_our_drivers_pass_every_check_against_their_peers(driver: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("controller.drivers.conformance.trial.MARGIN", 1.0)  # other tests run beside this one
+    if driver == "serial" and compiler() is None:
+        pytest.skip("there is no C++ compiler")
+    bench = PeerBench(driver)
+    try:
+        assert failed(check_driver(driver, {}, bench)) == []
+    finally:
+        bench.close()
+
+
+def test_options_that_the_driver_does_not_take_are_refused_at_once(bench: BenchInMemory) -> None:
+    with pytest.raises(ParameterError, match=r"driver.options.port = 0: .*greater than or equal to 1"):
+        check_driver(Good, {"port": 0}, bench)

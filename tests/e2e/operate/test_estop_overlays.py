@@ -1,0 +1,259 @@
+"""E-STOP over whatever the page can lay over itself: pressed by hand and by Esc Esc while it is open."""
+
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import httpx
+import pytest
+from playwright.sync_api import Browser, FilePayload, Locator, Page, expect
+
+from controller.schema.modes import Mode
+from tests.e2e.edge import ask, clear, press, troubles
+from tests.e2e.product import Product, open_page, shot, wait_until
+from tests.e2e.recorded import record_circle
+
+SOURCES = Path(__file__).parents[3] / "frontend/src"
+LAYS_OVER = re.compile(
+    r"<(Modal|Drawer|Dialog|Menu|Popover|HoverCard|Select|MultiSelect|Autocomplete|TagsInput|Combobox)\b|<dialog\b"
+    r"|role=\"(?:alert)?dialog\""
+)
+Opener = Callable[[Page], Locator]
+
+
+def opened(name: str, *, tab: str = "", review: bool = False) -> Opener:
+    """Opens what the button `name` opens, in its tab, and gives it."""
+
+    def opener(page: Page) -> Locator:
+        if tab:
+            page.get_by_role("tab", name=tab, exact=True).click()
+        if review:
+            show_recording(page)
+        page.get_by_test_id(name).first.click()
+        return page.locator("[role=menu], [role=dialog], [role=listbox], .mantine-Popover-dropdown").last
+
+    return opener
+
+
+def show_recording(page: Page) -> None:
+    """Review, with the circle open."""
+    page.get_by_text("Review", exact=True).click()
+    page.get_by_test_id("recording").first.click()
+    expect(page.get_by_test_id("back")).to_be_visible()
+
+
+def keys(page: Page) -> Locator:
+    """The list of keys."""
+    page.get_by_test_id("plan").focus()
+    page.keyboard.press("?")
+    return page.get_by_test_id("keys")
+
+
+def text(page: Page) -> Locator:
+    """The field for a word."""
+    page.get_by_test_id("tool-text").click()
+    return page.get_by_test_id("text")
+
+
+def saved(page: Page) -> Locator:
+    """Saved drawings."""
+    page.get_by_role("tab", name="Run", exact=True).click()
+    page.get_by_text("Drawing", exact=True).click()
+    page.get_by_test_id("saved-drawings").click()
+    return page.locator(".mantine-Popover-dropdown").last
+
+
+def importing(page: Page) -> Locator:
+    """A CSV file that was chosen."""
+    page.get_by_text("Review", exact=True).click()
+    with page.expect_file_chooser() as chooser:
+        page.get_by_test_id("import-recording").click()
+    chooser.value.set_files(FilePayload(name="a.csv", mimeType="text/csv", buffer=b"t,x,y\n0,0,0\n1,0,0\n"))
+    return page.get_by_test_id("import")
+
+
+def drawing_file(page: Page) -> Locator:
+    """A path that was chosen for the plan."""
+    with page.expect_file_chooser() as chooser:
+        page.get_by_test_id("tool-import").click()
+    chooser.value.set_files(FilePayload(name="a.csv", mimeType="text/csv", buffer=b"t,x,y\n0,0,0\n1,0,0.1\n"))
+    expect(page.get_by_test_id("import-picture")).to_be_visible()
+    return page.get_by_test_id("import-drawing")
+
+
+def exporting(page: Page) -> Locator:
+    """The question of format and signals."""
+    show_recording(page)
+    page.get_by_test_id("export").click()
+    return page.get_by_test_id("export-dialog")
+
+
+def tags(page: Page) -> Locator:
+    """The field for tags, which suggests some."""
+    show_recording(page)
+    page.get_by_test_id("recording-tags").click()
+    return page.get_by_test_id("recording-tags")
+
+
+def emptying(page: Page) -> Locator:
+    """The question before deleted recordings are removed for good."""
+    place = page.evaluate("location.origin") + "/api/recordings"
+    ask(page, "POST", "/api/recordings")
+    ask(page, "DELETE", "/api/recordings/current")
+    newest = page.request.get(place).json()[0]["id"]
+    wait_until(lambda: ask(page, "DELETE", f"/api/recordings/{newest}"), 20.0)
+    page.get_by_text("Review", exact=True).click()
+    page.get_by_test_id("show-deleted").click(force=True)
+    page.get_by_test_id("empty-bin").click()
+    return page.get_by_test_id("empty-bin-confirm")
+
+
+def guide(page: Page) -> Locator:
+    """The first visit's guide."""
+    page.evaluate("localStorage.removeItem('tendril-guide')")
+    page.get_by_text("Review", exact=True).click()
+    page.get_by_text("Live", exact=True).click()
+    return page.get_by_test_id("guide")
+
+
+def take_over(page: Page) -> Locator:
+    """The question before control is taken from another session."""
+    page.get_by_test_id("lease-menu").click()
+    page.get_by_test_id("lease-take-over").click()
+    return page.get_by_test_id("take-over-confirm")
+
+
+def bookmark(page: Page) -> Locator:
+    """The field for a bookmark's label."""
+    ask(page, "POST", "/api/recordings", name="overlays")
+    page.get_by_test_id("mark-button").click()
+    return page.get_by_test_id("mark-label")
+
+
+def profiles(page: Page) -> Locator:
+    """What a recording keeps, while none runs."""
+    ask(page, "DELETE", "/api/recordings/current")
+    return opened("record-profile")(page)
+
+
+def another_actuator(page: Page) -> Locator:
+    """The question before the rig is started again."""
+    page.get_by_role("tab", name="Actuator", exact=True).click()
+    page.get_by_test_id("actuator-P2").click()
+    return page.get_by_test_id("actuator-confirm")
+
+
+BY_OPERATOR: dict[str, Opener] = {
+    "app/KeyHelp.tsx": keys,
+    "health/Health.tsx": opened("health"),
+    "recorder/list/RecordingList.tsx": emptying,
+    "ui/buttons/HeaderPopover.tsx": opened("notify"),
+    "recorder/MarkButton.tsx": bookmark,
+    "recorder/RecordButton.tsx": profiles,
+    "operate/lease/LeaseMenu.tsx": opened("lease-menu"),
+    "drawing/importing/ImportDialog.tsx": drawing_file,
+    "drawing/tools/DrawShapes.tsx": opened("tool-shape"),
+    "drawing/tools/DrawText.tsx": text,
+    "drawing/DrawSaved.tsx": saved,
+    "drawing/library/ReferencePanel.tsx": opened("reference", tab="Run"),
+    "presets/AskActuator.tsx": another_actuator,
+    "presets/GainPresets.tsx": opened("gain-presets", tab="Gains"),
+    "health/HealthLimits.tsx": opened("alarm-limits", tab="Health"),
+    "plots/SignalChooser.tsx": opened("signals", tab="Plots"),
+    "plots/LayoutMenu.tsx": opened("layouts", tab="Plots"),
+    "recorder/detail/ExportDialog.tsx": exporting,
+    "recorder/detail/FollowAgain.tsx": opened("follow-again", review=True),
+    "recorder/list/DeleteButton.tsx": opened("delete-recording", review=True),
+    "recorder/list/ImportDialog.tsx": importing,
+    "recorder/detail/About.tsx": tags,
+    "app/guide/Guide.tsx": guide,
+}
+"""How to open each, by the file that lays it over the page, in a page that operates."""
+BY_OTHERS: dict[str, Opener] = {"operate/lease/TakeOver.tsx": take_over}
+"""The same where another session operates."""
+LARGE = ("app/KeyHelp.tsx", "recorder/detail/ExportDialog.tsx", "recorder/list/ImportDialog.tsx")
+LARGE += ("drawing/importing/ImportDialog.tsx",)
+"""Dialogs with a backdrop or in the middle: tried with a mouse on a large window, too."""
+KINDS = ("app/KeyHelp.tsx", "operate/lease/LeaseMenu.tsx", "drawing/library/ReferencePanel.tsx")
+KINDS += ("health/Health.tsx", "ui/buttons/HeaderPopover.tsx", "recorder/MarkButton.tsx", "recorder/RecordButton.tsx")
+KINDS += (
+    "drawing/importing/ImportDialog.tsx",
+    "plots/SignalChooser.tsx",
+    "recorder/detail/ExportDialog.tsx",
+    "app/guide/Guide.tsx",
+    "presets/AskActuator.tsx",
+)
+"""One of each way to lay something over the page; `make test-long` tries all."""
+
+
+@pytest.fixture
+def page(browser: Browser, product: Product) -> Iterator[Page]:
+    """A small screen that is touched, on which the page operates, and a recording to review."""
+    record_circle(product.recordings, "short", 2.0)
+    context = browser.new_context(viewport={"width": 320, "height": 568}, has_touch=True)
+    opened_page = open_page(context, product)
+    wait_until(lambda: ask(opened_page, "POST", "/api/lease"), 30.0)
+    yield opened_page
+    ask(opened_page, "DELETE", "/api/lease")
+    context.close()
+
+
+def fresh(page: Page) -> None:
+    """The page as it is after a reload, in Live."""
+    page.goto(page.url.split("#")[0].split("?")[0])
+    expect(page.get_by_test_id("state")).to_contain_text("VENTED", timeout=20_000)
+    ask(page, "POST", "/api/lease")
+
+
+def by_keys(page: Page, product: Product, where: str) -> None:
+    """Esc Esc: a dialog that takes the first one for itself makes no difference."""
+    page.keyboard.press("Escape")
+    page.keyboard.press("Escape")
+    expect(page.get_by_test_id("stop-news"), where).to_contain_text("E-STOP arrived by")
+    assert product.mode() == Mode.E_STOP, where
+
+
+def test_every_part_that_lays_something_over_the_page_is_known_here() -> None:
+    found = {str(path.relative_to(SOURCES)) for path in SOURCES.rglob("*.tsx") if LAYS_OVER.search(path.read_text())}
+    assert found == BY_OPERATOR.keys() | BY_OTHERS.keys()
+
+
+@pytest.mark.parametrize("places", [KINDS, pytest.param(tuple(BY_OPERATOR), marks=pytest.mark.long)])
+def test_it_is_pressed_over_everything_that_opens(places: tuple[str, ...], page: Page, product: Product) -> None:
+    found: list[str] = []
+    for where in places:
+        fresh(page)
+        expect(BY_OPERATOR[where](page), where).to_be_visible()
+        found += troubles(page, where)
+        shot(page, f"over-{Path(where).stem}")
+        press(page, product, touch=True, where=where)
+        clear(page, product)
+    for where in [where for where in LARGE if where in places]:
+        page.set_viewport_size({"width": 1280, "height": 720})
+        fresh(page)
+        expect(BY_OPERATOR[where](page), where).to_be_visible()
+        found += troubles(page, f"{where}, large")
+        press(page, product, touch=False, where=where)
+        clear(page, product)
+        fresh(page)
+        expect(BY_OPERATOR[where](page), where).to_be_visible()
+        by_keys(page, product, where)
+        clear(page, product)
+    assert not found, "\n".join(found)
+
+
+def test_it_is_pressed_over_the_question_before_a_take_over(page: Page, product: Product) -> None:
+    ask(page, "DELETE", "/api/lease")
+    with httpx.Client(base_url=product.origin, trust_env=False) as other:
+        other.post("/api/session", json={"token": product.url.split("token=")[1]}).raise_for_status()
+        for where, opener in BY_OTHERS.items():
+            other.post("/api/lease").raise_for_status()
+            expect(opener(page)).to_be_visible()
+            found = troubles(page, where)
+            press(page, product, touch=True, where=where)
+            assert not found, "\n".join(found)
+            other.post("/api/lease").raise_for_status()
+            other.post("/api/command", json={"request": "clear"}).raise_for_status()
+        other.delete("/api/lease")
+    expect(page.get_by_test_id("state")).to_contain_text("VENTED")
+    wait_until(lambda: ask(page, "POST", "/api/lease"), 10.0)

@@ -1,0 +1,172 @@
+"""Recordings that nobody pressed a button for, on a real rig."""
+
+import os
+import shutil
+import signal
+from typing import Any, cast
+
+import numpy as np
+
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Telemetry
+from controller.schema.modes import Mode
+from recordings.format.messages import Recording
+from recordings.read.reader import read_rows
+from server.rig.client import Rig
+from tests.server.live_server import WRITER, Page, RigProcess, TestServer, taken, wait_for
+from tests.server.runs.test_runs import armed, ring, wait_run
+
+ROW = record_dtype(Telemetry)
+
+
+def test_a_run_is_recorded_from_before_its_approach_to_its_end(server: TestServer) -> None:
+    with armed(server) as (page, live):
+        taken(page.run(json=ring(1.0)))
+        wait_run(live, lambda state: state["state"] == "done")
+        found = closed(page)
+        run = page.get("/api/runs").json()[0]
+    assert (found.name, found.reference, found.profile, found.gaps) == ("ring", "ring", "standard", 0)
+    assert found.operator and found.settings == server.services.operator.settings
+    assert run["recording"] == found.id
+    mode = read_rows(server.services.folder.store.path(found.id))["mode"]
+    assert mode[0] != Mode.TRACK and (mode == Mode.TRACK).sum() >= 3000 and mode[-1] == Mode.HOLD
+
+
+def test_a_run_that_is_refused_or_not_to_be_recorded_leaves_none(server: TestServer) -> None:
+    with armed(server) as (page, live):
+        assert page.run(json={"reference": "no such thing"}).status_code != 200
+        taken(page.run(json={**ring(0.5), "record": False}))
+        wait_run(live, lambda state: state["state"] == "done")
+        assert page.get("/api/runs").json()[0]["recording"] is None
+        assert page.get("/api/recordings").json() == []
+
+
+def test_a_stop_under_pressure_is_recorded_with_what_came_before_it(server: TestServer) -> None:
+    server.settings.record_faults = True
+    with armed(server) as (page, live):
+        page.command("e_stop")
+        wait_for(lambda: server.services.recorder.state().recording, "a recording of the stop")
+        live.wait_mode(Mode.E_STOP)
+        found = closed(page)
+    assert found.name.startswith("fault: ")
+    rows = read_rows(server.services.folder.store.path(found.id))
+    stop = int(np.flatnonzero(rows["mode"] == Mode.HOLD)[-1]) + 1
+    assert rows["mode"][stop] == Mode.E_STOP
+    assert rows["t_ns"][-1] - rows["t_ns"][stop] > 9.5e9
+    assert (np.diff(rows["tick"]) == 1).all()
+
+
+def test_a_recording_of_a_killed_server_goes_on_without_a_missing_tick(
+    server: TestServer, shared_rig: RigProcess
+) -> None:
+    page = server.operator()
+    state = page.post("/api/recordings", json={"name": "two lives"}).json()
+    wait_for(lambda: page.get("/api/recordings").json()[0]["rows"] > 500, "rows")
+    folder = server.settings.state.parent / "after"
+    shutil.copytree(server.services.folder.store.folder, folder / "recordings")  # as a kill -9 would leave it
+    wait_for(lambda: server.services.recorder.state().rows > 3000, "ticks that the copy does not have")
+    page.delete("/api/recordings/current")
+    server.close()  # the rig obeys one server at a time
+    later = TestServer(folder, shared_rig.endpoint)
+    try:
+        wait_for(lambda: later.services.recorder.state().recording, "the recording to go on")
+        done = Recording.model_validate(later.operator().delete("/api/recordings/current").json())
+        first = wait_for(
+            lambda: (found := later.services.folder.store.find(state["id"])).recovered and found, "the repair"
+        )
+        parts = [read_rows(later.services.folder.store.path(id))["tick"] for id in (state["id"], done.id)]
+    finally:
+        later.close()
+    assert (done.name, done.part_of, done.gaps, done.holes) == ("two lives", state["id"], 0, ())
+    assert first.rows == len(parts[0])
+    assert (np.diff(np.concatenate(parts)) == 1).all()
+
+
+def test_a_recording_of_a_killed_writer_goes_on_without_a_missing_tick(server: TestServer) -> None:
+    page, store = server.operator(), server.services.folder.store
+    id = page.post("/api/recordings", json={"name": "two writers", "profile": "full"}).json()["id"]
+    wait_for(lambda: page.get("/api/recordings").json()[0]["rows"] > 500, "rows")
+    kill_writer()
+    wait_for(lambda: len(store.list()) == 2 and server.services.recorder.state().recording, "the second part")
+    server.services.recorder.stop()  # on a busy machine all that took longer than a lease
+    parts = sorted(store.list(), key=lambda part: part.started)
+    assert [(part.name, part.part_of) for part in parts] == [("two writers", ""), ("two writers", id)]
+    assert [part.gaps for part in parts] == [0, 0]
+    in_one_piece(server, [part.id for part in parts])
+    wait_for(lambda: all(found.complete or found.recovered for found in store.list()), "the repair")
+    in_one_piece(server, [part.id for part in parts])
+    log = [event.text for event in server.services.events.recent]
+    assert any("the process that wrote it was killed" in line for line in log), log
+    assert any(f"goes on after {id}" in line for line in log), log
+
+
+def test_a_run_whose_writer_is_killed_is_recorded_to_its_end_and_no_longer(server: TestServer) -> None:
+    with armed(server) as (page, live):
+        taken(page.run(json=ring(6.0)))
+        wait_for(lambda: server.services.recorder.state().rows > 500, "rows")
+        kill_writer()
+        wait_run(live, lambda state: state["state"] == "done")
+        wait_for(lambda: not server.services.recorder.state().recording and two(page)[0].complete, "the end")
+    last, first = two(page)
+    assert (last.part_of, first.part_of, last.gaps) == (first.id, "", 0)
+    mode = in_one_piece(server, [first.id, last.id])["mode"]
+    assert mode[0] != Mode.TRACK and (mode == Mode.TRACK).sum() >= 6000 and mode[-1] == Mode.HOLD
+
+
+def test_a_recording_whose_writer_is_killed_as_it_ends_keeps_its_end(server: TestServer) -> None:
+    page = server.operator()
+    taken(page.post("/api/recordings", json={"name": "short"}))
+    wait_for(lambda: server.services.recorder.state().rows > 500, "rows")
+    kill_writer()
+    refused = page.delete("/api/recordings/current")
+    asked = server.services.rig.newest
+    assert refused.status_code == 409 and "was killed" in refused.json()["detail"]
+    wait_for(lambda: not server.services.recorder.state().recording and two(page)[0].complete, "the end")
+    tick = in_one_piece(server, [part.id for part in reversed(two(page))])["tick"]
+    assert asked is not None and tick[-1] > asked[0]["tick"]
+
+
+def test_ticks_that_the_ring_lost_do_not_hide_those_that_it_holds() -> None:
+    rig, held = Rig.__new__(Rig), np.zeros(9000, ROW)
+    held["tick"] = np.arange(50_000, 59_000)
+
+    class Link:
+        def replay(self, first: int, count: int) -> Any:
+            return held[(held["tick"] >= first) & (held["tick"] < first + count)]
+
+    rig._link = cast(Any, Link())
+    assert rig.replay(1000, 58_500)["tick"].tolist() == [*range(50_000, 58_500)]
+
+
+def kill_writer() -> None:
+    os.kill(cast(int, WRITER.pid), signal.SIGKILL)
+
+
+def two(page: Page) -> list[Recording]:
+    """Both parts once there are two, the last one first."""
+
+    def look() -> list[Recording] | None:
+        found = [Recording.model_validate(row) for row in page.get("/api/recordings").json()]
+        return found if len(found) == 2 else None
+
+    return cast(list[Recording], wait_for(look, "two parts"))
+
+
+def in_one_piece(server: TestServer, ids: list[str]) -> dict[str, Any]:
+    """Ticks and modes of all parts, among which none is missing and none is twice."""
+    parts = [read_rows(server.services.folder.store.path(id), ("tick", "mode")) for id in ids]
+    found = {name: np.concatenate([part[name] for part in parts]) for name in ("tick", "mode")}
+    assert (np.diff(found["tick"]) == 1).all()
+    return found
+
+
+def closed(page: Page) -> Recording:
+    """The only recording, once it has ended."""
+
+    def look() -> Recording | None:
+        listed = [Recording.model_validate(row) for row in page.get("/api/recordings").json()]
+        return listed[0] if listed and listed[0].complete else None
+
+    found = wait_for(look, "the end of the recording")
+    assert isinstance(found, Recording)
+    return found
