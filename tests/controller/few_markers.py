@@ -1,6 +1,6 @@
-"""What few markers cost where a target is dragged about: the observer's estimate, and the arm that it corrects.
+"""What few markers cost: the observer's estimate, and the arm that it corrects, dragged about and on planned paths.
 
-`python -m tests.controller.few_markers` prints the two tables of docs/observer.md, in some five minutes of a core.
+`python -m tests.controller.few_markers` prints the three tables of docs/observer.md, in a quarter of an hour of a core.
 """
 
 from concurrent.futures import ProcessPoolExecutor
@@ -10,8 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controller.errors import TendrilError
 from controller.schema.modes import Law, Mode
-from controller.schema.parameters import SENSORS, ControllerParameters, RigParameters, TwinParameters
+from controller.schema.parameters import SENSORS, ControllerParameters, PlantKind, RigParameters, TwinParameters
+from controller.simulation.case import Case, Setup, run_case
+from controller.simulation.metrics import Window
 from tests.controller.following import FAMILY, Course, fresh, parameters, way
 from tests.controller.trial import true_tip
 
@@ -19,6 +22,9 @@ NAMES = ("P1", "P2")
 RODS = (0, 1, 2, 3, 4, 5, 6, SENSORS)
 SHARES = (0.5, 1.0, 1.4)
 """Of the plant's kappa what the observer is told; 1.4 is what a measurement finds, with creep and hysteresis in it."""
+PLANTS: tuple[PlantKind, ...] = ("rod", "cosserat")
+PATHS = ("circle_1hz", "circle_0.25hz", "vu")
+WHOSE = ("the table's", "the twin's")
 FIRST = 72
 """Seed of the first course."""
 DRAGS, SHORT = 50, 25
@@ -91,9 +97,10 @@ def _bits(rods: int) -> int:
 
 
 def measure() -> None:
-    """Print both tables."""
+    """Print the tables."""
     with ProcessPoolExecutor() as pool:
         print_estimates(pool)
+        print_paths(pool)
         print_corrections(pool)
 
 
@@ -106,6 +113,29 @@ def print_estimates(pool: ProcessPoolExecutor) -> None:
     found = dict(zip(jobs, pool.map(estimated, jobs), strict=True))
     for rods in RODS:
         print(f"| {_said(rods)} |", *(f"{found[rods, *one]:.1f} |" for one in product(NAMES, kappas)))
+
+
+def planned(job: tuple[PlantKind, str, str, float]) -> str:
+    """Rms distance [mm] of estimated and true tip, and of that from the path, by rod 6: of plant, name, path, kappa."""
+    plant, name, path, kappa = job
+    setup = Setup(TwinParameters(plant=plant), ControllerParameters(observer_kappa=kappa))
+    try:
+        found = run_case(Case(path, name, "rod6"), setup).metrics[Window.WHOLE]
+    except TendrilError as error:
+        return str(error).split(", instead", 1)[0]
+    return f"{found['observer_rmse']:.1f}, {found['rmse']:.1f}"
+
+
+def print_paths(pool: ProcessPoolExecutor) -> None:
+    """By rod 6 under FF + PI, on both plants, by the table's inertia and by the twin's."""
+    print("| plant, path | " + " | ".join(f"{name}, {inertia}" for name, inertia in product(NAMES, WHOSE)) + " |")
+    print("|---" * (1 + 2 * len(NAMES)) + "|")
+    kappas = (1.0, TwinParameters().kappa)
+    jobs = list(product(PLANTS, NAMES, PATHS, kappas))
+    found = dict(zip(jobs, pool.map(planned, jobs), strict=True))
+    for plant, path in product(PLANTS, PATHS):
+        cells = [found[plant, name, path, kappa] for name, kappa in product(NAMES, kappas)]
+        print(f"| {plant}, {path} | " + " | ".join(cells) + " |", flush=True)
 
 
 def print_corrections(pool: ProcessPoolExecutor) -> None:
