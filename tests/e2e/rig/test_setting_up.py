@@ -1,13 +1,16 @@
 """What an operator sets up: sensors and faults of the twin, gains, the actuator; and a recording looked at in 3D."""
 
 import re
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
 
 from controller.schema.actuator import PRESETS, write_actuator
-from tests.e2e.product import frame, shot, wait_until
+from server.presets.first_mode.messages import Interval, KeptMode, MeasuredMode
+from server.presets.first_mode.store import FirstModes, modes_file
+from tests.e2e.product import Product, frame, shot, wait_until
 
 DASH = "\u2013"
 """What stands for a missing value."""
@@ -140,6 +143,28 @@ def test_the_rig_comes_back_with_another_actuator_and_the_page_follows(page: Pag
     banners = page.evaluate("window.__banners")
     assert banners and all("starts with actuator P2" in text for text in banners), banners
     shot(page, "actuator")
+
+
+def test_the_measured_inertia_is_taken_into_the_observer_and_the_tables_again(page: Page, product: Product) -> None:
+    three, now = Interval(value=40.0, low=38.0, high=42.0), datetime.now(UTC)
+    mode = MeasuredMode(
+        **{name: three for name in ("frequency", "zeta", "kappa")},
+        **{name: 0.01 for name in ("friction", "delay", "misfit", "travel")},
+        pressures=True,
+        repeats=3,
+    )
+    modes = FirstModes(modes_file(product.state, product.rig))
+    modes.keep(KeptMode(actuator=PRESETS["P1"], plant="rod", measured=now, mode=mode))
+    page.reload()
+    operate(page, "Gains")
+    button, facts = page.get_by_test_id("observer-kappa"), page.get_by_test_id("first-mode-facts")
+    for word, then in (("Measured κ", "40.0"), ("Table's κ", "1, the actuator's table")):
+        expect(button).to_contain_text(word, timeout=30_000)
+        button.click()
+        page.get_by_test_id("actuator-confirm").click()
+        expect(facts).to_contain_text(f"Observer's κ{then}", timeout=30_000)
+        expect(page.get_by_test_id("state")).to_contain_text("VENTED", timeout=10_000)
+        shot(page, f"observer-kappa-{word[0]}")
 
 
 def test_the_rig_comes_back_on_another_plant_and_the_page_says_so(page: Page) -> None:
