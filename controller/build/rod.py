@@ -67,14 +67,6 @@ def build_rod(actuator: Actuator, rods: int, *, omega_B: float = 100.0, zeta_B: 
     )
 
 
-def hastened(model: RodModel, kappa: float) -> RodModel:
-    """`model` with its inertia over `kappa`: the same statics and damping ratios, motions kappa^(1/2) times as fast."""
-    m, I, pace = model.m / kappa, model.I / kappa, float(np.sqrt(kappa))  # noqa: E741
-    return model._replace(
-        m=m, I=I, m_inv=1 / m, I_inv=1 / I, g=model.g * kappa, b=model.b / pace, alpha=model.alpha * pace
-    )
-
-
 def joints(actuator: Actuator, rods: int) -> tuple[Array, Array]:
     """Stiffness [N m/rad] and damping [N m s/rad] (rods,) of the joints: from EI where it is given, else the table."""
     if actuator.EI is None:

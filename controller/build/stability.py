@@ -8,8 +8,8 @@ import numpy as np
 from controller.arrays import Array
 from controller.build.equilibrium import gravity_torque
 from controller.errors import ParameterError
-from controller.kernels.model.rod import RodModel
-from controller.kernels.model.statics import Places, places
+from controller.kernels.model.rod import RodModel, RodState
+from controller.kernels.model.statics import Places, places, pose
 from controller.schema.parameters import OBSERVER_DAMPING_MAX, OBSERVER_GAIN_MAX, SENSORS
 
 DENSE_MAX = 60
@@ -38,6 +38,14 @@ def natural_modes(model: RodModel, theta: Array, K_o: float = 0.0, B_o: float = 
     B = hinge.T * model.b @ hinge + B_o * P.T @ P + model.alpha * M
     zero, one = np.zeros_like(M), np.eye(model.L.size)
     return np.linalg.eigvals(np.block([[zero, one], [-np.linalg.solve(M, K), -np.linalg.solve(M, B)]]))
+
+
+def move(model: RodModel, theta: Array, x: Array, state: RodState) -> None:
+    """Set `state` off the pose theta (N,) by x (2N,), angles [rad] before rates [rad/s]; hinges stay closed."""
+    angles, rates = theta + x[: theta.size], x[theta.size :]
+    pose(model, angles, state.q)
+    turn = rates * np.array([-np.sin(angles), np.cos(angles)])
+    state.v[:2], state.v[2] = np.cumsum(model.L * turn, axis=1) - (model.L - model.arm) * turn, rates
 
 
 def sensor_places(model: RodModel) -> Places:
@@ -156,7 +164,7 @@ def largest_gains(model: RodModel, dt: float, u_max: float) -> tuple[float, floa
     if dt > bound:
         raise ParameterError(
             f"dt = {dt} s is too long for RK4 with this actuator and rods = {model.L.size}: the largest stable dt is "
-            f"{bound:.3g} s; integrator = implicit is stable with any dt, and k, b, mass and length decide"
+            f"{bound:.3g} s; integrator = implicit is stable with any dt; k, b, mass, length and observer_kappa decide"
         )
     K_most = _most(lambda K_o: largest_step(model, u_max, K_o) >= dt, OBSERVER_GAIN_MAX)
 

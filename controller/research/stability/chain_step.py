@@ -7,10 +7,10 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.build.equilibrium import body_of, carrying, imbalance, settle
-from controller.build.stability import point_slopes
+from controller.build.stability import move, point_slopes
 from controller.kernels.model.integrate import rk4_step
-from controller.kernels.model.rod import RodModel, RodState, stiffened
-from controller.kernels.model.statics import Places, chosen, points_on, pose
+from controller.kernels.model.rod import RodModel, stiffened
+from controller.kernels.model.statics import Places, chosen, points_on
 from controller.kernels.observer.observer import HeldSample, Observer, attach, damp_beyond, pressurise, step_observer
 from controller.kernels.plant.twin import Twin
 from controller.realtime.compiled import compiled
@@ -146,14 +146,6 @@ def slopes(after: Callable[[Array], Array], size: int) -> Array:
     """Derivative of `after` by each of `size` deviations, as columns."""
     rows = DEVIATION * np.eye(size)
     return np.array([(after(row) - after(-row)) / (2.0 * DEVIATION) for row in rows]).T
-
-
-def move(model: RodModel, theta: Array, x: Array, state: RodState) -> None:
-    """Set `state` off the pose theta by x (2N,), with hinges that stay closed."""
-    angles, rates = theta + x[: theta.size], x[theta.size :]
-    pose(model, angles, state.q)
-    turn = rates * np.array([-np.sin(angles), np.cos(angles)])
-    state.v[:2], state.v[2] = np.cumsum(model.L * turn, axis=1) - (model.L - model.arm) * turn, rates
 
 
 def holding(model: RodModel, theta: Array) -> Array:

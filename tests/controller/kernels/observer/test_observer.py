@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 from controller.build.rig import build_rig
+from controller.errors import ParameterError
 from controller.kernels.memory import Sensing
 from controller.kernels.model.statics import points_on
 from controller.kernels.observer.observer import (
@@ -94,19 +95,41 @@ actuators = some.builds(
 @given(
     actuator=actuators,
     rods=some.sampled_from([2, 3, 5, 10, 40]),
+    kappa=some.sampled_from([1.0, 15.0, 40.0, 500.0]),
     K_o=some.floats(0.0, 500.0),
     B_o=some.floats(0.0, 5.0),
     used=some.integers(0, ALL),
     u=some.tuples(some.floats(-0.03, 0.03), some.floats(-0.03, 0.03)),
 )
 def test_no_actuator_number_of_rods_set_of_sensors_or_gains_makes_a_deviation_grow(
-    actuator: Actuator, rods: int, K_o: float, B_o: float, used: int, u: tuple[float, float]
+    actuator: Actuator, rods: int, kappa: float, K_o: float, B_o: float, used: int, u: tuple[float, float]
 ) -> None:
-    rig = build_rig(RigParameters(actuator=actuator, controller=ControllerParameters(rods=rods)), 1)
+    controller = ControllerParameters(rods=rods, observer_kappa=kappa)
+    try:
+        rig = build_rig(RigParameters(actuator=actuator, controller=controller), 1)
+    except ParameterError as error:
+        assert kappa > 1.0 and any(actuator.gravity) and str(error).startswith("observer_kappa = ")
+        return
     gains = to_record(Settings(K_o=(K_o, K_o), B_o=(B_o, B_o)))[0]
     where = u if not any(actuator.gravity) else (0.0, 0.0)
     # Differences over 1e-6 know an eigenvalue near 1 that is nearly double to some 1e-8: growth of 1e-7 takes 3 hours.
     assert growth(rig.observer, rig.sensing, gains, used, where) <= 1.0 + 1e-7
+
+
+def test_an_inertia_with_which_gravity_would_make_motions_grow_is_refused_with_the_most_that_does_not() -> None:
+    """Undamped and hanging: gravity's work on closing the hinges is all that the step's energy law leaves open."""
+    actuator = Actuator(name="bare", mass=0.9, length=0.32, k=(0.4, 0.4), b=(0.0,), alpha=0.0, gravity=(9.81, 0.0))
+
+    def built(body: Actuator, kappa: float) -> None:
+        build_rig(RigParameters(actuator=body, controller=ControllerParameters(rods=5, observer_kappa=kappa)), 1)
+
+    with pytest.raises(ParameterError, match=r"observer_kappa = 500 is above \d+.*gravity of bare.*5 rods") as refused:
+        built(actuator, 500.0)
+    most = float(str(refused.value).split("above ")[1].split(",")[0])
+    built(actuator, 0.95 * most)
+    with pytest.raises(ParameterError, match="observer_kappa"):
+        built(actuator, 1.5 * most)
+    built(actuator.model_copy(update={"gravity": (0.0, 0.0)}), 500.0)
 
 
 def test_rk4_takes_no_more_gain_than_it_can_hold() -> None:
