@@ -1,5 +1,8 @@
 """The observer's body with the inertia that its arm was measured to have, and how far that may go under gravity."""
 
+import math
+from collections.abc import Callable
+
 import numpy as np
 
 from controller.arrays import Array
@@ -19,39 +22,52 @@ DEVIATION = 1e-6
 """Angles [rad] and rates [rad/s] are moved by this."""
 CALM = 1.0 + 1e-7
 """Growth in a tick that counts as none: an e-fold takes three hours."""
+ALPHA_LEAST, ALPHA_MOST = 1e-6, 50.0
+"""Mass-proportional damping [1/s] between which the least is looked for; more is in no actuator's file."""
+NEAR = 1.01
+"""Ratio to which a bound is found."""
 
 
 def hastened(model: RodModel, kappa: float) -> RodModel:
     """`model` with its inertia over `kappa`: the same statics and damping ratios, motions kappa^(1/2) times as fast."""
-    m, I, pace = model.m / kappa, model.I / kappa, float(np.sqrt(kappa))  # noqa: E741
+    m, I, pace = model.m / kappa, model.I / kappa, math.sqrt(kappa)  # noqa: E741
     return model._replace(
         m=m, I=I, m_inv=1 / m, I_inv=1 / I, g=model.g * kappa, b=model.b / pace, alpha=model.alpha * pace
     )
 
 
 def require_calm(actuator: Actuator, controller: ControllerParameters) -> None:
-    """Raise ParameterError where gravity would make the observer's motions grow with this `observer_kappa`.
+    """Raise ParameterError where gravity would make the observer's motions grow, with what would let them die out.
 
-    The implicit step's energy law has one gap, gravity's work on closing the hinges (`implicit_step`), and less inertia
-    makes that more. RK4 has a bound of its own.
+    The implicit step's energy law has one gap, gravity's work on closing the hinges (`implicit_step`): damping has to
+    be more than that, and less inertia makes it more. RK4 has a bound of its own.
     """
-    kappa = controller.observer_kappa
-    if kappa == 1.0 or not any(actuator.gravity) or controller.integrator != Integrator.IMPLICIT:
+    if not any(actuator.gravity) or controller.integrator != Integrator.IMPLICIT:
         return
+    kappa, dt = controller.observer_kappa, controller.dt
     model = hanging(build_rod(actuator, min(controller.rods, MOST_RODS)))
-    if growth(hastened(model, kappa), controller.dt) <= CALM:
-        return
-    calm, wild = OBSERVER_KAPPA[0], kappa
-    while wild > 1.01 * calm:
-        middle = float(np.sqrt(calm * wild))
-        if growth(hastened(model, middle), controller.dt) <= CALM:
-            calm = middle
-        else:
-            wild = middle
-    raise ParameterError(
-        f"observer_kappa = {kappa:g} is above {calm:.3g}, the most with which the observer's motions die out under the "
-        f"gravity of {actuator.name}, with its damping and {controller.rods} rods at dt = {controller.dt:g} s"
-    )
+    where = f"the observer's motions die out under gravity, with {controller.rods} rods and dt = {dt:g} s"
+    if not calm(model._replace(alpha=ALPHA_MOST), dt):
+        raise ParameterError(f"dt = {dt:g} s is too long: with no alpha up to {ALPHA_MOST:g} 1/s {where}")
+    if not calm(model, dt):
+        least = bound(lambda alpha: calm(model._replace(alpha=alpha), dt), ALPHA_MOST, max(model.alpha, ALPHA_LEAST))
+        raise ParameterError(f"alpha = {actuator.alpha:g} 1/s is below {least:.3g}, the least with which {where}")
+    if not calm(hastened(model, kappa), dt):
+        most = bound(lambda one: calm(hastened(model, one), dt), OBSERVER_KAPPA[0], kappa)
+        raise ParameterError(f"observer_kappa = {kappa:g} is above {most:.3g}, the most with which {where}")
+
+
+def bound(holds: Callable[[float], bool], good: float, bad: float) -> float:
+    """The number beside `bad`, within 1 %, for which `holds` is true, as it is for `good`; between both, by ratios."""
+    while max(good / bad, bad / good) > NEAR:
+        middle = math.sqrt(good * bad)
+        good, bad = (middle, bad) if holds(middle) else (good, middle)
+    return good
+
+
+def calm(model: RodModel, dt: float) -> bool:
+    """Whether no small motion of `model` grows with steps of dt [s]."""
+    return growth(model, dt) <= CALM
 
 
 def hanging(model: RodModel) -> RodModel:

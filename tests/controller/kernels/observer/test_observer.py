@@ -108,7 +108,7 @@ def test_no_actuator_number_of_rods_set_of_sensors_or_gains_makes_a_deviation_gr
     try:
         rig = build_rig(RigParameters(actuator=actuator, controller=controller), 1)
     except ParameterError as error:
-        assert kappa > 1.0 and any(actuator.gravity) and str(error).startswith("observer_kappa = ")
+        assert any(actuator.gravity) and str(error).startswith(("observer_kappa = ", "alpha = "))
         return
     gains = to_record(Settings(K_o=(K_o, K_o), B_o=(B_o, B_o)))[0]
     where = u if not any(actuator.gravity) else (0.0, 0.0)
@@ -116,20 +116,29 @@ def test_no_actuator_number_of_rods_set_of_sensors_or_gains_makes_a_deviation_gr
     assert growth(rig.observer, rig.sensing, gains, used, where) <= 1.0 + 1e-7
 
 
-def test_an_inertia_with_which_gravity_would_make_motions_grow_is_refused_with_the_most_that_does_not() -> None:
+def test_a_body_whose_motions_gravity_would_make_grow_is_refused_with_the_bound() -> None:
     """Undamped and hanging: gravity's work on closing the hinges is all that the step's energy law leaves open."""
     actuator = Actuator(name="bare", mass=0.9, length=0.32, k=(0.4, 0.4), b=(0.0,), alpha=0.0, gravity=(9.81, 0.0))
 
-    def built(body: Actuator, kappa: float) -> None:
-        build_rig(RigParameters(actuator=body, controller=ControllerParameters(rods=5, observer_kappa=kappa)), 1)
+    def built(body: Actuator, kappa: float, rods: int = 5) -> None:
+        build_rig(RigParameters(actuator=body, controller=ControllerParameters(rods=rods, observer_kappa=kappa)), 1)
 
-    with pytest.raises(ParameterError, match=r"observer_kappa = 500 is above \d+.*gravity of bare.*5 rods") as refused:
+    with pytest.raises(ParameterError, match=r"observer_kappa = 500 is above \d+.*gravity, with 5 rods") as refused:
         built(actuator, 500.0)
     most = float(str(refused.value).split("above ")[1].split(",")[0])
     built(actuator, 0.95 * most)
     with pytest.raises(ParameterError, match="observer_kappa"):
         built(actuator, 1.5 * most)
     built(actuator.model_copy(update={"gravity": (0.0, 0.0)}), 500.0)
+    loose = actuator.model_copy(update={"mass": 0.2, "length": 0.015, "k": (0.001,), "gravity": (20.0, 0.0)})
+    with pytest.raises(ParameterError, match=r"alpha = 0 1/s is below \d.*gravity, with 5 rods") as refused:
+        built(loose, 1.0)
+    least = float(str(refused.value).split("below ")[1].split(",")[0])
+    built(loose.model_copy(update={"alpha": 1.05 * least}), 1.0)
+    with pytest.raises(ParameterError, match="alpha"):
+        built(loose.model_copy(update={"alpha": 0.8 * least}), 1.0)
+    with pytest.raises(ParameterError, match=r"dt = 0.001 s is too long: with no alpha up to 50 1/s"):
+        built(loose.model_copy(update={"mass": 4.0, "length": 0.012, "k": (0.0065,)}), 1.0, rods=20)
 
 
 def test_rk4_takes_no_more_gain_than_it_can_hold() -> None:
