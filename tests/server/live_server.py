@@ -39,6 +39,9 @@ PATIENT = {"loop_gap": 0.4, "operator_timeout": 2.0, "server_hold": 1.5, "pump_h
 PATIENCE = 200.0
 """Seconds before a wait gives up: a machine may be busy, so no test asserts a time."""
 
+STILL = 12
+"""Frames, a fifth of a second, in which a tip that rests moves by less than a millimetre."""
+
 LATE = ("did not answer within", "does not answer", "was not answered within", "was silent")
 """What a server says where it heard nothing from the rig in time."""
 
@@ -120,6 +123,15 @@ class Live:
 
     def wait_mode(self, mode: Mode) -> np.void:
         return wait_for(lambda: self.frames and self.frames[-1]["mode"] == mode and self.frames[-1], mode.name)
+
+    def wait_still(self) -> None:
+        """Until the arm rests: one rig serves many tests, and the one before may have left it swinging."""
+
+        def rests() -> bool:
+            tips = [frame["p_hat"] for frame in self.frames[-STILL:]]
+            return len(tips) == STILL and bool(np.ptp(tips, axis=0).max() < 1e-3)
+
+        wait_for(rests, "the arm at rest")
 
     def close(self) -> None:
         self._closed.set()

@@ -31,9 +31,10 @@ def lead(server: TestServer) -> int:
 
 @contextmanager
 def armed(server: TestServer) -> Iterator[tuple[Page, Live]]:
-    """An operator whose page shows presence, with the rig in HOLD."""
+    """An operator whose page shows presence, with the rig in HOLD, from rest."""
     page = server.operator()
     with page.live() as live:
+        live.wait_still()
         live.operate()
         answer = page.command("arm")
         assert answer.status_code == 200, answer.text
