@@ -8,6 +8,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from controller.schema.actuator import PRESETS, write_actuator
+from controller.schema.parameters import RigParameters
 from server.presets.first_mode.messages import Interval, KeptMode, MeasuredMode
 from server.presets.first_mode.store import FirstModes, modes_file
 from tests.e2e.product import Product, frame, shot, wait_until
@@ -153,8 +154,9 @@ def test_the_measured_inertia_is_taken_into_the_observer_and_the_tables_again(pa
         pressures=True,
         repeats=3,
     )
+    rig = RigParameters.model_validate(page.request.get(f"{product.origin}/api/rig").json()["parameters"])
     modes = FirstModes(modes_file(product.state, product.rig))
-    modes.keep(KeptMode(actuator=PRESETS["P1"], plant="rod", measured=now, mode=mode))
+    modes.keep(KeptMode(actuator=rig.actuator, plant=rig.twin.plant, measured=now, mode=mode))
     page.reload()
     operate(page, "Gains")
     button, facts = page.get_by_test_id("observer-kappa"), page.get_by_test_id("first-mode-facts")
