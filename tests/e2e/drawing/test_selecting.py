@@ -164,14 +164,18 @@ def test_saved_strokes_come_back_as_pieces_and_are_followed_again(context: Brows
     expect(page.locator(".legend .key-travel")).to_be_visible()
     shot(page, "strokes-planned")
 
+    def runs() -> list[dict[str, Any]]:
+        return page.request.get(f"{product.origin}/api/runs").json()  # type: ignore[no-any-return]
+
+    before = len(runs())  # the card shows the last one of another test, too
     page.get_by_test_id("run").click()
+    wait_until(lambda: len(runs()) == before + 1, 30.0)
     expect(page.get_by_test_id("run-result")).to_have_attribute("data-state", "done", timeout=30_000)
     shot(page, "strokes-result")
-    runs = page.request.get(f"{product.origin}/api/runs").json()
     page.get_by_test_id("follow-last").click()
     expect(page.get_by_test_id("run-progress")).to_be_visible()
-    wait_until(lambda: len(page.request.get(f"{product.origin}/api/runs").json()) == len(runs) + 1, 30.0)
-    again = page.request.get(f"{product.origin}/api/runs").json()[0]
+    wait_until(lambda: len(runs()) == before + 2, 30.0)
+    again = runs()[0]
     assert (again["name"], again["state"]) == ("Bars", "done")
 
     expect(page.get_by_test_id("run-sparkline")).to_be_visible()
