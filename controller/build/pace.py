@@ -24,6 +24,8 @@ CALM = 1.0 + 1e-7
 """Growth in a tick that counts as none: an e-fold takes three hours."""
 ALPHA_LEAST, ALPHA_MOST = 1e-6, 50.0
 """Mass-proportional damping [1/s] between which the least is looked for; more is in no actuator's file."""
+SPARE = 5.0
+"""As many times the kappa has to be calm hanging straight: held and bent, a body may be worse by some of that."""
 NEAR = 1.01
 """Ratio to which a bound is found."""
 
@@ -52,8 +54,8 @@ def require_calm(actuator: Actuator, controller: ControllerParameters) -> None:
     if not calm(model, dt):
         least = bound(lambda alpha: calm(model._replace(alpha=alpha), dt), ALPHA_MOST, max(model.alpha, ALPHA_LEAST))
         raise ParameterError(f"alpha = {actuator.alpha:g} 1/s is below {least:.3g}, the least with which {where}")
-    if not calm(hastened(model, kappa), dt):
-        most = bound(lambda one: calm(hastened(model, one), dt), OBSERVER_KAPPA[0], kappa)
+    if kappa > 1.0 and not calm(hastened(model, SPARE * kappa), dt):
+        most = bound(lambda one: calm(hastened(model, SPARE * one), dt), OBSERVER_KAPPA[0] / SPARE, kappa)
         raise ParameterError(f"observer_kappa = {kappa:g} is above {most:.3g}, the most with which {where}")
 
 

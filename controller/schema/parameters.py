@@ -34,8 +34,8 @@ VelocityGain = Annotated[float, Bounds(ge=0.0, le=1.0)]
 OBSERVER_GAIN_MAX, OBSERVER_DAMPING_MAX = 500.0, 5.0
 """With every K_o [N/m] and B_o [N s/m] up to these the observer is stable, but for what RK4 with few or light rods
 cannot hold (`RigInfo.observer_gains_max`)."""
-OBSERVER_KAPPA = (1.0, 500.0)
-"""Bounds of the observer's kappa: of the table's inertia, and of a first mode at some 12 Hz."""
+OBSERVER_KAPPA = (1.0, 100.0)
+"""Bounds of the observer's kappa: of the table's inertia, and of a first mode at some 5 Hz."""
 ObserverKappa = Annotated[float, Bounds(ge=OBSERVER_KAPPA[0], le=OBSERVER_KAPPA[1])]
 ObserverGain = Annotated[float, Bounds(ge=0.0, le=OBSERVER_GAIN_MAX)]
 ObserverDamping = Annotated[float, Bounds(ge=0.0, le=OBSERVER_DAMPING_MAX)]

@@ -75,7 +75,7 @@ Stepping = Annotated[
 
 ObserverKappa = Annotated[
     float,
-    typer.Option(help="Inertia of the actuator's table over the observer's, 1 to 500; as measured (docs observer)."),
+    typer.Option(help="Inertia of the actuator's table over the observer's, 1 to 100; as measured (docs observer)."),
 ]
 LoopGap = Annotated[
     float | None,

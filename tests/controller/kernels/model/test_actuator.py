@@ -131,7 +131,7 @@ def test_a_tip_load_lowers_the_first_frequency_as_beam_theory_says() -> None:
     assert omega == pytest.approx(math.sqrt(3 * EI / (L**3 * (M + 33 / 140 * m))), rel=2e-3)
 
 
-@pytest.mark.parametrize("kappa", [1.0, 40.0, 500.0])
+@pytest.mark.parametrize("kappa", [1.0, 40.0, 100.0])
 def test_less_inertia_makes_every_mode_faster_and_leaves_damping_ratios_and_statics(kappa: float) -> None:
     """Under gravity, with a tip load and damping of both kinds: eigenvalues grow by kappa^(1/2), angle and all."""
     actuator = changed(**LOADED, alpha=2.0)
