@@ -7,19 +7,17 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.build.rod import build_rod
-from controller.build.stability import move
+from controller.build.stability import largest_modulus, move, slopes
 from controller.errors import ParameterError
 from controller.kernels.model.implicit import implicit_step, make_implicit_work
 from controller.kernels.model.rod import RodModel, make_load
 from controller.kernels.model.statics import at_rest
 from controller.schema.actuator import Actuator
 from controller.schema.modes import Integrator
-from controller.schema.parameters import OBSERVER_KAPPA, ControllerParameters
+from controller.schema.parameters import ControllerParameters
 
 MOST_RODS = 60
 """Of the chain that is looked at: finer ones are stiffer where they move faster, and the step lets that die at once."""
-DEVIATION = 1e-6
-"""Angles [rad] and rates [rad/s] are moved by this."""
 CALM = 1.0 + 1e-7
 """Growth in a tick that counts as none: an e-fold takes three hours."""
 ALPHA_LEAST, ALPHA_MOST = 1e-6, 50.0
@@ -55,7 +53,7 @@ def require_calm(actuator: Actuator, controller: ControllerParameters) -> None:
         least = bound(lambda alpha: calm(model._replace(alpha=alpha), dt), ALPHA_MOST, max(model.alpha, ALPHA_LEAST))
         raise ParameterError(f"alpha = {actuator.alpha:g} 1/s is below {least:.3g}, the least with which {where}")
     if kappa > 1.0 and not calm(hastened(model, SPARE * kappa), dt):
-        most = bound(lambda one: calm(hastened(model, SPARE * one), dt), OBSERVER_KAPPA[0] / SPARE, kappa)
+        most = max(1.0, bound(lambda one: calm(hastened(model, SPARE * one), dt), 1.0 / SPARE, kappa))
         raise ParameterError(f"observer_kappa = {kappa:g} is above {most:.3g}, the most with which {where}")
 
 
@@ -88,5 +86,4 @@ def growth(model: RodModel, dt: float) -> float:
         implicit_step(model, load, dt, state, work)
         return np.concatenate([state.q[2], state.v[2]])
 
-    columns = [(after(DEVIATION * row) - after(-DEVIATION * row)) / (2.0 * DEVIATION) for row in np.eye(2 * rods)]
-    return float(np.abs(np.linalg.eigvals(np.array(columns).T)).max())
+    return largest_modulus(slopes(after, 2 * rods))

@@ -77,7 +77,7 @@ def static_map(actuator: Actuator, controller: ControllerParameters) -> StaticMa
 def observer_model(actuator: Actuator, controller: ControllerParameters) -> RodModel:
     """The observer's chain, made once for each; nobody writes into it.
 
-    Raises ParameterError where it has no rest, and for an inertia with which gravity would make its motions grow.
+    Raises ParameterError where it has no rest, and where gravity would make its motions grow.
     """
     require_calm(actuator, controller)
     model = build_rod(actuator, controller.rods, omega_B=controller.omega_B, zeta_B=controller.zeta_B)

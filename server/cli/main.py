@@ -19,7 +19,7 @@ from server.cli.research.commands import ActuatorName, PlantName
 from server.cli.research.commands import app as research_app
 from server.cli.rig_files import virtual_rig
 from server.cli.tokens import app as token_app
-from server.cli.typed import RecordingsFolder, commands, refuse_given
+from server.cli.typed import ObserverKappa, RecordingsFolder, commands, controller_of, refuse_given
 
 if TYPE_CHECKING:
     from controller.schema.parameters import ControllerParameters, PlantKind, RigParameters
@@ -73,10 +73,6 @@ Stepping = Annotated[
     Literal["rk4", "implicit"], typer.Option(help="The observer's step; rk4, the paper's, takes 10 rods or so.")
 ]
 
-ObserverKappa = Annotated[
-    float,
-    typer.Option(help="Inertia of the actuator's table over the observer's, 1 to 100; as measured (docs observer)."),
-]
 LoopGap = Annotated[
     float | None,
     typer.Option(help="The rig holds after its loop stood still for so long [s], 0.05 or what the rig file says."),
@@ -150,7 +146,7 @@ def up(
     def parameters() -> "tuple[RigParameters, RigParameters | None]":
         if file is not None:
             return rig_parameters(file, loop_gap), None
-        found = _parameters(actuator or "P1", plant, _controller(rods, integrator, observer_kappa), loop_gap)
+        found = _parameters(actuator or "P1", plant, controller_of(rods, integrator, observer_kappa), loop_gap)
         return (found, None) if actuator else (with_last_actuator(found, settings), found)
 
     run_up(RigSettings(rig=name, log_format=log_format), parameters, settings, browser, ready)
@@ -222,7 +218,7 @@ def rig(
     name, file = named_rig(rig)
     _refuse_beside_file(context, file)
     if file is None:
-        parameters = _parameters(actuator, plant, _controller(rods, integrator, observer_kappa), loop_gap)
+        parameters = _parameters(actuator, plant, controller_of(rods, integrator, observer_kappa), loop_gap)
     else:
         parameters = rig_parameters(file, loop_gap)
     link = RigSettings(rig=name, listen=listen, key_file=key_file, link_tls=link_tls, ready=ready)
@@ -326,14 +322,6 @@ def _start_log(process: str, log_format: LogFormat) -> None:
 
 def _say_addresses(at: "Addresses") -> None:
     out.print(f"to operate: {at.operator}\nto look:    {at.viewer}", markup=False, soft_wrap=True)
-
-
-def _controller(rods: int, integrator: str, observer_kappa: float) -> "ControllerParameters":
-    """What options say of the observer."""
-    from controller.schema.modes import Integrator
-    from controller.schema.parameters import ControllerParameters
-
-    return ControllerParameters(rods=rods, integrator=Integrator[integrator.upper()], observer_kappa=observer_kappa)
 
 
 def _parameters(

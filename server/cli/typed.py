@@ -1,11 +1,14 @@
 """What all groups of commands have in common."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from controller.errors import ParameterError
+
+if TYPE_CHECKING:
+    from controller.schema.parameters import ControllerParameters
 
 RecordingsFolder = Annotated[
     Path | None,
@@ -17,7 +20,20 @@ RecordingsFolder = Annotated[
     ),
 ]
 
+ObserverKappa = Annotated[
+    float,
+    typer.Option(help="Inertia of the actuator's table over the observer's, 1 to 100; as measured (docs observer)."),
+]
+
 Comments = Annotated[bool, typer.Option("--comments", help="Begin a CSV file with its origin, as lines with #.")]
+
+
+def controller_of(rods: int, integrator: str, observer_kappa: float) -> "ControllerParameters":
+    """What options say of the observer; ParameterError with the bound."""
+    from controller.schema.modes import Integrator
+    from controller.schema.parameters import ControllerParameters
+
+    return ControllerParameters(rods=rods, integrator=Integrator[integrator.upper()], observer_kappa=observer_kappa)
 
 
 def commands(**more: Any) -> typer.Typer:

@@ -16,9 +16,8 @@ def accepted_actuator(body: ActuatorBody, rig: RigParameters, in_force: Settings
     """The actuator that `body` describes; ParameterError unless this rig was built with it and stood and moved here."""
     from controller.simulation.acceptance import require_running  # in the planner only
 
-    believed = with_observer_kappa(rig, 1.0)
-    actuator = wanted_actuator(body, believed)
-    require_running(believed.with_actuator(actuator), in_force)
+    actuator = wanted_actuator(body, with_observer_kappa(rig, 1.0))
+    require_running(with_other_actuator(rig, actuator), in_force)
     return actuator
 
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.errors import TendrilError
+from controller.markdown import table
 from controller.schema.modes import Law, Mode
 from controller.schema.parameters import SENSORS, ControllerParameters, PlantKind, RigParameters, TwinParameters
 from controller.simulation.case import Case, Setup, run_case
@@ -24,7 +25,6 @@ SHARES = (0.5, 1.0, 1.4)
 """Of the plant's kappa what the observer is told; 1.4 is what a measurement finds, with creep and hysteresis in it."""
 PLANTS: tuple[PlantKind, ...] = ("rod", "cosserat")
 PATHS = ("circle_1hz", "circle_0.25hz", "vu")
-WHOSE = ("the table's", "the twin's")
 FIRST = 72
 """Seed of the first course."""
 DRAGS, SHORT = 50, 25
@@ -107,17 +107,16 @@ def measure() -> None:
 def print_estimates(pool: ProcessPoolExecutor) -> None:
     """By sensed rod, actuator and the observer's kappa."""
     kappas = (1.0, *(share * TwinParameters().kappa for share in SHARES))
-    print("| sensed | " + " | ".join(f"{name}, {kappa:.0f}" for name, kappa in product(NAMES, kappas)) + " |")
-    print("|---" * (1 + len(kappas) * len(NAMES)) + "|")
     jobs = list(product(RODS, NAMES, kappas))
     found = dict(zip(jobs, pool.map(estimated, jobs), strict=True))
-    for rods in RODS:
-        print(f"| {_said(rods)} |", *(f"{found[rods, *one]:.1f} |" for one in product(NAMES, kappas)))
+    head = ["sensed", *(f"{name}, {kappa:.0f}" for name, kappa in product(NAMES, kappas))]
+    rows = [[_said(rods), *(f"{found[rods, *one]:.1f}" for one in product(NAMES, kappas))] for rods in RODS]
+    print(table(head, rows), flush=True)
 
 
 def planned(job: tuple[PlantKind, str, str, float]) -> str:
-    """Rms distance [mm] of estimated and true tip, and of that from the path, by rod 6: of plant, name, path, kappa."""
-    plant, name, path, kappa = job
+    """Rms distance [mm] of estimated and true tip, and of that from the path, by rod 6: of plant, path, name, kappa."""
+    plant, path, name, kappa = job
     setup = Setup(TwinParameters(plant=plant), ControllerParameters(observer_kappa=kappa))
     try:
         found = run_case(Case(path, name, "rod6"), setup).metrics[Window.WHOLE]
@@ -128,14 +127,15 @@ def planned(job: tuple[PlantKind, str, str, float]) -> str:
 
 def print_paths(pool: ProcessPoolExecutor) -> None:
     """By rod 6 under FF + PI, on both plants, by the table's inertia and by the twin's."""
-    print("| plant, path | " + " | ".join(f"{name}, {inertia}" for name, inertia in product(NAMES, WHOSE)) + " |")
-    print("|---" * (1 + 2 * len(NAMES)) + "|")
-    kappas = (1.0, TwinParameters().kappa)
-    jobs = list(product(PLANTS, NAMES, PATHS, kappas))
+    kappas = {"the table's": 1.0, "the twin's": TwinParameters().kappa}
+    jobs = list(product(PLANTS, PATHS, NAMES, kappas.values()))
     found = dict(zip(jobs, pool.map(planned, jobs), strict=True))
-    for plant, path in product(PLANTS, PATHS):
-        cells = [found[plant, name, path, kappa] for name, kappa in product(NAMES, kappas)]
-        print(f"| {plant}, {path} | " + " | ".join(cells) + " |", flush=True)
+    head = ["plant, path", *(f"{name}, {whose}" for name, whose in product(NAMES, kappas))]
+    rows = [
+        [f"{plant}, {path}", *(found[plant, path, *one] for one in product(NAMES, kappas.values()))]
+        for plant, path in product(PLANTS, PATHS)
+    ]
+    print(table(head, rows), flush=True)
 
 
 def print_corrections(pool: ProcessPoolExecutor) -> None:

@@ -144,7 +144,7 @@ def measure(count: int, choices: list[str], observer_kappa: float) -> None:
     with ProcessPoolExecutor() as pool:
         for part in range(-(-count // PART)):
             each = min(PART, count - part * PART)
-            todo = (course._replace(observer_kappa=observer_kappa) for course in courses(part, choices))
+            todo = courses(part, choices, observer_kappa)
             for course, came in pool.map(_one, ((course, each) for course in todo)):
                 total[course.actuator, course.sensed] += (each, len(came.stops), len(came.swings))
                 if came.stops or came.swings:
@@ -154,11 +154,11 @@ def measure(count: int, choices: list[str], observer_kappa: float) -> None:
                 print(f"{name}, {sensed}:", *row, flush=True)
 
 
-def courses(part: int, choices: list[str]) -> Iterator[Course]:
+def courses(part: int, choices: list[str], observer_kappa: float) -> Iterator[Course]:
     """Of each combination one that no other part has."""
     for name, sensed, dragged in itertools.product(ACTUATORS, choices, (False, True)):
         for n, plant in enumerate(FAMILY):
-            yield Course(name, sensed, *plant, dragged, part * len(FAMILY) + n)
+            yield Course(name, sensed, *plant, dragged, part * len(FAMILY) + n, observer_kappa)
 
 
 if __name__ == "__main__":

@@ -75,7 +75,7 @@ def implicit_step(model: RodModel, load: Load, dt: float, state: RodState, work:
     velocity at its end it is of order 1; `meet_hinges` gives that one, to order 2. Modes faster than the step die
     within a few steps instead of being followed.
     Stability: no bound without gravity, for any N, stiffness, damping, springs of the observer and motion; it follows
-    from the energy. Under gravity damping has to be more than lift: `build/pace.py` looks where inertia is made less.
+    from the energy. Under gravity damping has to be more than lift: `build/pace.py` refuses where it is not.
     Energy: H after <= H before + damping's work + the load's work + lift, exactly and for every dt, where only lift,
     gravity's work on closing the hinges (order dt^3 a step, none without gravity), is not in the true balance. The
     reflection keeps H, the projection into the frozen directions lowers it, and the frozen motion y' = L y + f loses

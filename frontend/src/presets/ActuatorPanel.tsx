@@ -5,13 +5,13 @@ import type { RigInfo } from "../api/types";
 import { usePage } from "../live/page";
 import { ControlButton } from "../operate/ControlButton";
 import { Operations } from "../operate/operations";
-import { MODE } from "../rig/modes";
 import { Facts } from "../ui/Facts";
 import { kilopascals, millimetres, plain, seconds } from "../ui/format";
 import { LiveText } from "../ui/LiveText";
 import { useService } from "../ui/services";
 import { AskActuator } from "./AskActuator";
 import { presets, type ActuatorBody, type ActuatorChoice, type Plant } from "./presets";
+import { useWhyNoRestart } from "./useWhyNoRestart";
 
 type Actuator = RigInfo["parameters"]["actuator"];
 const GRAM = 1e3;
@@ -91,15 +91,10 @@ export function ActuatorPanel() {
 
 /** Why no other actuator can be chosen now, null when one can. */
 function useWhyNot(choice: ActuatorChoice | null, checked: string | null): string | null {
-  const starting = usePage((page) => page.starting);
-  const rigLive = usePage((page) => page.rigLive);
-  const vented = usePage((page) => page.mode === MODE.VENTED);
+  const because = useWhyNoRestart();
   if (!choice) return "Waiting for the server";
   if (choice.reason !== "") return choice.reason;
-  if (checked !== null) return `Checking that ${checked} stands and moves`;
-  if (starting !== "") return `The rig starts with ${starting}; it comes back vented`;
-  if (!rigLive) return "There is no rig";
-  return vented ? null : "Disarm first: the rig starts again";
+  return checked === null ? because : `Checking that ${checked} stands and moves`;
 }
 
 interface ChoiceProps {

@@ -1,18 +1,17 @@
 import { useState } from "react";
-import { usePage } from "../live/page";
 import { ControlButton } from "../operate/ControlButton";
 import { Operations } from "../operate/operations";
-import { MODE } from "../rig/modes";
 import { plain } from "../ui/format";
 import { useService } from "../ui/services";
 import { AskActuator } from "./AskActuator";
 import { kappaToOffer, type FirstModeInForce } from "./firstMode";
 import { presets } from "./presets";
+import { useWhyNoRestart } from "./useWhyNoRestart";
 
 /** Lets the observer's body move as fast as the arm was measured to, or by its table again; asks first. */
 export function ObserverKappa({ known }: { readonly known: FirstModeInForce }) {
   const operations = useService(Operations);
-  const because = useWhyNot();
+  const because = useWhyNoRestart();
   const [asked, setAsked] = useState(false);
   const kappa = kappaToOffer(known);
   if (kappa === null) return null;
@@ -43,14 +42,4 @@ export function ObserverKappa({ known }: { readonly known: FirstModeInForce }) {
       />
     </div>
   );
-}
-
-/** Why the rig cannot be started again now, null where it can. */
-function useWhyNot(): string | null {
-  const starting = usePage((page) => page.starting);
-  const rigLive = usePage((page) => page.rigLive);
-  const vented = usePage((page) => page.mode === MODE.VENTED);
-  if (starting !== "") return `The rig starts with ${starting}; it comes back vented`;
-  if (!rigLive) return "There is no rig";
-  return vented ? null : "Disarm first: the rig starts again";
 }

@@ -7,7 +7,7 @@ import typer
 from rich.console import Console
 
 from controller.system.origin import command_line
-from server.cli.typed import Comments, commands, refuse_given
+from server.cli.typed import Comments, ObserverKappa, commands, controller_of, refuse_given
 
 app = commands()
 out = Console()
@@ -197,18 +197,15 @@ def stability(
         float | None, typer.Option(help="Factor on stiffness and torque, which its first mode's square shows.")
     ] = None,
     rig: Annotated[str | None, typer.Option(help="Take both as they were measured on this rig.")] = None,
-    observer_kappa: Annotated[float, typer.Option(help="As of `tendril up`.")] = 1.0,
+    observer_kappa: ObserverKappa = 1.0,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
 ) -> None:
     """Whether the observer, and the loop around it, are stable over the whole reach (`tendril docs observer`)."""
     from controller.schema.actuator import read_actuator
-    from controller.schema.modes import Integrator
-    from controller.schema.parameters import ControllerParameters, RigParameters
+    from controller.schema.parameters import RigParameters
     from server.cli.research.stability import Wanted, run_stability
 
-    controller = ControllerParameters(
-        rods=rods, integrator=Integrator[integrator.upper()], observer_kappa=observer_kappa
-    )
+    controller = controller_of(rods, integrator, observer_kappa)
     parameters = RigParameters(actuator=read_actuator(actuator), controller=controller)
     run_stability(parameters, Wanted(sense, k_o, b_o, zeta, kappa, rig), json_file, out)
 
@@ -226,7 +223,7 @@ def track(
     plant_actuator: Annotated[
         str | None, typer.Option(help="What is simulated, where it is another body than the model's --actuator.")
     ] = None,
-    observer_kappa: Annotated[float, typer.Option(help="As of `tendril up`.")] = 1.0,
+    observer_kappa: ObserverKappa = 1.0,
     plant_scale: Annotated[
         str, typer.Option(help="Another plant: factors k, b, torque, friction, noise; added seconds delay, latency.")
     ] = "",
