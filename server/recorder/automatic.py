@@ -1,6 +1,7 @@
 """Recordings that nobody presses a button for: of a run, of a fault, and what a killed process left unfinished."""
 
 import asyncio
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -16,7 +17,7 @@ from server.recorder.review import Review
 from server.rig.client import Rig
 
 AFTER = 10.0
-"""So long after a fault its recording ends [s]."""
+"""So long after a fault the recording of it ends, whatever it was begun for [s]."""
 STOPPED = (Mode.FAULT, Mode.E_STOP)
 CALM = (None, Mode.VENTED, *STOPPED)
 """From these a fault or stop says nothing about a motion."""
@@ -53,7 +54,10 @@ class Automatic:
         self._settings, self._faults = settings, faults
         self._mode: Mode | None = None
         self._run = _OfRun()
-        self._fault = self._stopped = ""
+        self._until = -AFTER
+        """Until then what follows a fault is recorded [s, `time.monotonic`]."""
+        self._lasting = self._stopped = ""
+        """Ids of the recording that ends when all of that is in it, and of the one that was ended last."""
         self._ending = asyncio.Lock()
         """Held while a recording is ended: a run that follows at once would else go into the one of the run before."""
         self._tasks = Tasks(lambda text: events.add(text, "error"))
@@ -77,14 +81,10 @@ class Automatic:
     def _look_for_fault(self) -> None:
         newest = self._rig.newest
         before, self._mode = self._mode, None if newest is None else Mode(int(newest[0]["mode"]))
-        if (
-            newest is not None
-            and self._faults()
-            and self._mode in STOPPED
-            and before not in CALM
-            and not self.recording()
-        ):
-            self._tasks.begin("the recording of a fault", self._record_fault(Cause(int(newest[0]["cause"]))))
+        if newest is not None and self._faults() and self._mode in STOPPED and before not in CALM:
+            self._until = time.monotonic() + AFTER
+            if not self.recording():
+                self._tasks.begin("the recording of a fault", self._record_fault(Cause(int(newest[0]["cause"]))))
 
     async def begin_run(self, name: str, operator: str) -> None:
         """Record a run from now on, unless a recording of somebody goes on.
@@ -99,26 +99,29 @@ class Automatic:
         self._recorder.approach(first, end)
 
     def end_run(self) -> None:
-        """The run is over, and so is the recording that was begun for it, or that begins at this moment."""
+        """The run is over, and so is the recording that was begun for it, or that begins at this moment.
+
+        Where a fault has ended the run, what follows it is recorded, too.
+        """
+        self._look_for_fault()
         run, self._run = self._run, _OfRun()
         run.over = True
         if run.id:
-            self._tasks.begin("the end of a recording", self._stop(run.id))
+            self._end_later(run.id)
 
     async def _record_run(self, run: _OfRun, name: str, operator: str) -> None:
-        if self._fault:
-            await self._stop(self._fault)
         async with self._ending:
+            if self._lasting:
+                await self._end(self._lasting)
+            self._until = time.monotonic()
             if self.recording() is None and not run.over:
                 run.id = await self._start(name, Context(profile="standard", operator=operator, reference=name))
             if run.id and run.over:
-                await self._end(run.id)
+                self._end_later(run.id)
 
     async def _record_fault(self, cause: Cause) -> None:
-        self._fault = id = await self._start(f"{FAULT}{words(cause)}", Context(profile="standard"))
-        if id:
-            await asyncio.sleep(AFTER)
-            await self._stop(id)
+        if id := await self._start(f"{FAULT}{words(cause)}", Context(profile="standard")):
+            self._end_later(id)
 
     async def _resume(self, cut: Cut) -> None:
         """The process that wrote it was killed, and nothing else: what is recorded may last."""
@@ -133,8 +136,8 @@ class Automatic:
         except TendrilError as error:
             return self._events.add(f"recording {cut.id} ends where it was cut off: {error}", "warning")
         if await self._start(cut.name, context) and (over or self._stopped == first):
-            await asyncio.sleep(AFTER)
-            await self._stop(first)
+            self._until = time.monotonic() + AFTER
+            self._end_later(first)
 
     def _rest(self, cut: Recording, first: str) -> Context:
         """How `cut` goes on: with all that the rig's ring still holds of it; TendrilError when it cannot."""
@@ -158,14 +161,20 @@ class Automatic:
         self._events.add(f"recording {state.id} {how}", "warning" if state.gaps else "info")
         return state.id
 
-    async def _stop(self, id: str) -> None:
-        """End the recording whose first part is `id`, unless somebody has ended it already."""
+    def _end_later(self, id: str) -> None:
+        """End the recording whose first part is `id` once all that follows a fault is in it, at once without one."""
+        self._lasting = id
+        self._tasks.begin("the end of a recording", self._last(id))
+
+    async def _last(self, id: str) -> None:
+        while (left := self._until - time.monotonic()) > 0:  # another fault may come meanwhile
+            await asyncio.sleep(left)
         async with self._ending:
             await self._end(id)
 
     async def _end(self, id: str) -> None:
-        """`_stop`, for who holds `_ending`."""
-        self._stopped = id
+        """End the recording whose first part is `id`, unless somebody has ended it already; within `_ending`."""
+        self._lasting, self._stopped = "", id
         if self._recorder.first() != id:
             return
         try:

@@ -3,6 +3,7 @@
 import os
 import shutil
 import signal
+import time
 from typing import Any, cast
 
 import numpy as np
@@ -13,7 +14,7 @@ from controller.schema.modes import Mode
 from recordings.format.messages import Recording
 from recordings.read.reader import read_rows
 from server.rig.client import Rig
-from tests.server.live_server import WRITER, Page, RigProcess, TestServer, taken, wait_for
+from tests.server.live_server import WRITER, Live, Page, RigProcess, TestServer, taken, wait_for
 from tests.server.runs.test_runs import armed, ring, wait_run
 
 ROW = record_dtype(Telemetry)
@@ -41,19 +42,51 @@ def test_a_run_that_is_refused_or_not_to_be_recorded_leaves_none(server: TestSer
         assert page.get("/api/recordings").json() == []
 
 
-def test_a_stop_under_pressure_is_recorded_with_what_came_before_it(server: TestServer) -> None:
-    server.settings.record_faults = True
+def test_a_stop_under_pressure_is_recorded_with_what_came_before_and_after_it(server: TestServer) -> None:
     with armed(server) as (page, live):
-        page.command("e_stop")
-        wait_for(lambda: server.services.recorder.state().recording, "a recording of the stop")
-        live.wait_mode(Mode.E_STOP)
+        stop(server, page, live)
         found = closed(page)
     assert found.name.startswith("fault: ")
-    rows = read_rows(server.services.folder.store.path(found.id))
-    stop = int(np.flatnonzero(rows["mode"] == Mode.HOLD)[-1]) + 1
-    assert rows["mode"][stop] == Mode.E_STOP
-    assert rows["t_ns"][-1] - rows["t_ns"][stop] > 9.5e9
+    rows, last = read_rows(server.services.folder.store.path(found.id)), stops(server, found)[-1]
+    assert rows["mode"][last - 1] == Mode.HOLD and rows["mode"][last] == Mode.E_STOP
     assert (np.diff(rows["tick"]) == 1).all()
+
+
+def test_what_follows_is_recorded_of_a_second_stop_as_well(server: TestServer) -> None:
+    with armed(server) as (page, live):
+        stop(server, page, live)
+        for request, mode in (("clear", Mode.VENTED), ("arm", Mode.HOLD)):
+            assert page.command(request).status_code == 200
+            live.wait_mode(mode)
+        time.sleep(3.0)
+        stop(server, page, live)
+        found = closed(page)
+    assert len(stops(server, found)) == 2
+
+
+def test_the_recording_of_a_run_has_what_follows_the_stop_that_ended_it(server: TestServer) -> None:
+    with armed(server) as (page, live):
+        taken(page.run(json=ring(6.0)))
+        wait_run(live, lambda state: state["state"] == "running")
+        stop(server, page, live)
+        found = closed(page)
+        assert page.get("/api/runs").json()[0]["recording"] == found.id
+    assert len(stops(server, found)) == 1
+
+
+def test_a_run_after_a_stop_has_a_recording_of_its_own(server: TestServer) -> None:
+    with armed(server) as (page, live):
+        stop(server, page, live)
+        assert page.command("clear").status_code == 200
+        assert page.command("arm").status_code == 200
+        live.wait_mode(Mode.HOLD)
+        taken(page.run(json=ring(0.5)))
+        wait_run(live, lambda state: state["state"] == "done")
+        wait_for(lambda: all(part.complete for part in two(page)), "their ends")
+    run, fault = two(page)
+    assert (run.reference, fault.reference) == ("ring", "") and fault.name.startswith("fault: ")
+    tick = [read_rows(server.services.folder.store.path(part.id), ("tick",))["tick"] for part in (fault, run)]
+    assert tick[0][-1] < tick[1][-1]
 
 
 def test_a_recording_of_a_killed_server_goes_on_without_a_missing_tick(
@@ -136,6 +169,22 @@ def test_ticks_that_the_ring_lost_do_not_hide_those_that_it_holds() -> None:
 
     rig._link = cast(Any, Link())
     assert rig.replay(1000, 58_500)["tick"].tolist() == [*range(50_000, 58_500)]
+
+
+def stop(server: TestServer, page: Page, live: Live) -> None:
+    """E-STOP; this one is recorded, the one that every operator begins with is not."""
+    server.settings.record_faults = True
+    assert page.command("e_stop").status_code == 200
+    live.wait_mode(Mode.E_STOP)
+    wait_for(lambda: server.services.recorder.state().recording, "a recording of the stop")
+
+
+def stops(server: TestServer, found: Recording) -> list[int]:
+    """Rows of a recording that are the first of an E-STOP, after the last of which it goes on for its 10 s."""
+    rows = read_rows(server.services.folder.store.path(found.id), ("t_ns", "mode"))
+    first = np.flatnonzero(np.diff((rows["mode"] == Mode.E_STOP).astype(int)) == 1) + 1
+    assert len(first) and rows["t_ns"][-1] - rows["t_ns"][first[-1]] > 9.5e9
+    return [int(row) for row in first]
 
 
 def kill_writer() -> None:

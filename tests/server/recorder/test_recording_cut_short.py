@@ -6,6 +6,11 @@ from collections.abc import Coroutine
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
+
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Telemetry
+from controller.schema.modes import Mode
 from controller.schema.parameters import Settings
 from recordings.format.messages import Recording, RecordingState
 from recordings.write.writer import Recorder
@@ -51,10 +56,23 @@ class Desk:
         self.recorder, self.events, self.looked_after = SlowRecorder(), EventLog(), list[str]()
         recorder = cast(Recorder, self.recorder)
         review = cast(Review, SimpleNamespace(stopped=self.looked_after.append))
-        rig = cast(Rig, SimpleNamespace(info=1, require_info=lambda: 1, newest=None))
+        self.heard = SimpleNamespace(info=1, require_info=lambda: 1, newest=None, boot=lambda: None)
+        rig = cast(Rig, self.heard)
         self.automatic = Automatic(recorder, rig, review, self.events, Settings, lambda: True)
         operator = cast(Operator, SimpleNamespace(settings=Settings()))
         self.by_hand = RecordingByHand(recorder, cast(RecordingsFolder, None), review, rig, operator, self.events)
+
+    async def fault(self) -> str:
+        """The rig is stopped under pressure: the id of the recording that this begins."""
+        for mode in (Mode.HOLD, Mode.E_STOP):
+            self.heard.newest = np.zeros(1, record_dtype(Telemetry))
+            self.heard.newest["mode"] = mode
+            self.automatic.look()
+        async with asyncio.timeout(10.0):
+            while not self.recorder.going:
+                await asyncio.sleep(0.01)
+        await asyncio.sleep(0.05)
+        return self.recorder.going
 
 
 async def cancelled(waiting: Coroutine[Any, Any, Any]) -> None:
@@ -117,12 +135,12 @@ async def test_a_run_that_was_over_before_the_recorder_was_asked_is_not_recorded
 async def test_a_fault_whose_recording_a_cancelled_run_ended_is_looked_after() -> None:
     desk = Desk()
     desk.recorder.may_start.set()
-    desk.automatic._fault = desk.recorder.start("fault: x").id
+    fault = await desk.fault()
     await cancelled(desk.automatic.begin_run("ring", "ann"))
     desk.automatic.end_run()
     desk.recorder.may_stop.set()
-    await until(desk, ["fault: x 0"])
-    assert desk.recorder.begun == ["fault: x 0"]
+    await until(desk, [fault])
+    assert desk.recorder.begun == [fault]
 
 
 async def test_a_macro_that_is_ended_while_it_ends_a_recording_leaves_it_to_the_review() -> None:
