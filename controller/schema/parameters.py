@@ -120,6 +120,15 @@ class ControllerParameters(Model):
     """The same for its acceleration over 20 ms (ours: the paper's 2 Hz circle sets in at once, with 19 m/s^2)."""
 
 
+def usual_kappa(actuator: Actuator, integrator: Integrator) -> float:
+    """`observer_kappa` before anybody has measured it: of the paper's actuators the fit's, of others the table's, 1.
+
+    With the paper's RK4 it is the paper's, 1: with a faster body it would not be stable.
+    """
+    fitted = integrator == Integrator.IMPLICIT and actuator in PRESETS.values()
+    return float(TWIN["kappa"]) if fitted else 1.0
+
+
 class SafetyLimits(Model):
     """Watchdog times and limits (docs/safety.md); every age is measured on the loop's own clock."""
 

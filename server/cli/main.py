@@ -22,6 +22,7 @@ from server.cli.tokens import app as token_app
 from server.cli.typed import ObserverKappa, RecordingsFolder, commands, controller_of, refuse_given
 
 if TYPE_CHECKING:
+    from controller.schema.actuator import Actuator
     from controller.schema.parameters import ControllerParameters, PlantKind, RigParameters
     from server.supervise.ready import Addresses
 
@@ -108,7 +109,7 @@ def up(
     plant: PlantName = "rod",
     rods: Rods = 10,
     integrator: Stepping = "implicit",
-    observer_kappa: ObserverKappa = 1.0,
+    observer_kappa: ObserverKappa = None,
     loop_gap: LoopGap = None,
     host: Host = "127.0.0.1",
     port: Port = 8321,
@@ -123,6 +124,7 @@ def up(
 ) -> None:
     """Start rig (twin, or the devices of a rig file) and server on this machine and keep both alive."""
     from controller.realtime.settings import RigSettings
+    from controller.schema.actuator import read_actuator
     from server.cli.rig_files import named_rig, rig_parameters
     from server.settings import ServerSettings
     from server.supervise.up import run_up, with_last_actuator
@@ -146,8 +148,9 @@ def up(
     def parameters() -> "tuple[RigParameters, RigParameters | None]":
         if file is not None:
             return rig_parameters(file, loop_gap), None
-        found = _parameters(actuator or "P1", plant, controller_of(rods, integrator, observer_kappa), loop_gap)
-        return (found, None) if actuator else (with_last_actuator(found, settings), found)
+        body = read_actuator(actuator or "P1")
+        found = _parameters(body, plant, controller_of(body, observer_kappa, rods, integrator), loop_gap)
+        return (found, None) if actuator else (with_last_actuator(found, settings, observer_kappa), found)
 
     run_up(RigSettings(rig=name, log_format=log_format), parameters, settings, browser, ready)
 
@@ -200,7 +203,7 @@ def rig(
     plant: PlantName = "rod",
     rods: Rods = 10,
     integrator: Stepping = "implicit",
-    observer_kappa: ObserverKappa = 1.0,
+    observer_kappa: ObserverKappa = None,
     loop_gap: LoopGap = None,
     listen: Annotated[str, typer.Option(help="Where servers connect.")] = "tcp/127.0.0.1:7447",
     key_file: KeyFile = None,
@@ -211,6 +214,7 @@ def rig(
     """Start the rig process only: the 1 kHz loop, with the twin or the devices of a rig file."""
     from controller.realtime.rig import run_rig
     from controller.realtime.settings import RigSettings
+    from controller.schema.actuator import read_actuator
     from server.cli.rig_files import named_rig, rig_parameters
 
     _start_log("rig", log_format)
@@ -218,7 +222,8 @@ def rig(
     name, file = named_rig(rig)
     _refuse_beside_file(context, file)
     if file is None:
-        parameters = _parameters(actuator, plant, controller_of(rods, integrator, observer_kappa), loop_gap)
+        body = read_actuator(actuator)
+        parameters = _parameters(body, plant, controller_of(body, observer_kappa, rods, integrator), loop_gap)
     else:
         parameters = rig_parameters(file, loop_gap)
     link = RigSettings(rig=name, listen=listen, key_file=key_file, link_tls=link_tls, ready=ready)
@@ -325,16 +330,16 @@ def _say_addresses(at: "Addresses") -> None:
 
 
 def _parameters(
-    actuator: str, plant: "PlantKind", controller: "ControllerParameters", loop_gap: float | None
+    actuator: "Actuator", plant: "PlantKind", controller: "ControllerParameters", loop_gap: float | None
 ) -> "RigParameters":
     """Those of a rig, refused here rather than in the process that would run it."""
-    from controller.schema.actuator import PRESETS, read_actuator
+    from controller.schema.actuator import PRESETS
     from controller.schema.parameters import RigParameters, SafetyLimits, TwinParameters
     from controller.simulation.acceptance import require_built, require_running
 
     limits = SafetyLimits() if loop_gap is None else SafetyLimits(loop_gap=loop_gap)
     twin = TwinParameters(plant=plant)
-    parameters = RigParameters(actuator=read_actuator(actuator), controller=controller, limits=limits, twin=twin)
-    require = require_built if actuator in PRESETS else require_running
+    parameters = RigParameters(actuator=actuator, controller=controller, limits=limits, twin=twin)
+    require = require_built if actuator in PRESETS.values() else require_running
     require(parameters)
     return parameters

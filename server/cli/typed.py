@@ -8,6 +8,7 @@ import typer
 from controller.errors import ParameterError
 
 if TYPE_CHECKING:
+    from controller.schema.actuator import Actuator
     from controller.schema.parameters import ControllerParameters
 
 RecordingsFolder = Annotated[
@@ -21,19 +22,26 @@ RecordingsFolder = Annotated[
 ]
 
 ObserverKappa = Annotated[
-    float,
-    typer.Option(help="Inertia of the actuator's table over the observer's, 1 to 100; as measured (docs observer)."),
+    float | None,
+    typer.Option(
+        help="Inertia of the actuator's table over the observer's, 1 to 100; without it that of the fit for P1 to P3, "
+        "and 1 for others (docs observer)."
+    ),
 ]
 
 Comments = Annotated[bool, typer.Option("--comments", help="Begin a CSV file with its origin, as lines with #.")]
 
 
-def controller_of(rods: int, integrator: str, observer_kappa: float) -> "ControllerParameters":
-    """What options say of the observer; ParameterError with the bound."""
+def controller_of(
+    actuator: "Actuator", observer_kappa: float | None, rods: int = 10, integrator: str = "implicit"
+) -> "ControllerParameters":
+    """What options say of the observer of `actuator`; ParameterError with the bound."""
     from controller.schema.modes import Integrator
-    from controller.schema.parameters import ControllerParameters
+    from controller.schema.parameters import ControllerParameters, usual_kappa
 
-    return ControllerParameters(rods=rods, integrator=Integrator[integrator.upper()], observer_kappa=observer_kappa)
+    step = Integrator[integrator.upper()]
+    kappa = usual_kappa(actuator, step) if observer_kappa is None else observer_kappa
+    return ControllerParameters(rods=rods, integrator=step, observer_kappa=kappa)
 
 
 def commands(**more: Any) -> typer.Typer:

@@ -6,7 +6,7 @@ from pydantic import ValidationError
 
 from controller.errors import ParameterError, TendrilError, sentence
 from controller.schema.actuator import PRESETS, Actuator, parse_actuator
-from controller.schema.parameters import PlantKind, RigParameters, Settings
+from controller.schema.parameters import PlantKind, RigParameters, Settings, usual_kappa
 from controller.system.whole_file import read_whole, set_aside, write_whole
 from server.presets.messages import ActuatorBody
 from server.settings import ServerSettings
@@ -16,17 +16,20 @@ def accepted_actuator(body: ActuatorBody, rig: RigParameters, in_force: Settings
     """The actuator that `body` describes; ParameterError unless this rig was built with it and stood and moved here."""
     from controller.simulation.acceptance import require_running  # in the planner only
 
-    actuator = wanted_actuator(body, with_observer_kappa(rig, 1.0))
+    actuator = wanted_actuator(body, rig)
     require_running(with_other_actuator(rig, actuator), in_force)
     return actuator
 
 
-def with_other_actuator(rig: RigParameters, actuator: Actuator) -> RigParameters:
-    """The same rig with `actuator`, and with its table's inertia in the observer: what was measured is another's."""
-    return with_observer_kappa(rig.with_actuator(actuator), 1.0)
+def with_other_actuator(rig: RigParameters, actuator: Actuator, observer_kappa: float | None = None) -> RigParameters:
+    """The same rig with `actuator`, and in its observer with `observer_kappa`, or else with what is usual with that
+    actuator: what was measured is another's.
+    """
+    kappa = usual_kappa(actuator, rig.controller.integrator) if observer_kappa is None else observer_kappa
+    return with_observer_kappa(rig.with_actuator(actuator), kappa)
 
 
-def wanted_actuator(body: ActuatorBody, rig: RigParameters) -> Actuator:
+def wanted_actuator(body: ActuatorBody, rig: RigParameters, observer_kappa: float | None = None) -> Actuator:
     """The actuator that `body` describes; ParameterError unless all of this rig can be built for it."""
     from controller.simulation.acceptance import require_built
 
@@ -38,7 +41,7 @@ def wanted_actuator(body: ActuatorBody, rig: RigParameters) -> Actuator:
         actuator = PRESETS[body.name]
     else:
         raise ParameterError(f"actuator = {body.name!r} is not one of {', '.join(PRESETS)}")
-    require_built(rig.with_actuator(actuator))
+    require_built(with_other_actuator(rig, actuator, observer_kappa))
     return actuator
 
 
@@ -87,10 +90,10 @@ def keep(path: Path, body: ActuatorBody) -> None:
     write_whole(path, body.model_dump_json(exclude_none=True))
 
 
-def kept_actuator(path: Path, rig: RigParameters) -> Actuator | None:
+def kept_actuator(path: Path, rig: RigParameters, observer_kappa: float | None = None) -> Actuator | None:
     """The actuator that was chosen last, None if none was; TendrilError when this rig cannot have it."""
     try:
-        return wanted_actuator(ActuatorBody.model_validate_json(read_whole(path)), rig)
+        return wanted_actuator(ActuatorBody.model_validate_json(read_whole(path)), rig, observer_kappa)
     except FileNotFoundError:
         return None
     except OSError as error:

@@ -138,22 +138,24 @@ def usable_key(server: ServerSettings, folder: Path) -> Path:
     return server.key
 
 
-def with_last_actuator(parameters: RigParameters, server: ServerSettings) -> RigParameters:
+def with_last_actuator(
+    parameters: RigParameters, server: ServerSettings, observer_kappa: float | None = None
+) -> RigParameters:
     """`parameters` with the actuator that was chosen last in the page; as they are, with a warning, where it cannot be
-    had.
+    had. Their observer's kappa becomes what is usual with it, unless they were asked for with `observer_kappa`.
     """
-    from server.presets.actuator import kept_actuator, kept_file
+    from server.presets.actuator import kept_actuator, kept_file, with_other_actuator
 
     path = kept_file(server)
     try:
-        actuator = kept_actuator(path, parameters)
+        actuator = kept_actuator(path, parameters, observer_kappa)
     except TendrilError as error:
         log.warning("actuator %s, not the one chosen last: %s %s", parameters.actuator.name, path, error)
         return parameters
     if actuator is None:
         return parameters
     out.print(f"Actuator {actuator.name}, as chosen last in the page; --actuator takes another.", markup=False)
-    return parameters.with_actuator(actuator)
+    return with_other_actuator(parameters, actuator, observer_kappa)
 
 
 def environment(settings: ServerSettings) -> dict[str, str]:

@@ -2,7 +2,8 @@
 
 `python -m tests.controller.following` makes 500 clicks and 500 drags of each actuator, with each choice of sensors, on
 each plant: 486,000 in all, some four and a half hours of a core; `... 100 "rod 3" tip` 100 of each with those sensors,
-`... --observer-kappa 40` with the plant's inertia in the observer. What came so far is printed after each 50.
+`... --observer-kappa 1` with the table's inertia in every observer, not as `tendril up` begins. What came so far is
+printed after each 50.
 """
 
 import argparse
@@ -17,7 +18,7 @@ from controller.arrays import Rows
 from controller.build.statics import static_map
 from controller.schema.actuator import PRESETS, Actuator
 from controller.schema.modes import Cause, Law, Mode, Request
-from controller.schema.parameters import ControllerParameters, Integrator, RigParameters, TwinParameters
+from controller.schema.parameters import ControllerParameters, Integrator, RigParameters, TwinParameters, usual_kappa
 from tests.controller.trial import Trial, true_tip
 
 SENSED = {
@@ -138,7 +139,7 @@ def _one(job: tuple[Course, int]) -> tuple[Course, Came]:
     return job[0], came_of(*job, patient=True)  # what dies out late is no limit cycle
 
 
-def measure(count: int, choices: list[str], observer_kappa: float) -> None:
+def measure(count: int, choices: list[str], observer_kappa: float | None) -> None:
     """`count` clicks and `count` drags of each actuator with each of the choices of sensors on each plant."""
     total = {pair: np.zeros(3, int) for pair in itertools.product(ACTUATORS, choices)}
     with ProcessPoolExecutor() as pool:
@@ -154,16 +155,17 @@ def measure(count: int, choices: list[str], observer_kappa: float) -> None:
                 print(f"{name}, {sensed}:", *row, flush=True)
 
 
-def courses(part: int, choices: list[str], observer_kappa: float) -> Iterator[Course]:
+def courses(part: int, choices: list[str], observer_kappa: float | None) -> Iterator[Course]:
     """Of each combination one that no other part has."""
     for name, sensed, dragged in itertools.product(ACTUATORS, choices, (False, True)):
+        kappa = observer_kappa or usual_kappa(ACTUATORS[name], Integrator.IMPLICIT)
         for n, plant in enumerate(FAMILY):
-            yield Course(name, sensed, *plant, dragged, part * len(FAMILY) + n, observer_kappa)
+            yield Course(name, sensed, *plant, dragged, part * len(FAMILY) + n, kappa)
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser()
     parser.add_argument("count", type=int, nargs="?", default=500)
     parser.add_argument("choices", nargs="*", default=list(SENSED))
-    parser.add_argument("--observer-kappa", type=float, default=1.0)
+    parser.add_argument("--observer-kappa", type=float)
     measure(**vars(parser.parse_args()))

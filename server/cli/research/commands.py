@@ -197,7 +197,7 @@ def stability(
         float | None, typer.Option(help="Factor on stiffness and torque, which its first mode's square shows.")
     ] = None,
     rig: Annotated[str | None, typer.Option(help="Take both as they were measured on this rig.")] = None,
-    observer_kappa: ObserverKappa = 1.0,
+    observer_kappa: ObserverKappa = None,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
 ) -> None:
     """Whether the observer, and the loop around it, are stable over the whole reach (`tendril docs observer`)."""
@@ -205,8 +205,8 @@ def stability(
     from controller.schema.parameters import RigParameters
     from server.cli.research.stability import Wanted, run_stability
 
-    controller = controller_of(rods, integrator, observer_kappa)
-    parameters = RigParameters(actuator=read_actuator(actuator), controller=controller)
+    body = read_actuator(actuator)
+    parameters = RigParameters(actuator=body, controller=controller_of(body, observer_kappa, rods, integrator))
     run_stability(parameters, Wanted(sense, k_o, b_o, zeta, kappa, rig), json_file, out)
 
 
@@ -223,7 +223,7 @@ def track(
     plant_actuator: Annotated[
         str | None, typer.Option(help="What is simulated, where it is another body than the model's --actuator.")
     ] = None,
-    observer_kappa: ObserverKappa = 1.0,
+    observer_kappa: ObserverKappa = None,
     plant_scale: Annotated[
         str, typer.Option(help="Another plant: factors k, b, torque, friction, noise; added seconds delay, latency.")
     ] = "",
@@ -248,7 +248,7 @@ def track(
     from controller.research.experiments.plant_scale import scaled
     from controller.research.track import TrackTask, require_controller
     from controller.schema.actuator import read_actuator
-    from controller.schema.parameters import ControllerParameters, TwinParameters
+    from controller.schema.parameters import TwinParameters
     from controller.simulation.case import Setup
     from server.cli.research.track import Wanted, run_track
 
@@ -256,10 +256,10 @@ def track(
     if out_file is None or out_file.suffix != ".csv":
         refuse_given(context, f"is for --out FILE.csv, not {out_file or 'a run without --out'}", "comments")
     wish = Wish(project, frequency, velocity_feedforward, start)
-    believed = ControllerParameters(observer_kappa=observer_kappa)
-    setup = Setup(twin=scaled(TwinParameters(plant=plant), plant_scale), controller=believed)
-    body = read_actuator(plant_actuator) if plant_actuator else None
-    task = TrackTask(reference, read_actuator(actuator), law, seed, wish, setup, body)
+    model, body = read_actuator(actuator), read_actuator(plant_actuator) if plant_actuator else None
+    observing = controller_of(model, observer_kappa)
+    setup = Setup(twin=scaled(TwinParameters(plant=plant), plant_scale), controller=observing)
+    task = TrackTask(reference, model, law, seed, wish, setup, body)
     run_track(task, Wanted(json_file, out_file, plot, comments), out)
 
 

@@ -146,7 +146,7 @@ def test_the_rig_comes_back_with_another_actuator_and_the_page_follows(page: Pag
     shot(page, "actuator")
 
 
-def test_the_measured_inertia_is_taken_into_the_observer_and_the_tables_again(page: Page, product: Product) -> None:
+def test_the_observer_takes_the_tables_inertia_and_the_measured_one(page: Page, product: Product) -> None:
     three, now = Interval(value=40.0, low=38.0, high=42.0), datetime.now(UTC)
     mode = MeasuredMode(
         **{name: three for name in ("frequency", "zeta", "kappa")},
@@ -160,7 +160,7 @@ def test_the_measured_inertia_is_taken_into_the_observer_and_the_tables_again(pa
     page.reload()
     operate(page, "Gains")
     button, facts = page.get_by_test_id("observer-kappa"), page.get_by_test_id("first-mode-facts")
-    for word, then in (("Measured κ", "40.0"), ("Table's κ", "1, the actuator's table")):
+    for word, then in (("Table's κ", "1, the actuator's table"), ("Measured κ", "40.0")):
         expect(button).to_contain_text(word, timeout=30_000)
         button.click()
         page.get_by_test_id("actuator-confirm").click()

@@ -23,9 +23,12 @@ import server.cli.bench
 import server.cli.main
 from controller.errors import TendrilError
 from controller.research.bench.bench import time_beside_mujoco
+from controller.schema.actuator import PRESETS
+from controller.schema.fit import TWIN
 from controller.system.origin import ROOT, our_version
 from server.app.run import listen
 from server.cli.main import app, main
+from server.cli.typed import controller_of
 
 FILE = str(ROOT / "docs" / "examples" / "rig.toml")
 ONLY_THERE = f"{FILE} says which actuator is driven"
@@ -115,6 +118,18 @@ def test_an_option_has_one_meaning_and_one_name_in_every_command() -> None:
     folders = {words for words, command in ALL.items() for one in command.params if "--folder" in one.opts}
     assert {("up",), ("serve",), ("recordings", "ls"), ("recordings", "import")} <= folders
     assert all("--recordings" in one.opts for words in folders for one in ALL[words].params if "--folder" in one.opts)
+
+
+def test_the_observer_of_the_papers_actuators_has_the_fits_inertia_unless_told_otherwise() -> None:
+    own = PRESETS["P2"].model_copy(update={"name": "Own"})
+    for actuator, said, integrator, kappa in [
+        (PRESETS["P2"], None, "implicit", TWIN["kappa"]),
+        (PRESETS["P2"], 1.0, "implicit", 1.0),
+        (PRESETS["P2"], None, "rk4", 1.0),
+        (own, None, "implicit", 1.0),
+        (own, 7.0, "implicit", 7.0),
+    ]:
+        assert controller_of(actuator, said, 10, integrator).observer_kappa == kappa
 
 
 def test_the_version_names_the_commit() -> None:

@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from controller.realtime.settings import RigSettings
 from controller.realtime.supervisor import Started
 from controller.schema.actuator import PRESETS, write_actuator
-from controller.schema.fit import GAINS
+from controller.schema.fit import GAINS, TWIN
 from controller.schema.modes import Mode
 from controller.schema.parameters import RigParameters
 from server.access.permit import Permit
@@ -95,7 +95,8 @@ def test_the_next_start_has_the_actuator_chosen_last_or_the_default_where_that_f
         (ActuatorBody(toml=(tmp_path / "own.toml").read_text()), own),
     ]:
         keep(kept_file(server), body)
-        assert with_last_actuator(rig, server).actuator == wanted
+        assert with_last_actuator(rig, server) == with_other_actuator(rig, wanted)
+        assert with_last_actuator(rig, server, 7.0) == with_other_actuator(rig, wanted, 7.0)
     assert caplog.text == ""
     for text, complaint in [
         ('{"name": "P9"}', "'P9' is not one of P1, P2, P3"),
@@ -253,7 +254,7 @@ def test_another_inertia_of_the_observer_is_ordered_from_rest_and_with_another_a
     assert wanted is not None and wanted.controller.observer_kappa == 41.5
     assert with_observer_kappa(wanted, 1.0) == server.services.rig.require_info().parameters
     other = with_other_actuator(wanted, PRESETS["P2"])
-    assert (other.actuator, other.controller.observer_kappa) == (PRESETS["P2"], 1.0)
+    assert (other.actuator, other.controller.observer_kappa) == (PRESETS["P2"], TWIN["kappa"])
 
 
 def test_an_order_for_a_plant_leaves_the_actuator_and_is_told_by_both_names(tmp_path: Path) -> None:
