@@ -2,12 +2,13 @@
 
 In maximal coordinates mass, stiffness and damping are constant; only the directions of the hinges, A(q), turn. A step
 freezes them where its middle will be, theta* = theta + dt/2 omega. What is left is linear and dissipative,
-  M v' = Q - K q - B v + A*^T lambda,   A* v = 0,   theta' = omega,
-with the observer's springs and dampers in K and B, and is advanced by the L-stable SDIRK method of order 2: two stages,
-one factorisation, high modes die at once. The velocity goes from one step's directions into the next's by a reflection
-through those between the two steps, which turns it without changing its kinetic energy, as the true motion does. x and
-y follow from the angles, so the hinges never open. The energy law then holds for every dt, N, stiffness and pose; see
-`implicit_step`.
+  M v' = Q - K q - D (theta - theta*) - B v + A*^T lambda,   A* v = 0,   theta' = omega,
+with the observer's springs and dampers in K and B, and in the diagonal D what a force does by turning with the hinges:
+rods hang on what pulls at them, be it weight, a load or a spring. That is advanced by the L-stable SDIRK method of
+order 2: two stages, one factorisation, high modes die at once. The velocity goes from one step's directions into the
+next's by a reflection through those between the two steps, which turns it without changing its kinetic energy, as the
+true motion does. x and y follow from the angles, so the hinges never open. The energy law then holds for every dt, N,
+stiffness and pose; see `implicit_step`.
 """
 
 import math
@@ -55,16 +56,18 @@ class ImplicitWork(Group):
     """Right-hand side of the projection (2,N) [m/s]."""
     points: Points
     """Of the observer's springs."""
+    hang: Array
+    """D: stiffness with which what pulls at each rod holds its direction (N,) [N m/rad]; 0 where it topples the rod."""
     lift: Array
-    """(1,) gravity's work on the way from the frozen motion to closed hinges in the last step [J]."""
+    """(1,) gravity's work on the way from the frozen motion to closed hinges in the last step, and what `hang` holds
+    at its end more than at its beginning [J]."""
 
 
 def make_implicit_work(rods: int, springs: int = 0) -> ImplicitWork:
     """Scratch arrays for a chain of `rods` whose load has room for `springs`."""
     a, v, G, r = (np.zeros((rows, rods)) for rows in (2, 3, 4, 2))
-    return ImplicitWork(
-        np.zeros(rods), a, v, make_block(rods), np.zeros((2, rods + 1)), G, r, make_points(springs), np.zeros(1)
-    )
+    (theta, hang), points, lift = np.zeros((2, rods)), make_points(springs), np.zeros(1)
+    return ImplicitWork(theta, a, v, make_block(rods), np.zeros((2, rods + 1)), G, r, points, hang, lift)
 
 
 @kernel
@@ -74,12 +77,14 @@ def implicit_step(model: RodModel, load: Load, dt: float, state: RodState, work:
     Order: 2 in the pose. state.v is carried in the directions that the hinges had at the middle of the step, so as the
     velocity at its end it is of order 1; `meet_hinges` gives that one, to order 2. Modes faster than the step die
     within a few steps instead of being followed.
-    Stability: no bound without gravity, for any N, stiffness, damping, springs of the observer and motion; it follows
-    from the energy. Under gravity damping has to be more than lift: `build/pace.py` refuses where it is not.
-    Energy: H after <= H before + damping's work + the load's work + lift, exactly and for every dt, where only lift,
-    gravity's work on closing the hinges (order dt^3 a step, none without gravity), is not in the true balance. The
-    reflection keeps H, the projection into the frozen directions lowers it, and the frozen motion y' = L y + f loses
-    (GAMMA^2 dt^3 / 2) (GAMMA^2 dt |L^2 x|^2 - <L L x, L x>) >= 0 with x = (1 - GAMMA dt L)^-2 (y - its rest).
+    Stability: about a rest in which no force topples a rod no small motion grows, for any dt, N, stiffness, damping,
+    gravity, load and springs. To first order all of them are in L below, which is then dissipative, and the method's
+    R(dt L) is a contraction (von Neumann). Without gravity, load and springs that holds of every motion.
+    Energy: H after <= H before + damping's work + the load's work - lift, exactly and for every dt, where only lift is
+    not in the true balance: order dt^3 a step, of third order in the motion where no rod is toppled, and none without
+    gravity, load and springs. The reflection keeps H, the projection into the frozen directions lowers it, and the
+    frozen motion y' = L y + f loses (GAMMA^2 dt^3 / 2) (GAMMA^2 dt |L^2 x|^2 - <L L x, L x>) >= 0 with
+    x = (1 - GAMMA dt L)^-2 (y - its rest).
     Hinges stay closed to rounding, for ever.
     Not in the paper, which has RK4 ("Hardware setup": ode4). In place: state, work.
     """
@@ -92,12 +97,15 @@ def implicit_step(model: RodModel, load: Load, dt: float, state: RodState, work:
     rotations(work.theta, model.arm, work.a)
     assemble(model, g, work.a, work.block)
     hold_springs(model, g, load.springs, work.a, work.block)
+    hang_rods(model, load, g, state.q[2], work)
     factorise(work.block)
+    work.lift[0] = -hung(state.q[2], work)
     stage(model, state, load, g, work, work.v)
     between_stages(work.v, dt, state)
     go_on(load.springs, model.arm, (1.0 - GAMMA) * dt, work.v, work.a, work.points)
     stage(model, state, load, g, work, state.v)
     after_stages(dt, state, work.v)
+    work.lift[0] += hung(state.q[2], work)
     end_step(load.springs, model.arm, dt, work.v, work.a, work.points)
     rotations(state.q[2], model.arm, work.a)
     close_hinges(model, dt, state, work)
@@ -174,6 +182,53 @@ def hold_springs(model: RodModel, g: float, springs: Springs, a: Array, block: B
 
 
 @inlined
+def hang_rods(model: RodModel, load: Load, g: float, theta: Array, work: ImplicitWork) -> None:
+    """Add g^2 D to the matrix, where rods turn by `theta_middle - theta` (N,) [rad] in half of the step.
+
+    A force of one direction has a potential of cosines, one of each angle, so its second derivatives are a diagonal:
+    c_i times what pulls along rod i, at it and beyond it. A rod that is pushed would be toppled; that is left out, as
+    with it the matrix would lose its sign. In a turn of radians a cosine is flatter than its parabola.
+    Not in the paper: part of `implicit_step`. In place: work.
+    """
+    springs, a = load.springs, work.a
+    beyond_x = beyond_y = 0.0
+    j = springs.active[0] - 1
+    for i in range(model.m.size - 1, -1, -1):
+        own_x, own_y = model.m[i] * model.g[0] + load.F[0, i], model.m[i] * model.g[1] + load.F[1, i]
+        pull_x, pull_y = own_x + 2.0 * beyond_x, own_y + 2.0 * beyond_y
+        beyond_x, beyond_y = beyond_x + own_x, beyond_y + own_y
+        while j >= 0 and springs.rod[j] == i:
+            f_x, f_y = held_force(springs, work.points, j)
+            share = 1.0 + springs.offset[j] / model.arm[i]
+            pull_x, pull_y = pull_x + share * f_x, pull_y + share * f_y
+            beyond_x, beyond_y, j = beyond_x + f_x, beyond_y + f_y, j - 1
+        turn = work.theta[i] - theta[i]
+        work.hang[i] = max(0.0, pull_x * a[1, i] - pull_y * a[0, i]) / (1.0 + turn * turn / 12.0)
+        work.block.H[i] += g * g * work.hang[i]
+
+
+@inlined
+def hung(theta: Array, work: ImplicitWork) -> float:
+    """What D holds at the angles theta (N,) [J], 0 at the middle of the step. Not in the paper: see `hang_rods`."""
+    total = 0.0
+    for i in range(theta.size):
+        turn = theta[i] - work.theta[i]
+        total += 0.5 * work.hang[i] * turn * turn
+    return total
+
+
+@inlined
+def held_force(springs: Springs, points: Points, j: int) -> tuple[float, float]:
+    """Force along x and y of spring j on its point where that is, standing still [N].
+
+    Eq. OBS: paper, "Dynamic observer".
+    """
+    f_x = springs.K[0] * (springs.anchor[j, 0] - points.at[j, 0]) + springs.B[0] * springs.rate[j, 0]
+    f_y = springs.K[1] * (springs.anchor[j, 1] - points.at[j, 1]) + springs.B[1] * springs.rate[j, 1]
+    return f_x, f_y
+
+
+@inlined
 def stage(model: RodModel, state: RodState, load: Load, g: float, work: ImplicitWork, out_v: Array) -> None:
     """Velocity V = v_c + g V' (3,N) of a stage, where `state` holds v_c and the angles theta_c.
 
@@ -188,7 +243,8 @@ def stage(model: RodModel, state: RodState, load: Load, g: float, work: Implicit
         x = block.w[0, i + 1] * (model.m[i] * (state.v[0, i] + g * model.g[0]) + g * load.F[0, i])
         y = block.w[1, i + 1] * (model.m[i] * (state.v[1, i] + g * model.g[1]) + g * load.F[1, i])
         turned = block.lean[0, i] * x + block.lean[1, i] * y
-        block.r[i, 0] = model.I[i] * state.v[2, i] + g * (load.Q_theta[i] + outer - inner) - turned
+        held = work.hang[i] * (q[2, i] - work.theta[i])
+        block.r[i, 0] = model.I[i] * state.v[2, i] + g * (load.Q_theta[i] + outer - inner - held) - turned
         block.r[i, 1], block.r[i, 2] = x - before_x, y - before_y
         before_x, before_y, inner = x, y, outer
     pull_stage(model, load.springs, g, work)
@@ -202,12 +258,11 @@ def pull_stage(model: RodModel, springs: Springs, g: float, work: ImplicitWork) 
 
     Eq. OBS: paper, "Dynamic observer"; what of it goes with the stage's velocity is in the matrix. In place: work.
     """
-    block, a, at = work.block, work.a, work.points.at
+    block, a = work.block, work.a
     r, last = block.r, block.z.size - 1
     for j in range(springs.active[0]):
         i = springs.rod[j]
-        f_x = springs.K[0] * (springs.anchor[j, 0] - at[j, 0]) + springs.B[0] * springs.rate[j, 0]
-        f_y = springs.K[1] * (springs.anchor[j, 1] - at[j, 1]) + springs.B[1] * springs.rate[j, 1]
+        f_x, f_y = held_force(springs, work.points, j)
         x, y = g * block.w[0, i + 1] * f_x, g * block.w[1, i + 1] * f_y
         turn = springs.offset[j] / model.arm[i] * (a[0, i] * f_x + a[1, i] * f_y)
         r[i, 0] += g * turn - (block.lean[0, i] * x + block.lean[1, i] * y)
@@ -257,7 +312,7 @@ def after_stages(dt: float, state: RodState, v: Array) -> None:
 
 @inlined
 def close_hinges(model: RodModel, dt: float, state: RodState, work: ImplicitWork) -> None:
-    """Put x and y where the angles say, and note gravity's work on what that adds to the frozen motion.
+    """Put x and y where the angles say, and add gravity's work on what that adds to the frozen motion to `lift`.
 
     phi_H(q) = 0: paper, "Constrained Dynamic Model". In place: state.q, work.lift.
     """
@@ -269,7 +324,7 @@ def close_hinges(model: RodModel, dt: float, state: RodState, work: ImplicitWork
         lift += model.m[i] * (g_x * off_x + g_y * off_y)
         q[0, i], q[1, i] = centre_x, centre_y
         x, y = x + 2.0 * a[1, i], y - 2.0 * a[0, i]
-    work.lift[0] = lift
+    work.lift[0] += lift
 
 
 @kernel
