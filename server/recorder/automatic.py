@@ -54,7 +54,7 @@ class Automatic:
         self._settings, self._faults = settings, faults
         self._mode: Mode | None = None
         self._run = _OfRun()
-        self._until = -AFTER
+        self._until = 0.0
         """Until then what follows a fault is recorded [s, `time.monotonic`]."""
         self._lasting = self._stopped = ""
         """Ids of the recording that ends when all of that is in it, and of the one that was ended last."""
@@ -113,7 +113,7 @@ class Automatic:
         async with self._ending:
             if self._lasting:
                 await self._end(self._lasting)
-            self._until = time.monotonic()
+            self._until = time.monotonic()  # what was before the run does not make its recording longer
             if self.recording() is None and not run.over:
                 run.id = await self._start(name, Context(profile="standard", operator=operator, reference=name))
             if run.id and run.over:
