@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from controller.arrays import Record
 from controller.build.rod import computable, stiffest
 from controller.build.stability import largest_gains, sensor_places
 from controller.build.statics import observer_model, static_map
@@ -58,7 +59,7 @@ def _built(parameters: RigParameters, boot: int) -> Rig:
     control = Control(
         dt=controller.dt,
         controller=to_record(controller),
-        limits=to_record(parameters.limits),
+        limits=limits_of(parameters),
         pascal_per_torque=np.array(actuator.pressure_map),
         smap=static_map(actuator, controller),
         scratch=make_scratch(controller.rods),
@@ -81,6 +82,13 @@ def require_pressure(actuator: Actuator, limits: SafetyLimits) -> None:
             f"u_max = {actuator.u_max} N m needs {needed:.0f} Pa: an E-STOP of the rig, above its limit of "
             f"{limits.pressure_max:.0f} Pa"
         )
+
+
+def limits_of(parameters: RigParameters) -> Record:
+    """The limits as the loop has them: a body with less inertia is as much faster when a marker jumps."""
+    limits = to_record(parameters.limits)
+    limits["speed_max"] *= math.sqrt(parameters.controller.observer_kappa)
+    return limits
 
 
 def require_rest(actuator: Actuator, controller: ControllerParameters) -> None:

@@ -161,7 +161,8 @@ class SafetyLimits(Model):
     frozen_time: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.2
     frozen_torque: Annotated[float, Bounds(gt=0.0, le=0.2), Q("N m")] = 0.003
     speed_max: Annotated[float, Bounds(gt=0.0, le=100.0), Q("m/s")] = 20.0
-    """Five times as fast as a step of the paper: beyond, gains make the observer diverge."""
+    """Five times as fast as a step of the paper: beyond, gains make the observer diverge. With
+    `observer_kappa` its root as much: so much faster is the same body."""
     pressure_off_max: Annotated[float, Bounds(gt=0.0, le=1e6), Q("Pa")] = 30e3
     pressure_off_time: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.3
     pressures_lost: Annotated[float, Bounds(gt=0.0, le=10.0), Q("s")] = 0.1

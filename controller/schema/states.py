@@ -137,7 +137,13 @@ WATCHDOGS: dict[Watch, Watchdog] = {
         FAULT,
         Cause.RESIDUAL,
     ),
-    Watch.SPEED: Watchdog("speed of the observer's last rod", ("speed_max",), DRIVEN, E_STOP, Cause.TOO_FAST),
+    Watch.SPEED: Watchdog(
+        "speed of the observer's last rod, over the root of its `observer_kappa`",
+        ("speed_max",),
+        DRIVEN,
+        E_STOP,
+        Cause.TOO_FAST,
+    ),
     Watch.FLOW: Watchdog(
         "time with a pair's pressure difference further from that of the model than its limit; time below counts back "
         "half as fast; half of both is enough where a reading stands still while its torque moves",

@@ -5599,7 +5599,8 @@ export interface components {
       frozen_torque: number;
       /**
        * Speed Max
-       * @description Five times as fast as a step of the paper: beyond, gains make the observer diverge.
+       * @description Five times as fast as a step of the paper: beyond, gains make the observer diverge. With
+       *     `observer_kappa` its root as much: so much faster is the same body.
        * @default 20
        */
       speed_max: number;

@@ -14,12 +14,13 @@ from controller.errors import CommandRefused
 from controller.kernels.plant.faults import MARKER_LOSS, NOISE, SAMPLE_LOSS
 from controller.kernels.plant.twin import Twin
 from controller.realtime.desk import Desk
+from controller.schema.fit import TWIN
 from controller.schema.hardware import Valves
 from controller.schema.messages import TwinFaults, TwinTime
 from controller.schema.modes import Cause, Freeze, Mode, Request
 from controller.schema.parameters import RigParameters, TwinParameters
 from tests.controller.kernels.plant.test_twin import run
-from tests.controller.trial import Trial, line
+from tests.controller.trial import Trial, controller_with, line
 
 ROD_6 = 5
 
@@ -183,6 +184,22 @@ def test_the_rig_notices_what_breaks_while_it_follows_and_works_again(
     row = trial.follow(0.15, 0.05, 3.0)[-1]
     assert row["mode"] == Mode.FOLLOW
     assert np.hypot(*row["error"]) < 1e-2
+
+
+@pytest.mark.parametrize("kappa", [1.0, TWIN["kappa"], 100.0])
+@pytest.mark.parametrize("sensed", [1 << 9, 1 << 9 | 1 << 5, 1023])
+def test_a_jump_is_no_model_that_moves_too_fast_whatever_its_inertia(sensed: int, kappa: float) -> None:
+    """A body of a fortieth of the inertia leaps six times as fast, which was an E-STOP, though nothing diverged."""
+    for jump, mode, cause in [
+        ((0.0, 0.03), Mode.HOLD, Cause.OPERATOR),
+        ((0.0, 0.05), Mode.FAULT, Cause.MEASUREMENT_JUMPED),
+    ]:
+        trial = Trial(parameters=controller_with(observer_kappa=kappa), sensed=sensed)
+        trial.arm()
+        trial.run(500)
+        inject(TwinFaults(jump=jump), trial.twin.faults)
+        row = trial.run(1000)[-1]
+        assert (row["mode"], row["cause"]) == (mode, cause)
 
 
 def track(trial: Trial, path: np.ndarray, ticks: int) -> Rows:
