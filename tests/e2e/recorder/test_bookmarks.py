@@ -59,6 +59,7 @@ def test_a_bookmark_is_set_by_key_named_by_typing_and_found_again(operator: Page
     label.press_sequentially("barely touched")  # its b is typed, and marks nothing
     label.press("Enter")
     expect(label).to_be_hidden()
+    operator.wait_for_timeout(3000)  # 15 columns in a plot of a minute: lines that are 2 apart are one
     operator.get_by_test_id("mark-button").click()
     operator.get_by_test_id("mark-label").press("Enter")
     wait_until(lambda: lines(operator.get_by_test_id("chart").first.locator("canvas")) == 2, 60.0)
