@@ -14,10 +14,6 @@ from controller.schema.parameters import OBSERVER_DAMPING_MAX, OBSERVER_GAIN_MAX
 
 DENSE_MAX = 60
 """Most rods for which every mode is computed."""
-DEVIATION = 1e-6
-"""Angles [rad], rates [rad/s], torques and lengths are moved by this: differences are then right to 1e-9."""
-DENSE = 200
-"""Of larger matrices only the largest eigenvalues are looked for."""
 ROUNDS = 1000
 """Most restarts of the search for a fastest motion: a second for 1000 rods."""
 HALF_DISC = 2.615
@@ -50,22 +46,6 @@ def move(model: RodModel, theta: Array, x: Array, state: RodState) -> None:
     pose(model, angles, state.q)
     turn = rates * np.array([-np.sin(angles), np.cos(angles)])
     state.v[:2], state.v[2] = np.cumsum(model.L * turn, axis=1) - (model.L - model.arm) * turn, rates
-
-
-def slopes(after: Callable[[Array], Array], size: int) -> Array:
-    """Derivative of `after` by each of `size` deviations, as columns."""
-    rows = DEVIATION * np.eye(size)
-    return np.array([(after(row) - after(-row)) / (2.0 * DEVIATION) for row in rows]).T
-
-
-def largest_modulus(A: Array) -> float:
-    """Of the eigenvalues of A (n,n)."""
-    if A.shape[0] <= DENSE:
-        return float(np.abs(np.linalg.eigvals(A)).max())
-    from scipy.sparse.linalg import eigs  # as below
-
-    start = np.random.default_rng(0).normal(size=A.shape[0])
-    return float(np.abs(eigs(A, 4, v0=start, ncv=60, tol=1e-9, return_eigenvectors=False)).max())
 
 
 def sensor_places(model: RodModel) -> Places:

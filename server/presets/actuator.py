@@ -14,10 +14,12 @@ from server.settings import ServerSettings
 
 def accepted_actuator(body: ActuatorBody, rig: RigParameters, in_force: Settings) -> Actuator:
     """The actuator that `body` describes; ParameterError unless this rig was built with it and stood and moved here."""
-    from controller.simulation.acceptance import require_running  # in the planner only
+    from controller.simulation.acceptance import require_built, require_running  # in the planner only
 
-    actuator = wanted_actuator(body, rig)
-    require_running(with_other_actuator(rig, actuator), in_force)
+    actuator = wanted_actuator(body)
+    wanted = with_other_actuator(rig, actuator)
+    require_built(wanted)
+    require_running(wanted, in_force)
     return actuator
 
 
@@ -29,20 +31,15 @@ def with_other_actuator(rig: RigParameters, actuator: Actuator, observer_kappa: 
     return with_observer_kappa(rig.with_actuator(actuator), kappa)
 
 
-def wanted_actuator(body: ActuatorBody, rig: RigParameters, observer_kappa: float | None = None) -> Actuator:
-    """The actuator that `body` describes; ParameterError unless all of this rig can be built for it."""
-    from controller.simulation.acceptance import require_built
-
+def wanted_actuator(body: ActuatorBody) -> Actuator:
+    """The actuator that `body` describes; ParameterError where it describes none."""
     if (body.name is None) == (body.toml is None):
         raise ParameterError("actuator: give either name or toml")
     if body.toml is not None:
-        actuator = parse_actuator(body.toml, "the file")
-    elif body.name in PRESETS:
-        actuator = PRESETS[body.name]
-    else:
+        return parse_actuator(body.toml, "the file")
+    if body.name not in PRESETS:
         raise ParameterError(f"actuator = {body.name!r} is not one of {', '.join(PRESETS)}")
-    require_built(with_other_actuator(rig, actuator, observer_kappa))
-    return actuator
+    return PRESETS[body.name]
 
 
 def with_plant(rig: RigParameters, plant: PlantKind) -> RigParameters:
@@ -90,10 +87,10 @@ def keep(path: Path, body: ActuatorBody) -> None:
     write_whole(path, body.model_dump_json(exclude_none=True))
 
 
-def kept_actuator(path: Path, rig: RigParameters, observer_kappa: float | None = None) -> Actuator | None:
-    """The actuator that was chosen last, None if none was; TendrilError when this rig cannot have it."""
+def kept_actuator(path: Path) -> Actuator | None:
+    """The actuator that was chosen last, None if none was; TendrilError when what is kept describes none."""
     try:
-        return wanted_actuator(ActuatorBody.model_validate_json(read_whole(path)), rig, observer_kappa)
+        return wanted_actuator(ActuatorBody.model_validate_json(read_whole(path)))
     except FileNotFoundError:
         return None
     except OSError as error:

@@ -144,18 +144,21 @@ def with_last_actuator(
     """`parameters` with the actuator that was chosen last in the page; as they are, with a warning, where it cannot be
     had. Their observer's kappa becomes what is usual with it, unless they were asked for with `observer_kappa`.
     """
+    from controller.simulation.acceptance import require_built
     from server.presets.actuator import kept_actuator, kept_file, with_other_actuator
 
     path = kept_file(server)
     try:
-        actuator = kept_actuator(path, parameters, observer_kappa)
+        actuator = kept_actuator(path)
+        if actuator is None:
+            return parameters
+        wanted = with_other_actuator(parameters, actuator, observer_kappa)
+        require_built(wanted)
     except TendrilError as error:
         log.warning("actuator %s, not the one chosen last: %s %s", parameters.actuator.name, path, error)
         return parameters
-    if actuator is None:
-        return parameters
     out.print(f"Actuator {actuator.name}, as chosen last in the page; --actuator takes another.", markup=False)
-    return with_other_actuator(parameters, actuator, observer_kappa)
+    return wanted
 
 
 def environment(settings: ServerSettings) -> dict[str, str]:

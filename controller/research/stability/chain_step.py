@@ -1,12 +1,13 @@
 """One tick of a chain as a matrix: what small deviations from a static pose become, found by the kernels themselves."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from controller.arrays import Array
 from controller.build.equilibrium import body_of, carrying, imbalance, settle
-from controller.build.stability import move, point_slopes, slopes
+from controller.build.stability import move, point_slopes
 from controller.kernels.model.integrate import rk4_step
 from controller.kernels.model.rod import RodModel, stiffened
 from controller.kernels.model.statics import Places, chosen, points_on
@@ -15,6 +16,10 @@ from controller.kernels.plant.twin import Twin
 from controller.realtime.compiled import compiled
 from controller.schema.parameters import SENSORS
 
+DEVIATION = 1e-6
+"""Angles [rad], rates [rad/s], torques and lengths are moved by this: differences are then right to 1e-9."""
+DENSE = 200
+"""Of larger matrices only the largest eigenvalues are looked for."""
 TICKS, RESTS, STILL = 1000, 30, 1e-11
 """Ticks between two looks at whether the observer rests; most looks; the angles' motion at which it does [rad]."""
 
@@ -125,6 +130,22 @@ def stiffer(model: RodModel, soft: Array, theta: Array, u: Array) -> Array:
     bend = np.diff(theta, prepend=0.0) - model.bend
     more = (soft * bend)[:, None] * model.stiffening * np.sign(u)
     return np.asarray(more - np.concatenate([more[1:], np.zeros((1, 2))]))
+
+
+def largest_modulus(A: Array) -> float:
+    """Of the eigenvalues of A (n,n)."""
+    if A.shape[0] <= DENSE:
+        return float(np.abs(np.linalg.eigvals(A)).max())
+    from scipy.sparse.linalg import eigs
+
+    start = np.random.default_rng(0).normal(size=A.shape[0])
+    return float(np.abs(eigs(A, 4, v0=start, ncv=60, tol=1e-9, return_eigenvectors=False)).max())
+
+
+def slopes(after: Callable[[Array], Array], size: int) -> Array:
+    """Derivative of `after` by each of `size` deviations, as columns."""
+    rows = DEVIATION * np.eye(size)
+    return np.array([(after(row) - after(-row)) / (2.0 * DEVIATION) for row in rows]).T
 
 
 def holding(model: RodModel, theta: Array) -> Array:

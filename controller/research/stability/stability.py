@@ -10,7 +10,7 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.build.rig import build_rig
-from controller.build.stability import largest_modulus, move
+from controller.build.stability import move
 from controller.build.twin import build_twin
 from controller.errors import ParameterError
 from controller.kernels.control.feedback import told_of_tip, update_sensitivity
@@ -20,6 +20,7 @@ from controller.kernels.model.statics import places, points_on, static_pose
 from controller.research.stability.chain_step import (
     by_state,
     draw,
+    largest_modulus,
     observer_step,
     plant_step,
     rest_of,

@@ -16,6 +16,7 @@ from controller.kernels.observer.observer import (
     pressurise,
     step_observer,
 )
+from controller.research.stability.chain_step import largest_modulus, slopes
 from controller.schema.actuator import PRESETS, Actuator
 from controller.schema.fit import TWIN
 from controller.schema.layout import to_record
@@ -42,7 +43,7 @@ def growth(
 
     The markers lie `off` [m] from it along x.
     """
-    model, state, rods, h = observer.model, observer.state, observer.model.L.size, 1e-6
+    model, state, rods = observer.model, observer.state, observer.model.L.size
     theta = model.rest + model.compliance @ u
     observer.u_hat[:] = u
     points_on(posed(model, theta, np.zeros(rods)).q, observer.sensors, sensing.p)
@@ -58,8 +59,7 @@ def growth(
         step_observer(observer)
         return np.concatenate([state.q[2], state.v[2]])
 
-    columns = [(after(h * row) - after(-h * row)) / (2 * h) for row in np.eye(2 * rods)]
-    return float(np.abs(np.linalg.eigvals(np.array(columns).T)).max())
+    return largest_modulus(slopes(after, 2 * rods))
 
 
 @pytest.mark.parametrize("integrator", Integrator)
