@@ -14,7 +14,7 @@ from server.http.given import given
 from server.http.who import Identity
 
 LAPSE = 5.0
-"""Seconds without a sign of the holder after which the lease is free again."""
+"""Seconds without a sign of the holder after which the lease is free again; where nobody listens none pass."""
 ASKING = 60.0
 """Seconds for which a request for the lease stands."""
 ASKERS = 8
@@ -25,6 +25,7 @@ class OperatorLease:
     """One holder or none. Thread safe in what says who holds it: permits are looked at in the threads that send."""
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
+        """`now()` is the time for which signs could be heard [s]."""
         self._now = now
         self._holder: Identity | None = None
         self._heard = 0.0

@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-import threading
 from collections.abc import AsyncIterator
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
@@ -16,7 +15,6 @@ from starlette.datastructures import State
 
 from controller.errors import ProcessKilled
 from controller.schema.modes import Cause, Freeze, Integrator, Law, Mode
-from controller.system.memory import forget_start
 from controller.system.origin import our_version
 from controller.system.tasks import Tasks, forever
 from recordings.exporting import export
@@ -85,6 +83,8 @@ ROUTES = (
 _ENUMERATIONS: tuple[type[IntEnum], ...] = (Cause, Freeze, Integrator, Law, Mode)
 
 
+NOWHERE = {"type": "http", "method": "GET", "path": "/-", "root_path": "", "headers": []}
+"""What no route takes, and all look at."""
 MEETING = 0.1
 """Between two looks for the rig [s]."""
 THREADS = 32
@@ -130,7 +130,10 @@ def openapi_schema() -> dict[str, Any]:
 
 @cache
 def _api() -> FastAPI:
-    """The routes, the same for all services: FastAPI takes half a second for what it makes of them when first asked."""
+    """The routes, the same for all services, and at once what FastAPI would make of them when first asked.
+
+    That takes half a second and more: it would hold up the event loop in the middle of whatever is asked then.
+    """
     app = Api(
         title="Tendril",
         version=our_version(),
@@ -148,6 +151,8 @@ def _api() -> FastAPI:
     page.mount_assets(app)
     app.webhooks.post("live")(live_messages)
     app.webhooks.post("presence")(presence_messages)
+    for route in app.routes:
+        route.matches(NOWHERE)
     return app
 
 
@@ -169,7 +174,6 @@ async def presence_messages(body: Presence) -> Heard:  # type: ignore[empty-body
 @contextlib.asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[dict[str, Any]]:
     services: Services = app.state.services
-    threading.Thread(target=_settle, args=[app], name="settle", daemon=True).start()
     beat = asyncio.create_task(forever("the beat", services.beat.run))
     preparing = Tasks()
     preparing.begin("what every page asks for first", _prepare(services))
@@ -198,14 +202,3 @@ async def _prepare(services: Services) -> None:
 async def _prepare_reader(services: Services) -> None:
     with contextlib.suppress(ProcessKilled):  # as above
         await services.reader.do(export.warm_up)
-
-
-def _settle(app: FastAPI) -> None:
-    """Build what FastAPI would build when a route is first looked for, and forget what only the start needed.
-
-    Both would hold up the event loop, for 0.3 s and more, in the middle of whatever is asked then.
-    """
-    nowhere = {"type": "http", "method": "GET", "path": "/-", "root_path": "", "headers": []}
-    for route in list(app.routes):
-        route.matches(nowhere)
-    forget_start()

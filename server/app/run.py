@@ -11,7 +11,7 @@ from fastapi import FastAPI
 
 from controller.errors import TendrilError
 from controller.system.logs import log_in_background
-from controller.system.memory import few_arenas
+from controller.system.memory import few_arenas, forget_start
 from server.app.app import create_app
 from server.app.services import open_services
 from server.app.shutdown import Server, come_to_rest
@@ -59,7 +59,9 @@ def run_server(settings: ServerSettings, ready: Callable[[Addresses], None]) -> 
             operator=f"{url}/?token={services.secrets.token}", viewer=f"{url}/?token={services.secrets.viewer_token}"
         )
     )
-    uvicorn_server(create_app(services), settings, lambda: come_to_rest(services)).run(sockets=[listening])
+    server = uvicorn_server(create_app(services), settings, lambda: come_to_rest(services))
+    forget_start()  # before anybody is served: it holds up whatever runs
+    server.run(sockets=[listening])
 
 
 def _allow_files() -> None:

@@ -160,7 +160,8 @@ def open_services(
     planner, reader, writer = planner or Planner(), reader or Reader(), writer or Writer()
     file = TokenFile(settings)
     secrets = file.made()
-    sessions, lease = Sessions(secrets, settings.rig), OperatorLease()
+    turning = LoopWatchdog(deadly)
+    sessions, lease = Sessions(secrets, settings.rig), OperatorLease(turning.listened)
     events = EventLog(EventFile(settings.state / f"events-{settings.rig}.jsonl", Event))
     if settings.log_format == "json":
         events.listen(to_log)
@@ -224,7 +225,7 @@ def open_services(
     if webhook:
         history.listen(notices.rows)
 
-    looks, turning = Looks(), LoopWatchdog(deadly)
+    looks = Looks()
     parts = (rig, operator, stopper, recorder, review, scene, tokens)
     workers: list[Worker] = [part.worker for part in parts]
     workers += [webhook.worker] if webhook else []

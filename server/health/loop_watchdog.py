@@ -4,6 +4,9 @@ While the loop hangs nobody is heard: no E-STOP passes through this server. Pres
 after 0.5 s. But the operator's thread goes on repeating the last command, so the rig would stay in HOLD under pressure
 for ever. So a loop that stands still for DEADLY seconds ends the process: `tendril up` or systemd starts another one,
 which takes about as long again, and the rig, hearing nobody, rests after 30 s if that fails.
+
+What a person did not say while nobody listened is no silence of theirs, so there is a clock of the time in which the
+loop turned: `listened`.
 """
 
 import asyncio
@@ -25,8 +28,8 @@ PERIOD = 0.1
 SLOW = 1.0
 """A loop that stands still for so long is said, with where it hangs [s]: 60 of its beats are missing then."""
 DEADLY = 10.0
-"""After so long the process is ended [s]: twice what the lease and a run wait for a sign (5 s), so both are over, and
-well below the 30 s after which operators could rely on the rig's own rest if this server were silent."""
+"""After so long the process is ended [s]: well below the 30 s after which operators could rely on the rig's own rest if
+this server were silent."""
 MEMORY = 60.0
 """For which a loop that stood still is trouble [s]."""
 
@@ -45,6 +48,7 @@ class LoopWatchdog:
         """`deadly` is called, from the watchdog's thread, when the loop has not turned for DEADLY; None: nothing is."""
         self._deadly = deadly
         self._turns = 0
+        self._turned, self._listened = time.monotonic(), 0.0
         self._stood, self._longest, self._last, self._count = 0.0, 0.0, -MEMORY, 0
         self._closed = threading.Event()
         self._main = threading.get_ident()
@@ -54,6 +58,7 @@ class LoopWatchdog:
     def start(self) -> None:
         """Watch the running loop."""
         self._main = threading.get_ident()
+        self._turned = time.monotonic()
         self._turn(asyncio.get_running_loop())
         self._thread.start()
 
@@ -73,6 +78,10 @@ class LoopWatchdog:
         """For how long the loop has not turned [s]."""
         return self._stood
 
+    def listened(self) -> float:
+        """For how long the loop has turned since the start [s], known to `PERIOD`: what stood still is left out."""
+        return self._listened
+
     @property
     def trouble(self) -> str:
         """What was wrong with the loop within the last minute, "" if nothing was."""
@@ -84,6 +93,8 @@ class LoopWatchdog:
 
     def _turn(self, loop: asyncio.AbstractEventLoop) -> None:
         self._turns += 1
+        before, self._turned = self._turned, time.monotonic()
+        self._listened += min(self._turned - before, 2 * PERIOD)
         if not self._closed.is_set():
             self._timer = loop.call_later(PERIOD, self._turn, loop)
 

@@ -160,6 +160,32 @@ async def test_a_loop_that_stands_still_is_said_with_the_place_and_ended_if_it_s
     assert watchdog.trouble.startswith("the event loop stood still for")
 
 
+async def test_time_in_which_the_loop_stands_still_is_no_time_in_which_it_listened() -> None:
+    watchdog = LoopWatchdog()
+    watchdog.start()
+    await asyncio.sleep(0.5)
+    before = watchdog.listened()
+    time.sleep(3.0)
+    await asyncio.sleep(0.5)
+    watchdog.stop()
+    assert 0.0 < before and before < watchdog.listened() < before + 2.0
+
+
+def test_an_operator_who_is_there_still_operates_after_the_loop_has_stood_still(
+    server: TestServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = server.page().sign_in().operate()
+    with page.live() as live:
+        live.operate()
+        live.wait("hello")
+        monkeypatch.setattr("server.access.lease.LAPSE", 1.0)
+        term, [viewer] = server.services.lease.term, server.services.pages.open
+        viewer.wake._loop.call_soon_threadsafe(time.sleep, 2.5)  # type: ignore[attr-defined]
+        live.wait("event", lambda line: "the event loop stood still" in line["text"])
+        assert server.services.lease.holder is not None and server.services.lease.term == term
+        assert not [said for said in live.texts if "no longer operates" in said.get("text", "")]
+
+
 @pytest.fixture
 def hung() -> Iterator[threading.Event]:
     """Set by a test when its disk is to answer again."""
