@@ -54,12 +54,11 @@ def run_server(settings: ServerSettings, ready: Callable[[Addresses], None]) -> 
     services.history.claim()
     url = address(settings, listening)
     log.info("serving on %s", url, extra={"url": url})
-    ready(
-        Addresses(
-            operator=f"{url}/?token={services.secrets.token}", viewer=f"{url}/?token={services.secrets.viewer_token}"
-        )
+    at = Addresses(
+        operator=f"{url}/?token={services.secrets.token}", viewer=f"{url}/?token={services.secrets.viewer_token}"
     )
-    server = uvicorn_server(create_app(services), settings, lambda: come_to_rest(services))
+    app = create_app(services)
+    server = uvicorn_server(app, settings, lambda: come_to_rest(services), lambda: ready(at))
     forget_start()  # before anybody is served: it holds up whatever runs
     server.run(sockets=[listening])
 
@@ -72,12 +71,8 @@ def _allow_files() -> None:
         resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
 
 
-async def _at_once() -> None:
-    """Nothing is to be done before the end."""
-
-
 def uvicorn_server(
-    app: FastAPI, settings: ServerSettings, before_end: Callable[[], Awaitable[None]] = _at_once
+    app: FastAPI, settings: ServerSettings, before_end: Callable[[], Awaitable[None]], ready: Callable[[], None]
 ) -> uvicorn.Server:
     """One worker; no compression on sockets, which would cost more than the bytes it saves."""
     config = uvicorn.Config(
@@ -96,7 +91,7 @@ def uvicorn_server(
         ssl_certfile=settings.tls_cert,
         ssl_keyfile=settings.tls_key,
     )
-    return Server(config, before_end)
+    return Server(config, before_end, ready)
 
 
 def listen(host: str, port: int) -> socket.socket:

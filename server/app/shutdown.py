@@ -1,4 +1,7 @@
-"""The orderly end: while operators still hear and the recording still runs, the rig is brought to rest and vents."""
+"""Start and end in order: who asks for the end once the start was said is obeyed as at any other time.
+
+While operators still hear and the recording still runs, the rig is brought to rest and vents.
+"""
 
 import asyncio
 import contextlib
@@ -28,11 +31,18 @@ _DEPRESSURED = (Mode.VENTED, Mode.FAULT, Mode.E_STOP)
 
 
 class Server(uvicorn.Server):
-    """uvicorn that first lets `before_end` run, every socket still open, and then ends with code 0."""
+    """uvicorn that says `ready` when it is, first lets `before_end` run, every socket still open, and ends with 0."""
 
-    def __init__(self, config: uvicorn.Config, before_end: Callable[[], Awaitable[None]]) -> None:
+    def __init__(
+        self, config: uvicorn.Config, before_end: Callable[[], Awaitable[None]], ready: Callable[[], None]
+    ) -> None:
         super().__init__(config)
-        self._before_end = before_end
+        self._before_end, self._ready = before_end, ready
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Connections are accepted, and a signal ends in order, when `ready` is said."""
+        await super().startup(sockets)
+        self._ready()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """End in order."""

@@ -118,10 +118,12 @@ class Shell:
 
     def close(self) -> None:
         """Stop what was started, the last one first."""
+        codes = {}
         while self._started:
             process = self._started.pop()
             process.send_signal(signal.SIGTERM)
-            assert process.wait(60) == 0, process.args
+            codes[str(process.args)] = process.wait(60)
+        assert not any(codes.values()), codes
 
     def _start(self, command: str, what: str) -> None:
         ready = self.folder / f"{what}.ready.json"

@@ -254,7 +254,7 @@ class TestServer:
         self.app = create_app(self.services)
         listening = listen("127.0.0.1", 0)
         self.url = address(self.settings, listening)
-        self._server = uvicorn_server(self.app, self.settings)
+        self._server = uvicorn_server(self.app, self.settings, _at_once, lambda: None)
         self._thread = threading.Thread(target=self._server.run, args=([listening],))
         self._thread.start()
         wait_for(lambda: self._server.started, "the server")
@@ -278,6 +278,10 @@ class TestServer:
             page.close()
         self._server.should_exit = True
         self._thread.join()
+
+
+async def _at_once() -> None:
+    """The rig need not come to rest before these servers end: it serves the next one."""
 
 
 def rigless(folder: Path) -> Iterator[TestServer]:

@@ -98,3 +98,10 @@ def test_a_server_with_nothing_to_vent_ends_at_once_and_well(tmp_path: Path) -> 
     with running(tmp_path) as (_, server), server.operator():
         server.process.send_signal(signal.SIGINT)
         assert server.process.wait(60) == 0
+
+
+def test_a_server_ended_as_it_says_that_it_is_ready_ends_well(tmp_path: Path) -> None:
+    free_environment()
+    server = Server(tmp_path, "tcp/127.0.0.1:9")
+    server.process.send_signal(signal.SIGTERM)
+    assert server.process.wait(60) == 0
