@@ -1,6 +1,7 @@
-"""Security headers of every answer."""
+"""Headers of every answer: security, and when it was given."""
 
 import re
+import time
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import Message, Scope, Send
@@ -30,16 +31,25 @@ _UNUSED = (
 )
 """What no page may ask a browser for: a frame that fills the screen would cover the E-STOP. Ours asks for a gamepad."""
 _PERMISSIONS = ", ".join(["gamepad=(self)", *(f"{name}=()" for name in _UNUSED)])
+TIME = "tendril-time"
+"""When the answer was given, by `server_time`."""
+_BEGAN = time.monotonic()
 HSTS = "max-age=15552000"
 """Half a year, this host alone: other servers of its domain may have no TLS."""
 
 
+def server_time() -> float:
+    """Time since this server began [s]: an answer and a status on a socket may overtake each other on their way."""
+    return time.monotonic() - _BEGAN
+
+
 def with_headers(scope: Scope, send: Send) -> Send:
-    """`send`, with the security headers on what is answered."""
+    """`send`, with these headers on what is answered."""
 
     async def send_with_headers(message: Message) -> None:
         if message["type"] in ("http.response.start", "websocket.http.response.start"):
             headers = MutableHeaders(scope=message)
+            headers[TIME] = repr(server_time())
             for name, value in _security(scope).items():
                 headers.setdefault(name, value)
         await send(message)

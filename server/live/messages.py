@@ -64,6 +64,8 @@ class Status(Model):
     """Sent at every change and once a second."""
 
     type: Literal["status"] = "status"
+    read_at: float
+    """By the clock of `tendril-time` [s]: what was read before an answer is older, even if it comes later."""
     lease: Lease
     people: People
     settings: Settings

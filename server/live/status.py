@@ -7,6 +7,7 @@ from typing import Annotated, Any
 from recordings.write.writer import Recorder
 from server.access.lease import OperatorLease
 from server.http.given import given
+from server.http.headers import server_time
 from server.http.who import Identity
 from server.live.messages import Health, Status
 from server.operate.operator import Operator
@@ -51,6 +52,7 @@ class StatusView:
     def status(self, who: Identity) -> Status:
         """All of it."""
         return Status(
+            read_at=server_time(),
             lease=self.lease.view(who),
             people=self.people.view(who),
             settings=self.operator.settings,

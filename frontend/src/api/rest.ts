@@ -19,6 +19,17 @@ export class Unreachable extends Error {}
 /** The server's REST with the paths and types of its own OpenAPI document; raises Refusal or Unreachable. */
 export const api = createClient<paths>({ credentials: "same-origin", fetch: accepted });
 
+/** When the newest answer to a request for a change was given, by the server's own clock [s]. */
+let newest = -Infinity;
+
+/** Whether what was read at `time` [s] is older than an answer that is known: it may come after it all the same. */
+export const isOutdated = (time: number) => time <= newest;
+
+/** Another server may have another clock. */
+export function forgetAnswers(): void {
+  newest = -Infinity;
+}
+
 /** What the server answered; what it refuses has been raised already. */
 export async function told<T>(asked: Promise<{ data?: T }>): Promise<T> {
   return (await asked).data as T;
@@ -37,7 +48,11 @@ async function accepted(request: Request): Promise<Response> {
   const response = await fetch(request).catch((error: unknown) => {
     throw new Unreachable(`The server did not answer (${String(error)})`);
   });
-  if (response.ok) return response;
+  if (response.ok) {
+    const time = response.headers.get("tendril-time");
+    if (request.method !== "GET" && time !== null) newest = Math.max(newest, Number(time));
+    return response;
+  }
   const answer: unknown = await response.json().catch(() => null);
   const { status, statusText } = response;
   throw new Refusal(status, refusalText(answer, statusText), request.method !== "GET");

@@ -5883,6 +5883,11 @@ export interface components {
        * @enum {string}
        */
       type: "status";
+      /**
+       * Read At
+       * @description By the clock of `tendril-time` [s]: what was read before an answer is older, even if it comes later.
+       */
+      read_at: number;
       lease: components["schemas"]["Lease"];
       people: components["schemas"]["People"];
       settings: components["schemas"]["Settings"];

@@ -1,4 +1,4 @@
-import { api, Refusal, told } from "../api/rest";
+import { api, forgetAnswers, isOutdated, Refusal, told } from "../api/rest";
 import { LayoutError, type LiveSocket } from "../api/socket";
 import type { FromServer, Health, Session } from "../api/types";
 import { asCause, asMode } from "../rig/modes";
@@ -157,6 +157,7 @@ export class Connection {
     switch (message.type) {
       case "hello":
         this.name = message.page;
+        forgetAnswers();
         if (page.lease.mine && !message.session.lease.mine)
           this.listener.leaseLost(message.session.lease.holder);
         this.guard(() => {
@@ -171,6 +172,7 @@ export class Connection {
         this.meet(message.rig);
         return;
       case "status":
+        if (isOutdated(message.read_at)) return; // the next one comes within a second
         this.page.patch({
           lease: keep(page.lease, message.lease),
           people: keep(page.people, message.people),

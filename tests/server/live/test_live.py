@@ -204,3 +204,15 @@ def test_in_a_crowd_viewers_take_turns_and_the_operator_gets_every_beat(server: 
         wait_for(lambda: len(operating.frames) > begin[0] + 200, "frames of the operator")
         got = [len(page.frames) - before for page, before in zip((operating, *watching), begin, strict=True)]
     assert 0.4 * got[0] < np.median(got[1:]) < 0.7 * got[0]
+
+
+def test_a_status_tells_whether_it_was_read_before_or_after_an_answer(server: TestServer) -> None:
+    page = server.page().sign_in()
+    with page.live() as live:
+        live.wait("status")
+        for method, mine in (("POST", True), ("DELETE", False)) * 3:
+            answered = float(page.request(method, "/api/lease").headers["tendril-time"])
+            live.wait("status", lambda said, at=answered: said["read_at"] > at)
+            told = [said for said in live.texts if said["type"] == "status"]
+            assert {said["lease"]["mine"] for said in told if said["read_at"] > answered} == {mine}
+            live.texts.clear()
