@@ -7,7 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,7 +19,7 @@ from controller.virtual.process import VirtualProcess
 from server.campaign import trace
 from server.campaign.person import Person
 from server.campaign.table import GAP
-from server.campaign.waiting import wait
+from server.campaign.waiting import Failed, wait
 from tests.server.live_server import PATIENT
 
 LIMITS = f"""
@@ -47,7 +47,7 @@ class Stack(NamedTuple):
 
     def drivers(self) -> dict[str, dict[str, Any]]:
         """What the page is told of the devices, by role."""
-        return {one["role"]: one for one in self.person.ask("GET", "/api/drivers")["drivers"]}
+        return found_devices(self.person)
 
     def arm(self) -> None:
         """From wherever things are to HOLD, once the devices run."""
@@ -64,6 +64,11 @@ class Stack(NamedTuple):
             return found[0] if found and found[0]["id"] == begun else None
 
         return wait(ended, seconds, f"the end of {reference}", 0.2)
+
+
+def found_devices(person: Person) -> dict[str, dict[str, Any]]:
+    """What a page is told of the devices, by role."""
+    return {one["role"]: one for one in person.ask("GET", "/api/drivers")["drivers"]}
 
 
 def changes(rig: str) -> list[str]:
@@ -109,6 +114,8 @@ def stack(folder: Path, text: str = "", believed: dict[str, Any] | None = None) 
             told = "\n  ".join(person.log[-20:])
             error.add_note(f"the page's log:\n  {told}\n{(folder / 'output.log').read_text(errors='replace')[-2000:]}")
             error.add_note(f"the rig: {'; '.join(changes(name))}")
+            with suppress(Failed):
+                error.add_note(f"its devices: {json.dumps(found_devices(person))}")
             raise
         person.close()
     finally:
