@@ -22,7 +22,7 @@ from controller.drivers.valves.serial_board.frames import OPENING_END, SUPPLY_CU
 from controller.errors import TendrilError
 from controller.realtime.priority import prefer_session
 from controller.schema.hardware import CHANNELS
-from controller.virtual.firmware import built_firmware
+from controller.virtual.firmware import WATCHDOG_MS, built_firmware
 from controller.virtual.peers import Drive, ReadPressures, TakeDrive
 
 MAGIC = 0x314C52444E54
@@ -42,8 +42,11 @@ PATIENCE_MS = 5000
 class BoardPeer:
     """A ValvePeer: eight channels. Its terminal has one name, whichever the system gives it after each plug."""
 
-    def __init__(self, read_pressures: ReadPressures, take_drive: TakeDrive, port: Path | None = None) -> None:
-        """`port`: where its terminal is to be found; None: in a folder of its own.
+    def __init__(
+        self, read_pressures: ReadPressures, take_drive: TakeDrive, port: Path | None = None, patience: float = 0.0
+    ) -> None:
+        """`port`: where its terminal is to be found; None: in a folder of its own. Its watchdog waits `patience` [s]
+        where that is more than a board has: for a machine that pauses.
 
         Builds the firmware where that has not been done; raises TendrilError where there is no compiler, and where
         something is at `port` that no virtual board has left there: a real board, perhaps.
@@ -51,7 +54,7 @@ class BoardPeer:
         if port is not None and os.path.lexists(port) and not _left_over(port):
             raise TendrilError(f"valves.options.port = {port} is there already: name a path that is not")
         self._read_pressures, self._take_drive = read_pressures, take_drive
-        self._program = built_firmware()
+        self._program = built_firmware(max(WATCHDOG_MS, round(1e3 * patience)))
         self._folder = Path(tempfile.mkdtemp(prefix="tendril-board-"))
         self._forgotten = weakref.finalize(self, shutil.rmtree, self._folder, ignore_errors=True)
         self._port = port or self._folder / "tty"

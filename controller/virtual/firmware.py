@@ -16,6 +16,8 @@ PLACES = (HERE.parents[1] / "firmware", HERE.parent / "firmware")
 COMPILERS = ("g++", "c++", "clang++")
 FLAGS = ("-std=c++11", "-O2", "-Wall", "-Wextra", "-fno-exceptions", "-fno-rtti")
 KEPT = "tendril-board"
+WATCHDOG_MS = 100
+"""Without a command for so long a board vents."""
 
 
 def firmware_folder() -> Path:
@@ -26,14 +28,14 @@ def firmware_folder() -> Path:
     raise TendrilError(f"the firmware's sources are missing: {PLACES[0]}")
 
 
-def built_firmware() -> Path:
+def built_firmware(watchdog_ms: int = WATCHDOG_MS) -> Path:
     """The program of `firmware/host/main.cpp`, built if it has not been; TendrilError where that cannot be done."""
     sources = firmware_folder()
     folder = cache_folder() / source_hash(sources)
-    program = folder / KEPT
+    program = folder / f"{KEPT}-{watchdog_ms}"
     if not program.is_file():
         folder.mkdir(parents=True, exist_ok=True)
-        build(sources / "host" / "main.cpp", program)
+        build(sources / "host" / "main.cpp", program, (*FLAGS, f"-DTENDRIL_WATCHDOG_MS={watchdog_ms}"))
     return program
 
 

@@ -26,12 +26,12 @@ def capture_peer(driver: str, options: Given) -> CapturePeer:
     return CAPTURE_PEERS[driver](options)
 
 
-def valve_peer(driver: str, options: Given, read: ReadPressures, take: TakeDrive) -> ValvePeer:
-    """A board for `driver`, likewise."""
+def valve_peer(driver: str, options: Given, read: ReadPressures, take: TakeDrive, patience: float = 0.0) -> ValvePeer:
+    """A board for `driver`, likewise. Its rig waits for pressures for `patience` [s]: so long it waits for commands."""
     if driver not in VALVE_PEERS:
         raise ParameterError(f"valves.driver = {driver}: only {', '.join(VALVE_PEERS)} can be stood in for")
     check_given(valve_class(driver), options, "valves")
-    return VALVE_PEERS[driver](options, read, take)
+    return VALVE_PEERS[driver](options | {"patience": patience}, read, take)
 
 
 def _natnet(given: Given) -> CapturePeer:
@@ -56,7 +56,7 @@ def _json(given: Given) -> CapturePeer:
 def _serial(given: Given, read: ReadPressures, take: TakeDrive) -> ValvePeer:
     from controller.virtual.board import BoardPeer
 
-    return BoardPeer(read, take, Path(given["port"]) if given.get("port") else None)
+    return BoardPeer(read, take, Path(given["port"]) if given.get("port") else None, given["patience"])
 
 
 def _modbus(given: Given, read: ReadPressures, take: TakeDrive) -> ValvePeer:

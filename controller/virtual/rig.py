@@ -146,7 +146,8 @@ class VirtualRig:
         board = Board(found.valves, self.plant)
         seen, driven = found.motion_capture, found.valves
         self.camera = Camera(seen, self.plant, capture_peer(seen.driver, seen.options))
-        self.valves = valve_peer(driven.driver, driven.options, board.pressures, board.drive)
+        patience = parameters.limits.pressures_lost
+        self.valves = valve_peer(driven.driver, driven.options, board.pressures, board.drive, patience)
         self._asked = {"motion_capture": addresses(seen.options), "valves": addresses(driven.options)}
         self._faults = TwinFaults()
 

@@ -1,6 +1,8 @@
 """The driver and the firmware over a real pseudo-terminal."""
 
 import time
+from contextlib import closing
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +10,9 @@ import pytest
 from controller.drivers.device import DeviceError
 from controller.drivers.valves.serial_board.driver import SerialBoard, SerialOptions
 from controller.schema.hardware import Valves
+from controller.schema.rig_file import parse_rig_file
+from controller.virtual.rig import VirtualRig
+from server.campaign.rows.wires import SERIAL
 from tests.controller.drivers.effort import Waits
 from tests.firmware.conftest import VENT, Bench, answer, outlet, stays, wait_for
 
@@ -153,6 +158,21 @@ def test_a_pulled_cable_is_a_lost_device_and_comes_back_under_the_same_name(benc
     device.open()
     assert "watchdog vented" in answer(device, outlet(50e3)).stopped
     assert answer(device, VENT).stopped == ""
+
+
+def test_a_rig_that_waits_for_pressures_stands_before_a_board_that_waits_for_commands(tmp_path: Path) -> None:
+    """Where a machine paused for 0.1 s the board vented until told to, so the rig was in E-STOP a second later."""
+    rig = VirtualRig(parse_rig_file(f"{SERIAL}\n[limits]\npressures_lost = 1.0", "a patient rig"), tmp_path)
+    with closing(rig.valves) as peer:
+        peer.plug()
+        device = SerialBoard(SerialOptions(port=str(peer.options["port"])), (0, 1, 2, 3), raw=False)
+        device.open()
+        assert device.board is not None and device.board.watchdog_ms == 1000
+        answer(device, VENT)
+        answer(device, outlet(50e3))
+        time.sleep(0.3)
+        assert answer(device, outlet(50e3)).stopped == ""
+        device.close()
 
 
 def test_a_board_without_power_lets_go_of_everything(bench: Bench) -> None:
