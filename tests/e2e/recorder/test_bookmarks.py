@@ -36,6 +36,7 @@ def operator(page: Page) -> Iterator[Page]:
     """The page operates, and records; in the dark, whose ink is looked for."""
     page.emulate_media(color_scheme="dark")
     wait_until(lambda: ask(page, "POST", "/api/lease"), 30.0)
+    expect(page.get_by_test_id("lease-release")).to_be_visible()  # before it knows, a key does nothing
     page.get_by_test_id("plan").focus()
     page.keyboard.press("r")
     expect(page.get_by_test_id("mark-button")).to_be_enabled()
