@@ -48,7 +48,7 @@ class LoopWatchdog:
         """`deadly` is called, from the watchdog's thread, when the loop has not turned for DEADLY; None: nothing is."""
         self._deadly = deadly
         self._turns = 0
-        self._turned, self._listened = time.monotonic(), 0.0
+        self._turned = self._listened = 0.0
         self._stood, self._longest, self._last, self._count = 0.0, 0.0, -MEMORY, 0
         self._closed = threading.Event()
         self._main = threading.get_ident()

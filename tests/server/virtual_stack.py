@@ -47,7 +47,7 @@ class Stack(NamedTuple):
 
     def drivers(self) -> dict[str, dict[str, Any]]:
         """What the page is told of the devices, by role."""
-        return found_devices(self.person)
+        return {one["role"]: one for one in self.person.ask("GET", "/api/drivers")["drivers"]}
 
     def arm(self) -> None:
         """From wherever things are to HOLD, once the devices run."""
@@ -64,11 +64,6 @@ class Stack(NamedTuple):
             return found[0] if found and found[0]["id"] == begun else None
 
         return wait(ended, seconds, f"the end of {reference}", 0.2)
-
-
-def found_devices(person: Person) -> dict[str, dict[str, Any]]:
-    """What a page is told of the devices, by role."""
-    return {one["role"]: one for one in person.ask("GET", "/api/drivers")["drivers"]}
 
 
 def changes(rig: str) -> list[str]:
@@ -108,14 +103,15 @@ def stack(folder: Path, text: str = "", believed: dict[str, Any] | None = None) 
         found = json.loads(ready.read_text())
         person = Person(found["url"])
         person.operate()
+        one = Stack(name, person, virtual, found["rig_process"], found["server_process"])
         try:
-            yield Stack(name, person, virtual, found["rig_process"], found["server_process"])
+            yield one
         except BaseException as error:
             told = "\n  ".join(person.log[-20:])
             error.add_note(f"the page's log:\n  {told}\n{(folder / 'output.log').read_text(errors='replace')[-2000:]}")
             error.add_note(f"the rig: {'; '.join(changes(name))}")
             with suppress(Failed):
-                error.add_note(f"its devices: {json.dumps(found_devices(person))}")
+                error.add_note(f"its devices: {json.dumps(one.drivers())}")
             raise
         person.close()
     finally:
