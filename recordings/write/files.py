@@ -10,7 +10,7 @@ from controller.arrays import Rows
 from controller.errors import ProcessKilled, RecordingError
 from controller.system.work_process import WorkProcess
 from recordings.format.about import About
-from recordings.format.messages import Level
+from recordings.format.annotations import Annotation
 
 if TYPE_CHECKING:
     from recordings.write.rrd import RrdFile
@@ -26,14 +26,8 @@ class RowsFile(Protocol):
     def write(self, rows: Rows) -> None:
         """Append rows (n,), n >= 1."""
 
-    def log(self, text: str, level: Level = "info") -> None:
-        """Add a line to the log."""
-
-    def approach(self, first: int, end: int) -> None:
-        """Note that these ticks lead into a run."""
-
-    def mark(self, n: int, label: str) -> None:
-        """Set bookmark number `n` at the newest row."""
+    def annotate(self, annotation: Annotation) -> None:
+        """Note it at the newest row."""
 
     def flush(self) -> None:
         """Hand everything to the operating system."""
@@ -105,14 +99,8 @@ class _FileApart:
     def write(self, rows: Rows) -> None:
         self._do("write", rows)
 
-    def log(self, text: str, level: Level = "info") -> None:
-        self._do("log", text, level)
-
-    def approach(self, first: int, end: int) -> None:
-        self._do("approach", first, end)
-
-    def mark(self, n: int, label: str) -> None:
-        self._do("mark", n, label)
+    def annotate(self, annotation: Annotation) -> None:
+        self._do("annotate", annotation)
 
     def flush(self) -> None:
         self._do("flush")

@@ -18,6 +18,7 @@ from controller.system.memory import give_back
 from controller.system.whole_file import sync_file
 from recordings.format import plan
 from recordings.format.about import About, description, word
+from recordings.format.annotations import Annotation, Approach, LogLine, Mark
 from recordings.format.blueprint import APPLICATION, layout
 from recordings.format.lines import style
 from recordings.format.messages import Level
@@ -64,21 +65,19 @@ class RrdFile:
         self._write_modes(rows)
         self._last = rows[-1:].copy()
 
-    def log(self, text: str, level: Level = "info") -> None:
-        """Add a line to the log at the time of the newest row; before the first row it stands at the start."""
+    def annotate(self, annotation: Annotation) -> None:
+        """Note it at the newest row; before the first row there is a place for lines of the log only."""
         at = self._last if self._last is not None else np.zeros(1, [(n, "<i8") for n in ("tick", "t_ns")])
-        self._log(at, text, level)
-
-    def approach(self, first: int, end: int) -> None:
-        """Note that the ticks [first, end) lead into a run and are no part of it; after the first row."""
-        if self._last is not None:
-            self._stream.send_columns(APPROACH, self._times(self._last), rr.Scalars.columns(scalars=[[first, end]]))
-
-    def mark(self, n: int, label: str) -> None:
-        """Bookmark number `n` at the newest row; after the first row."""
-        if self._last is not None:
-            line = rr.TextLog.columns(text=[f"{n} {label}".rstrip()], level=["INFO"])
-            self._stream.send_columns(BOOKMARKS, self._times(self._last), line)
+        match annotation:
+            case LogLine(text, level):
+                self._log(at, text, level)
+            case _ if self._last is None:
+                return
+            case Approach(first, end):
+                self._stream.send_columns(APPROACH, self._times(at), rr.Scalars.columns(scalars=[[first, end]]))
+            case Mark(n, label):
+                line = rr.TextLog.columns(text=[f"{n} {label}".rstrip()], level=["INFO"])
+                self._stream.send_columns(BOOKMARKS, self._times(at), line)
 
     def flush(self) -> None:
         """Hand everything to the operating system; raises `RecordingError` when the file takes no more."""

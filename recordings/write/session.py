@@ -15,11 +15,11 @@ from controller.schema.messages import RigInfo
 from controller.schema.parameters import Settings
 from recordings.format import sidecar
 from recordings.format.about import About
+from recordings.format.annotations import Annotation, LogLine, Mark
 from recordings.format.messages import (
     BOOKMARKS_MAX,
     Bookmark,
     Hole,
-    Level,
     Profile,
     Recording,
     RecordingState,
@@ -95,13 +95,9 @@ class Session:
         if time.monotonic() - self._reported >= REPORT_SECONDS:
             self._report()
 
-    def log(self, text: str, level: Level = "info") -> None:
-        """Add a line to the log, at the newest row."""
-        self._file.log(text, level)
-
-    def approach(self, first: int, end: int) -> None:
-        """Note that the ticks [first, end) lead into a run."""
-        self._file.approach(first, end)
+    def annotate(self, annotation: Annotation) -> None:
+        """Note it at the newest row."""
+        self._file.annotate(annotation)
 
     def mark(self, label: str) -> Bookmark:
         """A bookmark at the newest row, which is still to be written into the sidecar; RecordingError before a row."""
@@ -111,7 +107,7 @@ class Session:
             raise RecordingError(f"this recording has had {self._marked} bookmarks, which is the most")
         self._marked += 1
         mark = Bookmark(n=self._marked, tick=self._last_tick, t=self._seconds, label=label)
-        self._file.mark(mark.n, label)
+        self.annotate(Mark(mark.n, label))
         return mark
 
     def end(self) -> Recording:
@@ -128,7 +124,7 @@ class Session:
     def abandon(self, reason: str) -> Recording:
         """Close what can be closed after `reason`: the file stays readable as far as it goes."""
         with suppress(RecordingError):  # then it says so in its description alone
-            self._file.log(reason, "error")
+            self.annotate(LogLine(reason, "error"))
         return self._release(complete=False)
 
     def state(self) -> RecordingState:
@@ -190,7 +186,7 @@ class Session:
         if missing:
             holes = [Hole(after=int(ticks[i]), ticks=int(steps[i]) - 1) for i in np.flatnonzero(steps > 1)]
             self._holes = (*self._holes, *holes)[:HOLES_MAX]
-            self.log(f"{missing} ticks before tick {ticks[-1]} were not delivered", "warning")
+            self.annotate(LogLine(f"{missing} ticks before tick {ticks[-1]} were not delivered", "warning"))
         for i in np.flatnonzero(steps <= 0):
             self._count_restart(int(ticks[i]), max(0, int(t_ns[i + 1] - t_ns[i])) * 1e-9)
         self._gaps += missing
@@ -199,7 +195,8 @@ class Session:
 
     def _count_restart(self, after: int, seconds: float) -> None:
         self._restarts = (*self._restarts, Restart(after=after, seconds=seconds))[:HOLES_MAX]
-        self.log(f"the rig was restarted: its ticks begin again, {seconds:.3f} s after tick {after}", "warning")
+        text = f"the rig was restarted: its ticks begin again, {seconds:.3f} s after tick {after}"
+        self.annotate(LogLine(text, "warning"))
 
     def _report(self) -> None:
         self._reported = time.monotonic()

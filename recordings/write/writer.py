@@ -18,9 +18,10 @@ from controller.schema.layout import copied, record_dtype
 from controller.schema.messages import RigInfo, Telemetry
 from controller.schema.parameters import Settings
 from controller.system.worker import Worker
-from recordings.format.messages import PATIENCE, SPLIT_BYTES, Bookmark, Level, Recording, RecordingState
+from recordings.format.annotations import Annotation
+from recordings.format.messages import PATIENCE, SPLIT_BYTES, Bookmark, Recording, RecordingState
 from recordings.write.files import Files, FilesHere, WriterKilled
-from recordings.write.intake import Intake, Job, NoAnswer
+from recordings.write.queue import Job, NoAnswer, RecorderQueue
 from recordings.write.session import Context, Session
 
 BATCH_ROWS = 250
@@ -69,7 +70,7 @@ class Recorder:
         self._ending = self._overdue = False
         """Whether the recording is to end, and whether who asked for that waits no more."""
         self._split_bytes, self._ended = split, ended
-        self._intake = Intake()
+        self._queue = RecorderQueue()
         self._folder, self._files = folder, files or FilesHere()
         self._cut: Cut | None = None
         self._first = ""
@@ -89,25 +90,20 @@ class Recorder:
         """
         self._require_disk()
         try:
-            return self._intake.ask(lambda: self._start(name, info, settings, context), ANSWER)
+            return self._queue.ask(lambda: self._start(name, info, settings, context), ANSWER)
         except NoAnswer:
-            self._intake.later(self._close_unwanted)
+            self._queue.later(self._close_unwanted)
             raise
 
     def rows(self, rows: Rows) -> None:
         """Take telemetry rows (n,) in the order of their ticks. Cheap: they are copied and handed over."""
         if len(rows):
-            self._intake.rows(copied(rows))
+            self._queue.rows(copied(rows))
 
-    def events(self, text: str, level: Level = "info") -> None:
-        """Add a line to the log of the running recording, if any; it never waits, and is left out behind 500 others."""
-        if self._intake.is_open:
-            self._intake.later(lambda: self._log(text, level))
-
-    def approach(self, first: int, end: int) -> None:
-        """Note in the running recording, if any, that the ticks [first, end) lead into a run and are no part of it."""
-        if self._intake.is_open:
-            self._intake.later(lambda: self._approach(first, end))
+    def annotate(self, annotation: Annotation) -> None:
+        """Note it in the running recording, if any; it never waits, and is left out behind 500 others."""
+        if self._queue.is_open:
+            self._queue.later(lambda: self._annotate(annotation))
 
     def mark(self, label: str = "") -> tuple[str, Bookmark]:
         """Set a bookmark at the newest row: the recording's id, and the mark for its sidecar; `bookmarked` shows it.
@@ -115,7 +111,7 @@ class Recorder:
         RecordingError when none runs, nothing is in it yet, or it has as many as it may.
         """
         self._require_disk()
-        return self._intake.ask(lambda: self._mark(label), ANSWER)
+        return self._queue.ask(lambda: self._mark(label), ANSWER)
 
     def bookmarked(self, recording: Recording) -> None:
         """Tell of the bookmarks of `recording` as they are now, if it is the one that runs."""
@@ -129,12 +125,12 @@ class Recorder:
         NoAnswer of a disk that hangs: then it ends when the disk answers, which is told as of a full file.
         """
         self._require_disk()
-        self._intake.is_open, self._ending, id = False, True, self._state.id
+        self._queue.is_open, self._ending, id = False, True, self._state.id
         try:
-            return self._intake.ask(self._stop, ANSWER)
+            return self._queue.ask(self._stop, ANSWER)
         except NoAnswer:
             self._overdue = True
-            self._intake.later(lambda: self._stop_overdue(id))
+            self._queue.later(lambda: self._stop_overdue(id))
             raise
 
     def look(self) -> None:
@@ -149,7 +145,7 @@ class Recorder:
         session = self._session
         if not self._state.recording or self._given_up or (self._ending and not self._overdue):
             return
-        if self._intake.full:
+        if self._queue.full:
             self._give_up("the disk is too slow: a minute of rows waits for it")
         elif min(now - self._awake, max(self.worker.stuck, session.waiting if session else 0.0)) > self._patience:
             self._give_up(f"the disk has taken nothing for {self._patience:g} s")
@@ -169,15 +165,15 @@ class Recorder:
 
     def close(self) -> None:
         """End a running recording and the recorder's thread."""
-        self._intake.is_open = False
-        self._intake.end()
+        self._queue.is_open = False
+        self._queue.end()
         self.worker.join(LAST)
 
     def _give_up(self, why: str) -> None:
         self._given_up = f"{ENDED}: {why}"
-        self._intake.drop()
+        self._queue.drop()
         self._state = self._session_over(self._given_up)
-        self._intake.later(self._close_given_up)
+        self._queue.later(self._close_given_up)
 
     def _close_unwanted(self) -> None:
         """A recording began after all, when nobody waited for it any more."""
@@ -216,7 +212,7 @@ class Recorder:
         """The next thing handed over; writing what is due when nothing is."""
         self.worker.rest()
         try:
-            return self._intake.next(POLL_SECONDS if self._pending else None)
+            return self._queue.next(POLL_SECONDS if self._pending else None)
         except queue.Empty:
             return self._write_due
 
@@ -241,7 +237,7 @@ class Recorder:
             self._folder.mkdir(parents=True, exist_ok=True)
             self._session = Session(self._folder, name, info, settings, context, self._files)
         except (OSError, RecordingError) as error:
-            self._intake.drop()
+            self._queue.drop()
             if isinstance(error, RecordingError):
                 raise
             raise RecordingError(f"nothing can be written into {self._folder}: {error}") from error
@@ -258,7 +254,7 @@ class Recorder:
     def _rows_from_now(self, context: Context) -> Rows:
         """What was before; all that comes waits from now on, as the file may take long to be opened."""
         earlier = [] if context.earlier is None or not len(context.earlier) else [context.earlier]
-        before = self._intake.open(int(earlier[0]["tick"][-1]) if earlier else NEVER)
+        before = self._queue.open(int(earlier[0]["tick"][-1]) if earlier else NEVER)
         return np.concatenate([*earlier, *before]) if earlier or before else np.empty(0, record_dtype(Telemetry))
 
     def _stop(self) -> Recording:
@@ -277,15 +273,10 @@ class Recorder:
         self._state = self._session_over()
         return done
 
-    def _log(self, text: str, level: Level) -> None:
+    def _annotate(self, annotation: Annotation) -> None:
         if self._session:
             self._write_pending()
-            self._session.log(text, level)
-
-    def _approach(self, first: int, end: int) -> None:
-        if self._session:
-            self._write_pending()
-            self._session.approach(first, end)
+            self._session.annotate(annotation)
 
     def _mark(self, label: str) -> tuple[str, Bookmark]:
         if not self._session:
@@ -324,7 +315,7 @@ class Recorder:
 
     def _fail(self, error: Exception) -> None:
         """End the recording because of `error` and keep the reason for `state`."""
-        self._intake.is_open, self._pending = False, []
+        self._queue.is_open, self._pending = False, []
         session, self._session = self._session, None
         over = self._session_over(f"{ENDED}: {error}")
         if session:

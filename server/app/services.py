@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields
 
 from controller.system.looks import Looks
 from controller.system.worker import Worker
+from recordings.format.annotations import LogLine
 from recordings.store.store import Store, default_folder
 from recordings.write.files import FilesApart
 from recordings.write.writer import Recorder
@@ -178,7 +179,7 @@ def open_services(
         settings.disk_patience,
         FilesApart(writer),
     )
-    events.listen(lambda event: recorder.events(event.text, event.level))
+    events.listen(lambda event: recorder.annotate(LogLine(event.text, event.level)))
 
     history.listen(loop.add)
     history.listen(recorder.rows)

@@ -9,6 +9,7 @@ from controller.errors import RecordingError, TendrilError
 from controller.schema.modes import Cause, Mode
 from controller.schema.parameters import Settings
 from controller.system.tasks import Tasks
+from recordings.format.annotations import Annotation
 from recordings.format.messages import Recording
 from recordings.write.session import Context
 from recordings.write.writer import Cut, Recorder
@@ -94,9 +95,9 @@ class Automatic:
         run = self._run = _OfRun()
         await self._tasks.to_its_end("the recording of a run", self._record_run(run, name, operator))
 
-    def approach(self, first: int, end: int) -> None:
-        """The ticks [first, end) lead into the run: a recording that goes on is told."""
-        self._recorder.approach(first, end)
+    def annotate(self, annotation: Annotation) -> None:
+        """Note it in the recording that goes on, if any."""
+        self._recorder.annotate(annotation)
 
     def end_run(self) -> None:
         """The run is over, and so is the recording that was begun for it, or that begins at this moment.

@@ -14,6 +14,7 @@ from typing import Annotated, Any, TypeVar
 from controller.errors import CommandRefused, NotAllowed, RigUnreachable, TendrilError
 from controller.schema.messages import RigInfo
 from controller.schema.modes import Request
+from recordings.format.annotations import Approach
 from server.access.permit import Permit, own
 from server.http.given import given
 from server.log.events import EventLog, Level
@@ -266,7 +267,7 @@ class Runs:
         for rows in batches:
             run.take(rows)
         for stretch in run.notes():
-            self._automatic.approach(*stretch)
+            self._automatic.annotate(Approach(*stretch))
         run.recording = run.recording or self._automatic.recording()
         self._settle(before, by_row=True)
 

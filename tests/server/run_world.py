@@ -13,6 +13,7 @@ from controller.errors import TendrilError
 from controller.reference.feasible.within_reach import projected
 from controller.schema.modes import Mode
 from controller.schema.parameters import RigParameters, Settings
+from recordings.format.annotations import Annotation, Approach
 from server.access.lease import OperatorLease
 from server.http.who import Identity
 from server.log.events import EventLog
@@ -72,8 +73,8 @@ class Recordings:
     def recording(self) -> str | None:
         return str(self.id) if self.going else None
 
-    def approach(self, first: int, end: int) -> None:
-        assert end > first
+    def annotate(self, annotation: Annotation) -> None:
+        assert isinstance(annotation, Approach) and annotation.end > annotation.first
 
 
 class AtOnce:

@@ -11,6 +11,7 @@ import pytest
 from controller.schema.modes import Mode
 from controller.schema.parameters import Settings
 from recordings.format import sidecar
+from recordings.format.annotations import Approach
 from recordings.read.course import at_run_clock, run_clock, stretches
 from recordings.read.quick import quick_look
 from recordings.read.reader import read_rows, read_start
@@ -89,7 +90,7 @@ def recorded_run(folder: Path, before: float, pause: tuple[float, float] | None,
     for batch in batches(rows, 500):
         recorder.rows(batch)
     for lead in leads:
-        recorder.approach(int(rows["tick"][lead]), int(rows["tick"][lead]) + 2000)
+        recorder.annotate(Approach(int(rows["tick"][lead]), int(rows["tick"][lead]) + 2000))
     id = recorder.stop().id
     recorder.close()
     return id

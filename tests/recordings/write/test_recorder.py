@@ -16,6 +16,7 @@ from controller.errors import RecordingError
 from controller.schema.messages import Telemetry
 from controller.schema.parameters import Settings
 from recordings.format import sidecar, tool
+from recordings.format.annotations import LogLine
 from recordings.format.messages import Hole, Recording
 from recordings.read.reader import read_about, read_log, read_rows
 from recordings.store.store import Store
@@ -83,7 +84,7 @@ def test_mode_changes_and_events_are_in_the_log_at_their_ticks(recorder: Recorde
     rows = telemetry_rows(1200)
     id = recorder.start("log", rig_info(), Settings()).id
     recorder.rows(rows[:900])
-    recorder.events("operator: K_P 0.4 -> 0.5", "info")
+    recorder.annotate(LogLine("operator: K_P 0.4 -> 0.5"))
     recorder.rows(rows[900:])
     recorder.stop()
     assert read_log(tmp_path / f"{id}.rrd") == [

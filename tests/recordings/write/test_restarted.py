@@ -9,6 +9,7 @@ import pytest
 from controller.arrays import Rows
 from controller.schema.modes import Mode
 from controller.schema.parameters import Settings
+from recordings.format.annotations import Approach
 from recordings.format.messages import Profile
 from recordings.read.metrics import metrics_of
 from recordings.read.quick import prepare
@@ -54,7 +55,7 @@ def made(tmp_path: Path, profile: Profile, boots: tuple[Rows, Rows]) -> Made:
             for batch in batches(rows, 250):
                 recorder.rows(batch)
             if boot == noted:
-                recorder.approach(LEAD, END)
+                recorder.annotate(Approach(LEAD, END))
         id = recorder.stop().id
         recorder.close()
         return Store(tmp_path).path(id)

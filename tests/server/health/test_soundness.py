@@ -21,7 +21,8 @@ from controller.system.logs import Background
 from controller.system.looks import MEMORY, Looks
 from controller.system.tasks import Tasks, forever
 from controller.system.worker import Worker
-from recordings.write.intake import Intake, NoAnswer
+from recordings.format.annotations import LogLine
+from recordings.write.queue import NoAnswer, RecorderQueue
 from recordings.write.session import Session
 from recordings.write.writer import Recorder
 from server.health.loop_watchdog import LoopWatchdog
@@ -217,14 +218,14 @@ def test_a_disk_that_hangs_ends_the_recording_and_holds_up_nobody(
     monkeypatch.setattr(Session, "write", hang)
     for batch in range(100_000):
         recorder.rows(rows(10 * batch))
-        recorder.events("a line of the log")
+        recorder.annotate(LogLine("a line of the log"))
         recorder.look()
         if batch > 2000 and not recorder.state().recording:
             break
         time.sleep(1e-4)
     state = recorder.state()
     assert (state.recording, "the disk has taken nothing for 0.3 s" in state.problem) == (False, True)
-    assert recorder._intake._queue.qsize() <= 6500
+    assert recorder._queue._queue.qsize() <= 6500
     with pytest.raises(RecordingError, match="the disk does not answer"):
         recorder.start("another", INFO, Settings())
     with pytest.raises(RecordingError, match="the disk does not answer"):
@@ -268,15 +269,15 @@ def test_a_server_that_stood_still_does_not_take_that_for_a_disk_that_hangs(
 
 
 def test_nothing_that_is_handed_to_the_recorder_waits() -> None:
-    intake = Intake(batches=3, jobs=2)
-    intake.open(-1)
+    waiting = RecorderQueue(batches=3, jobs=2)
+    waiting.open(-1)
     for tick in range(10):
-        intake.rows(rows(10 * tick))
-    assert (intake.full, intake.is_open) == (True, False)
-    assert [intake.later(lambda: None) for _ in range(3)] == [True, True, False]
-    assert intake.left_out == 1
+        waiting.rows(rows(10 * tick))
+    assert (waiting.full, waiting.is_open) == (True, False)
+    assert [waiting.later(lambda: None) for _ in range(3)] == [True, True, False]
+    assert waiting.left_out == 1
     with pytest.raises(NoAnswer, match=r"nothing came of it within 0.05 s"):
-        intake.ask(lambda: None, 0.05)
+        waiting.ask(lambda: None, 0.05)
 
 
 def test_a_log_file_that_hangs_holds_up_no_line_and_says_what_is_missing(tmp_path: Path) -> None:

@@ -5,14 +5,16 @@ Handing over never waits: behind a disk that hangs the link must go on, and the 
 
 import queue
 import threading
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
 from typing import TypeVar
 
 from controller.arrays import Rows
 from controller.errors import RecordingError
-from recordings.write.before import Before
 
+PRE_TRIGGER_ROWS = 10_000
+"""Rows in memory: 10 s at 1 kHz, some 10 MB."""
 QUEUE_BATCHES = 6000
 """A minute and a half of batches at 60 Hz. A recording whose queue is full has lost rows, and ends."""
 QUEUE_JOBS = 500
@@ -27,7 +29,36 @@ T = TypeVar("T")
 Job = Callable[[], object]
 
 
-class Intake:
+class PreTrigger:
+    """The newest rows, for a recording that begins before its button was pressed; not thread-safe.
+
+    Batches of one boot of the rig, with `most` rows at most.
+    """
+
+    def __init__(self, most: int = PRE_TRIGGER_ROWS) -> None:
+        self._batches: deque[Rows] = deque()
+        self._most, self._count = most, 0
+
+    def add(self, rows: Rows) -> None:
+        """Keep `rows` (n,), n >= 1, which nobody changes any more; rows of an earlier boot are dropped."""
+        if self._batches and rows["tick"][0] <= self._batches[-1]["tick"][-1]:
+            self._batches.clear()
+            self._count = 0
+        self._batches.append(rows)
+        self._count += len(rows)
+        while self._count - len(self._batches[0]) >= self._most:
+            self._count -= len(self._batches.popleft())
+
+    def since(self, tick: int) -> list[Rows]:
+        """The rows after `tick`, the newest `most` of them, as batches."""
+        if not self._count:
+            return []
+        first = max(tick, int(self._batches[-1]["tick"][-1]) - self._most)
+        later = (batch[batch["tick"] > first] for batch in self._batches)
+        return [batch for batch in later if len(batch)]
+
+
+class RecorderQueue:
     """One queue, in the order in which things came. Rows are queued while it is open, and kept at any time."""
 
     def __init__(self, batches: int = QUEUE_BATCHES, jobs: int = QUEUE_JOBS) -> None:
@@ -36,7 +67,7 @@ class Intake:
         """Whether rows were lost since it was opened."""
         self.left_out = 0
         """Jobs that were left out since the count was last put back to 0."""
-        self._before = Before()
+        self._pre_trigger = PreTrigger()
         self._batches, self._jobs = batches, jobs
         self._queue: queue.SimpleQueue[Job | Rows | None] = queue.SimpleQueue()
         self._hand_over = threading.Lock()
@@ -45,7 +76,7 @@ class Intake:
     def rows(self, rows: Rows) -> None:
         """Take rows (n,), n >= 1, which nobody changes any more."""
         with self._hand_over:
-            self._before.add(rows)
+            self._pre_trigger.add(rows)
             if not self.is_open:
                 return
             if self._queue.qsize() < self._batches:
@@ -57,7 +88,7 @@ class Intake:
         """Queue all that comes from now on; the batches in memory after the tick `after` are what came before it."""
         with self._hand_over:
             self.is_open, self.full = True, False
-            return self._before.since(after)
+            return self._pre_trigger.since(after)
 
     def drop(self) -> None:
         """Take no more rows, and forget those that wait; what is to be done is still done."""
