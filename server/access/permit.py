@@ -8,7 +8,7 @@ server/rig/client.py, server/presets/actuator.py).
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 from controller.errors import NotAllowed, TendrilError
@@ -47,6 +47,10 @@ class Permit:
     def stands(self) -> bool:
         """Whether its holder still has what it was given for."""
         return not self.objection(None)
+
+    def derived(self, objection: Callable[[Request | None], str]) -> "Permit":
+        """Another one for the same holder, with an objection of its own, which asks this one's, too."""
+        return replace(self, objection=objection)
 
 
 def own() -> Permit:

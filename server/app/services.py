@@ -49,6 +49,8 @@ from server.presets.first_mode.measurement import FirstModeMeasurement, Parts
 from server.presets.first_mode.store import FirstModes, modes_file
 from server.presets.gains import GainPresets
 from server.presets.outcomes import OutcomeWatch
+from server.procedure.motion import Context
+from server.procedure.procedure import Procedures
 from server.recorder.automatic import Automatic
 from server.recorder.by_hand import RecordingByHand
 from server.recorder.exports import Exports
@@ -105,6 +107,7 @@ class Services:
     previews: Previews
     results: Results
     runs: Runs
+    procedures: Procedures
     macros: Macros
     macro_store: MacroStore
     plots: Plots
@@ -134,6 +137,7 @@ class Services:
         self.reader.close()
         self.operator.close()
         self.rig.close()
+        self.procedures.close()
         self.runs.close()
         self.results.close()
         self.recorder.close()
@@ -200,6 +204,7 @@ def open_services(
     folder, exports, drawings = RecordingsFolder(store, reader), Exports(), Drawings(settings.state / "drawings")
     by_hand = RecordingByHand(recorder, folder, review, rig, operator, events)
     gains = GainPresets(settings.state / "gains.json")
+    procedures = Procedures(Context(rig, history, operator, kept, events))
     macros = Macros(Acts(rig, operator, kept, runs, by_hand, drawings, gains.changes), rig, operator, events)
     scene = Scene(lambda: history.newest, rig.actuator, settings.light_scene)
     alarms = Alarms(UserFiles(settings.state / "alarms", "the limits"))
@@ -212,7 +217,7 @@ def open_services(
     )
     outcomes = OutcomeWatch(settings, events)
     modes = FirstModes(modes_file(settings.state, settings.rig))
-    first_mode = FirstModeMeasurement(Parts(rig, history, operator, kept, planner, modes, events))
+    first_mode = FirstModeMeasurement(Parts(procedures, planner, modes))
     change = Change(rig, outcomes, recorder, operator, events, settings)
     rig_file = RigFileKeeper(planner, change)
     commissioning = Commissioning(
@@ -242,8 +247,8 @@ def open_services(
             Watch(rig, history, lease, operator, events),
             outcomes,
             runs,
+            procedures,
             macros,
-            first_mode,
             commissioning,
             automatic,
             RecorderWatch(recorder, events),
@@ -291,6 +296,7 @@ def open_services(
         previews=Previews(planner),
         results=results,
         runs=runs,
+        procedures=procedures,
         macros=macros,
         macro_store=MacroStore(UserFiles(settings.state / "macros", "the macro")),
         plots=Plots(history),

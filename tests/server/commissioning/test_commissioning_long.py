@@ -18,7 +18,8 @@ from server.commissioning import closed_loop, pressure, sweep
 from server.commissioning.motion import Motion, Run, Through
 from server.commissioning.planning import Circle
 from server.operate.borrowing import Borrowing
-from server.presets.first_mode.measurement import FirstModeMeasurement, Parts
+from server.presets.first_mode.measurement import Measuring, Parts
+from server.presets.first_mode.messages import FirstModeBody
 from server.rig.history import Gathered, History
 from tests.server.plots.test_history import rows as numbered
 from tests.server.virtual_time import VirtualLoop
@@ -140,22 +141,17 @@ def test_a_slow_release_is_kept_from_its_lead_on() -> None:
 
 def test_the_first_mode_of_a_fast_loop_is_measured_by_all_of_its_steps() -> None:
     history = History(KEPT, 100)
-    parts = cast(Parts, SimpleNamespace(history=history, rig=history, operator=Listened()))
-    measurement = FirstModeMeasurement(parts)
-    run: Any = SimpleNamespace(starts=[], seen=None)
+    rig = SimpleNamespace(require_info=lambda: None, boot=lambda: 1)
+    context = SimpleNamespace(history=history, rig=rig, operator=None, kept=None, note=None)
+    parts = cast(Parts, SimpleNamespace(procedures=SimpleNamespace(context=context)))
+    measuring = Measuring(parts, FirstModeBody(), 0.01, own())
     for step in range(4):
         history.add(rows_from(5000 * step))
-        measurement._newest = lambda: history.newest[0]  # type: ignore[method-assign, index]
-        measurement._begin_step(run)
-    slots = run.seen.rows()["slot"]
+        rig.newest = history.newest
+        measuring.begin_step()
+    assert measuring.seen is not None
+    slots = measuring.seen.rows()["slot"]
     assert len(slots) >= 3 * 5000 - 1 and (np.diff(slots) == 1).all()
-
-
-class Listened:
-    """An operator whom nobody hears."""
-
-    def listen(self, hear: object) -> None:
-        pass
 
 
 def rows_from(first: int) -> np.ndarray:

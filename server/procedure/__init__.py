@@ -1,0 +1,1 @@
+"""Procedures: whatever takes the rig, does steps and gives it back."""
