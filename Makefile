@@ -7,7 +7,8 @@ KERNEL_SOURCES := server/cli/kernels.py $(shell find controller server/drawing s
 # Where the environment forbids bytecode, every process would compile all of its libraries anew: 1 to 2 s each.
 export PYTHONDONTWRITEBYTECODE =
 
-.PHONY: run test setup build chromium lint types test-page lint-page types-page test-python test-browser test-long lock schema clean
+.PHONY: run test check setup build chromium side-by-side quick-side-by-side lint types test-page lint-page types-page
+.PHONY: test-python test-alone test-quick test-browser test-long renew lock schema clean
 
 run:
 	$(MAKE) --no-print-directory -j2 setup
@@ -15,10 +16,17 @@ run:
 
 # What can run side by side does; tests that keep time run alone.
 test:
+	$(PYTHON) .ci/parts.py side-by-side test-python test-alone test-browser
+
+side-by-side:
 	$(MAKE) --no-print-directory -j3 --output-sync=target setup chromium test-page lint types
-	$(MAKE) --no-print-directory test-python
-	$(MAKE) --no-print-directory test-browser
-	@echo "make test: all passed"
+
+# For the minute between two edits: everything but tests that start processes or keep time.
+check:
+	$(PYTHON) .ci/parts.py quick-side-by-side test-quick
+
+quick-side-by-side:
+	$(MAKE) --no-print-directory -j3 --output-sync=target .venv/kernels test-page lint types
 
 setup: .venv/installed frontend/node_modules/installed server/static/index.html .venv/kernels
 
@@ -67,26 +75,27 @@ lint-page: frontend/node_modules/installed
 types-page: frontend/node_modules/installed
 	cd frontend && $(NODE) nice npm run --silent check
 
-# What keeps time or kills processes runs apart from what takes all cores, no more at a time than there are cores: with
-# three on two, a rig, its devices and its server were each kept waiting for longer than their limits. The campaign runs
-# alone.
-CAMPAIGN := tests/server/campaign/test_campaign.py
-ALONE := $(addprefix tests/controller/,link realtime drivers/conformance/test_conformance.py research/experiments/test_pool.py) \
-	$(addprefix tests/server/,hardware live supervise app/test_trouble.py commissioning/test_commissioning_whole.py) \
-	$(addprefix tests/server/,log/test_logs.py recorder/test_killed_rig.py runs/test_runs.py scene/test_viser.py) \
-	$(patsubst %,tests/recordings/write/test_%.py,killed power_cut recorder) tests/docs/test_served.py \
-	$(patsubst %,tests/firmware/test_serial_%.py,board line)
+# What keeps time or kills processes (`alone`) runs apart from what takes all cores, no more at a time than there are
+# cores: with three on two, a rig, its devices and its server were each kept waiting for longer than their limits.
 test-python: setup
-	$(BIN)/python -m pytest tests --ignore tests/e2e $(ALONE:%=--ignore %) --ignore $(CAMPAIGN) -n auto --dist loadfile -m "not long"
-	$(BIN)/python -m pytest $(ALONE) -n 2 --dist loadfile -m "not long"
-	$(BIN)/python -m pytest $(CAMPAIGN)
+	$(BIN)/python -m pytest tests --ignore tests/e2e -n auto --dist worksteal -m "not long and not alone"
+
+test-alone: setup
+	$(BIN)/python -m pytest tests --ignore tests/e2e -n 2 --dist worksteal -m "alone and not long"
+
+test-quick: .venv/kernels
+	$(BIN)/python -m pytest tests --ignore tests/e2e -n auto --dist worksteal -m "not long and not alone and not process"
 
 test-browser: setup chromium
 	$(BIN)/python -m pytest tests/e2e -rP -m "not long"
 
 test-long: setup chromium
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[engines]'
-	$(BIN)/python -m pytest tests -rP -m long
+	$(BIN)/python -m pytest tests -rP -m "long or keyed" --renew
+
+# Only what is skipped while its inputs stay the same (tests/keyed.py).
+renew: setup
+	$(BIN)/python -m pytest tests --ignore tests/e2e -n 2 --dist loadfile -m keyed --renew
 
 # The page's types follow the server's OpenAPI; `make types` compares. Tables in docs/ follow the code that acts by them.
 schema: .venv/installed frontend/node_modules/installed

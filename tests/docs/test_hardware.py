@@ -134,6 +134,7 @@ def test_what_is_shipped_is_on_loopback_with_ports_of_its_own() -> None:
     assert len({one.name for one in found}) == len(SHIPPED) and len(set(ports)) == len(ports) >= 5
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("file", SHIPPED, ids=lambda file: file.stem)
 def test_what_is_shipped_can_be_driven(file: Path, tmp_path: Path) -> None:
     text = elsewhere(file.read_text(), tmp_path)
@@ -155,6 +156,7 @@ def test_what_is_shipped_can_be_driven(file: Path, tmp_path: Path) -> None:
         virtual.stop()
 
 
+@pytest.mark.process
 def test_the_sender_of_json_is_understood() -> None:
     page = ROOT / "docs" / "motion-capture.md"
     (program,) = [block.text for block in blocks(page) if block.kind == "py"]

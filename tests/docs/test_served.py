@@ -13,6 +13,8 @@ from tests.docs.blocks import EXAMPLES, NOT_HERE, PAGES, Shell, commands, name
 from tests.docs.test_commands import HERE
 from tests.server.live_server import TOKEN, RigProcess, TestServer, free_environment
 
+pytestmark = pytest.mark.alone
+
 PROGRAMS = [command for command in commands(EXAMPLES / "README.md") if "again" not in command]
 WATCH, FOLLOW, EXPORT, READ = PROGRAMS
 

@@ -10,6 +10,8 @@ from controller.drivers.valves.serial_board import frames
 from controller.drivers.valves.serial_board.frames import BROKEN, RAW, VENT, Cutter, HelloReply, State
 from controller.virtual.firmware import FLAGS, build, firmware_folder
 
+pytestmark = pytest.mark.process
+
 CHANNELS = 8
 ALL = 0xFF
 MS = 1000

@@ -11,6 +11,8 @@ from controller.drivers.valves.serial_board import frames
 from controller.virtual.firmware import FLAGS, build, firmware_folder
 from tests.firmware.hostile import hostile, runs
 
+pytestmark = pytest.mark.process
+
 CHANNELS = 8
 SEQUENCE = 2000
 """Newer than what the fuzzed board has taken: a sound frame would act."""

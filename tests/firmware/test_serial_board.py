@@ -16,6 +16,8 @@ from server.campaign.rows.wires import SERIAL
 from tests.controller.drivers.effort import Waits
 from tests.firmware.conftest import VENT, Bench, answer, outlet, stays, wait_for
 
+pytestmark = pytest.mark.alone
+
 
 def test_the_board_says_what_it_is(bench: Bench) -> None:
     board = bench.device().board

@@ -23,6 +23,8 @@ import sys, time
 import numpy as np
 from controller.drivers.device import Outlet
 from controller.drivers.valves.serial_board.driver import SerialBoard, SerialOptions
+
+pytestmark = pytest.mark.alone
 board = SerialBoard(SerialOptions(port=sys.argv[1]), (0, 1, 2, 3), False)
 board.open()
 asked = np.full(4, 80e3)

@@ -16,6 +16,8 @@ from controller.schema.messages import Command
 from tests.controller.fake_rig import KEY, FakeRig
 from tests.controller.live_rig import wait_for
 
+pytestmark = pytest.mark.alone
+
 
 class Reader:
     """A client of the fake rig that notes ticks and boots."""

@@ -31,6 +31,8 @@ from controller.schema.parameters import RigParameters, SafetyLimits, Settings
 from controller.system.keys import KEY_BYTES, made_key, read_key
 from tests.controller.live_rig import LiveRig, Operator, live_rig, wait_for
 
+pytestmark = pytest.mark.alone
+
 KEYS = Keys("test")
 
 

@@ -30,6 +30,8 @@ from tests.controller.fake_rig import KEY, FakeRig
 from tests.controller.link.test_link_guarded import certify
 from tests.controller.live_rig import wait_for
 
+pytestmark = pytest.mark.alone
+
 KEYS = Keys("fake")
 MODES = ("client", "peer", "router")
 OTHER = b"o" * KEY_BYTES

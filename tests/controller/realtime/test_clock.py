@@ -8,6 +8,8 @@ import pytest
 
 from controller.realtime.clock import now_ns, sleep_until, slots_missed
 
+pytestmark = pytest.mark.alone
+
 MILLISECOND = 1_000_000
 
 

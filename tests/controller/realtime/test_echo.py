@@ -15,6 +15,8 @@ from controller.schema.messages import Command, RigInfo, Telemetry
 from controller.schema.modes import Cause, Mode
 from controller.schema.parameters import RigParameters, SafetyLimits
 
+pytestmark = pytest.mark.alone
+
 PAUSE_NS = 200_000_000
 
 

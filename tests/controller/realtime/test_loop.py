@@ -13,6 +13,8 @@ from controller.realtime.ring import BASELINE_LOST, BASELINE_TICKS, GRID_NS
 from controller.research.bench.loop_bench import measure_loop
 from tests.controller.live_rig import LiveRig, live_rig, wait_for
 
+pytestmark = pytest.mark.alone
+
 PERIOD_NS = 1_000_000
 PAUSE = 0.3
 

@@ -1,12 +1,15 @@
 import threading
 
 import numpy as np
+import pytest
 
 from controller.arrays import Words
 from controller.realtime.compiled import compiled
 from controller.realtime.mailbox import mailbox, post, receive, words
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Command
+
+pytestmark = pytest.mark.alone
 
 
 @compiled

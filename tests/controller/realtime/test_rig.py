@@ -37,6 +37,8 @@ from controller.link import PlannedRows
 from controller.link.rig_end import RigEnd
 from controller.realtime.rig import RigSettings, run_rig
 
+pytestmark = pytest.mark.alone
+
 def publish(self, rows, real=RigEnd.publish):
     real(self, rows)
     if rows["command_n"][-1] == 2:

@@ -9,6 +9,8 @@ from controller.errors import LayoutMismatch, RigUnreachable, TendrilError
 from controller.realtime.ring import LAYOUT_WORD, ROW_WORDS, Ring, create_ring, find_ring, ring_push
 from tests.controller import ring_writer
 
+pytestmark = pytest.mark.alone
+
 
 def push(ring: Ring, *values: int) -> None:
     for value in values:

@@ -13,6 +13,8 @@ from controller.schema.messages import TwinTime
 from controller.schema.modes import Cause, Mode, Request
 from tests.controller.live_rig import LiveRig, Operator, live_rig, wait_for
 
+pytestmark = pytest.mark.alone
+
 PAUSED = TwinTime(paused=True)
 
 

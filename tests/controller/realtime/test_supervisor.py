@@ -17,6 +17,8 @@ from controller.schema.parameters import RigParameters
 from tests.controller.live_rig import Operator, wait_for
 from tests.controller.simulation.test_acceptance import TOPPLED
 
+pytestmark = pytest.mark.alone
+
 
 @pytest.fixture
 def supervisor(tmp_path: Path) -> Iterator[Supervisor]:

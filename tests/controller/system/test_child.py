@@ -13,6 +13,8 @@ from controller.system import child as under_test
 from controller.system.child import Child, restart_delay, retry_delay
 from tests.controller.live_rig import wait_for
 
+pytestmark = pytest.mark.process
+
 Launch = Callable[[], "subprocess.Popen[bytes]"]
 
 

@@ -20,6 +20,8 @@ from tests.controller.live_rig import wait_for
 
 PROGRAM = """
 import os, pathlib, sys, time
+
+pytestmark = pytest.mark.process
 note = pathlib.Path(sys.argv[1])
 note.with_suffix(".part").write_text(str(os.getpid()))
 note.with_suffix(".part").replace(note)

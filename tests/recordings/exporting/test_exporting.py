@@ -246,6 +246,7 @@ def test_a_window_holds_the_rows_between_its_ends_and_slow_values_at_their_own_r
     pd.testing.assert_frame_equal(part, wanted)
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("profile", ["full", "standard"])
 @pytest.mark.parametrize("end", ["closed", "compacted", "running"])
 def test_small_pieces_come_to_what_is_read_at_once(tmp_path: Path, profile: Profile, end: str) -> None:

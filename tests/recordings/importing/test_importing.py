@@ -31,6 +31,7 @@ def millimetres(header: str, delimiter: str = ",") -> str:
     return "\n".join([header, *lines]) + "\n"
 
 
+@pytest.mark.process
 def test_it_is_listed_verified_by_rerun_and_holds_what_was_measured(tmp_path: Path) -> None:
     done = imported(tmp_path, millimetres("time;x [mm];y [mm]", ";"))
     (listed,) = Store(tmp_path).list()

@@ -123,6 +123,7 @@ def test_a_recording_is_known_to_have_begun_after_the_rows_that_were_in_memory(t
     assert [(part["kind"], round(part["start"], 3)) for part in look["stretches"]] == [("before", 0.0), ("run", 5.0)]
 
 
+@pytest.mark.process
 def test_a_picture_is_the_path_of_the_last_lap_in_a_few_hundred_bytes(tmp_path: Path) -> None:
     id = recorded_run(tmp_path, 3.0, (5.3, 2.0), "paused")
     assert finish(tmp_path, id) == ()

@@ -9,6 +9,7 @@ from controller.errors import RecordingError
 from recordings.read import viewer
 
 
+@pytest.mark.process
 def test_the_viewer_is_extracted_once_and_whole_without_a_network(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -26,6 +27,7 @@ def test_the_viewer_is_extracted_once_and_whole_without_a_network(
     assert [path.name for path in tmp_path.iterdir()] == [folder.name]
 
 
+@pytest.mark.process
 def test_a_rerun_that_does_not_serve_gives_an_error_with_its_last_words(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -35,6 +37,7 @@ def test_a_rerun_that_does_not_serve_gives_an_error_with_its_last_words(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.process
 def test_a_rerun_that_says_nothing_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(viewer, "START_TIMEOUT", 0.2)
     monkeypatch.setattr(viewer.tool, "command", lambda *_: ["sleep", "100"])

@@ -76,6 +76,7 @@ def test_they_can_be_named_and_removed_and_keep_their_numbers(tmp_path: Path, re
             store.revise(done.id, gone)
 
 
+@pytest.mark.process
 def test_mending_compacting_and_a_lost_description_keep_them(tmp_path: Path, recorder: Recorder) -> None:
     done, store = marked(tmp_path, recorder), Store(tmp_path)
     assert store.compact(done.id).bookmarks == done.bookmarks

@@ -4,6 +4,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from controller.schema.parameters import Settings
 from recordings.format import sidecar, tool
@@ -37,6 +38,7 @@ def test_by_default_no_more_than_50_gb_or_most_of_a_small_disk(tmp_path: Path) -
     assert 0 < default_quota(tmp_path) <= 50e9
 
 
+@pytest.mark.process
 def test_a_file_that_grows_too_large_goes_on_in_another_without_a_missing_tick(tmp_path: Path) -> None:
     ended: list[Recording] = []
     recorder, rows = Recorder(tmp_path, split=1_000_000, ended=ended.append), telemetry_rows(6000)

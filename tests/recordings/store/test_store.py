@@ -187,6 +187,7 @@ def test_a_damaged_recording_can_be_removed(tmp_path: Path) -> None:
     assert Store(tmp_path).list() == []
 
 
+@pytest.mark.process
 def test_a_check_notes_damage_and_a_lost_description_is_made_again(
     record: Callable[..., Recording], tmp_path: Path
 ) -> None:
@@ -279,6 +280,7 @@ def test_any_name_gives_an_id_of_our_form_and_never_the_same_twice(tmp_path: Pat
     assert {path.stem for path in tmp_path.iterdir()} == ids
 
 
+@pytest.mark.process
 def test_a_compacted_recording_holds_the_same_rows(record: Callable[..., Recording], tmp_path: Path) -> None:
     rows = telemetry_rows(5000)
     done = record(rows)

@@ -54,6 +54,7 @@ def test_what_is_slow_comes_with_its_ticks_at_100_hz(standard: tuple[Rows, Path]
         np.testing.assert_allclose(found[name], rows[name][ticks], rtol=0, atol=step / 2, err_msg=name)
 
 
+@pytest.mark.process
 def test_rerun_finds_nothing_wrong_before_and_after_compaction(standard: tuple[Rows, Path]) -> None:
     rows, path = standard
     tool.run("rrd", "verify", str(path), timeout=60)
@@ -62,6 +63,7 @@ def test_rerun_finds_nothing_wrong_before_and_after_compaction(standard: tuple[R
     assert read_tape(path).duration == pytest.approx(2.0, abs=0.05)
 
 
+@pytest.mark.process
 def test_an_hour_of_standard_takes_less_than_710_mb_in_the_busiest_run(tmp_path: Path) -> None:
     rows = laps(twin_rows("circle_2hz")[2000:], 4)
     _, standard = megabytes_per_hour(rows, "standard", tmp_path)

@@ -25,6 +25,8 @@ from recordings.write.session import Context
 from recordings.write.writer import Recorder
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows
 
+pytestmark = pytest.mark.alone
+
 Record = Callable[..., Recording]
 SLOW = ("markers", "backbone", "twin_backbone")
 

@@ -31,6 +31,7 @@ def test_the_layout_is_in_the_smallest_file(tmp_path: Path, rows: int, flushed: 
         assert [entry.application_id for entry in found.blueprints()] == ["tendril"]
 
 
+@pytest.mark.process
 def test_a_closed_file_leaves_no_memory_behind(tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "tests.recordings.write_and_forget", str(tmp_path), "10", "30"],

@@ -13,6 +13,7 @@ from recordings.write.run_file import THINNED, write_run
 from tests.recordings.synthetic import telemetry_rows
 
 
+@pytest.mark.process
 def test_every_so_many_ticks_are_read_back_bit_for_bit(tmp_path: Path) -> None:
     rows, path = telemetry_rows(3210), tmp_path / "vu_P1_ff+pi.rrd"
     write_run(rows, path, "vu P1 ff+pi", RigParameters(), Settings())

@@ -19,6 +19,8 @@ from schemathesis.checks import CHECKS
 from server.app.app import openapi_schema
 from tests.server.live_server import Page, RigProcess, TestServer, free_environment, wait_for
 
+pytestmark = pytest.mark.process
+
 SKIPPED = {"POST /api/session"}
 """Wrong tokens close the door to their address for a minute: `test_doors` has it."""
 CHECKED = ("not_a_server_error", "status_code_conformance", "content_type_conformance")

@@ -13,6 +13,8 @@ from controller.system.keys import made_key
 from server.app.services import open_services
 from tests.server.live_server import RigProcess, TestServer, free_environment, key_file, wait_for
 
+pytestmark = pytest.mark.alone
+
 TENDRIL = Path(sys.executable).parent / "tendril"
 
 

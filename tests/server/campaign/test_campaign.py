@@ -11,6 +11,8 @@ import pytest
 from server.campaign.table import chosen
 from server.campaign.waiting import Failed, wait
 
+pytestmark = pytest.mark.alone
+
 TENDRIL = Path(sys.executable).parent / "tendril"
 KEYS = {"name", "expected", "observed", "reaction_ms", "limit_ms", "pass"}
 

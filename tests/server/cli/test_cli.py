@@ -75,6 +75,7 @@ def test_a_wrong_value_is_named_in_one_line(
     assert complaint in said and len(said.splitlines()) == 1
 
 
+@pytest.mark.process
 def test_the_command_itself_ends_with_that_line_and_code_1() -> None:
     done = subprocess.run([TENDRIL, "rig", "--actuator", "P9"], capture_output=True, text=True, timeout=60)
     assert (done.returncode, len(done.stderr.splitlines())) == (1, 1)
@@ -132,6 +133,7 @@ def test_the_observer_of_the_papers_actuators_has_the_fits_inertia_unless_told_o
         assert controller_of(actuator, said, 10, integrator).observer_kappa == kappa
 
 
+@pytest.mark.process
 def test_the_version_names_the_commit() -> None:
     here = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False)
     shown = CliRunner().invoke(app, ["--version"])
@@ -140,6 +142,7 @@ def test_the_version_names_the_commit() -> None:
     assert here.returncode or f"(commit {here.stdout.strip()}" in shown.output
 
 
+@pytest.mark.process
 def test_python_m_server_is_the_same_command() -> None:
     done = subprocess.run([sys.executable, "-m", "server", "track", "--help"], capture_output=True, text=True)
     assert done.returncode == 0 and "Usage: tendril track" in done.stdout

@@ -14,6 +14,7 @@ from server.cli import kernels
 from server.cli.kernels import compile_kernels, declared, kept
 
 
+@pytest.mark.process
 def test_afterwards_every_kernel_is_in_the_cache_and_the_bar_is_full() -> None:
     shown = StringIO()
     compile_kernels(Console(file=shown))
@@ -47,6 +48,7 @@ def wait_for_ever() -> None:
     time.sleep(3600.0)
 
 
+@pytest.mark.process
 def test_what_one_part_cannot_do_ends_the_other_and_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(kernels, "ROUNDS", ((refuse, wait_for_ever),))
     with pytest.raises(ParameterError, match="it cannot be built"):

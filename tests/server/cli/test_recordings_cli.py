@@ -180,6 +180,7 @@ def test_what_is_deleted_is_asked_for_and_a_star_protects(made: tuple[Path, Reco
     assert sorted(path.name for path in tmp_path.glob("[!.]*")) == ["20200101-000000.json", "20200101-000000.rrd"]
 
 
+@pytest.mark.process
 def test_what_a_killed_writer_left_is_mended(made: tuple[Path, Recording], tmp_path: Path) -> None:
     folder, done = made
     (tmp_path / f"{done.id}.rrd").write_bytes((folder / f"{done.id}.rrd").read_bytes()[:-1000])
@@ -188,6 +189,7 @@ def test_what_a_killed_writer_left_is_mended(made: tuple[Path, Recording], tmp_p
     assert Store(tmp_path).find(done.id).recovered
 
 
+@pytest.mark.process
 def test_what_cannot_be_mended_is_named_and_keeps_no_other_from_it(
     made: tuple[Path, Recording], tmp_path: Path
 ) -> None:

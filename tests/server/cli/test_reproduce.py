@@ -35,6 +35,7 @@ def printed(at: Console) -> str:
     return at.file.getvalue()
 
 
+@pytest.mark.process
 def test_a_small_reproduction_prints_its_table_and_writes_rows_recordings_and_report(tmp_path: Path) -> None:
     out, file = console(), tmp_path / "rows.json"
     stale = tmp_path / "report" / "recordings" / "step_P1_[no_such].rrd"

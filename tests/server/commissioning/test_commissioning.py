@@ -168,6 +168,7 @@ def test_whatever_ends_a_step_leaves_the_rig_vented_or_stopped_and_the_settings_
         assert refused.status_code == 409 and "Signs has no result to accept" in refused.json()["detail"]
 
 
+@pytest.mark.process
 def test_a_killed_rig_ends_the_step_and_the_next_one_gets_the_operators_settings(tmp_path: Path) -> None:
     (tmp_path / "rig").mkdir()
     rig = RigProcess(tmp_path / "rig")

@@ -24,6 +24,8 @@ from tests.controller.kernels.plant.test_valve import run
 from tests.server.commissioner import Commissioner
 from tests.server.virtual_stack import stack
 
+pytestmark = pytest.mark.alone
+
 TASK = "vertical_1hz"
 WIRES = SERIAL if compiler() else SERIAL.replace('"serial"', '"modbus"\noptions = { host = "127.0.0.1" }')
 """NatNet and the serial board's own firmware; where nothing can compile that, a Festo terminal."""

@@ -19,6 +19,8 @@ from server.campaign.rows.wires import MODBUS, SERIAL
 from server.campaign.waiting import wait
 from tests.server.virtual_stack import Stack, stack
 
+pytestmark = pytest.mark.alone
+
 TASK = "vertical_1hz"
 """Short, and fast enough that a delay would show."""
 

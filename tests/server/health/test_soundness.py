@@ -298,6 +298,7 @@ def test_a_log_file_that_hangs_holds_up_no_line_and_says_what_is_missing(tmp_pat
     os.close(descriptor)
 
 
+@pytest.mark.process
 def test_a_standard_error_that_nobody_reads_holds_up_nobody() -> None:
     """A process whose log goes into a pipe that is full."""
     script = (

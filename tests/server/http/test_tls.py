@@ -55,6 +55,7 @@ async def first_words(address: str, **how: Any) -> str:
         return str(await live.recv())
 
 
+@pytest.mark.process
 def test_a_certificate_that_cannot_be_used_is_named(tmp_path: Path, pair: tuple[Path, Path]) -> None:
     cert, key = pair
     broken = tmp_path / "broken.pem"

@@ -9,6 +9,8 @@ import pytest
 from controller.schema.modes import Cause, Mode
 from tests.server.live_server import ROW, RigProcess, TestServer, taken, wait_for
 
+pytestmark = pytest.mark.alone
+
 AIM = (0.17, 0.13)
 
 

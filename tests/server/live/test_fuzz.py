@@ -14,6 +14,8 @@ from controller.schema.modes import Mode
 from tests.server.fuzz import live_message, viser_message
 from tests.server.live_server import Live, Page, RigProcess, TestServer, free_environment, wait_for
 
+pytestmark = pytest.mark.alone
+
 SHORT, LONG = 1000, 5000
 """Messages on each of the two sockets."""
 Make = Callable[[Random], tuple[bytes, bool]]

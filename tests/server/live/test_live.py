@@ -15,6 +15,8 @@ from server.rig.channels import CHANNELS
 from tests.server.live_server import ROW, TestServer, wait_for
 from tests.server.plots.test_history import plot
 
+pytestmark = pytest.mark.alone
+
 TICK = ROW.fields["tick"][1] + 8
 """Place of the tick in a FRAME message."""
 

@@ -7,8 +7,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from server.supervise.ready import UpReady
 from tests.server.live_server import Page, free_environment, wait_for
+
+pytestmark = pytest.mark.alone
 
 TENDRIL = Path(sys.executable).parent / "tendril"
 RIG = f"logs-{os.getpid()}"

@@ -53,6 +53,7 @@ class Asked:
         return 7
 
 
+@pytest.mark.process
 def test_only_rk4_takes_less_than_the_settings_allow() -> None:
     assert too_strong(STRONG, info(Integrator.IMPLICIT)) == {}
     (why,) = too_strong(STRONG, info(Integrator.RK4)).values()

@@ -19,6 +19,8 @@ from server.rig.client import Rig
 from tests.server.live_server import WRITER, Live, Page, RigProcess, TestServer, taken, wait_for
 from tests.server.runs.test_runs import armed, ring, wait_run
 
+pytestmark = pytest.mark.process
+
 ROW = record_dtype(Telemetry)
 
 

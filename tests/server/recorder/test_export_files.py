@@ -27,6 +27,8 @@ from server.recorder.scratch import Scratch, sweep
 from tests.recordings.synthetic import recorded, telemetry_rows
 from tests.server.live_server import Page, TestServer, rigless, wait_for
 
+pytestmark = pytest.mark.process
+
 PLENTY = 1 << 60
 
 

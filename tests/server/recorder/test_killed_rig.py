@@ -3,9 +3,12 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from tests.recordings.kill_at_random import LOSS_MAX
 from tests.recordings.kill_rig import kill_rig_once
+
+pytestmark = pytest.mark.alone
 
 
 def test_a_recording_outlives_a_killed_rig_and_says_so(tmp_path: Path) -> None:

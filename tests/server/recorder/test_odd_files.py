@@ -25,6 +25,8 @@ from server.supervise.ready import ServerReady
 from tests.recordings.synthetic import rig_info, telemetry_rows
 from tests.server.live_server import Page, RigProcess, TestServer, free_environment, key_file, wait_for
 
+pytestmark = pytest.mark.process
+
 SECRET = b"of somebody else, far outside"
 ID = "20260101-000000"
 STATE = (

@@ -17,6 +17,8 @@ from recordings.write.writer import Recorder
 from tests.recordings.synthetic import telemetry_rows
 from tests.server.live_server import Page, TestServer, wait_for
 
+pytestmark = pytest.mark.process
+
 LIST = "/api/recordings"
 
 

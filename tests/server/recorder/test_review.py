@@ -7,6 +7,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, cast
 
+import pytest
+
 from controller.errors import ProcessKilled
 from recordings.format import sidecar
 from recordings.format.messages import Recording
@@ -18,6 +20,7 @@ from tests.e2e.recorded import record_circle
 from tests.server.live_server import READER, wait_for
 
 
+@pytest.mark.process
 def test_what_cannot_be_mended_is_listed_with_the_reason(tmp_path: Path) -> None:
     started = datetime(2026, 11, 20, 12, tzinfo=UTC)
     id, lock = sidecar.claim(tmp_path, "torn", started)
@@ -43,6 +46,7 @@ def test_what_cannot_be_mended_is_listed_with_the_reason(tmp_path: Path) -> None
     assert not store.list()[0].recovered
 
 
+@pytest.mark.process
 def test_a_killed_reader_loses_no_recording_and_all_are_finished(tmp_path: Path) -> None:
     store = Store(tmp_path)
     done = [record_circle(tmp_path, f"circle {n}", 10.0) for n in range(2)]
@@ -92,6 +96,7 @@ def test_a_finished_recording_opens_from_what_was_kept_beside_it_until_its_data_
     assert not kept.exists()
 
 
+@pytest.mark.process
 def test_an_error_that_nobody_expects_in_one_recording_keeps_no_other_from_being_finished(
     tmp_path: Path,
 ) -> None:

@@ -191,6 +191,7 @@ def test_a_row_from_before_the_last_clear_does_not_end_it(server: TestServer) ->
         assert wait_end(live)["reason"].startswith("the rig is in VENTED")
 
 
+@pytest.mark.process
 def test_it_ends_with_the_rig_and_does_not_go_on_with_the_next_boot(tmp_path: Path) -> None:
     free_environment()
     rig = RigProcess(tmp_path)

@@ -20,6 +20,8 @@ from server.runs.preview import Foresight, predicted
 from server.runs.previews import Previews
 from tests.server.live_server import PLANNER, TestServer
 
+pytestmark = pytest.mark.process
+
 RIG, LIVE, REST = RigParameters(), Settings(), np.zeros(2)
 LONG = PreviewBody(reference="circle_0.25hz", laps=25)
 """100 s and an approach: for several parts."""

@@ -12,6 +12,8 @@ from controller.schema.modes import Mode
 from server.runs.results import Results
 from tests.server.live_server import Live, Page, TestServer, taken, wait_for
 
+pytestmark = pytest.mark.alone
+
 ANGLE = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
 CIRCLE = np.column_stack([0.05 + 5e-3 * np.cos(ANGLE), 0.14 + 5e-3 * np.sin(ANGLE)]).tolist()
 

@@ -14,6 +14,8 @@ from server.scene.drag import CAMERA, END, START, UPDATE
 from server.scene.gizmo import GIZMO
 from tests.server.live_server import Page, TestServer, wait_for
 
+pytestmark = pytest.mark.alone
+
 VERSION = f"viser-v{viser.__version__}"
 CAMERA_POSE = {
     "type": CAMERA,

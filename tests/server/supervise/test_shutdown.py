@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from controller.realtime.ring import find_ring
 from controller.schema.modes import Cause, Mode
@@ -17,6 +18,8 @@ from recordings.read.reader import read_log, read_rows
 from recordings.store.store import Store
 from server.supervise.ready import ServerReady
 from tests.server.live_server import Page, RigProcess, free_environment, key_file, wait_for
+
+pytestmark = pytest.mark.alone
 
 
 class Server:

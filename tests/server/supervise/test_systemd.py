@@ -12,6 +12,8 @@ import pytest
 from server.app.shutdown import PATIENCE
 from server.supervise.systemd import unit_text
 
+pytestmark = pytest.mark.alone
+
 TENDRIL = Path(sys.executable).parent / "tendril"
 ANALYZE = shutil.which("systemd-analyze")
 UNITS = ["rig", "server"]

@@ -10,10 +10,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import pytest
+
 from controller.realtime.ring import remove_rings
 from controller.realtime.settings import free_port
 from server.supervise.ready import ServerReady
 from tests.server.live_server import Page, wait_for
+
+pytestmark = pytest.mark.alone
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "two-machines.md"
 RIG = f"two-{os.getpid()}"

@@ -22,6 +22,8 @@ from server.supervise.ready import UpReady
 from server.supervise.up import usable_key
 from tests.server.live_server import Page, free_environment, taken, wait_for
 
+pytestmark = pytest.mark.alone
+
 TENDRIL = Path(sys.executable).parent / "tendril"
 RIG = f"up-{os.getpid()}"
 

@@ -24,6 +24,8 @@ import pytest
 from controller.drivers.device import DeviceError
 from controller.drivers.capture.lsl import LslCapture, LslOptions
 
+pytestmark = pytest.mark.process
+
 def outlet(name, channels=6, form="float32", labels=("tip", "mid")):
     info = pylsl.StreamInfo(name, "MoCap", channels, 100, form, f"tendril-{name}")
     described = info.desc().append_child("channels")

@@ -19,6 +19,8 @@ from controller.virtual.firmware import compiler
 from controller.virtual.peers import Drive
 from controller.virtual.registry import CAPTURE_PEERS, VALVE_PEERS
 
+pytestmark = pytest.mark.alone
+
 PATIENCE = 0.2
 
 

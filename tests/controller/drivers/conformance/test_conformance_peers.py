@@ -31,6 +31,8 @@ import json, sys, time
 from controller.drivers.conformance import check_driver, trial
 from tests.controller.drivers.conformance.test_conformance_peers import ProcessBench
 
+pytestmark = pytest.mark.process
+
 trial.MARGIN = float(sys.argv[1])
 stream = f"rods-{time.monotonic_ns()}"
 bench = ProcessBench("lsl", stream, {"stream": stream, "scale": 0.001})

@@ -9,6 +9,8 @@ import pytest
 
 from controller.research.experiments.pool import OutOfTime, Pool, WorkerDied, cores
 
+pytestmark = pytest.mark.alone
+
 
 def delayed(number: int, seconds: float) -> int:
     time.sleep(seconds)

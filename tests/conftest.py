@@ -1,0 +1,53 @@
+"""What holds for all tests: their marks are true, and what passed with the same inputs is not run again."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests import processes
+from tests.keyed import Keyed
+
+STARTING = {"shared_rig", "shell", "built"}
+"""Fixtures that start processes, which serve several tests."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--renew", action="store_true", help="run keyed tests too, and keep the inputs of those that pass")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    processes.watch()
+    whole = not any("::" in str(one) for one in config.args) and not config.getoption("keyword")
+    config.pluginmanager.register(Keyed(config.getoption("--renew"), whole))
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Modules of which the marks that are asked for take nothing need not be imported: that takes seconds."""
+    asked = config.option.markexpr
+    if not collection_path.match("test_*.py"):
+        return None
+    text = collection_path.read_text()
+    whole = re.findall(r"^pytestmark = pytest\.mark\.(\w+)$", text, re.MULTILINE)
+    left_out = any(f"not {mark}" in asked for mark in whole)
+    return True if left_out or (asked.startswith("alone") and "mark.alone" not in text) else None
+
+
+def pytest_itemcollected(item: pytest.Item) -> None:
+    if STARTING & set(getattr(item, "fixturenames", ())):
+        item.add_marker(pytest.mark.process)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol() -> Iterator[None]:
+    processes.started.clear()
+    return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown(item: pytest.Item) -> Iterator[None]:
+    done = yield
+    if processes.started and not any(map(item.get_closest_marker, ("process", "alone", "long"))):
+        pytest.fail(f"it starts a process and is not marked so: {processes.started}")
+    return done

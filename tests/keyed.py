@@ -1,0 +1,117 @@
+"""What hardly ever changes and takes long is tested once for its inputs: their hash is kept when the tests passed.
+
+The inputs of a module whose tests are marked `keyed` are its own file and all that it imports of ours, however far
+down, the files that the marks name (a Python file with all that it imports, a folder with all that it holds), and the
+versions of the libraries. While their hash is the one in PASSED they are skipped. `make test-long` runs them and keeps
+the new one.
+"""
+
+import hashlib
+import json
+import re
+from collections.abc import Iterable, Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PASSED = ROOT / "tests" / "passed.json"
+ALWAYS = ".ci/requirements.lock"
+"""An input of every test."""
+IMPORT = re.compile(r"^[ \t]*(?:from ([\w.]+) import (\([^)]*\)|.+)|import ([\w.]+))", re.MULTILINE)
+UNCHANGED = "passed with the same inputs (tests/passed.json); make test-long runs it"
+
+
+@cache
+def imported(file: Path) -> frozenset[Path]:
+    """Files of ours that `file` names in its imports, those inside its functions too."""
+    found: set[Path] = set()
+    for package, names, module in IMPORT.findall(file.read_text()):
+        whole = package or module
+        for one in (whole, *(f"{whole}.{name}" for name in re.findall(r"\w+", names))):
+            place = ROOT.joinpath(*one.split("."))
+            found |= {place.with_suffix(".py"), place / "__init__.py"}
+    return frozenset(one for one in found if one.is_file())
+
+
+def closure(files: Iterable[Path]) -> set[Path]:
+    """`files`, and what they import of ours, however far down."""
+    found: set[Path] = set()
+    left = list(files)
+    while left:
+        one = left.pop()
+        if one not in found:
+            found.add(one)
+            left += imported(one) if one.suffix == ".py" else ()
+    return found
+
+
+def named(pattern: str) -> Iterator[Path]:
+    """The files that a mark means by a file, a folder or a pattern: at least one."""
+    found = [inner for one in ROOT.glob(pattern) for inner in (one.rglob("*") if one.is_dir() else [one])]
+    kept = [one for one in found if one.is_file() and "__pycache__" not in one.parts]
+    if not kept:
+        raise pytest.UsageError(f"keyed: {pattern} names no file")
+    yield from kept
+
+
+def key(module: Path, patterns: Iterable[str]) -> str:
+    """Hash of all inputs of the keyed tests in `module`."""
+    hashed = hashlib.sha256()
+    for file in sorted(closure([module, *(file for one in (ALWAYS, *patterns) for file in named(one))])):
+        hashed.update(f"{file.relative_to(ROOT)}\n".encode() + hashlib.sha256(file.read_bytes()).digest())
+    return hashed.hexdigest()[:16]
+
+
+def name(item: pytest.Item) -> str:
+    return str(item.path.relative_to(ROOT))
+
+
+def passed() -> dict[str, str]:
+    """Key with which the keyed tests of each module passed last."""
+    return dict(json.loads(PASSED.read_text())) if PASSED.exists() else {}
+
+
+def keys(items: Iterable[pytest.Item]) -> dict[str, str]:
+    """Key of each module that has keyed tests."""
+    patterns: dict[str, set[str]] = {}
+    modules: dict[str, Path] = {}
+    for item in items:
+        for mark in item.iter_markers("keyed"):
+            patterns.setdefault(name(item), set()).update(mark.args)
+            modules[name(item)] = item.path
+    return {module: key(modules[module], sorted(patterns[module])) for module in modules}
+
+
+class Keyed:
+    """Skips what passed with the same inputs; with `renew` runs it, and keeps the keys of modules that passed."""
+
+    def __init__(self, renew: bool, whole: bool) -> None:
+        self._renew, self._whole = renew, whole
+        self._keys: dict[str, str] = {}
+        self._failed: set[str] = set()
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        found, kept = keys(items), passed()
+        for item in items:
+            if item.get_closest_marker("keyed"):
+                module = name(item)
+                item.user_properties.append(("keyed", found[module]))
+                if not self._renew and kept.get(module) == found[module]:
+                    item.add_marker(pytest.mark.skip(reason=UNCHANGED))
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if found := dict(report.user_properties).get("keyed"):
+            module = report.nodeid.split("::")[0]
+            self._keys[module] = str(found)
+            if report.failed:
+                self._failed.add(module)
+
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+        done = {module: key for module, key in self._keys.items() if module not in self._failed}
+        if self._renew and self._whole and not hasattr(session.config, "workerinput"):
+            kept = {module: key for module, key in passed().items() if (ROOT / module).exists()}
+            kept = {module: key for module, key in kept.items() if module not in self._failed}
+            PASSED.write_text(json.dumps(dict(sorted((kept | done).items())), indent=1) + "\n")

@@ -1,0 +1,22 @@
+"""Only a test that is marked `process` starts a process: `make check` runs all the others between two edits."""
+
+import multiprocessing.util
+import sys
+from typing import Any
+
+STARTS = {"subprocess.Popen", "os.fork", "os.forkpty", "os.posix_spawn", "os.spawn", "os.system"}
+"""Audit events of Python."""
+started: list[str] = []
+"""What this test process has started since the running test began."""
+
+
+def watch() -> None:
+    """Note every start of a process from now on."""
+    spawn: Any = multiprocessing.util.spawnv_passfds  # type: ignore[attr-defined]
+
+    def noted(path: Any, arguments: Any, files: Any) -> Any:
+        started.append(f"multiprocessing: {arguments!r:.200}")
+        return spawn(path, arguments, files)
+
+    multiprocessing.util.spawnv_passfds = noted  # type: ignore[attr-defined]
+    sys.addaudithook(lambda event, given: started.append(f"{event}: {given!r:.200}") if event in STARTS else None)
