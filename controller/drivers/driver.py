@@ -5,7 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from controller.build.plant import Plant
+from controller.assembly.plant import Plant
 from controller.schema.hardware import DriverStatus
 
 Post = Callable[[np.ndarray], None]

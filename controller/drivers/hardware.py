@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.plant import build_hardware
+from controller.assembly.plant import build_hardware
 from controller.drivers.device import Outlet
 from controller.drivers.driver import Newest, NewestCommand, Post
 from controller.drivers.inlet import Inlet

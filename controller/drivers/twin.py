@@ -1,6 +1,6 @@
 """The twin as a driver."""
 
-from controller.build.plant import Simulated, build_plant
+from controller.assembly.plant import Simulated, build_plant
 from controller.drivers.driver import Newest, NewestCommand, Post
 from controller.kernels.plant.faults import Faults
 from controller.schema.hardware import DriverStatus

@@ -10,19 +10,45 @@ from functools import cached_property
 from typing import Any, ClassVar, Self, dataclass_transform
 
 import numpy as np
+from llvmlite import ir
+from numba import extending as numba_extending
 from numba import typeof as numba_typeof
 from numba import types
 from numba.core import cgutils as numba_cgutils
 from numba.core.imputils import lower_getattr_generic as numba_lower_getattr_generic
 from numba.core.typing import templates as numba_templates
 
-from controller.kernels.by_address import WORD, known_by_address
-
 cgutils: Any = numba_cgutils
+extending: Any = numba_extending
 lower_getattr_generic: Any = numba_lower_getattr_generic
 templates: Any = numba_templates
 typeof: Any = numba_typeof
 Tuple: Any = types.BaseTuple
+WORD = ir.IntType(64)
+"""What kernels know by its address alone has in Python an `address` and its numba type, `kind`."""
+
+
+class _Address(extending.models.PrimitiveModel):  # type: ignore[misc]
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, WORD.as_pointer())
+
+
+def _typeof(value: Any, context: Any) -> Any:
+    return value.kind
+
+
+def _unbox(kind: Any, value: Any, context: Any) -> Any:
+    address = context.pyapi.object_getattr_string(value, "address")
+    found = context.pyapi.long_as_ulonglong(address)
+    context.pyapi.decref(address)
+    return extending.NativeValue(context.builder.inttoptr(found, WORD.as_pointer()))
+
+
+def known_by_address(python: type, kind: type) -> None:
+    """Objects of the class `python` are pointers to words in kernels, of a type of the class `kind`."""
+    extending.register_model(kind)(_Address)
+    extending.typeof_impl.register(python)(_typeof)
+    extending.unbox(kind)(_unbox)
 
 
 @dataclass_transform(frozen_default=True)
@@ -65,7 +91,7 @@ class Group:
 
 
 _KINDS: dict[tuple[Any, ...], "GroupType"] = {}
-"""Of each form: numba takes long to name it anew, as often as a simulation is made."""
+"""Of each form: numba takes long to name it, as often as a simulation is made."""
 
 
 def _form_of(value: Any) -> Any:
@@ -153,7 +179,7 @@ def _load_array(context: Any, builder: Any, kind: Any, words: Any) -> Any:
 
 
 def _load_word(builder: Any, words: Any, at: int, kind: Any) -> Any:
-    """Of LLVM's type `kind`. It never changes, so the compiler need not load it anew after anything is written."""
+    """Of LLVM's type `kind`. It never changes, so the compiler need not load it again after anything is written."""
     place = builder.bitcast(cgutils.gep_inbounds(builder, words, at), kind.as_pointer())
     found = builder.load(place)
     found.set_metadata("invariant.load", builder.module.add_metadata([]))

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Words
-from controller.build.plant import Plant
-from controller.build.stages import Stages, compiled_here, stages_of
-from controller.kernels.apart import call
+from controller.assembly.plant import Plant
+from controller.assembly.stages import Stages, compiled_here, stages_of
 from controller.kernels.control.tick import Rig
+from controller.kernels.function_pointer import call
 from controller.kernels.plant.hardware import Hardware
 from controller.realtime.clock import now_ns, sleep_until, slots_missed
 from controller.realtime.compiled import compiled, load_acquire, store_release

@@ -19,7 +19,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from controller.build.rig import build_rig
+from controller.assembly.rig import build_rig
 from controller.drivers.driver import Driver
 from controller.drivers.hardware import HardwareDriver
 from controller.drivers.twin import TwinDriver

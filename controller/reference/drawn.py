@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.statics import static_map
+from controller.assembly.statics import static_map
 from controller.errors import DataError, ParameterError
 from controller.kernels.model.statics import StaticMap
 from controller.reference.feasible.approach import approach

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.statics import static_map
+from controller.assembly.statics import static_map
 from controller.errors import ParameterError
 from controller.reference import shapes
 from controller.reference.feasible.approach import approach, branch

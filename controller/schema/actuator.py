@@ -118,7 +118,7 @@ class Tracking(Model):
 class Actuator(Model):
     """A planar pneumatic actuator (paper, table "Model Parameters"), as a chain of `table_rods` rods.
 
-    The model may have another number of rods: it keeps the static map of this table (`controller/build/rod.py`).
+    The model may have another number of rods: it keeps the static map of this table (`controller/assembly/rod.py`).
     """
 
     name: Annotated[str, spelled(r"^[\w .+-]+$", "letters, digits, blanks and _ . + -", min_length=1, max_length=40)]

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from controller.arrays import Rows
-from controller.build.plant import build_plant
-from controller.build.rig import build_rig
-from controller.build.statics import scratch_for
+from controller.assembly.plant import build_plant
+from controller.assembly.rig import build_rig
+from controller.assembly.statics import scratch_for
 from controller.drivers.registry import capture_device, valve_device
 from controller.errors import ParameterError
 from controller.kernels.model.statics import static_tip
@@ -27,7 +27,7 @@ STAGES = {Request.NONE: 0.1, Request.ARM: 0.9, Request.FOLLOW: 1.0}
 """What is asked for, and for how long it is simulated [s]."""
 PIECE = 50
 """Ticks between two looks at the clock."""
-LONGEST = 10.0
+COMPUTE_MAX_S = 10.0
 """Most time that building and running may take here [s]: fifty times as long as usual."""
 SHARE = 0.3
 """Of the largest torques, a corner of the admissible ones, at whose static tip the target is."""
@@ -59,7 +59,7 @@ def require_running(parameters: RigParameters, in_force: Settings | None = None)
     With the gains as they are at the start or else with those `in_force`. A move may be ended by a watchdog.
     """
     _compiled(parameters.twin.plant)
-    end = time.monotonic() + LONGEST
+    end = time.monotonic() + COMPUTE_MAX_S
     try:
         _run(parameters, Settings(), end)
     except Restless:
@@ -101,7 +101,9 @@ def _advance(simulation: Simulation, ticks: int, standing: bool, end: float) -> 
         _require_finite(rows)
         _require_mode(rows, standing)
         if time.monotonic() > end:
-            raise ParameterError(f"{DYNAMICS}: two seconds of this actuator take more than {LONGEST:.0f} s to compute")
+            raise ParameterError(
+                f"{DYNAMICS}: two seconds of this actuator take more than {COMPUTE_MAX_S:.0f} s to compute"
+            )
 
 
 def _require_finite(rows: Rows) -> None:

@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Array, Mask, Words
-from controller.build.stability import natural_modes
-from controller.build.twin import twin_model
+from controller.assembly.stability import natural_modes
+from controller.assembly.twin import twin_model
 from controller.errors import ParameterError
 from controller.kernels.compiled import kernel
 from controller.schema.parameters import RigParameters

@@ -5,8 +5,8 @@ from itertools import pairwise
 import numpy as np
 
 from controller.arrays import Rows
-from controller.build.plant import build_plant
-from controller.build.rig import build_rig
+from controller.assembly.plant import build_plant
+from controller.assembly.rig import build_rig
 from controller.errors import DataError, TendrilError
 from controller.kernels.memory import Control
 from controller.reference.reference import Reference

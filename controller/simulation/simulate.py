@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from controller.arrays import Rows, Words
-from controller.build.plant import Plant
-from controller.build.stages import Stages, stages_of
-from controller.kernels.apart import call
+from controller.assembly.plant import Plant
+from controller.assembly.stages import Stages, stages_of
 from controller.kernels.compiled import kernel
 from controller.kernels.control.tick import Rig
+from controller.kernels.function_pointer import call
 from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry
 

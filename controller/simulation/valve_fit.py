@@ -26,7 +26,7 @@ from scipy.optimize import least_squares
 from scipy.signal import lfilter
 
 from controller.arrays import Array, Mask
-from controller.build.plant import build_hardware
+from controller.assembly.plant import build_hardware
 from controller.errors import ParameterError
 from controller.kernels.plant.hardware import limited
 from controller.kernels.plant.valve import ATMOSPHERE, regulate

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Array, Rows, Words
-from controller.build.plant import Plant, Simulated, build_plant
-from controller.build.stages import step_of
-from controller.kernels.apart import Apart, call
+from controller.assembly.plant import Plant, Simulated, build_plant
+from controller.assembly.stages import step_of
+from controller.kernels.function_pointer import FunctionPointer, call
 from controller.realtime.clock import now_ns, sleep_until, slots_missed
 from controller.realtime.compiled import compiled, load_acquire
 from controller.realtime.mailbox import mailbox, post, receive, words
@@ -25,7 +25,7 @@ E_STOP, HOLD = int(Mode.E_STOP), int(Mode.HOLD)
 class PlantMemory(NamedTuple):
     """What the plant's thread shares with those of the wires."""
 
-    step: Apart
+    step: FunctionPointer
     stop: Words
     """(1,) 1: end."""
     drives: Words
@@ -126,7 +126,7 @@ class RunningPlant:
 
 
 def compile_plant(spare: Simulated, raw: bool) -> None:
-    """Compile, or load from the cache, all that the thread calls; `spare` is stepped by nobody."""
+    """Compile, or load from the cache, all that the thread calls; `spare` is never stepped."""
     memory = plant_memory(spare)
     memory.stop[0] = 1
     run_plant(spare, memory, raw, 1_000_000)

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from controller.build.equilibrium import body_of, carrying, settle
-from controller.build.rod import build_rod
+from controller.assembly.equilibrium import body_of, carrying, settle
+from controller.assembly.rod import build_rod
 from controller.kernels.model.implicit import implicit_step, make_implicit_work
 from controller.kernels.model.rod import RodModel, make_load
 from controller.kernels.model.statics import at_rest, pose

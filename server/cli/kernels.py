@@ -1,8 +1,8 @@
 """Every kernel into the cache, on two processes: the first time one alone would take more than a minute.
 
-The code of a kernel holds that of all it calls, unless that stays apart (`controller/kernels/apart.py`): so what is
-called comes in an earlier round. The two parts of a round share next to nothing. A part calls its kernels once, with
-arguments of the types that the tick gives them.
+The code of a kernel holds that of all it calls, except through a pointer (`controller/kernels/function_pointer.py`): so
+what is called comes in an earlier round. The two parts of a round share next to nothing. A part calls its kernels
+once, with arguments of the types that the tick gives them.
 """
 
 import os
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from controller.schema.parameters import PlantKind
 
 DECLARED = re.compile(r"^@(?:kernel|inlined|compiled|njit\(cache=True)", re.MULTILINE)
-LOOK = 0.2
+POLL_S = 0.2
 """From one look at what has been compiled to the next [s]."""
 
 
@@ -41,7 +41,7 @@ def compile_kernels(out: Console) -> None:
         for parts in ROUNDS:
             asked = {threads.submit(who.call, part) for who, part in zip((first, second), parts, strict=False)}
             while asked:
-                done, asked = wait(asked, LOOK)
+                done, asked = wait(asked, POLL_S)
                 progress.update(bar, completed=kept())
                 for answer in done:
                     answer.result()
@@ -77,7 +77,7 @@ def _declaring() -> dict[Path, str]:
 
 def model() -> None:
     """The rod, both integrators, the observer's step, the static map and its poses under gravity."""
-    from controller.build.rig import build_rig
+    from controller.assembly.rig import build_rig
     from controller.schema.parameters import RigParameters
 
     hanging = RigParameters().actuator.model_copy(update={"gravity": (9.81, 0.0)})
@@ -86,9 +86,9 @@ def model() -> None:
 
 def plant() -> None:
     """Both plants, and the last stage before real valves."""
-    from controller.build.cosserat import build_cosserat
-    from controller.build.plant import build_hardware
-    from controller.build.twin import build_twin
+    from controller.assembly.cosserat import build_cosserat
+    from controller.assembly.plant import build_hardware
+    from controller.assembly.twin import build_twin
     from controller.kernels.plant.cosserat import cosserat_step
     from controller.kernels.plant.hardware import hardware_step
     from controller.kernels.plant.twin import twin_step
@@ -150,7 +150,7 @@ def beside() -> None:
     """What neither tick nor loop calls: the replay of recordings, the velocity that the implicit step leaves open, the
     inverse of one point alone, what a pose is out of balance by, a first mode, and the loop of a virtual rig.
     """
-    from controller.build.plant import build_plant
+    from controller.assembly.plant import build_plant
     from controller.kernels.control.inverse import invert
     from controller.kernels.model.equilibrium import out_of_balance
     from controller.kernels.model.implicit import meet_hinges
@@ -188,8 +188,8 @@ def with_cosserat() -> None:
 
 
 def _with_plant(plant: "PlantKind") -> None:
-    from controller.build.plant import build_plant
-    from controller.build.rig import build_rig
+    from controller.assembly.plant import build_plant
+    from controller.assembly.rig import build_rig
     from controller.realtime.loop import compile_loop
     from controller.schema.parameters import RigParameters, TwinParameters
     from server.runs.preview import warm_up
@@ -213,7 +213,7 @@ class Given(NamedTuple):
 
 
 def _given() -> Given:
-    from controller.build.rig import build_rig
+    from controller.assembly.rig import build_rig
     from controller.schema.parameters import RigParameters
 
     return Given(*_records(), build_rig(RigParameters(), boot=1))

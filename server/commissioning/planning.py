@@ -106,7 +106,7 @@ class Circle(NamedTuple):
 
 def rest_tip(rig: RigParameters) -> tuple[float, float]:
     """Where the model's tip is without torques (x, y) [m]."""
-    from controller.build.statics import static_map
+    from controller.assembly.statics import static_map
     from controller.reference.feasible.reach import static_tips
 
     x, y = static_tips(static_map(rig.actuator, rig.controller), np.zeros(2))
@@ -115,7 +115,7 @@ def rest_tip(rig: RigParameters) -> tuple[float, float]:
 
 def sweep_torques(rig: RigParameters, grid: int, share: float) -> list[tuple[float, float]]:
     """Torques [N m] on a grid of `grid` a side within `share` of the admissible ones, each near the one before."""
-    from controller.build.statics import static_map
+    from controller.assembly.statics import static_map
     from controller.kernels.model.polygon import admissible
 
     polygon, u_max = static_map(rig.actuator, rig.controller).polygon, rig.actuator.u_max
@@ -130,7 +130,7 @@ def sweep_torques(rig: RigParameters, grid: int, share: float) -> list[tuple[flo
 
 def release_torques(rig: RigParameters, share: float, repeats: int) -> list[tuple[float, float]]:
     """Torques [N m] from which the actuator is released: to either side in turn, within `share` of the admissible."""
-    from controller.build.statics import static_map
+    from controller.assembly.statics import static_map
     from controller.kernels.model.polygon import nearest_admissible
 
     polygon, u_max = static_map(rig.actuator, rig.controller).polygon, rig.actuator.u_max
@@ -235,7 +235,7 @@ def _on_the_grid(steps: PressureSteps) -> "ChamberSteps":
 
 def small_circle(rig: RigParameters) -> Circle:
     """A circle near the rest that the tip can follow with torque to spare; ParameterError where there is none."""
-    from controller.build.statics import static_map
+    from controller.assembly.statics import static_map
     from controller.kernels.model.polygon import admissible
     from controller.reference.feasible.reach import static_tips
     from controller.reference.feasible.within_reach import carried

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.statics import static_map
+from controller.assembly.statics import static_map
 from controller.errors import ParameterError
 from controller.kernels.model.statics import StaticMap
 from controller.reference import library

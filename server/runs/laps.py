@@ -3,7 +3,7 @@
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.statics import static_map
+from controller.assembly.statics import static_map
 from controller.errors import ParameterError
 from controller.kernels.control.inverse import TOLERANCE
 from controller.kernels.model.statics import StaticMap

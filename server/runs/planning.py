@@ -32,7 +32,7 @@ def leg(rig: RigParameters, lap: Lap, laps: int | None, u: Array, left: Place | 
 
     Raises ParameterError beyond the limits.
     """
-    from controller.build.statics import static_map
+    from controller.assembly.statics import static_map
     from server.runs.laps import first_leg, next_leg
 
     smap = static_map(rig.actuator, rig.controller)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.lib.recfunctions import repack_fields
 
 from controller.arrays import Array, Rows
-from controller.build.statics import static_map
+from controller.assembly.statics import static_map
 from controller.errors import DataError, ParameterError, TendrilError
 from controller.kernels.model.statics import StaticMap
 from controller.reference.feasible.approach import blended_torques

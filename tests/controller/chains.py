@@ -6,8 +6,8 @@ import numpy as np
 from numba import njit
 
 from controller.arrays import Array
-from controller.build.rod import build_rod
-from controller.build.statics import build_statics
+from controller.assembly.rod import build_rod
+from controller.assembly.statics import build_statics
 from controller.kernels.model.energy import Ledger, ledger_step
 from controller.kernels.model.integrate import rk4_step
 from controller.kernels.model.rod import Load, RodModel, RodState, Work, make_load, make_work

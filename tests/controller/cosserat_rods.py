@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.cosserat import cosserat_rod, still
+from controller.assembly.cosserat import cosserat_rod, still
 from controller.kernels.plant.cosserat_rod import CosseratRod, RodForces, RodMotion, make_newton, rod_step
 from controller.schema.actuator import PRESETS, Actuator
 from controller.schema.parameters import CosseratParameters, TwinParameters

@@ -3,7 +3,7 @@
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.equilibrium import body_of, carrying, settle
+from controller.assembly.equilibrium import body_of, carrying, settle
 from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.rod import make_load
 from controller.kernels.model.statics import at_rest, pose

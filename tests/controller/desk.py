@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from controller.build.rig import build_rig
+from controller.assembly.rig import build_rig
 from controller.kernels.control.tick import tick
 from controller.schema.layout import record_dtype, to_record, write_record
 from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry

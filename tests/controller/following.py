@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Rows
-from controller.build.statics import static_map
+from controller.assembly.statics import static_map
 from controller.schema.actuator import PRESETS, Actuator
 from controller.schema.modes import Cause, Law, Mode, Request
 from controller.schema.parameters import ControllerParameters, Integrator, RigParameters, TwinParameters, usual_kappa

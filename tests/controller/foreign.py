@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.cosserat import build_cosserat, rest_of
+from controller.assembly.cosserat import build_cosserat, rest_of
 from controller.kernels.plant.cosserat import Cosserat, drive, stiffen
 from controller.reference.library import reference
 from controller.research.identification.identify import IdentificationTask, finished, identify

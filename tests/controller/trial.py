@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from controller.arrays import Rows
-from controller.build.plant import build_plant
-from controller.build.rig import build_rig
+from controller.assembly.plant import build_plant
+from controller.assembly.rig import build_rig
 from controller.schema.actuator import PRESETS
 from controller.schema.layout import record_dtype, write_record
 from controller.schema.messages import Command, Telemetry

@@ -5,10 +5,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from controller.arrays import Rows
-from controller.build.rig import build_rig
-from controller.build.stages import stages_of
-from controller.build.twin import build_twin
-from controller.kernels.apart import call
+from controller.assembly.rig import build_rig
+from controller.assembly.stages import stages_of
+from controller.assembly.twin import build_twin
+from controller.kernels.function_pointer import call
 from controller.kernels.memory import STATE
 from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry

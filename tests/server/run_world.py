@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from controller.build.statics import static_map
+from controller.assembly.statics import static_map
 from controller.errors import TendrilError
 from controller.reference.feasible.within_reach import projected
 from controller.schema.modes import Mode

@@ -37,7 +37,7 @@ def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
     """Set the error and u_fb: the law's feedback, plus what keeps u continuous where the law has just been switched.
 
     On the way to another branch nothing is fed back: the way leads through a fold, where S tells nothing. Where the tip
-    is led by hand, P acts on what is slower than the first mode, whose damping nobody measured: it drives a swing that
+    is led by hand, P acts on what is slower than the first mode, whose damping was not measured: it drives a swing that
     is damped by less than a fifth. P and I then have the share that the markers tell of the tip (`told_of_tip`).
     Paper, "Task-space PI control": e = p_ref - p_data; the rest is not in it. In place: control.state, telemetry.error.
     """

@@ -4,7 +4,7 @@ import math
 
 from controller.arrays import Pair, Record
 from controller.kernels.compiled import kernel
-from controller.kernels.control.inverse import LOOKS, MARGIN, REFINE_STEPS, TOLERANCE, other_branch, refine
+from controller.kernels.control.inverse import MARGIN, REFINE_STEPS, STARTS, TOLERANCE, other_branch, refine
 from controller.kernels.control.timing import feedforward_ticks
 from controller.kernels.memory import Control
 from controller.kernels.model.statics import static_tip
@@ -13,8 +13,8 @@ from controller.schema.modes import Cause, RowKind
 
 SEARCH_EVERY = 10
 """Least ticks between two looks at another branch, which costs as much as the rest of the tick."""
-HELD, PATIENCE, MARGIN_MOVING = 2e-3, 0.3, 30e-3
-"""A goal that stays within HELD [m] for PATIENCE [s] is gone to in whichever pose comes nearest; one that moves on may
+HELD_M, HELD_S, MARGIN_MOVING = 2e-3, 0.3, 30e-3
+"""A goal that stays within HELD_M [m] for HELD_S [s] is gone to in whichever pose comes nearest; one that moves on may
 soon be back in the reach of the present pose: for it only a branch that is nearer by MARGIN_MOVING [m] is taken."""
 DRAWN = int(RowKind.DRAWN)
 REFERENCE_DONE = int(Cause.REFERENCE_DONE)
@@ -64,7 +64,7 @@ def aim(x: float, y: float, every: int, control: Control) -> None:
     found = (u1, u2, distance)
     rank = branch_due(state.tick, every)
     if settled and distance >= TOLERANCE and rank >= 0:
-        margin = MARGIN if state.aimed_time >= PATIENCE else MARGIN_MOVING
+        margin = MARGIN if state.aimed_time >= HELD_S else MARGIN_MOVING
         found = other_branch(smap, (x, y), found, margin, rank, control.scratch)
     set_goal((x, y), found, control)
 
@@ -77,7 +77,7 @@ def branch_due(tick: int, every: int) -> int:
     the paper.
     """
     apart = (SEARCH_EVERY + every - 1) // every * every
-    return tick // apart % LOOKS if tick % apart == 0 else -1
+    return tick // apart % STARTS if tick % apart == 0 else -1
 
 
 @kernel
@@ -86,7 +86,7 @@ def note_aim(x: float, y: float, dt: float, state: Record) -> None:
 
     In place: state.aimed, state.aimed_tick, state.aimed_time.
     """
-    if math.hypot(x - state.aimed[0], y - state.aimed[1]) > HELD:
+    if math.hypot(x - state.aimed[0], y - state.aimed[1]) > HELD_M:
         state.aimed[0], state.aimed[1] = x, y
         state.aimed_tick = state.tick
     state.aimed_time = (state.tick - state.aimed_tick) * dt

@@ -19,7 +19,7 @@ TOLERANCE = 1e-4
 """A target counts as reached within this [m]."""
 MARGIN = 5e-4
 """How much nearer to a target that is out of reach another branch must end to be taken [m]."""
-PROMISING, LOOKS = 6, 8
+PROMISING, STARTS = 6, 8
 """Grid points at a minimum of the distance that are tried at most, and all that is tried: two starts more, beside u."""
 ASIDE = 2.5
 """How far beside u those two are, along the direction in which the tip moves least [spacings of the grid]."""
@@ -241,7 +241,7 @@ def invert(smap: StaticMap, target: Pair, u: Pair, search: bool, scratch: Scratc
     u1, u2, distance, settled = refine(smap, target, u, REFINE_STEPS, scratch)
     now = (u1, u2, distance)
     if settled and search:
-        for rank in range(LOOKS):
+        for rank in range(STARTS):
             if now[2] < TOLERANCE:
                 break
             now = other_branch(smap, target, now, MARGIN, rank, scratch)

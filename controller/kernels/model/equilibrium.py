@@ -15,7 +15,7 @@ from controller.kernels.group import Group
 from controller.kernels.model.rod import sine_cosine, stiffened
 
 ITERATIONS, HALVINGS = 60, 12
-LONGEST = 0.5
+STEP_MAX = 0.5
 """Longest step of an iteration [rad]: beyond it E is far from a parabola."""
 DONE = 1e-8
 """After a step below this nothing is left but rounding: Newton's error is of the order of its square [rad]."""
@@ -94,7 +94,7 @@ def equilibrium(body: Body, u1: float, u2: float, scratch: Scratch) -> None:
         longest = 0.0
         for i in range(rods):
             longest = max(longest, abs(x[0, i]))
-        share = min(1.0, LONGEST / longest) if longest > 0.0 else 0.0
+        share = min(1.0, STEP_MAX / longest) if longest > 0.0 else 0.0
         for _ in range(HALVINGS):
             for i in range(rods):
                 trial[i] = theta[i] + share * x[0, i]

@@ -16,8 +16,7 @@ import math
 import numpy as np
 
 from controller.arrays import Array
-from controller.kernels.compiled import inlined, kernel
-from controller.kernels.denormal import flushed
+from controller.kernels.compiled import flushed, inlined, kernel
 from controller.kernels.group import Group
 from controller.kernels.model.block import Block, factorise, make_block, solve_blocks
 from controller.kernels.model.energy import (

@@ -1,8 +1,7 @@
 """Fixed-step integration of the rod chain."""
 
 from controller.arrays import Array
-from controller.kernels.compiled import inlined, kernel
-from controller.kernels.denormal import flushed
+from controller.kernels.compiled import flushed, inlined, kernel
 from controller.kernels.model.rod import Load, RodModel, RodState, Work, accelerate
 
 

@@ -3,8 +3,7 @@
 import math
 
 from controller.arrays import Array
-from controller.kernels.compiled import kernel
-from controller.kernels.denormal import flushed
+from controller.kernels.compiled import flushed, kernel
 
 
 @kernel

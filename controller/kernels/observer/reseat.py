@@ -1,4 +1,4 @@
-"""A knotted observer is set anew, from the static pose that fits the markers.
+"""A knotted observer is set again, from the static pose that fits the markers.
 
 A whip can wind the model's angles once more than the arm's. The markers then still fit, all but for some millimetres,
 and nothing pulls it back: the wound pose is a minimum of its energy, too, of the hinges and of the virtual springs

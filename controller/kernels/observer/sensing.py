@@ -99,7 +99,7 @@ def drop_jumps(points: Array, measurement: Record, control: Control, sensing: Se
 
 @kernel
 def forget_jump(i: int, sensing: Sensing) -> None:
-    """Judge marker i anew, by the model alone, if it jumped: it is out of sight.
+    """Judge marker i again, by the model alone, if it jumped: it is out of sight.
 
     Not in the paper: see `drop_jumps`. In place: sensing.dropped, sensing.seen.
     """

@@ -17,8 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Array, Pair
-from controller.kernels.compiled import inlined, kernel
-from controller.kernels.denormal import flushed
+from controller.kernels.compiled import flushed, inlined, kernel
 from controller.kernels.group import Group
 from controller.kernels.model.rod import sine_cosine
 

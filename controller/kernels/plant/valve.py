@@ -7,8 +7,7 @@ command. Flow is that of ISO 6358: choked below the critical ratio of pressures,
 import math
 
 from controller.arrays import Array, Pair, Words
-from controller.kernels.compiled import inlined, kernel
-from controller.kernels.denormal import flushed
+from controller.kernels.compiled import flushed, inlined, kernel
 from controller.kernels.group import Group
 
 ATMOSPHERE = 101.325e3

@@ -66,7 +66,7 @@ def unsteady(j: int, x: float, share: float, mean: Array, lag: Array) -> float:
 
 @kernel
 def forget_tracking(error: Array, state: Record) -> None:
-    """Start anew from the present error: nothing swings, and the reference comes from where the tip is.
+    """Start again from the present error: nothing swings, and the reference comes from where the tip is.
 
     Not in the paper. In place: state.
     """

@@ -126,7 +126,7 @@ def present(state: Record, limits: Record, t_ns: int) -> bool:
 
 @kernel
 def consider(t_ns: int, command: Record, control: Control) -> None:
-    """Accept or refuse the request of `command`, once; after a CLEAR the observer starts anew.
+    """Accept or refuse the request of `command`, once; after a CLEAR the observer starts again.
 
     A rig that is stopped already keeps the cause for which it was. Not in the paper. In place: control.state.
     """

@@ -3,7 +3,7 @@
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.statics import scratch_for
+from controller.assembly.statics import scratch_for
 from controller.errors import ParameterError
 from controller.kernels.control.inverse import TOLERANCE, refine
 from controller.kernels.model.statics import StaticMap

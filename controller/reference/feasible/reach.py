@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.statics import scratch_for, static_map
+from controller.assembly.statics import scratch_for, static_map
 from controller.kernels.model.polygon import Polygon
 from controller.kernels.model.statics import StaticMap, tips_of
 from controller.schema.parameters import RigParameters

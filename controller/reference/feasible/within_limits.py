@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.statics import scratch_for
+from controller.assembly.statics import scratch_for
 from controller.errors import ParameterError
 from controller.kernels.control.along import refine_each
 from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.statics import scratch_for
+from controller.assembly.statics import scratch_for
 from controller.errors import ParameterError
 from controller.kernels.control.along import invert_along
 from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE, invert
@@ -21,7 +21,7 @@ MARGIN_NEARER = 30e-3
 """How much nearer another branch must come to a path that it does not reach: on the way to it the path is left [m]."""
 FAR = 3.0
 """A point further from the base than this many lengths is in other units."""
-LOOK = 1e-3
+SEARCH_M = 1e-3
 """Out of reach another branch is looked for once in so much of the path [m], or at every this many rows."""
 NEAREST_CALLS = 20
 """Most steps of the inverse to the nearest point: each tries all branches."""
@@ -102,7 +102,7 @@ def carried(smap: StaticMap, p: Array, begin: Array) -> Carried:
     Another is taken as the tick does (`kernels.control.inverse.invert`), but looked for from rest.
     """
     length = float(np.hypot(*np.diff(p, axis=0).T).sum())
-    every = max(EVERY, int(len(p) * LOOK / length)) if length > LOOK else len(p)
+    every = max(EVERY, int(len(p) * SEARCH_M / length)) if length > SEARCH_M else len(p)
     p = np.ascontiguousarray(p)  # one kind of array, so that the kernel is compiled once
     torques, distances, changes = np.empty_like(p), np.zeros(len(p)), []
     row, u, scratch = 0, (begin[0], begin[1]), scratch_for(smap)

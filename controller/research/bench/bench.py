@@ -4,7 +4,7 @@ from typing import TypedDict
 
 import numpy as np
 
-from controller.build.rod import build_rod
+from controller.assembly.rod import build_rod
 from controller.kernels.model.rod import Load, RodModel, make_load, make_work
 from controller.kernels.model.statics import at_rest, tip_of
 from controller.research.bench.elastica_rod import ElasticaFigures, beside_elastica

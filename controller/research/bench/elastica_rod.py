@@ -11,7 +11,7 @@ from typing import Any, TypedDict
 
 import numpy as np
 
-from controller.build.rod import build_rod
+from controller.assembly.rod import build_rod
 from controller.kernels.model.rod import RodModel, make_load, make_work
 from controller.kernels.model.statics import at_rest, tip_of
 from controller.research.bench.scaling import run_steps

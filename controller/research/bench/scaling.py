@@ -5,8 +5,8 @@ from typing import TypedDict
 
 import numpy as np
 
-from controller.build.rod import build_rod
-from controller.build.stability import STEP_MARGIN, largest_step
+from controller.assembly.rod import build_rod
+from controller.assembly.stability import STEP_MARGIN, largest_step
 from controller.errors import TendrilError
 from controller.kernels.model.implicit import ImplicitWork, implicit_step, make_implicit_work
 from controller.kernels.model.integrate import rk4_step

@@ -6,12 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Words
-from controller.build.rig import build_rig
-from controller.build.stages import Stages, stages_of
-from controller.build.twin import build_twin
+from controller.assembly.rig import build_rig
+from controller.assembly.stages import Stages, stages_of
+from controller.assembly.twin import build_twin
 from controller.errors import TendrilError
-from controller.kernels.apart import call
 from controller.kernels.control.tick import Rig
+from controller.kernels.function_pointer import call
 from controller.kernels.plant.twin import Twin
 from controller.realtime.clock import now_ns
 from controller.realtime.compiled import compiled

@@ -7,9 +7,9 @@ import numpy as np
 from numba import njit
 
 from controller.arrays import Array
-from controller.build.stages import step_of
-from controller.build.twin import build_twin
-from controller.kernels.apart import call
+from controller.assembly.stages import step_of
+from controller.assembly.twin import build_twin
+from controller.kernels.function_pointer import call
 from controller.research.experiments.results import PressureStep
 from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Measurement, Telemetry

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.equilibrium import body_of, settle
-from controller.build.rod import build_rod
+from controller.assembly.equilibrium import body_of, settle
+from controller.assembly.rod import build_rod
 from controller.errors import DataError, ParameterError
 from controller.kernels.model.equilibrium import Body
 from controller.kernels.model.rod import RodModel

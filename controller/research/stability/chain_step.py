@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.equilibrium import body_of, carrying, imbalance, settle
-from controller.build.stability import move, point_slopes
+from controller.assembly.equilibrium import body_of, carrying, imbalance, settle
+from controller.assembly.stability import move, point_slopes
 from controller.kernels.model.integrate import rk4_step
 from controller.kernels.model.rod import RodModel, stiffened
 from controller.kernels.model.statics import Places, chosen, points_on

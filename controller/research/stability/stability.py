@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.rig import build_rig
-from controller.build.stability import move
-from controller.build.twin import build_twin
+from controller.assembly.rig import build_rig
+from controller.assembly.stability import move
+from controller.assembly.twin import build_twin
 from controller.errors import ParameterError
 from controller.kernels.control.feedback import told_of_tip, update_sensitivity
 from controller.kernels.control.tick import Rig

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from controller.build.statics import static_map
+from controller.assembly.statics import static_map
 from controller.reference.feasible.reach import Reach, reach_map, static_tips
 from controller.schema.origin import comment_lines, origin
 from controller.schema.parameters import RigParameters

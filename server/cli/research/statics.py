@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from rich.console import Console
 
-from controller.build.rod import computable
-from controller.build.statics import scratch_for, static_map
+from controller.assembly.rod import computable
+from controller.assembly.statics import scratch_for, static_map
 from controller.errors import ParameterError
 from controller.kernels.model.equilibrium import out_of_balance
 from controller.kernels.model.polygon import admissible

@@ -14,11 +14,11 @@ from numba.core.registry import CPUDispatcher
 from numba.core.runtime import _nrt_python, rtsys
 
 import controller.kernels
-from controller.build.cosserat import build_cosserat
-from controller.build.plant import build_hardware, build_plant
-from controller.build.rig import build_rig
-from controller.build.rod import build_rod
-from controller.build.twin import build_twin
+from controller.assembly.cosserat import build_cosserat
+from controller.assembly.plant import build_hardware, build_plant
+from controller.assembly.rig import build_rig
+from controller.assembly.rod import build_rod
+from controller.assembly.twin import build_twin
 from controller.kernels.compiled import OPTIONS
 from controller.kernels.control.along import invert_along, refine_each
 from controller.kernels.control.inverse import invert

@@ -120,7 +120,7 @@ def test_a_group_is_one_argument_whose_kernel_the_next_process_has_from_the_cach
     told = """
 import numpy as np
 from controller.kernels.model.statics import points_on
-from controller.build.rod import build_rod
+from controller.assembly.rod import build_rod
 from controller.kernels.model.statics import at_rest, places
 from controller.schema.actuator import PRESETS
 model = build_rod(PRESETS["P1"], 10)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from controller.arrays import Array
-from controller.build.statics import static_map
+from controller.assembly.statics import static_map
 from controller.errors import DataError, ParameterError
 from controller.kernels.model.statics import StaticMap
 from controller.reference.drawn import Wish, drawn

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from controller.arrays import Array
-from controller.build.statics import static_map
+from controller.assembly.statics import static_map
 from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE
 from controller.reference.feasible.approach import branch, follow
 from controller.reference.feasible.from_rest import leaving_rest

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from controller.arrays import Array
-from controller.build.statics import static_map
+from controller.assembly.statics import static_map
 from controller.errors import ParameterError
 from controller.kernels.control.inverse import REFINE_STEPS
 from controller.kernels.model.statics import StaticMap

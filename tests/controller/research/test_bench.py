@@ -6,8 +6,8 @@ import sys
 import numpy as np
 import pytest
 
-from controller.build.rod import build_rod
-from controller.build.stability import largest_step
+from controller.assembly.rod import build_rod
+from controller.assembly.stability import largest_step
 from controller.errors import TendrilError
 from controller.kernels.model.block import factorise
 from controller.kernels.model.implicit import assemble, make_implicit_work, stage

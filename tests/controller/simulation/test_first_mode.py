@@ -7,8 +7,8 @@ import pytest
 from scipy.signal import lsim, lti
 
 from controller.arrays import Array
-from controller.build.stability import natural_modes
-from controller.build.twin import twin_model
+from controller.assembly.stability import natural_modes
+from controller.assembly.twin import twin_model
 from controller.errors import ParameterError
 from controller.schema.actuator import PRESETS
 from controller.schema.modes import Law, Request

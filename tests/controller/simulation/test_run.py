@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from controller.build.statics import build_static_map, observer_model
+from controller.assembly.statics import build_static_map, observer_model
 from controller.errors import DataError, TendrilError
 from controller.kernels.model.rod import RodModel
 from controller.reference.reference import Reference

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from controller.build.plant_parts import chambers
+from controller.assembly.plant_parts import chambers
 from controller.errors import ParameterError
 from controller.kernels.plant.valve import REFERENCE_PRESSURE, Chambers, fill_chambers, regulate, valve_flow
 from controller.kernels.plant.valve import PressureLoop as Law

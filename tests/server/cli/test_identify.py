@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from controller.arrays import Array
-from controller.build.rod import build_rod
-from controller.build.stability import natural_modes
+from controller.assembly.rod import build_rod
+from controller.assembly.stability import natural_modes
 from controller.errors import TendrilError
 from controller.schema.actuator import PRESETS, read_actuator
 from server.cli.main import app

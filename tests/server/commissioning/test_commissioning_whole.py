@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from controller.build.plant_parts import chambers
-from controller.build.rod import build_rod
-from controller.build.stability import natural_modes
-from controller.build.twin import twin_model
+from controller.assembly.plant_parts import chambers
+from controller.assembly.rod import build_rod
+from controller.assembly.stability import natural_modes
+from controller.assembly.twin import twin_model
 from controller.kernels.plant.valve import REFERENCE_PRESSURE, valve_flow
 from controller.schema.parameters import RigParameters, TwinParameters
 from controller.schema.rig_file import RigFile, parse_rig_file

@@ -7,7 +7,7 @@ from typing import cast
 
 import pytest
 
-from controller.build.rig import build_rig
+from controller.assembly.rig import build_rig
 from controller.errors import ParameterError
 from controller.schema.actuator import PRESETS
 from controller.schema.messages import CommandReply, RigInfo

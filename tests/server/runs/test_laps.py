@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from controller.arrays import Array
-from controller.build.statics import static_map
+from controller.assembly.statics import static_map
 from controller.errors import ParameterError
 from controller.link import ENDLESS
 from controller.reference.feasible.reach import static_tips

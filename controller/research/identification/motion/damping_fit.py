@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.rod import build_rod
-from controller.build.stability import natural_modes
+from controller.assembly.rod import build_rod
+from controller.assembly.stability import natural_modes
 from controller.research.identification.fit import Estimate, Fit, Misfit
 from controller.research.identification.motion.damping import Decrement, Interval, log_decrement
 from controller.research.identification.motion.rayleigh import Rayleigh, rayleigh

@@ -4,8 +4,8 @@ import numpy as np
 from scipy.linalg import LinAlgError
 
 from controller.arrays import Array
-from controller.build.equilibrium import body_of, carrying, settle, solve
-from controller.build.stability import point_slopes
+from controller.assembly.equilibrium import body_of, carrying, settle, solve
+from controller.assembly.stability import point_slopes
 from controller.kernels.model.equilibrium import Body
 from controller.kernels.model.rod import RodModel
 from controller.kernels.model.statics import Places, points_on, pose

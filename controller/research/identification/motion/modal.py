@@ -9,8 +9,8 @@ from scipy.linalg import eigh
 from scipy.optimize import minimize_scalar
 
 from controller.arrays import Array
-from controller.build.rod import build_rod
-from controller.build.stability import point_slopes
+from controller.assembly.rod import build_rod
+from controller.assembly.stability import point_slopes
 from controller.errors import DataError
 from controller.kernels.model.rod import RodModel
 from controller.kernels.model.statics import places

@@ -3,8 +3,8 @@
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.equilibrium import gravity_torque
-from controller.build.stability import centre_jacobian
+from controller.assembly.equilibrium import gravity_torque
+from controller.assembly.stability import centre_jacobian
 from controller.kernels.model.rod import RodModel
 
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.rod import profile
+from controller.assembly.rod import profile
 from controller.research.identification.fit import Plot, PlotSeries
 from controller.research.identification.plane import PlaneMotion
 from controller.schema.actuator import Actuator

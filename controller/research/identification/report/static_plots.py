@@ -3,7 +3,7 @@
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.rod import build_rod, profile
+from controller.assembly.rod import build_rod, profile
 from controller.research.identification.fit import Misfit, Plot, PlotSeries
 from controller.research.identification.poses import Poses, backbones, fine
 from controller.research.identification.regression import spread

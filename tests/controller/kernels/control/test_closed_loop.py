@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from controller.build.rig import build_rig
+from controller.assembly.rig import build_rig
 from controller.errors import TendrilError
 from controller.research.stability import closed_loop
 from controller.research.stability.closed_loop import Growth

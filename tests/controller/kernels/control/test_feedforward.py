@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.optimize import LinearConstraint, minimize
 
-from controller.build.statics import build_static_map
+from controller.assembly.statics import build_static_map
 from controller.kernels.control.follow import branch_due, limit_motion
-from controller.kernels.control.inverse import LOOKS, MARGIN, REFINE_STEPS, TOLERANCE, gauss_newton
+from controller.kernels.control.inverse import MARGIN, REFINE_STEPS, STARTS, TOLERANCE, gauss_newton
 from controller.kernels.control.timing import feedforward_ticks
 from controller.kernels.model.equilibrium import make_scratch
 from controller.kernels.model.polygon import admissible, nearest_admissible
@@ -223,14 +223,14 @@ def test_every_other_branch_has_its_turn_however_often_the_inverse_is_solved(dt:
         ticks = every * np.arange(200)
         ranks = np.array([branch_due(tick, every) for tick in ticks])
         looks = np.flatnonzero(ranks >= 0)
-        assert np.array_equal(ranks[looks], np.arange(len(looks)) % LOOKS), milliseconds
+        assert np.array_equal(ranks[looks], np.arange(len(looks)) % STARTS), milliseconds
         assert (np.diff(ticks[looks]) >= 10).all() and (np.diff(ticks[looks]) < 10 + every).all(), milliseconds
 
 
 @pytest.mark.parametrize("every", [1, 2, 5, 10])
 def test_where_ten_ticks_are_whole_periods_a_branch_is_looked_at_every_ten_ticks(every: int) -> None:
     for tick in range(0, 1000, every):
-        assert branch_due(tick, every) == (tick // 10 % LOOKS if tick % 10 == 0 else -1)
+        assert branch_due(tick, every) == (tick // 10 % STARTS if tick % 10 == 0 else -1)
 
 
 @pytest.mark.parametrize("period", [0.001, 0.01, 0.016, 0.02, 0.04, 0.1])

@@ -5,8 +5,8 @@ from itertools import pairwise
 import numpy as np
 from numba.core.runtime import _nrt_python, rtsys
 
-from controller.build.rig import build_rig
-from controller.build.twin import build_twin
+from controller.assembly.rig import build_rig
+from controller.assembly.twin import build_twin
 from controller.schema.messages import Command
 from controller.schema.modes import Mode, Request
 from controller.schema.parameters import RigParameters, Settings

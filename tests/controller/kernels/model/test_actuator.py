@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controller.build.rig import build_rig
-from controller.build.rod import build_rod
-from controller.build.stability import natural_modes
-from controller.build.statics import build_statics, observer_model
-from controller.build.twin import build_twin
+from controller.assembly.rig import build_rig
+from controller.assembly.rod import build_rod
+from controller.assembly.stability import natural_modes
+from controller.assembly.statics import build_statics, observer_model
+from controller.assembly.twin import build_twin
 from controller.errors import ParameterError
 from controller.kernels.model.rod import make_load
 from controller.kernels.model.statics import at_rest, tip_of

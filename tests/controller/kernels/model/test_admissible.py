@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from controller.arrays import Array
-from controller.build.poses import two_poses
-from controller.build.statics import static_map
+from controller.assembly.poses import two_poses
+from controller.assembly.statics import static_map
 from controller.kernels.model.equilibrium import equilibrium, make_scratch
 from controller.kernels.model.polygon import admissible, nearest_admissible
 from controller.kernels.model.statics import StaticMap

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from controller.arrays import Array
-from controller.build.rig import build_rig
-from controller.build.rod import build_rod, torque_map
-from controller.build.stability import largest_step, natural_modes, stable_substeps
-from controller.build.twin import twin_model
+from controller.assembly.rig import build_rig
+from controller.assembly.rod import build_rod, torque_map
+from controller.assembly.stability import largest_step, natural_modes, stable_substeps
+from controller.assembly.twin import twin_model
 from controller.errors import ParameterError
 from controller.kernels.model.rod import RodModel, make_load
 from controller.kernels.model.statics import at_rest

@@ -10,8 +10,8 @@ from scipy.optimize import minimize
 from typer.testing import CliRunner
 
 from controller.arrays import Array
-from controller.build.rod import build_rod
-from controller.build.statics import build_static_map, build_statics, static_map
+from controller.assembly.rod import build_rod
+from controller.assembly.statics import build_static_map, build_statics, static_map
 from controller.kernels.control.inverse import TOLERANCE
 from controller.kernels.model.equilibrium import make_scratch, out_of_balance
 from controller.kernels.model.rod import RodModel

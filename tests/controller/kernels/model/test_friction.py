@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controller.build.twin import build_twin
+from controller.assembly.twin import build_twin
 from controller.kernels.model.friction import resist_hysteresis, rub
 from controller.schema.parameters import RigParameters, TwinParameters
 from tests.controller.chains import compiled

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 from controller.arrays import Array
-from controller.build.rod import build_rod
+from controller.assembly.rod import build_rod
 from controller.kernels.model.energy import BAUMGARTE, Ledger, make_ledger, open_ledger, stored_energy
 from controller.kernels.model.implicit import (
     ImplicitWork,

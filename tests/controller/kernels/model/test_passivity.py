@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 from controller.arrays import Array
-from controller.build.rod import build_rod
-from controller.build.stability import natural_modes
+from controller.assembly.rod import build_rod
+from controller.assembly.stability import natural_modes
 from controller.kernels.model.energy import (
     BAUMGARTE,
     DAMPING,

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from controller.build.rod import build_rod
-from controller.build.statics import static_map
+from controller.assembly.rod import build_rod
+from controller.assembly.statics import static_map
 from controller.reference.feasible.reach import reach_map, static_tips
 from controller.schema.actuator import PRESETS
 from controller.schema.parameters import ControllerParameters, RigParameters

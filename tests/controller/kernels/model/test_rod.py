@@ -8,7 +8,7 @@ import pytest
 from numba import njit
 
 from controller.arrays import Array
-from controller.build.rod import build_rod
+from controller.assembly.rod import build_rod
 from controller.kernels.model.energy import Ledger, ledger_step, make_ledger
 from controller.kernels.model.integrate import rk4_step
 from controller.kernels.model.rod import RodModel, RodState, accelerate, make_load, make_work, sine_cosine

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-import controller.build.stability
-from controller.build.rig import build_rig
-from controller.build.stability import largest_step
+import controller.assembly.stability
+from controller.assembly.rig import build_rig
+from controller.assembly.stability import largest_step
 from controller.errors import ParameterError
 from controller.schema.actuator import PRESETS
 from controller.schema.modes import Integrator
@@ -53,5 +53,5 @@ def test_the_quick_bound_for_fine_rods_lies_just_below_the_exact_one(
     plain = preset(name, 20, g=np.array([9.81, 1.0]))
     model = plain._replace(b=softer * plain.b, rest=np.linspace(0.0, 1.0, 20))
     exact = largest_step(model, 0.06, OBSERVER_GAIN_MAX)
-    monkeypatch.setattr(controller.build.stability, "DENSE_MAX", 0)
+    monkeypatch.setattr(controller.assembly.stability, "DENSE_MAX", 0)
     assert 0.9 * exact < largest_step(model, 0.06, OBSERVER_GAIN_MAX) < exact

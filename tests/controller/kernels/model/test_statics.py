@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from controller.build.rod import build_rod
-from controller.build.statics import build_static_map
+from controller.assembly.rod import build_rod
+from controller.assembly.statics import build_static_map
 from controller.kernels.model.statics import places, points_on
 from controller.schema.actuator import PRESETS
 from controller.schema.parameters import ControllerParameters

@@ -8,11 +8,11 @@ from pydantic import ValidationError
 from scipy.optimize import minimize
 
 from controller.arrays import Array
-from controller.build.cosserat import chamber_ends, covered
-from controller.build.rig import build_rig
-from controller.build.rod import build_rod
-from controller.build.statics import build_static_map, build_statics, static_map
-from controller.build.twin import build_twin
+from controller.assembly.cosserat import chamber_ends, covered
+from controller.assembly.rig import build_rig
+from controller.assembly.rod import build_rod
+from controller.assembly.statics import build_static_map, build_statics, static_map
+from controller.assembly.twin import build_twin
 from controller.kernels.control.inverse import TOLERANCE
 from controller.kernels.model.equilibrium import make_scratch, out_of_balance
 from controller.kernels.model.rod import RodModel

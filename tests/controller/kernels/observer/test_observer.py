@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
-from controller.build.rig import build_rig
+from controller.assembly.rig import build_rig
 from controller.kernels.memory import Sensing
 from controller.kernels.model.statics import points_on
 from controller.kernels.observer.observer import (

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from controller.build.rig import build_rig
+from controller.assembly.rig import build_rig
 from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.rod import make_load
 from controller.kernels.model.statics import at_rest, points_on

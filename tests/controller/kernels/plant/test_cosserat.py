@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from controller.build.cosserat import build_cosserat
-from controller.build.plant import Plant, build_plant
-from controller.build.stages import step_of
-from controller.kernels.apart import Apart, call
+from controller.assembly.cosserat import build_cosserat
+from controller.assembly.plant import Plant, build_plant
+from controller.assembly.stages import step_of
+from controller.kernels.function_pointer import FunctionPointer, call
 from controller.kernels.plant.cosserat import Cosserat, drive, stiffen
 from controller.schema.actuator import PRESETS
 from controller.schema.layout import record_dtype, to_record
@@ -38,7 +38,7 @@ def rig_with(name: str = "P1", **own: Any) -> RigParameters:
 
 
 @compiled
-def stepped(plant: Plant, step: Apart, rows: np.ndarray, measurement: np.ndarray, kept: np.ndarray) -> None:
+def stepped(plant: Plant, step: FunctionPointer, rows: np.ndarray, measurement: np.ndarray, kept: np.ndarray) -> None:
     for i in range(rows.size):
         call(step, (1_000_000 * (i + 1), plant, rows[i], measurement[0]))
         kept[i] = measurement[0]

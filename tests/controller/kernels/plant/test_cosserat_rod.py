@@ -9,9 +9,9 @@ import pytest
 from scipy.integrate import solve_bvp
 
 from controller.arrays import Array
-from controller.build.cosserat import cosserat_rod, damped, first_frequency, rest_of, still
-from controller.build.rod import build_rod
-from controller.build.stability import natural_modes
+from controller.assembly.cosserat import cosserat_rod, damped, first_frequency, rest_of, still
+from controller.assembly.rod import build_rod
+from controller.assembly.stability import natural_modes
 from controller.kernels.plant.cosserat_rod import CosseratRod
 from controller.research.bench.mujoco_chain import MujocoChain
 from controller.schema.actuator import PRESETS

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from controller.arrays import Rows
-from controller.build.plant import build_hardware
-from controller.build.twin import build_twin
+from controller.assembly.plant import build_hardware
+from controller.assembly.twin import build_twin
 from controller.drivers.twin import inject
 from controller.errors import CommandRefused
 from controller.kernels.plant.faults import MARKER_LOSS, NOISE, SAMPLE_LOSS

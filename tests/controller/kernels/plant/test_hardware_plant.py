@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controller.build.plant import build_hardware, build_plant
-from controller.build.rig import build_rig
+from controller.assembly.plant import build_hardware, build_plant
+from controller.assembly.rig import build_rig
 from controller.errors import ParameterError
 from controller.kernels.plant.hardware import Hardware, hardware_step
 from controller.kernels.plant.twin import twin_step

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from controller.arrays import Rows
-from controller.build.rod import build_rod
-from controller.build.stages import step_of
-from controller.build.twin import build_twin
-from controller.kernels.apart import Apart, call
+from controller.assembly.rod import build_rod
+from controller.assembly.stages import step_of
+from controller.assembly.twin import build_twin
+from controller.kernels.function_pointer import FunctionPointer, call
 from controller.kernels.model.rod import make_load
 from controller.kernels.model.statics import tip_of
 from controller.kernels.plant.twin import Twin, twin_step
@@ -34,7 +34,9 @@ STEP_NS = 1_000_000
 
 
 @compiled
-def walk(twin: Twin, step: Apart, pressures: np.ndarray, telemetry: np.ndarray, measurement: np.ndarray) -> None:
+def walk(
+    twin: Twin, step: FunctionPointer, pressures: np.ndarray, telemetry: np.ndarray, measurement: np.ndarray
+) -> None:
     """One step for each row of `pressures` (n,4) [Pa], in its own row of telemetry and a held measurement."""
     for i in range(pressures.shape[0]):
         measurement[i] = measurement[max(i - 1, 0)]

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from controller.build.plant_parts import chambers, tuned_valve
+from controller.assembly.plant_parts import chambers, tuned_valve
 from controller.kernels.plant.valve import ATMOSPHERE, Chambers, Valve, fill_chambers, valve_flow
 from controller.schema.parameters import RigParameters, TwinParameters
 from tests.controller.chains import compiled

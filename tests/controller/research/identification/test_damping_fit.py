@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from controller.build.rod import build_rod
-from controller.build.stability import natural_modes
+from controller.assembly.rod import build_rod
+from controller.assembly.stability import natural_modes
 from controller.kernels.model.rod import make_load
 from controller.kernels.model.statics import tip_of
 from controller.research.identification.motion.damping_fit import FreeDecay, fit_damping, model_modes

@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from controller.build.rod import build_rod
-from controller.build.stability import natural_modes, point_slopes
+from controller.assembly.rod import build_rod
+from controller.assembly.stability import natural_modes, point_slopes
 from controller.errors import DataError
 from controller.kernels.model.statics import places
 from controller.research.identification.fit import Estimate, Fit

@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import minimize
 
 from controller.arrays import Array
-from controller.build.rod import build_rod
+from controller.assembly.rod import build_rod
 from controller.errors import DataError
 from controller.kernels.model.rod import RodModel, make_load
 from controller.research.identification.poses import Poses, marker_arcs, read_poses

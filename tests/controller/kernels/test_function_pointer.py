@@ -9,12 +9,12 @@ import pytest
 from numba.core.errors import TypingError
 
 from controller.arrays import Array
-from controller.build.rig import build_rig
-from controller.build.stages import stages_of
-from controller.build.twin import build_twin
-from controller.kernels.apart import Apart, call
+from controller.assembly.rig import build_rig
+from controller.assembly.stages import stages_of
+from controller.assembly.twin import build_twin
 from controller.kernels.compiled import kernel
 from controller.kernels.control.tick import tick
+from controller.kernels.function_pointer import FunctionPointer, call
 from controller.kernels.plant.twin import twin_step
 from controller.schema.parameters import RigParameters
 from controller.simulation import simulate
@@ -39,13 +39,16 @@ def add_half(adder: Any, x: Array, out_sum: Array) -> None:
 
 def test_it_is_called_with_what_it_is_given() -> None:
     x, total = np.array([2.0]), np.zeros(1)
-    add_all(Apart(add, 0, x, total), 5, x, total)
+    add_all(FunctionPointer(add, 0, x, total), 5, x, total)
     assert total[0] == 20.0
 
 
 def test_a_caller_with_other_types_is_not_compiled() -> None:
     x, total = np.array([2.0]), np.zeros(1)
-    for adder, given in ((Apart(add, 0, x, total), x), (Apart(add, 0, x, total), x.astype(np.float32))):
+    for adder, given in (
+        (FunctionPointer(add, 0, x, total), x),
+        (FunctionPointer(add, 0, x, total), x.astype(np.float32)),
+    ):
         with pytest.raises(TypingError, match="not the types for which this kernel was compiled"):
             (add_half if given is x else add_all)(*((adder, x, total) if given is x else (adder, 1, given, total)))
     assert total[0] == 0.0
@@ -68,9 +71,9 @@ def code_of(function: Any) -> str:
 def test_the_second_process_has_them_from_the_cache() -> None:
     """A rig that had to compile begins anew, once: it must be told so of what it calls apart, too."""
     told = """
-from controller.build.rig import build_rig
-from controller.build.stages import compiled_here, stages_of
-from controller.build.twin import build_twin
+from controller.assembly.rig import build_rig
+from controller.assembly.stages import compiled_here, stages_of
+from controller.assembly.twin import build_twin
 from controller.schema.parameters import RigParameters
 stages_of(build_rig(RigParameters(), 1), build_twin(RigParameters()))
 print(compiled_here())

@@ -6,10 +6,10 @@ from functools import lru_cache
 import numpy as np
 
 from controller.arrays import Mask, Words
-from controller.build.equilibrium import body_of
-from controller.build.polygon import build_polygon
-from controller.build.poses import start_poses
-from controller.build.rod import build_rod, hastened
+from controller.assembly.equilibrium import body_of
+from controller.assembly.polygon import build_polygon
+from controller.assembly.poses import start_poses
+from controller.assembly.rod import build_rod, hastened
 from controller.kernels.model.equilibrium import Scratch, make_scratch
 from controller.kernels.model.polygon import admissible
 from controller.kernels.model.rod import RodModel
@@ -68,13 +68,13 @@ def _neighbours(inside: Mask) -> Words:
 
 @lru_cache(maxsize=8)
 def static_map(actuator: Actuator, controller: ControllerParameters) -> StaticMap:
-    """The observer's static map of `actuator`, made once for each; nobody writes into it."""
+    """The observer's static map of `actuator`, made once for each; not to be written into."""
     return build_static_map(observer_model(actuator, controller), actuator, controller)
 
 
 @lru_cache(maxsize=8)
 def observer_model(actuator: Actuator, controller: ControllerParameters) -> RodModel:
-    """The observer's chain, made once for each; nobody writes into it. ParameterError where it has no rest."""
+    """The observer's chain, made once for each; not to be written into. ParameterError where it has no rest."""
     model = build_rod(actuator, controller.rods, omega_B=controller.omega_B, zeta_B=controller.zeta_B)
     return hastened(model, controller.observer_kappa)
 

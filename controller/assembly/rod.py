@@ -7,7 +7,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.equilibrium import ChainStatics, equilibrium
+from controller.assembly.equilibrium import ChainStatics, equilibrium
 from controller.errors import ParameterError
 from controller.kernels.model.rod import RodModel
 from controller.schema.actuator import Actuator

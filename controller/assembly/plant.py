@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from controller.build.cosserat import build_cosserat
-from controller.build.twin import build_twin
+from controller.assembly.cosserat import build_cosserat
+from controller.assembly.twin import build_twin
 from controller.kernels.plant.cosserat import Cosserat
 from controller.kernels.plant.hardware import Hardware
 from controller.kernels.plant.twin import Twin

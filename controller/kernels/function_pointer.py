@@ -1,6 +1,6 @@
-"""A kernel that stays apart from its callers: they are compiled without it, and call it at its address.
+"""A pointer to a compiled kernel: its callers are compiled without it, and call it at its address.
 
-numba puts the machine code of all that a kernel calls into the kernel, and optimises it there anew. Loop and
+numba puts the machine code of all that a kernel calls into the kernel, and optimises it there again. Loop and
 simulations call the same tick with each kind of plant: in all of them it took two fifths of the time of compiling.
 """
 
@@ -12,32 +12,32 @@ from numba import types
 from numba.core import cgutils as numba_cgutils
 from numba.core.errors import TypingError
 
-from controller.kernels.by_address import known_by_address
+from controller.kernels.group import known_by_address
 
 cgutils: Any = numba_cgutils
 extending: Any = numba_extending
 typeof: Any = numba_typeof
 
 
-class Apart:
+class FunctionPointer:
     """A kernel for arguments of the types of `given`, compiled or loaded when this is made."""
 
     def __init__(self, kernel: Any, *given: Any) -> None:
-        """`kernel` is one that returns nothing. Keep this as long as anybody may call it."""
+        """`kernel` is one that returns nothing. Keep this as long as it may be called."""
         arguments = tuple(typeof(one) for one in given)
         kernel.compile(arguments)
         found = kernel.overloads[arguments]
         self.address = int(found.library.get_pointer_to_function(found.fndesc.llvm_func_name))
-        self.kind = ApartType(arguments)
+        self.kind = FunctionPointerType(arguments)
         """numba asks for it at every call of a caller, and its name is long: it is made once."""
 
 
-class ApartType(types.Type):
-    """Type of an `Apart` in kernels; who calls it with other types than its own is not compiled."""
+class FunctionPointerType(types.Type):
+    """Type of a `FunctionPointer` in kernels; who calls it with other types than its own is not compiled."""
 
     def __init__(self, arguments: tuple[types.Type, ...]) -> None:
         self.arguments = arguments
-        super().__init__(f"Apart{arguments}")
+        super().__init__(f"FunctionPointer{arguments}")
 
 
 def _call(typing: Any, kernel: Any, given: Any) -> Any:
@@ -57,6 +57,6 @@ def _call(typing: Any, kernel: Any, given: Any) -> Any:
     return types.none(kernel, given), emit
 
 
-known_by_address(Apart, ApartType)
+known_by_address(FunctionPointer, FunctionPointerType)
 call = extending.intrinsic(_call)
-"""call(kernel, (a, b, ...)), in a compiled function: runs the Apart `kernel` with these arguments."""
+"""call(kernel, (a, b, ...)), in a compiled function: runs the FunctionPointer `kernel` with these arguments."""

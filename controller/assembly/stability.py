@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.equilibrium import gravity_torque
+from controller.assembly.equilibrium import gravity_torque
 from controller.errors import ParameterError
 from controller.kernels.model.rod import RodModel, RodState
 from controller.kernels.model.statics import Places, places, pose

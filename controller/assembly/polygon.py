@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.poses import START_GRID, two_poses
+from controller.assembly.poses import START_GRID, two_poses
 from controller.kernels.model.equilibrium import make_scratch
 from controller.kernels.model.polygon import Polygon, admissible
 from controller.kernels.model.statics import Statics, is_linear, tip_angles_of

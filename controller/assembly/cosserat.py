@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from controller.arrays import Array
-from controller.build.plant_parts import bent, camera, chambers, faults
-from controller.build.rod import NO_STIFFNESS, computable, profile, rest_bend, spread
+from controller.assembly.plant_parts import bent, camera, chambers, faults
+from controller.assembly.rod import NO_STIFFNESS, computable, profile, rest_bend, spread
 from controller.errors import ParameterError
 from controller.kernels.model.friction import Sheet
 from controller.kernels.plant.cosserat import STICKING, Cosserat, Pairs

@@ -6,9 +6,9 @@ import numpy as np
 from pydantic import BaseModel
 
 from controller.arrays import Record
-from controller.build.plant import Plant
-from controller.kernels.apart import Apart
+from controller.assembly.plant import Plant
 from controller.kernels.control.tick import Rig, tick
+from controller.kernels.function_pointer import FunctionPointer
 from controller.kernels.group import GroupType
 from controller.kernels.plant.cosserat import Cosserat, cosserat_step
 from controller.kernels.plant.hardware import Hardware, hardware_step
@@ -19,16 +19,16 @@ from controller.schema.messages import Command, LoopStatus, Measurement, Telemet
 _STEPS: dict[type, Any] = {Twin: twin_step, Cosserat: cosserat_step, Hardware: hardware_step}
 
 # One for each kind of rig and plant that this process has met.
-_TICKS: dict[GroupType, Apart] = {}
-_PLANTS: dict[GroupType, Apart] = {}
+_TICKS: dict[GroupType, FunctionPointer] = {}
+_PLANTS: dict[GroupType, FunctionPointer] = {}
 
 
 class Stages(NamedTuple):
     """For one kind of rig, and one of plant."""
 
-    tick: Apart
+    tick: FunctionPointer
     """`controller.kernels.control.tick.tick`."""
-    plant: Apart
+    plant: FunctionPointer
     """The step of whichever plant it is."""
 
 
@@ -41,14 +41,14 @@ def stages_of(rig: Rig, plant: Plant) -> Stages:
     """Those for `rig` and `plant`, which are looked at only."""
     if rig.kind not in _TICKS:
         command, measurement, status, row = (_record(kind) for kind in (Command, Measurement, LoopStatus, Telemetry))
-        _TICKS[rig.kind] = Apart(tick, 0, command, measurement, status, rig, row)
+        _TICKS[rig.kind] = FunctionPointer(tick, 0, command, measurement, status, rig, row)
     return Stages(_TICKS[rig.kind], step_of(plant))
 
 
-def step_of(plant: Plant) -> Apart:
+def step_of(plant: Plant) -> FunctionPointer:
     """The step of `plant`, which is looked at only."""
     if plant.kind not in _PLANTS:
-        _PLANTS[plant.kind] = Apart(_STEPS[type(plant)], 0, plant, _record(Telemetry), _record(Measurement))
+        _PLANTS[plant.kind] = FunctionPointer(_STEPS[type(plant)], 0, plant, _record(Telemetry), _record(Measurement))
     return _PLANTS[plant.kind]
 
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from controller.build.rod import profile
+from controller.assembly.rod import profile
 from controller.kernels.plant.camera import Camera
 from controller.kernels.plant.faults import Faults
 from controller.kernels.plant.valve import REFERENCE_PRESSURE, Chambers, PressureLoop, Valve, valve_flow

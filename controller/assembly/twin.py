@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from controller.build.equilibrium import ChainStatics, equilibrium
-from controller.build.plant_parts import bent, camera, chambers, faults
-from controller.build.rod import build_rod, computable, stiffest
-from controller.build.stability import natural_modes, sensor_places, stable_substeps
+from controller.assembly.equilibrium import ChainStatics, equilibrium
+from controller.assembly.plant_parts import bent, camera, chambers, faults
+from controller.assembly.rod import build_rod, computable, stiffest
+from controller.assembly.stability import natural_modes, sensor_places, stable_substeps
 from controller.kernels.model.friction import Hysteresis, Sheet
 from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.rod import RodModel, make_load, make_work

@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from controller.arrays import Record
-from controller.build.rod import computable, stiffest
-from controller.build.stability import largest_gains, sensor_places
-from controller.build.statics import observer_model, static_map
+from controller.assembly.rod import computable, stiffest
+from controller.assembly.stability import largest_gains, sensor_places
+from controller.assembly.statics import observer_model, static_map
 from controller.errors import ParameterError
 from controller.kernels.control.tick import Rig
 from controller.kernels.memory import PLAN, STATE, Control, Sensing
