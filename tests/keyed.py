@@ -1,9 +1,10 @@
 """What hardly ever changes and takes long is tested once for its inputs: their hash is kept when the tests passed.
 
 The inputs of a module whose tests are marked `keyed` are its own file and all that it imports of ours, however far
-down, the files that the marks name (a Python file with all that it imports, a folder with all that it holds), and the
-versions of the libraries. While their hash is the one in PASSED they are skipped. `make test-long` runs them and keeps
-the new one.
+down, with the data that lie in those rooms, the files that the marks name (a Python file with all that it imports, a
+folder with all that it holds), and the versions of the libraries. While their hash is the one in PASSED they are
+skipped. `make test-long` runs them and keeps the new one. With `imports=False` only what is named counts: for a test of
+the whole product, whose every other room has tests of its own that are always run.
 """
 
 import hashlib
@@ -20,6 +21,9 @@ PASSED = ROOT / "tests" / "passed.json"
 ALWAYS = ".ci/requirements.lock"
 """An input of every test."""
 IMPORT = re.compile(r"^[ \t]*(?:from ([\w.]+) import (\([^)]*\)|.+)|import ([\w.]+))", re.MULTILINE)
+PACKAGES = ("controller", "recordings", "server")
+DISPATCHES = "server/cli/main.py"
+"""Imports in its functions begin each command of the product: a test that gives one names what that command imports."""
 UNCHANGED = "passed with the same inputs (tests/passed.json); make test-long runs it"
 
 
@@ -27,7 +31,10 @@ UNCHANGED = "passed with the same inputs (tests/passed.json); make test-long run
 def imported(file: Path) -> frozenset[Path]:
     """Files of ours that `file` names in its imports, those inside its functions too."""
     found: set[Path] = set()
-    for package, names, module in IMPORT.findall(file.read_text()):
+    text = file.read_text()
+    if file == ROOT / DISPATCHES:
+        text = re.sub(r"^[ \t].*", "", text, flags=re.MULTILINE)
+    for package, names, module in IMPORT.findall(text):
         whole = package or module
         for one in (whole, *(f"{whole}.{name}" for name in re.findall(r"\w+", names))):
             place = ROOT.joinpath(*one.split("."))
@@ -47,6 +54,15 @@ def closure(files: Iterable[Path]) -> set[Path]:
     return found
 
 
+def data_beside(files: Iterable[Path]) -> set[Path]:
+    """What lies in the rooms of `files` and is no program: tables, presets, schemas; in their folders of data too."""
+    rooms = {file.parent for file in files if file.relative_to(ROOT).parts[0] in PACKAGES}
+    folders = {one for room in rooms - {ROOT / name for name in PACKAGES} for one in (room, *room.iterdir())}
+    kept = [one for one in folders if one.is_dir() and (one in rooms or not any(one.glob("*.py")))]
+    found = [file for one in kept if one.name != "__pycache__" for file in one.iterdir() if file.is_file()]
+    return {file for file in found if file.suffix != ".py"}
+
+
 def named(pattern: str) -> Iterator[Path]:
     """The files that a mark means by a file, a folder or a pattern: at least one."""
     found = [inner for one in ROOT.glob(pattern) for inner in (one.rglob("*") if one.is_dir() else [one])]
@@ -56,10 +72,14 @@ def named(pattern: str) -> Iterator[Path]:
     yield from kept
 
 
-def key(module: Path, patterns: Iterable[str]) -> str:
+def key(module: Path, patterns: Iterable[str], imports: bool = True) -> str:
     """Hash of all inputs of the keyed tests in `module`."""
     hashed = hashlib.sha256()
-    for file in sorted(closure([module, *(file for one in (ALWAYS, *patterns) for file in named(one))])):
+    files = {module, *(file for one in (ALWAYS, *patterns) for file in named(one))}
+    if imports:
+        files = closure(files)
+        files |= data_beside(files)
+    for file in sorted(files):
         hashed.update(f"{file.relative_to(ROOT)}\n".encode() + hashlib.sha256(file.read_bytes()).digest())
     return hashed.hexdigest()[:16]
 
@@ -76,12 +96,13 @@ def passed() -> dict[str, str]:
 def keys(items: Iterable[pytest.Item]) -> dict[str, str]:
     """Key of each module that has keyed tests."""
     patterns: dict[str, set[str]] = {}
-    modules: dict[str, Path] = {}
+    apart: set[str] = set()
     for item in items:
         for mark in item.iter_markers("keyed"):
             patterns.setdefault(name(item), set()).update(mark.args)
-            modules[name(item)] = item.path
-    return {module: key(modules[module], sorted(patterns[module])) for module in modules}
+            if not mark.kwargs.get("imports", True):
+                apart.add(name(item))
+    return {module: key(ROOT / module, sorted(named), module not in apart) for module, named in patterns.items()}
 
 
 class Keyed:

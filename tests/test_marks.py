@@ -15,15 +15,17 @@ pytest_plugins = ["pytester"]
 
 @pytest.fixture
 def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A module `tests/test_it.py` that imports `ours.near`, which imports `ours.far` in a function, and data beside."""
+    """A module `tests/test_it.py` that imports `near`, which imports `far` in a function, and data beside."""
     files = {
-        "tests/test_it.py": "from ours.near import f\n",
-        "ours/__init__.py": "",
-        "ours/near.py": "def f():\n    from ours import far\n    return far\n",
-        "ours/far.py": "import json\n",
-        "ours/other.py": "",
+        "tests/test_it.py": "from controller.ours.near import f\n",
+        "controller/ours/__init__.py": "",
+        "controller/ours/near.py": "def f():\n    from controller.ours import far\n    return far\n",
+        "controller/ours/far.py": "import json\n",
+        "controller/ours/presets/one.toml": "",
+        "controller/ours/fit.toml": "",
+        "controller/other.py": "",
         "data/one.csv": "1",
-        "named.py": "from ours import (\n    other,\n)\n",
+        "named.py": "from controller import (\n    other,\n)\n",
         keyed.ALWAYS: "numpy==1",
     }
     for name, text in files.items():
@@ -39,7 +41,13 @@ def key(tree: Path, *named: str) -> str:
 
 
 @pytest.mark.parametrize(
-    "changed", ["tests/test_it.py", "ours/__init__.py", "ours/near.py", "ours/far.py", "data/one.csv", keyed.ALWAYS]
+    "changed",
+    [
+        "tests/test_it.py",
+        *(f"controller/ours/{name}" for name in ("__init__.py", "near.py", "far.py", "presets/one.toml", "fit.toml")),
+        "data/one.csv",
+        keyed.ALWAYS,
+    ],
 )
 def test_every_input_is_in_the_key(changed: str, tree: Path) -> None:
     before = key(tree, "data")
@@ -49,13 +57,24 @@ def test_every_input_is_in_the_key(changed: str, tree: Path) -> None:
 
 def test_what_a_named_program_imports_is_an_input_and_what_nothing_names_is_none(tree: Path) -> None:
     plain, named = key(tree), key(tree, "named.py")
-    (tree / "ours/other.py").write_text("# changed")
+    (tree / "controller/other.py").write_text("# changed")
     assert key(tree) == plain
     assert key(tree, "named.py") != named
     (tree / "data/two.csv").write_text("2")
     assert key(tree, "data") != key(tree, "data/one.csv")
     with pytest.raises(pytest.UsageError, match=r"gone\.py names no file"):
         key(tree, "gone.py")
+
+
+def test_without_imports_only_what_is_named_counts(tree: Path) -> None:
+    def found() -> str:
+        return keyed.key(tree / "tests/test_it.py", ["controller/ours"], imports=False)
+
+    before = found()
+    (tree / "controller/other.py").write_text("# changed")
+    assert found() == before
+    (tree / "controller/ours/far.py").write_text("# changed")
+    assert found() != before
 
 
 CASES = """

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from controller.system.origin import ROOT
-from tests.server.live_server import wait_for
+from tests.waiting import wait_for
 
 EXAMPLES = ROOT / "docs" / "examples"
 PAGES = [*sorted(ROOT.glob("[A-Z]*.md")), *sorted((ROOT / "docs").rglob("*.md"))]

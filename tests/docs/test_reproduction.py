@@ -9,6 +9,8 @@ from controller.research.experiments.paper_rows import PAPER_ROWS, paper_row, wi
 from controller.simulation.case import Case, run_case
 from controller.system.origin import ROOT
 
+pytestmark = pytest.mark.keyed("docs/reproduction.md")
+
 PAGE = (ROOT / "docs" / "reproduction.md").read_text()
 ROW = re.compile(
     r"^\| ([\w.]+), (P\d), ([\w+]+) \| (\w+) \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \| ([\d. -]+) \| ([\w-]+) \|$", re.M

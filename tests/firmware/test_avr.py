@@ -16,10 +16,13 @@ from tests.firmware.simulated_avr import SimulatedAvr
 
 ARDUINO = Path("/usr/share/arduino/hardware/arduino/avr/cores/arduino/Arduino.h")
 MISSING = [name for name in ("avr-g++", "avr-size", "make") if shutil.which(name) is None]
-pytestmark = pytest.mark.skipif(
-    bool(MISSING) or not ARDUINO.exists(),
-    reason=f"needs {', '.join(MISSING) or 'arduino-core-avr'}. On Debian: apt-get install gcc-avr arduino-core-avr",
-)
+pytestmark = [
+    pytest.mark.keyed("firmware"),
+    pytest.mark.skipif(
+        bool(MISSING) or not ARDUINO.exists(),
+        reason=f"needs {', '.join(MISSING) or 'arduino-core-avr'}. On Debian: apt-get install gcc-avr arduino-core-avr",
+    ),
+]
 RAM = {"uno": 2048, "mega": 8192}
 FLASH = {"uno": 32256, "mega": 253952}
 """Without the boot loader."""

@@ -10,7 +10,7 @@ from controller.drivers.valves.serial_board import frames
 from controller.drivers.valves.serial_board.frames import BROKEN, RAW, VENT, Cutter, HelloReply, State
 from controller.virtual.firmware import FLAGS, build, firmware_folder
 
-pytestmark = pytest.mark.process
+pytestmark = [pytest.mark.process, pytest.mark.keyed("firmware")]
 
 CHANNELS = 8
 ALL = 0xFF

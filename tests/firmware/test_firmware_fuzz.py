@@ -11,7 +11,7 @@ from controller.drivers.valves.serial_board import frames
 from controller.virtual.firmware import FLAGS, build, firmware_folder
 from tests.firmware.hostile import hostile, runs
 
-pytestmark = pytest.mark.process
+pytestmark = [pytest.mark.process, pytest.mark.keyed("firmware")]
 
 CHANNELS = 8
 SEQUENCE = 2000

@@ -11,6 +11,8 @@ from controller.drivers.valves.serial_board.frames import Cutter, FrameError, He
 from controller.system.origin import ROOT
 from tests.firmware.hostile import hostile, runs
 
+pytestmark = pytest.mark.keyed("firmware")
+
 PAGE = (ROOT / "docs" / "serial.md").read_text()
 STATE_BODY = struct.pack(
     "<BBHIIIHHBBBB4i", 1, 0x82, 8, 1_002_000, 500_123, 499_800, 3, 0, 0, 0, 4, 0, 149_500, 0, 12, -(2**31)

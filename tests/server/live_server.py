@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -30,30 +29,19 @@ from server.app.services import Services, open_services
 from server.recorder.folder import Reader, Writer
 from server.rig.planner import Planner
 from server.settings import ServerSettings
+from tests.waiting import PATIENCE, wait_for
 
 TOKEN = "correct horse"
 VIEWER_TOKEN = "battery staple"
 ROW = record_dtype(Telemetry)
 PATIENT = {"loop_gap": 0.4, "operator_timeout": 2.0, "server_hold": 1.5, "pump_hold": 1.5}
 """Limits of the rig under test: shared machines pause, and the page shares a process with its server."""
-PATIENCE = 200.0
-"""Seconds before a wait gives up: a machine may be busy, so no test asserts a time."""
 
 STILL = 12
 """Frames, a fifth of a second, in which a tip that rests moves by less than a millimetre."""
 
 LATE = ("did not answer within", "does not answer", "was not answered within", "was silent")
 """What a server says where it heard nothing from the rig in time."""
-
-
-def wait_for(what: Callable[[], Any], text: str) -> Any:
-    """The first true value of `what()`."""
-    end = time.monotonic() + PATIENCE
-    while time.monotonic() < end:
-        if found := what():
-            return found
-        time.sleep(0.01)
-    raise AssertionError(f"waited in vain for {text}")
 
 
 def key_file(folder: Path) -> Path:

@@ -24,6 +24,8 @@ from controller.schema.parameters import RigParameters
 from tests.controller.chains import advance, assert_close, preset, static, thrown
 from tests.controller.statically import static_tip
 
+pytestmark = pytest.mark.keyed()
+
 
 def test_the_tips_of_both_engines_agree_to_a_micrometre() -> None:
     assert 0.0 < mujoco_tip_difference() < 1e-6

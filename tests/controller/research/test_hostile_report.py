@@ -22,6 +22,8 @@ from controller.schema.fit import FIT
 from controller.simulation.case import Case
 from controller.simulation.metrics import Window
 
+pytestmark = pytest.mark.keyed()
+
 
 def hostile(place: str) -> str:
     """A script that would run wherever `place` is put in as markup, in a cell or in an attribute."""

@@ -17,6 +17,8 @@ from controller.schema.parameters import TwinParameters
 from controller.simulation.case import Case, Setup, run_case
 from controller.simulation.metrics import UNITS, Window
 
+pytestmark = pytest.mark.keyed()
+
 P1 = PRESETS["P1"]
 TIME = np.arange(0.0, 6.0, 1e-3)
 ROW = {

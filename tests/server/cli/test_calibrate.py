@@ -22,6 +22,8 @@ from controller.schema.parameters import TwinParameters
 from server.cli import main as cli
 from server.cli.research.calibrate import run_calibrate
 
+pytestmark = pytest.mark.keyed("server/cli/research/commands.py")
+
 UNKNOWNS = Unknown("torque_gain.0", 0.9, 1.3, 1.05, 5.0), Unknown("K_P", 0.1, 0.4, 0.15, 5.0, log=True)
 PROBLEM = Problem(Space(UNKNOWNS), FITTED[-1:], ())
 TASK = CalibrationTask(

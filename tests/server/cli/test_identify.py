@@ -15,7 +15,7 @@ from controller.schema.actuator import PRESETS, read_actuator
 from server.cli.main import app
 from tests.oracles import Chain
 
-pytestmark = pytest.mark.process
+pytestmark = [pytest.mark.process, pytest.mark.keyed("server/cli/research/commands.py")]
 
 TENDRIL = Path(sys.executable).parent / "tendril"
 TRUTH = PRESETS["P1"].model_copy(update={"k": (0.09, 0.05), "name": "truth"})

@@ -16,6 +16,8 @@ from server.cli.main import app
 from server.cli.research.observed import write_observed
 from tests.controller.decaying import decays_of, hanging_body
 
+pytestmark = pytest.mark.keyed("server/cli/research/commands.py", "tests/data")
+
 TRUNK = Path(__file__).parents[2] / "data" / "trunk-stack" / "decay_200g_even_ids.csv"
 
 

@@ -20,6 +20,8 @@ from server.cli.main import app
 from server.cli.research.reproduce import run_reproduce
 from server.cli.research.reproduce_table import sensing_table
 
+pytestmark = pytest.mark.keyed("server/cli/research/commands.py")
+
 CASES = (
     *(Case("circle_2hz", "P3", seed=seed) for seed in (3, 4)),
     *(Case("digit_1", seed=3), Case("step", "P1", law="[no_such]", seed=3)),

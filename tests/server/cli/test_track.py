@@ -20,6 +20,8 @@ from recordings.read.reader import read_rows
 from server.cli.main import app
 from server.cli.research.track import number
 
+pytestmark = pytest.mark.keyed("server/cli/research/commands.py")
+
 
 def run(*arguments: object) -> None:
     app(["track", *(str(one) for one in arguments)], standalone_mode=False)

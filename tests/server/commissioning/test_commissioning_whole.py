@@ -24,7 +24,19 @@ from tests.controller.kernels.plant.test_valve import run
 from tests.server.commissioner import Commissioner
 from tests.server.virtual_stack import stack
 
-pytestmark = pytest.mark.alone
+pytestmark = [
+    pytest.mark.alone,
+    pytest.mark.keyed(
+        "controller",
+        "firmware",
+        "server/commissioning",
+        "server/hardware",
+        "server/campaign",
+        "tests/server/virtual_stack.py",
+        "tests/server/commissioner.py",
+        imports=False,
+    ),
+]
 
 TASK = "vertical_1hz"
 WIRES = SERIAL if compiler() else SERIAL.replace('"serial"', '"modbus"\noptions = { host = "127.0.0.1" }')

@@ -19,7 +19,18 @@ from server.campaign.rows.wires import MODBUS, SERIAL
 from server.campaign.waiting import wait
 from tests.server.virtual_stack import Stack, stack
 
-pytestmark = pytest.mark.alone
+pytestmark = [
+    pytest.mark.alone,
+    pytest.mark.keyed(
+        "controller",
+        "firmware",
+        "server/commissioning",
+        "server/hardware",
+        "server/campaign",
+        "tests/server/virtual_stack.py",
+        imports=False,
+    ),
+]
 
 TASK = "vertical_1hz"
 """Short, and fast enough that a delay would show."""

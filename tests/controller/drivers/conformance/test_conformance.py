@@ -19,7 +19,7 @@ from controller.virtual.firmware import compiler
 from controller.virtual.peers import Drive
 from controller.virtual.registry import CAPTURE_PEERS, VALVE_PEERS
 
-pytestmark = pytest.mark.alone
+pytestmark = [pytest.mark.alone, pytest.mark.keyed()]
 
 PATIENCE = 0.2
 

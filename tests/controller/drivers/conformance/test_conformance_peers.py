@@ -31,7 +31,7 @@ import json, sys, time
 from controller.drivers.conformance import check_driver, trial
 from tests.controller.drivers.conformance.test_conformance_peers import ProcessBench
 
-pytestmark = pytest.mark.process
+pytestmark = [pytest.mark.process, pytest.mark.keyed()]
 
 trial.MARGIN = float(sys.argv[1])
 stream = f"rods-{time.monotonic_ns()}"

@@ -23,6 +23,8 @@ from server.cli.main import app
 from server.cli.research.stability import Wanted, plant_of
 from tests.controller.kernels.observer.test_observer import growth
 
+pytestmark = pytest.mark.keyed("server/cli/research/commands.py")
+
 TIP, ROD_6 = (9,), (5,)
 UNDAMPED = ControllerParameters(observer_beta=0.0)
 

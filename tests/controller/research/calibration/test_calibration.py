@@ -23,6 +23,8 @@ from controller.schema.parameters import ROD_ONLY, CosseratParameters, Settings,
 from controller.simulation.case import Setup
 from server.cli.main import app
 
+pytestmark = [pytest.mark.keyed("server/cli/research/commands.py")]
+
 SPACE = Space()
 RMSE, SSE = FITTED[0], FITTED[4]
 

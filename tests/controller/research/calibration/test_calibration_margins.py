@@ -25,6 +25,8 @@ from controller.schema.parameters import ControllerParameters, RigParameters, Sa
 from controller.simulation.case import Setup
 from controller.simulation.run import run
 
+pytestmark = pytest.mark.keyed()
+
 STOP = stop("P1", ControllerParameters())
 TRIAL = Trial("P1", "stop", "gain")
 CALM = Margin(TRIAL, 1e-4, 0.9, 1.0)

@@ -18,6 +18,8 @@ from controller.research.calibration.unknowns import Unknown
 from controller.research.experiments.paper_rows import FITTED
 from controller.research.experiments.pool import OutOfTime, Pool, WorkerDied
 
+pytestmark = pytest.mark.keyed()
+
 UNKNOWNS = (
     Unknown("torque_gain.0", 0.9, 1.3, 1.05, 5.0),
     Unknown("K_P", 0.1, 0.4, 0.15, 5.0, log=True),

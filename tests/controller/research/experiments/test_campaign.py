@@ -11,6 +11,8 @@ from controller.research.experiments.campaign import Job, Keep, campaign
 from controller.research.experiments.results import THINNED, Failure, Finished
 from controller.simulation.case import Case, Outcome, Setup, run_case
 
+pytestmark = pytest.mark.keyed()
+
 QUICK = Case("circle_2hz", "P3")
 CASES = (Case("circle_2hz", "P3", seed=1), Case("no_such"), QUICK, Case("circle_2hz", "P3", law="no_such"))
 

@@ -14,6 +14,8 @@ from controller.research.experiments.cluster import require_same
 from controller.research.experiments.pool import OutOfTime, Pool
 from controller.system.origin import our_version
 
+pytestmark = pytest.mark.keyed()
+
 NOT_THERE = "dask.distributed is not installed: pip install 'tendril-softrobotics[cluster]'"
 
 

@@ -1,5 +1,7 @@
 """The paper's equations to the letter: what they change, and how they stand beside ours."""
 
+import pytest
+
 from controller.research.experiments.catalogue import LIVE_PATH, catalogue
 from controller.research.experiments.letter import letter_jobs, letter_rows
 from controller.research.experiments.results import Failure, Finished, trace
@@ -7,6 +9,8 @@ from controller.schema.modes import Integrator
 from controller.schema.parameters import ControllerParameters
 from controller.simulation.case import Case, Setup, parameters_of, run_case, settings_of
 from controller.simulation.metrics import Window
+
+pytestmark = pytest.mark.keyed()
 
 
 def finished(law: str) -> Finished:

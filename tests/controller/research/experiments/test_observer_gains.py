@@ -2,11 +2,15 @@
 
 import math
 
+import pytest
+
 from controller.research.experiments.observer_gains import TRIED, observer_gains, observer_jobs
 from controller.research.experiments.reproduce import Order, reproduce
 from controller.research.experiments.results import Failure
 from controller.simulation.case import Case, Setup
 from controller.simulation.metrics import Window
+
+pytestmark = pytest.mark.keyed()
 
 CASES = (Case("circle_1hz"), Case("vu"), Case("circle_1hz", seed=1), Case("circle_1hz", "P2"))
 

@@ -21,6 +21,8 @@ from controller.research.experiments.paper_rows import (
 from controller.simulation.metrics import UNITS, Window
 from controller.system.origin import ROOT
 
+pytestmark = pytest.mark.keyed("docs/conventions.md")
+
 STEP_LATEX = r"""
 FF & 30.5 & 15.7 & 3309 \\ \hline
 FF+P & 23.8 & 11.3 & 2007 \\ \hline

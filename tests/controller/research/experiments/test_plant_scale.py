@@ -6,6 +6,8 @@ from controller.errors import ParameterError
 from controller.research.experiments.plant_scale import scaled
 from controller.schema.parameters import TwinParameters
 
+pytestmark = pytest.mark.keyed()
+
 TWIN = TwinParameters(zeta=0.3, friction=0.2, dead_time=0.05, marker_latency=0.004, marker_noise=1e-4)
 
 

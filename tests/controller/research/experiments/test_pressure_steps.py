@@ -8,6 +8,8 @@ import pytest
 from controller.research.experiments.pressure_steps import SETPOINTS, measured, pressure_steps
 from controller.schema.parameters import RigParameters, TwinParameters
 
+pytestmark = pytest.mark.keyed()
+
 
 def test_a_first_order_lag_after_a_dead_time_is_measured_as_such() -> None:
     t = 1e-3 * np.arange(1500)

@@ -27,6 +27,8 @@ from controller.simulation.case import Case
 from controller.simulation.metrics import Window
 from tests.controller.balance import Balance
 
+pytestmark = pytest.mark.keyed()
+
 CASES = (
     Case("step", law="ff"),
     Case("step"),

@@ -19,6 +19,8 @@ from controller.schema.parameters import TwinParameters
 from controller.simulation.case import Case, Setup
 from controller.simulation.metrics import Window
 
+pytestmark = pytest.mark.keyed()
+
 WHOLE, AFTER = Window.WHOLE, Window.AFTER_APPROACH
 CONTRACT = ("experiment", "actuator", "law", "metric", "unit", "paper", "paper_low", "paper_high", "ours", "ours_std")
 NO_TRACE = Trace(*([np.empty(0)] * 8), *([np.empty(0, np.float32)] * 2))

@@ -12,6 +12,8 @@ from controller.research.experiments.sensing_summary import CLEARLY, EQUAL, in_o
 from controller.simulation.case import Case
 from controller.simulation.metrics import Window
 
+pytestmark = pytest.mark.keyed()
+
 NO_TRACE = Trace(*([np.empty(0)] * 8), *([np.empty(0, np.float32)] * 2))
 REFERENCE = Reference("sensing_circle", np.zeros((1, 2)), 0)
 PAPER_LIKE = {"ff": (20.0, 22.0), "rod6": (15.0, 15.0), "rod10": (9.0, 10.8), "rod6+10": (9.0, 10.0)}

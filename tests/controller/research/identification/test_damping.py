@@ -8,6 +8,8 @@ from controller.errors import DataError
 from controller.research.identification.motion.damping import find_peaks, log_decrement, noise_of
 from controller.research.identification.motion.rayleigh import rayleigh, rayleigh_ratio
 
+pytestmark = pytest.mark.keyed()
+
 NOISE = 2e-4
 OMEGA = 2 * math.pi * 2.5
 

@@ -13,6 +13,8 @@ from controller.research.identification.motion.damping_fit import FreeDecay, fit
 from controller.schema.actuator import PRESETS, Actuator
 from tests.controller.chains import advance, posed
 
+pytestmark = pytest.mark.keyed()
+
 ALPHA, BETA = 0.719, 0.003337
 STIFF = PRESETS["P1"].model_copy(update={"k": (0.3, 0.2)})
 TRUTH = STIFF.model_copy(update={"alpha": ALPHA, "b": tuple(BETA * k for k in STIFF.k)})

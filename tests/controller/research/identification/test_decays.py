@@ -7,6 +7,8 @@ from controller.errors import DataError
 from controller.research.identification.motion.decays import Decay, long_ones, read_decays
 from controller.research.identification.plane import body_arcs, hanging_axis, project
 
+pytestmark = pytest.mark.keyed()
+
 
 def written(folder: Path, text: str) -> Path:
     path = folder / "decays.csv"

@@ -19,6 +19,8 @@ from controller.research.identification.offline import in_plane
 from controller.schema.actuator import Actuator
 from tests.controller.decaying import ARCS, decays_of, hanging_body
 
+pytestmark = pytest.mark.keyed()
+
 TORQUES = np.array(
     [[0, 0, 0.5], [0, 0.4, 0], [0.5, 0, 0], [0.1, -0.3, 0.5], [0, 0.3, 0.2], [0, 0, -0.4], [0.2, 0.2, 0],
      [0.3, 0, 0.2], [0, -0.3, -0.1], [-0.2, 0, 0.4]]

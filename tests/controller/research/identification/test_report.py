@@ -1,11 +1,14 @@
 import re
 
 import numpy as np
+import pytest
 
 from controller.research.identification.fit import Estimate, Fit, Misfit, Plot, PlotSeries
 from controller.research.identification.report.report import number_text, report_page
 from controller.schema.actuator import PRESETS
 from tests.controller.balance import Balance
+
+pytestmark = pytest.mark.keyed()
 
 t = np.linspace(0.0, 3.0, 4000)
 PLOT = Plot(

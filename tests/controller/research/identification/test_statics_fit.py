@@ -18,6 +18,8 @@ from controller.schema.actuator import PRESETS, Actuator
 from tests.controller.chains import advance, posed
 from tests.oracles import Chain
 
+pytestmark = pytest.mark.keyed()
+
 NOISE = 2e-4
 ARCS = (0.126, 0.253)
 TAPERED = PRESETS["P1"].model_copy(update={"k": (0.070, 0.030)})

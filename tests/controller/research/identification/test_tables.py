@@ -6,6 +6,8 @@ import pytest
 from controller.errors import DataError
 from controller.research.identification.tables import choose_ids, points_in, read_measured
 
+pytestmark = pytest.mark.keyed()
+
 
 def written(folder: Path, text: str) -> Path:
     file = folder / "data.csv"
