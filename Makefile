@@ -4,7 +4,7 @@ BIN := .venv/bin
 NODE := PATH="$(CURDIR)/$(BIN):$$PATH"
 PAGE_SOURCES := $(shell find frontend -type f -not -path '*/node_modules/*' 2>/dev/null)
 KERNEL_SOURCES := server/cli/kernels.py $(shell find controller server/drawing server/runs -name '*.py')
-# Where the environment forbids bytecode, every process would compile all of its libraries anew: 1 to 2 s each.
+# Where the environment forbids bytecode, every process would compile all of its libraries again: 1 to 2 s each.
 export PYTHONDONTWRITEBYTECODE =
 
 .PHONY: run test check setup build chromium side-by-side quick-side-by-side lint types test-page lint-page types-page

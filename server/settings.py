@@ -12,7 +12,7 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 from controller.spelled import spelled
 from controller.system.keys import key_path, state_folder
 from controller.system.logs import LogFormat
-from recordings.format.messages import PATIENCE, SPLIT_BYTES
+from recordings.format.messages import DISK_TIMEOUT_S, SPLIT_BYTES
 
 
 class ServerSettings(BaseSettings):
@@ -48,7 +48,7 @@ class ServerSettings(BaseSettings):
     """A FAULT or E-STOP under pressure is recorded by itself, with the 10 s before and after it."""
     recording_split: Annotated[int, Bounds(ge=1_000_000)] = SPLIT_BYTES
     """Bytes at which a recording goes on in another file."""
-    disk_patience: Annotated[float, Bounds(ge=1.0, le=30.0)] = PATIENCE
+    disk_patience: Annotated[float, Bounds(ge=1.0, le=30.0)] = DISK_TIMEOUT_S
     """A disk that takes nothing for so long ends the recording [s]; the rig's ring and this server hold longer."""
     recordings_quota: Annotated[int, Bounds(ge=0)] | None = None
     """Bytes of all recordings; the oldest ones go first. None: 50 GB, or 80 % of a smaller disk."""

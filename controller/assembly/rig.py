@@ -16,7 +16,7 @@ from controller.kernels.model.equilibrium import make_scratch
 from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.rod import RodModel, make_load, make_work
 from controller.kernels.model.statics import at_rest, places, points_on
-from controller.kernels.observer.observer import Observer, make_seat
+from controller.kernels.observer.observer import Observer, make_reseat_state
 from controller.schema.actuator import Actuator
 from controller.schema.layout import to_record
 from controller.schema.modes import Cause, Integrator, RowKind
@@ -158,7 +158,7 @@ def build_observer(model: RodModel, controller: ControllerParameters, gains_max:
         sensors=sensor_places(model),
         backbone=places(model, length * np.arange(BACKBONE_POINTS) / (BACKBONE_POINTS - 1)),
         points=np.zeros((SENSORS, 2)),
-        seat=make_seat(rods, SENSORS),
+        seat=make_reseat_state(rods, SENSORS),
     )
     points_on(observer.state.q, observer.sensors, observer.points)
     return observer

@@ -23,7 +23,7 @@ class OneWayClock:
         """Note a message stamped `device_ns` that came at `arrived_ns`; its time on our clock [ns]."""
         apart = arrived_ns - device_ns
         if self._least and abs(apart - self.offset_ns(device_ns)) > 1_000_000_000:
-            self._least.clear()  # the device began anew, or its clock was set
+            self._least.clear()  # the device began again, or its clock was set
         if self._least and device_ns - self._least[-1][0] < BUCKET_NS:
             if apart < self._least[-1][1]:
                 self._least[-1] = (device_ns, apart)

@@ -15,7 +15,7 @@ Post = Callable[[np.ndarray], None]
 """Takes an array of one Measurement record; never from two threads at once."""
 CLOCKS_DIFFER_NS = 3_000_000
 NEVER = 1
-"""A time long past, for pressures that nobody has read yet: 0 would say that they are always fresh [ns]."""
+"""A time long past, for pressures that no one has read yet: 0 would say that they are always fresh [ns]."""
 
 
 class Inlet:

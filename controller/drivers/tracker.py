@@ -1,6 +1,6 @@
 """Which point that a camera saw belongs to which rod: by its name, else by where the observer expects the rod.
 
-A swap is found because the assignment that is shortest as a whole is taken anew in every frame; a ghost, because
+A swap is found because the assignment that is shortest as a whole is taken again in every frame; a ghost, because
 it is too far from every rod, or further than the marker itself.
 """
 

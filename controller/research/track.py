@@ -23,7 +23,7 @@ from controller.schema.parameters import DT, RigParameters, Settings
 from controller.simulation.case import Case, Setup, controller_of, settings_of
 from controller.simulation.metrics import UNITS, Window, measure
 from controller.simulation.run import for_reference, run, seeded
-from controller.system.progress import Told, untold
+from controller.system.progress import ProgressCallback, no_progress
 
 CONTROLLERS = ("paper",)
 OFF_PATH = 1e-3
@@ -112,7 +112,7 @@ def require_controller(name: str) -> None:
         raise ParameterError(f"controller = {name!r} is not one of {', '.join(CONTROLLERS)}")
 
 
-def track(task: TrackTask, told: Told = untold) -> Tracked:
+def track(task: TrackTask, told: ProgressCallback = no_progress) -> Tracked:
     """Run and measure; the same task gives the same bits. `told` is told of the run, once the path is planned.
 
     Raises DataError and ParameterError for a file or a number that cannot be used. A run that the rig breaks off is no

@@ -18,7 +18,7 @@ from controller.schema.rigidity import joint_stiffness
 from controller.spelled import spelled
 from controller.toml import model_in
 
-SHORTEST = 1e-6
+AXIS_MIN = 1e-6
 """A tracking axis shorter than this has no direction."""
 
 BEYOND = 1.1
@@ -100,11 +100,11 @@ class Tracking(Model):
         bodies = len(self.arcs)
         if len(self.base) != len(self.axis):
             raise ValueError(f"base has {len(self.base)} coordinates, axis has {len(self.axis)}")
-        if math.hypot(*self.axis) < SHORTEST:
-            raise ValueError(f"axis = {self.axis} has no direction: its length must be at least {SHORTEST}")
+        if math.hypot(*self.axis) < AXIS_MIN:
+            raise ValueError(f"axis = {self.axis} has no direction: its length must be at least {AXIS_MIN}")
         if (self.k_across is None) != (not self.principal):
             raise ValueError("principal and k_across go together")
-        if self.principal and (len(self.principal) != len(self.base) or math.hypot(*self.principal) < SHORTEST):
+        if self.principal and (len(self.principal) != len(self.base) or math.hypot(*self.principal) < AXIS_MIN):
             raise ValueError(f"principal = {self.principal} is no direction in {len(self.base)} coordinates")
         if any(inner >= outer for inner, outer in pairwise(self.arcs)):
             raise ValueError(f"arcs = {self.arcs} do not rise from the clamp to the tip")

@@ -70,7 +70,7 @@ def numbers(rows: Rows, kind: type[np.generic] = np.int64) -> Values:
 
 
 def copied(rows: Rows) -> Rows:
-    """A copy (n,) that nobody can change."""
+    """A copy (n,) that no one can change."""
     return np.frombuffer(rows.tobytes(), rows.dtype)
 
 

@@ -150,7 +150,7 @@ class Telemetry(Model):
     twin_backbone: Backbone
     """The twin's true backbone; nan on hardware."""
     reseats: int
-    """Times that the observer was found wound and was set anew from a static pose (kernels/observer/reseat.py)."""
+    """Times that the observer was found wound and was set again from a static pose (kernels/observer/reseat.py)."""
 
 
 class TwinFaults(Model):

@@ -97,7 +97,7 @@ class ControllerParameters(Model):
     that fades later swings over the whole stroke (ours)."""
     feedback_lag: Annotated[float, Bounds(ge=0.0, le=2.0), Q("s")] = 0.2
     """Time constant with which P follows the error in FOLLOW and HOLD (ours; paper: 0). It rolls P off below the arm's
-    first mode, whose damping nobody measured: with a damping ratio of 0.1 the paper's law swings."""
+    first mode, whose damping no one measured: with a damping ratio of 0.1 the paper's law swings."""
     full_gains_from: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1")] = 0.6
     """Arc length of the outermost marker, as a share of the body, from which P and I have their gains in FOLLOW and
     HOLD; nearer to the base they have its square's share, at least `least_gains` (ours; paper: 0, in full by any)."""

@@ -15,16 +15,18 @@ from controller.schema.messages import Command, Telemetry
 from controller.schema.modes import Cause, Mode, Request
 from controller.schema.parameters import DT, RigParameters, Settings
 from controller.simulation.simulate import Simulation
-from controller.system.progress import Told, untold
+from controller.system.progress import ProgressCallback, no_progress
 
 BOOT = 1
 SETTLE, ARMED = 0.05, 0.05
 """Time until the markers have come in; time in HOLD before the run [s]."""
 PIECE = 1000
-"""Ticks between two signs of progress; where nobody is told a run is one piece, which is quicker by a fifth."""
+"""Ticks between two signs of progress; without a progress callback a run is one piece, which is quicker by a fifth."""
 
 
-def run(parameters: RigParameters, reference: Reference, settings: Settings, seed: int, told: Told = untold) -> Rows:
+def run(
+    parameters: RigParameters, reference: Reference, settings: Settings, seed: int, told: ProgressCallback = no_progress
+) -> Rows:
     """Telemetry (n,) of the reference's n ticks, approach included, under the law and sensors of `settings`.
 
     As `attempt`; raises TendrilError as well if the rig does not follow to the end.
@@ -35,7 +37,7 @@ def run(parameters: RigParameters, reference: Reference, settings: Settings, see
 
 
 def attempt(
-    parameters: RigParameters, reference: Reference, settings: Settings, seed: int, told: Told = untold
+    parameters: RigParameters, reference: Reference, settings: Settings, seed: int, told: ProgressCallback = no_progress
 ) -> Rows:
     """Telemetry (n,) of as many ticks as the reference has, whether or not the rig follows it to the end.
 
@@ -48,7 +50,7 @@ def attempt(
     request(simulation, Request.TRACK)
     total = len(reference.p)
     rows = np.zeros(total, record_dtype(Telemetry))
-    every = total if told is untold else PIECE
+    every = total if told is no_progress else PIECE
     arrived = min(max(reference.start - 1, 0), total)  # the approach is at rest there: the command does not jump
     for begin, end in pairwise(sorted({*range(0, total, every), arrived, total})):
         if begin == arrived:

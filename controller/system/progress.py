@@ -8,11 +8,11 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress, ProgressColumn
 
-Told = Callable[[float], None]
+ProgressCallback = Callable[[float], None]
 """Is told the share that is done, from 0 to 1."""
 
 
-def untold(share: float) -> None:
+def no_progress(share: float) -> None:
     """Nobody waits to be told."""
 
 

@@ -17,7 +17,7 @@ from controller.tables.numbers import Cells, is_number
 Choice = Callable[[Header], Sequence[Column]]
 """Which columns are read; cells of the others may be anything."""
 AS_THE_HEADER: Mapping[str, int] = MappingProxyType({})
-"""Nobody said which column is which."""
+"""No one said which column is which."""
 NAMED_LEAST = 2
 """Fewer titles may be words of a sentence, fewer numbers need not count."""
 

@@ -31,7 +31,7 @@ PRESSURES, E_STOP, STEPS = slice(1, 17), 17, 18
 SETPOINTS, OPENINGS = slice(19, 35), slice(35, 51)
 FLAGS, REASONS, LAST_COMMAND, VENTED_AT, REJECTED, BOOT = range(51, 57)
 BROKEN = np.iinfo(np.int64).min
-PERIOD = 1e-3
+STEP_S = 1e-3
 """How often plant and board are told of each other [s]."""
 HANGS = 0.12
 """A chip that hangs for so long is reset by its own watchdog, and valves without current vent [s]."""
@@ -88,13 +88,13 @@ class BoardPeer:
         self._port.symlink_to(path)
 
     def unplug(self) -> None:
-        """Pull the cable. The board goes on, and vents when its watchdog finds that nobody speaks."""
+        """Pull the cable. The board goes on, and vents when its watchdog finds that no one speaks."""
         with contextlib.suppress(OSError):
             self._tell(b"u")
         self._port.unlink(missing_ok=True)
 
     def reset(self) -> None:
-        """Its reset button: it begins anew, with the cable in."""
+        """Its reset button: it begins again, with the cable in."""
         self._tell(b"r")
 
     def half_frame(self) -> None:
@@ -106,7 +106,7 @@ class BoardPeer:
         self._alive().send_signal(signal.SIGSTOP)
 
     def thaw(self) -> None:
-        """After `freeze`: it begins anew."""
+        """After `freeze`: it begins again."""
         self._tell(b"r")
         self._alive().send_signal(signal.SIGCONT)
 
@@ -170,7 +170,7 @@ class BoardPeer:
     def _couple(self) -> None:
         """Sensors in, valves out, once a millisecond."""
         steps, stepped = -1, time.monotonic()
-        while not self._stopping.wait(PERIOD):
+        while not self._stopping.wait(STEP_S):
             self._sense()
             if self.words[STEPS] != steps:
                 steps, stepped = int(self.words[STEPS]), time.monotonic()
@@ -200,5 +200,5 @@ def _left_over(port: Path) -> bool:
 
 
 def without_current() -> Drive:
-    """What valves do that nobody drives: exhausts are open, the supply is closed."""
+    """What valves do that no one drives: exhausts are open, the supply is closed."""
     return Drive(np.zeros(CHANNELS), np.full(CHANNELS, -1.0), raw=False, vent=True, cut=True)

@@ -13,7 +13,7 @@ from pymodbus.simulator import DataType, SimData, SimDevice
 from controller.virtual.peers import ReadPressures, TakeDrive
 from controller.virtual.vtem_terminal import DUMP, INPUTS, OUTPUT_WORDS, OUTPUTS, WATCHDOG, VtemTerminal
 
-LOOK = 0.005
+POLL_S = 0.005
 """How often the terminal's watchdog is looked at [s]."""
 
 
@@ -130,7 +130,7 @@ class ModbusPeer:
     async def _watch(self) -> None:
         while True:
             self.terminal.look(time.monotonic())
-            await asyncio.sleep(LOOK)
+            await asyncio.sleep(POLL_S)
 
     def _packet(self, sending: bool, data: bytes) -> bytes:
         if sending and self.silent:

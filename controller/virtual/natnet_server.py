@@ -13,7 +13,7 @@ from controller.virtual.natnet_wire import Version, definitions, frame, message,
 
 CLIENTS = 16
 """Most at a time."""
-PATIENCE = 10.0
+CLIENT_TIMEOUT_S = 10.0
 """A client that gives no sign of life for so long gets nothing more [s]."""
 CONNECT, REQUEST, RESPONSE, MODEL_REQUEST, MODEL_DEF = 0, 2, 3, 4, 5
 FRAME, DISCONNECT, KEEP_ALIVE, ECHO, ECHO_ANSWER, DISCOVERY, UNRECOGNIZED = 7, 9, 10, 12, 13, 14, 100
@@ -112,7 +112,7 @@ class NatNetServer:
         self.data_port = self.data_port or _free_port(self.address)
 
     def unplug(self) -> None:
-        """Vanish: nobody is told, and every client is forgotten."""
+        """Vanish: no one is told, and every client is forgotten."""
         made, self._socket = self._socket, None
         if made is not None and self._thread is not None:
             self._thread.join()
@@ -144,7 +144,7 @@ class NatNetServer:
             return [((self.multicast, self.data_port), self.version)]
         now = time.monotonic()
         with self._lock:
-            self._clients = {at: who for at, who in self._clients.items() if now - who.heard < PATIENCE}
+            self._clients = {at: who for at, who in self._clients.items() if now - who.heard < CLIENT_TIMEOUT_S}
             every = list(self._clients.items())
         return [((at[0], self.data_port) if self.to_data_port else at, who.version) for at, who in every]
 

@@ -58,7 +58,7 @@ class ValvePeer(Peer, Protocol):
     """A board with valves, built with `ReadPressures` and `TakeDrive`. It has a watchdog of its own, as a real one."""
 
     def reset(self) -> None:
-        """It begins anew, as after its reset button."""
+        """It begins again, as after its reset button."""
 
     def freeze(self) -> None:
         """Its program hangs."""

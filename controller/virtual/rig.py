@@ -33,11 +33,11 @@ from controller.virtual.peers import LATENCY, CapturePeer, Drive, Peer
 from controller.virtual.plant import RunningPlant
 from controller.virtual.registry import capture_peer, valve_peer
 
-LOOK = 5e-4
+POLL_S = 5e-4
 """Pause between two looks for a new sample [s]."""
 CHAMBERS = 4
 FRAMES_TOLD = 100
-"""Their latency is told, where somebody asks."""
+"""Their latency is told, where someone asks."""
 WAND = "wand"
 """Its name, where the camera gives names."""
 GHOST_RANGE = 0.4
@@ -82,7 +82,7 @@ class Camera:
 
     def _run(self) -> None:
         seen = 0
-        while not self._stopping.wait(LOOK):
+        while not self._stopping.wait(POLL_S):
             newest = self._plant.newest()
             if newest["t_ns"] != seen:
                 seen = int(newest["t_ns"])
@@ -289,7 +289,7 @@ def run_virtual_rig(path: Path, plant: str, out: Path | None, lines: TextIO = sy
 
 
 def _obey(rig: VirtualRig, lines: TextIO) -> None:
-    """Line after line; where nobody can type, until Ctrl-C or SIGTERM."""
+    """Line after line; where no one can type, until Ctrl-C or SIGTERM."""
     for line in lines:
         if not line.strip():
             continue
@@ -302,7 +302,7 @@ def _obey(rig: VirtualRig, lines: TextIO) -> None:
 
 
 def _nobody_there(lines: TextIO) -> bool:
-    """Whether lines end because nobody could type any, as in the background: /dev/null, not a closed pipe or Ctrl-D."""
+    """Whether lines end because no one could type any, as in the background: /dev/null, not a closed pipe or Ctrl-D."""
     return not lines.isatty() and stat.S_ISCHR(os.fstat(lines.fileno()).st_mode)
 
 

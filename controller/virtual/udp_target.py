@@ -21,7 +21,7 @@ from controller.drivers.valves.udp_layout import (
 from controller.schema.hardware import CHANNELS
 from controller.virtual.peers import Drive, ReadPressures, TakeDrive
 
-PATIENCE = 0.1
+WATCHDOG_S = 0.1
 """Without a command for so long it vents [s]."""
 OFFSET_NS = 3_600_000_000_000
 """Its clock is an hour ahead of ours [ns]."""
@@ -69,7 +69,7 @@ class UdpTargetPeer:
         except OSError:
             here.close()
             raise
-        here.settimeout(PATIENCE / 20)
+        here.settimeout(WATCHDOG_S / 20)
         self._port, self._socket = here.getsockname()[1], here
         self._thread = threading.Thread(target=self._run, args=(here,), name="udp-target", daemon=True)
         self._thread.start()
@@ -80,7 +80,7 @@ class UdpTargetPeer:
         if thread is not None:
             thread.join()
         self._thread = None
-        timer = threading.Timer(PATIENCE, lambda: self._look(time.monotonic()))
+        timer = threading.Timer(WATCHDOG_S, lambda: self._look(time.monotonic()))
         timer.daemon = True
         timer.start()
 
@@ -97,7 +97,7 @@ class UdpTargetPeer:
         self.silent = False
 
     def reset(self) -> None:
-        """Begin anew, as after a loss of power: vented, its count and session forgotten."""
+        """Begin again, as after a loss of power: vented, its count and session forgotten."""
         self._number = 0
         self._begin()
         self._take(_vented(True))
@@ -143,7 +143,7 @@ class UdpTargetPeer:
                 data, sender = here.recvfrom(COMMAND.size + 1)
             except TimeoutError:
                 data, sender = b"", None
-            except OSError:  # the other end is gone, and an earlier answer found nobody
+            except OSError:  # the other end is gone, and an earlier answer found no one
                 continue
             if sender is not None and not self.silent:
                 self._answer(here, data, sender)
@@ -160,7 +160,7 @@ class UdpTargetPeer:
         here.sendto(answer, sender)
 
     def _look(self, now: float) -> None:
-        if self._heard and now - self._heard >= PATIENCE and not self._stopped & WATCHDOG:
+        if self._heard and now - self._heard >= WATCHDOG_S and not self._stopped & WATCHDOG:
             self._stopped |= WATCHDOG
             self._take(_vented(self._cut))
 

@@ -70,7 +70,7 @@ class VtemTerminal:
             self._host, self._heard = True, now
 
     def left(self, now: float) -> float | None:
-        """Until the watchdog bites, if nobody asks any more [s]; None: it will not."""
+        """Until the watchdog bites, if no one asks any more [s]; None: it will not."""
         with self._lock:
             bites = self._host and self._watchdog > 0
             return max(0.0, self._heard + self._watchdog * 1e-3 - now) + 1e-3 if bites else None

@@ -7,7 +7,7 @@ from typing import Literal, get_args
 
 from controller.errors import ParameterError, RecordingError
 from controller.schema.origin import Origin, hashes, origin, origin_of_rig
-from controller.system.progress import Told, untold
+from controller.system.progress import ProgressCallback, no_progress
 from recordings.exporting.table import Choice, RowReader, Table
 from recordings.format import frames
 from recordings.importing.tip import IMPORT_RIG
@@ -27,7 +27,9 @@ class By:
     """A CSV file begins with its origin as lines with #, which not everything that reads CSV leaves out."""
 
 
-def export(source: Path, target: Path, kind: Format, choice: Choice, by: By = By(), told: Told = untold) -> None:
+def export(
+    source: Path, target: Path, kind: Format, choice: Choice, by: By = By(), told: ProgressCallback = no_progress
+) -> None:
     """Write what is chosen of the .rrd file `source` to `target`; of one that is being written, all that is there.
 
     `told` is told the share of the rows that were read.
@@ -60,7 +62,7 @@ def origin_of(source: Path, command: str = "") -> Origin:
 
 
 def _while_wanted(pieces: Iterable[Table], folder: Path) -> Iterator[Table]:
-    """The pieces, until somebody removes the `folder` that the file is written into: nobody wants it any more."""
+    """The pieces, until someone removes the `folder` that the file is written into: no one wants it any more."""
     for piece in pieces:
         if not folder.is_dir():
             raise RecordingError(f"{folder} is gone: the export was cancelled")

@@ -12,7 +12,7 @@ from controller.arrays import Rows, Values
 from controller.errors import ParameterError, RecordingError
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
-from controller.system.progress import Told, untold
+from controller.system.progress import ProgressCallback, no_progress
 from recordings.exporting.feed import feed
 from recordings.exporting.places import Layout, Place
 from recordings.exporting.signals import SIGNALS, TIP, Signal, chosen
@@ -110,7 +110,7 @@ class RowReader:
     def __init__(self, path: Path) -> None:
         self._path = path
 
-    def pieces(self, choice: Choice, told: Told = untold, most: int = PIECE) -> Iterator[Table]:
+    def pieces(self, choice: Choice, told: ProgressCallback = no_progress, most: int = PIECE) -> Iterator[Table]:
         """What is asked for, `most` rows at a time, at least one piece; `told` is told the share that was used.
 
         ParameterError for an unknown signal or a window without rows; RecordingError when the file cannot be read or

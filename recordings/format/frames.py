@@ -32,7 +32,7 @@ class Extent(NamedTuple):
     length: int
     """Bytes up to the end of the last whole frame; the size of the file when it is closed or not torn."""
     closed: bool
-    """It has its proper end: nobody writes it any more, and no writer was killed."""
+    """It has its proper end: no one writes it any more, and no writer was killed."""
     frames: int
     """Chunks and a few others."""
 

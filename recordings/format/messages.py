@@ -8,7 +8,7 @@ from pydantic import Field as Bounds
 from controller.schema.layout import Model
 from controller.schema.parameters import Settings
 
-PATIENCE = 10.0
+DISK_TIMEOUT_S = 10.0
 """A disk that takes nothing for so long ends the recording [s]. Memory holds a minute of rows, and a disk that has to
 spin up takes 5 to 8 s."""
 SPLIT_BYTES = 1_000_000_000
@@ -28,7 +28,7 @@ Label = Annotated[str, Bounds(max_length=80)]
 
 
 class Bookmark(Model):
-    """A place in a recording that somebody marked while it ran."""
+    """A place in a recording that someone marked while it ran."""
 
     n: int
     """Its number in the recording, 1, 2, ...: no other gets it, even if it is removed."""
@@ -66,7 +66,7 @@ class Hole(Model):
 
 
 class Restart(Model):
-    """The rig ended, killed perhaps, and began again: its ticks begin anew, and none are counted as missing."""
+    """The rig ended, killed perhaps, and was restarted: its ticks begin again, and none are counted as missing."""
 
     after: int
     """The last tick of its boot before."""
@@ -117,7 +117,7 @@ class Recording(Model):
     """The file of a killed writer was mended: it holds what was written, with a proper end."""
     rig: str = ""
     operator: str = ""
-    """Who operated when it began, "" for nobody."""
+    """Who operated when it began, "" for no one."""
     reference: str = ""
     """Name of the library's reference or of the drawing that was run, "" without a run."""
     profile: Profile = "full"

@@ -21,7 +21,7 @@ from recordings.format.messages import Recording
 ID = re.compile(r"[0-9]{8}-[0-9]{6}(-[a-z0-9]{1,40}){0,25}", re.ASCII)
 ID_LENGTH = 100
 TURN = ".sidecars.lock"
-LONGEST = 1 << 20
+SIDECAR_MAX_BYTES = 1 << 20
 """Bytes of a sidecar; it takes a few thousand."""
 
 
@@ -101,7 +101,7 @@ def lock(path: Path) -> BinaryIO | None:
 
 
 def is_free(path: Path) -> bool:
-    """Whether no writer holds the data in `path`; so it is where there are none, not where nobody can tell."""
+    """Whether no writer holds the data in `path`; so it is where there are none, not where no one can tell."""
     try:
         held = lock(path)
     except FileNotFoundError:
@@ -161,7 +161,7 @@ def _put(folder: Path, recording: Recording) -> None:
 def read(folder: Path, id: str) -> Recording:
     """The sidecar of `id`; raises `RecordingError` when there is none or it is damaged."""
     try:
-        found = Recording.model_validate_json(read_whole(path(folder, id), LONGEST))
+        found = Recording.model_validate_json(read_whole(path(folder, id), SIDECAR_MAX_BYTES))
     except FileNotFoundError:
         raise RecordingError(f"there is no recording {id!r}") from None
     except (OSError, ValidationError) as error:

@@ -1,4 +1,4 @@
-"""The quick look at a closed recording, kept beside its data, so that nobody waits for the data to be read.
+"""The quick look at a closed recording, kept beside its data, so that no one waits for the data to be read.
 
 A hidden file: the mark of the data it was made from, then the text. It may be deleted at any time.
 """

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from controller.arrays import Values
-from controller.system.progress import Told, untold
+from controller.system.progress import ProgressCallback, no_progress
 from recordings.format.messages import Metrics, Recording
 from recordings.read.course import begun, run_clock, stretches
 from recordings.read.metrics import FIELDS, metrics_of
@@ -24,7 +24,7 @@ class Compared:
     figures: Figures
 
 
-def compared(store: Store, ids: Sequence[str], told: Told = untold) -> list[Compared]:
+def compared(store: Store, ids: Sequence[str], told: ProgressCallback = no_progress) -> list[Compared]:
     """In the order of `ids`, the first of which is what the others are held against. RecordingError as `Store`."""
     found: list[Compared] = []
     first: tuple[Values, Values] | None = None

@@ -163,7 +163,7 @@ class Store:
             return sidecar.update(self._folder, id, metrics=metrics_of(self._rows(id)))
 
     def measured(self, id: str) -> Measured:
-        """Its metrics, whole and by cycle, taken anew; raises `RecordingError` if there is none, or a too large one."""
+        """Its metrics, whole and by cycle, measured again; `RecordingError` if there is none, or a too large one."""
         rows = self._rows(id)
         return Measured(whole=metrics_of(rows), cycles=tuple(cycles_of(rows)))
 
@@ -200,12 +200,12 @@ class Store:
     def _starred(self, id: str) -> bool:
         try:
             return self.find(id).starred
-        except RecordingError:  # damaged: nobody can say so any more
+        except RecordingError:  # damaged: no one can say so any more
             return False
 
     @contextmanager
     def _held(self, id: str) -> Iterator[None]:
-        """Nobody else writes the data of `id` meanwhile."""
+        """No one else writes the data of `id` meanwhile."""
         held = sidecar.lock(self.path(id))
         if held is None:
             raise RecordingError(f"recording {id!r} is still being written")

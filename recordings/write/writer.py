@@ -19,7 +19,7 @@ from controller.schema.messages import RigInfo, Telemetry
 from controller.schema.parameters import Settings
 from controller.system.worker import Worker
 from recordings.format.annotations import Annotation
-from recordings.format.messages import PATIENCE, SPLIT_BYTES, Bookmark, Recording, RecordingState
+from recordings.format.messages import DISK_TIMEOUT_S, SPLIT_BYTES, Bookmark, Recording, RecordingState
 from recordings.write.files import Files, FilesHere, WriterKilled
 from recordings.write.queue import Job, NoAnswer, RecorderQueue
 from recordings.write.session import Context, Session
@@ -58,7 +58,7 @@ class Recorder:
         folder: Path,
         split: int = SPLIT_BYTES,
         ended: Callable[[Recording], None] = lambda done: None,
-        patience: float = PATIENCE,
+        patience: float = DISK_TIMEOUT_S,
         files: Files | None = None,
     ) -> None:
         """A file that reaches `split` bytes is `ended`, and the recording goes on in another one.

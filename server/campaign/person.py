@@ -21,9 +21,9 @@ from controller.schema.modes import Mode
 from server.campaign.waiting import Failed, require, wait
 from server.plots.messages import Kind
 
-PERIOD = 0.05
+REPEAT_S = 0.05
 """Between two signs of presence, and between two targets of a drag [s]."""
-PATIENCE = 60.0
+START_TIMEOUT_S = 60.0
 """Longest wait for a server that starts [s]."""
 RADIUS, TURNS = 20e-3, 0.5
 """Of the circle on which a hand drags the target [m], [Hz]."""
@@ -75,7 +75,7 @@ class Person:
 
     def reconnect(self) -> None:
         """Open the live socket again as soon as the server answers and hears the rig, and operate."""
-        wait(self._answered, PATIENCE, "a server that hears the rig", 0.1)
+        wait(self._answered, START_TIMEOUT_S, "a server that hears the rig", 0.1)
         self.vanish()
         self._socket = self._connect()
         self.asleep = False
@@ -143,7 +143,7 @@ class Person:
         with contextlib.suppress(ConnectionClosed):
             for message in live:
                 while self.asleep:
-                    time.sleep(PERIOD)
+                    time.sleep(REPEAT_S)
                 if isinstance(message, str):
                     self._read(json.loads(message))
                 elif message[0] == Kind.FRAME:
@@ -160,7 +160,7 @@ class Person:
             self.log.append(f"refused: {message['detail']}")
 
     def _tell(self) -> None:
-        while not self._closed.wait(PERIOD):
+        while not self._closed.wait(REPEAT_S):
             if not self.asleep:
                 with contextlib.suppress(ConnectionClosed, OSError):
                     self._say()
@@ -171,6 +171,6 @@ class Person:
             self.send(type="presence", n=self._n)
         if self.dragging:
             self._targets += 1
-            angle = 2 * math.pi * TURNS * PERIOD * self._targets
+            angle = 2 * math.pi * TURNS * REPEAT_S * self._targets
             x, y = CENTRE[0] + RADIUS * math.cos(angle), CENTRE[1] + RADIUS * math.sin(angle)
             self.send(type="target", id=self._targets, x=x, y=y, start=self._targets == 1)

@@ -78,7 +78,7 @@ def server_stopped(scene: Scene) -> Seen:
 
 
 def server_gone(scene: Scene) -> Seen:
-    """Nobody starts another one until the rig has vented."""
+    """No one starts another one until the rig has vented."""
     scene.track()
     scene.keep_server = False
     start = time.monotonic_ns()
@@ -106,7 +106,7 @@ def restarted(scene: Scene, start: int, mark: int) -> Seen:
     require((rows["mode"] == Mode.VENTED).all(), "the next boot did not begin vented")
     line = scene.operator.sees("the rig restarted", mark, 20.0)
     scene.stays_calm()
-    require(scene.mode == Mode.VENTED, f"in {scene.mode.name} though nobody armed")
+    require(scene.mode == Mode.VENTED, f"in {scene.mode.name} though no one armed")
     scene.acts_again()
     return Seen(f"restarted, {trace.told(rows[0])}; page: {line}", (rows["t_ns"][0] - start) * 1e-6)
 

@@ -41,7 +41,7 @@ QUIET_SECONDS = 2.0
 NAP = 0.05
 PATIENCE_DEVICES = 10.0
 """Longest wait for devices that were plugged in again [s]."""
-PATIENCE = 2.0
+DISK_TIMEOUT_S = 2.0
 """Of the campaign's servers with a disk that takes nothing [s]: others have 10 s."""
 
 
@@ -82,7 +82,7 @@ class Scene:
             rate_factor=rate_factor,
             record_faults=False,
             link_tls=self.tls,
-            disk_patience=PATIENCE,
+            disk_patience=DISK_TIMEOUT_S,
         )
         self.key = settings.key
         self.virtual = _virtual(kind.wires, folder, self._log) if kind.wires else None
@@ -193,7 +193,7 @@ class Scene:
         """Bring the operator to a rig that holds, from wherever things are."""
         self.operator.reconnect()
         self.operator.request("POST", "/api/run/stop")
-        self._arm_anew()
+        self._arm_again()
 
     def track(self) -> None:
         """Bring the operator to tracking a circle, from wherever things are."""
@@ -216,7 +216,7 @@ class Scene:
     def acts_again(self) -> None:
         """Require that a fresh action works: E-STOP, clear, arm, drag."""
         self.operator.dragging = False
-        self._arm_anew()
+        self._arm_again()
         self.operator.drag()
         start = time.monotonic_ns()
         self.until(start, (Mode.FOLLOW,), 5.0)
@@ -253,7 +253,7 @@ class Scene:
                 self._server.keep_alive()
             self._carried_out.look()
 
-    def _arm_anew(self) -> None:
+    def _arm_again(self) -> None:
         if self.virtual is not None:
             wait(self._devices_run, PATIENCE_DEVICES, "devices that run", 0.1)
         for request in ("e_stop", "clear", "arm"):

@@ -22,7 +22,7 @@ from controller.schema.layout import Model
 PAUSE = 0.02
 """Between two rounds of an attack [s]."""
 TRIED_MS = 1000
-"""For how long a client tries to get in before it tries anew [ms]."""
+"""For how long a client tries to get in before it tries again [ms]."""
 FLOOD = 20
 """Messages of each round of a flood, of each kind."""
 

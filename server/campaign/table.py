@@ -121,7 +121,7 @@ FAULTS = (
     Fault(
         "thread-dead",
         "SystemExit in the server's thread that commands the rig",
-        "it begins anew, the page says so; TRACK or HOLD, an E-STOP works",
+        "it begins again, the page says so; TRACK or HOLD, an E-STOP works",
         2500.0,
     ),
     Fault("loop-stuck", "the server's event loop stands still for 2 s", "HOLD; the page says so", HOLD_MS),
@@ -176,7 +176,7 @@ FAULTS = (
     ),
     Fault(
         "lease-lost-planning",
-        "control is lost to somebody who is present, while a run is planned, uploaded or sent",
+        "control is lost to someone who is present, while a run is planned, uploaded or sent",
         "nothing moves; the run is refused by a sentence, its recording ended, none is under way",
         2000.0,
     ),

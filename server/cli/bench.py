@@ -20,7 +20,7 @@ from controller.research.bench.loop_bench import bench_rig, measure_loop
 from controller.research.bench.mujoco_chain import lacks_mujoco
 from controller.system.keys import read_key
 from controller.system.origin import install_command
-from controller.system.progress import Told, progress, untold
+from controller.system.progress import ProgressCallback, no_progress, progress
 from server.settings import ServerSettings
 from server.supervise.browser import launch_chromium, require_browser
 from server.supervise.up import ServerChild
@@ -55,7 +55,7 @@ def lacks_browser() -> str:
     return ""
 
 
-def measure_live(seconds: float, told: Told = untold) -> Figures:
+def measure_live(seconds: float, told: ProgressCallback = no_progress) -> Figures:
     """Loop figures, what the recorder wrote meanwhile, and which page was open: "chromium", or "none" without one."""
     with tempfile.TemporaryDirectory(prefix="tendril-bench-") as name, _product(Path(name)) as (client, url):
         origin, token = url.split("/?token=")

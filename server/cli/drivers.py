@@ -47,7 +47,7 @@ def check(
         typer.Option(help="Try it against its virtual peer; without this, if it has one and no options are given."),
     ] = None,
     drive: Annotated[
-        bool, typer.Option("--drive", help="Command up to 40 kPa to a real board: nobody may be near the actuator.")
+        bool, typer.Option("--drive", help="Command up to 40 kPa to a real board: no one may be near the actuator.")
     ] = False,
 ) -> None:
     """Try a driver the hard way, against its virtual peer or your own device."""

@@ -25,7 +25,7 @@ def show(whose: Whose = None) -> None:
 
 @app.command()
 def new(whose: Whose = None) -> None:
-    """Make another token; who signed in with the old one is signed out, and nobody else."""
+    """Make another token; who signed in with the old one is signed out, and no one else."""
     from server.access.tokens import TokenFile
     from server.http.who import ROLES
     from server.settings import ServerSettings

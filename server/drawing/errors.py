@@ -1,4 +1,4 @@
-"""What is asked for by a name that nobody gave."""
+"""What is asked for by a name that no one gave."""
 
 from server.http.errors import NotFound
 

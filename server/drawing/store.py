@@ -47,7 +47,7 @@ class Drawings:
             raise _unknown(name) from error
         except ValidationError as error:
             raise UnknownDrawing(
-                f"drawing {name!r} cannot be read: {path} is damaged; delete it, or save anew"
+                f"drawing {name!r} cannot be read: {path} is damaged; delete it, or save again"
             ) from error
         return found.model_copy(update={"name": name})
 

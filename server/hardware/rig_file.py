@@ -28,7 +28,7 @@ def accepted(text: str, path: Path, in_force: Settings) -> RigParameters:
 
 @dataclass(frozen=True)
 class RigFileKeeper:
-    """Reads and writes the file; the rig is started anew with what was written."""
+    """Reads and writes the file; the rig is restarted with what was written."""
 
     planner: Planner
     change: Change

@@ -28,7 +28,7 @@ async def read_rig_file(keeper: GivenRigFile) -> RigFileState:
 
 @router.put("/api/rig-file", status_code=202)
 async def write_rig_file(body: RigFileText, keeper: GivenRigFile, permit: Permitted) -> None:
-    """Check, write and start the rig anew; 409 unless it is VENTED, ours, and nothing is recorded.
+    """Check, write and restart the rig; 409 unless it is VENTED, ours, and nothing is recorded.
 
     422 names field, value and bound. A rig that does not tick with it goes back to what ticked last, and the log says
     why; the file then holds what was written.

@@ -1,20 +1,23 @@
 """Connections that are not without end: a head has a length, a request a time within which it is all here, and an
 address a bounded number.
 
-uvicorn alone would keep whatever sends a header without end, or one byte a minute.
+uvicorn alone would keep what sends a header without end, or one byte a minute.
+
+What comes is given on in chunks, so that one connection that sends much does not hold up what others sent: a transport
+hands over up to 256 kB at once, thousands of small messages. What is left over waits here, and nothing more is read,
+until the connections that came meanwhile had their turn and the application took what it has.
 """
 
 import asyncio
 from http import HTTPStatus
 
 from uvicorn._types import ASGIReceiveEvent, ASGISendEvent
+from uvicorn.protocols.http.flow_control import FlowControl
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 from uvicorn.protocols.utils import ClientDisconnected
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.exceptions import InvalidState
 from websockets.frames import CloseCode
-
-from server.http.portions import Flow, Portions
 
 HEAD_MAX = 1 << 16
 """Bytes of request line and headers."""
@@ -26,9 +29,74 @@ URGENT = "urgent"
 """In a socket's state: called with each text message as it comes in, before it is queued; True: it was acted on."""
 REQUEST_SECONDS = 30.0
 """From the first byte of a request, or from the connection, to the last byte of its body: 1 MiB at 35 kB/s."""
+CHUNK_BYTES = 4096
+"""Bytes of one connection that are understood in one go."""
 
 
-class Callers:
+class Chunked(asyncio.Protocol):
+    """Mixed into a protocol: `data_received` of the class behind it gets chunked."""
+
+    transport: asyncio.Transport
+    loop: asyncio.AbstractEventLoop
+    _rest = b""
+    _due = False
+
+    def data_received(self, data: bytes) -> None:
+        """Take what came."""
+        self._rest += data
+        if not self._due:
+            self._feed()
+
+    def take(self, data: bytes) -> None:
+        """Understand one chunk."""
+        super().data_received(data)
+
+    def held(self) -> bool:
+        """Whether the application has not taken what it was given."""
+        raise NotImplementedError
+
+    def go_on(self) -> None:
+        """The application took it: go on with what waits, or read more."""
+        if self._due or self.transport.is_closing():
+            return
+        self._due = True
+        self.loop.call_soon(self._again)
+
+    def _again(self) -> None:
+        self._due = False
+        if not self.transport.is_closing():
+            self._feed()
+
+    def _feed(self) -> None:
+        while self._rest and not self._due and not self.held():
+            data, self._rest = self._rest[:CHUNK_BYTES], self._rest[CHUNK_BYTES:]
+            self.take(data)
+            if self.transport.is_closing() or self.transport.get_protocol() is not self:
+                return
+            if self._rest:
+                self.transport.pause_reading()
+                self._due = not self.held()
+                if self._due:
+                    self.loop.call_soon(self._again)
+        if not self._rest and not self.held():
+            self.transport.resume_reading()
+
+
+class Flow(FlowControl):
+    """Backpressure of one HTTP connection: reading goes on with what waits here first."""
+
+    def __init__(self, transport: asyncio.Transport, chunked: Chunked) -> None:
+        super().__init__(transport)
+        self._chunked = chunked
+
+    def resume_reading(self) -> None:
+        """The request was answered, or its body taken."""
+        if self.read_paused:
+            self.read_paused = False
+            self._chunked.go_on()
+
+
+class ConnectionCount:
     """The connections of this process by the address they come from, oldest first; its files are counted, too."""
 
     most = CONNECTIONS_MAX
@@ -60,14 +128,14 @@ class Callers:
         return idle is not None
 
 
-CALLERS = Callers()
+OPEN = ConnectionCount()
 
 
 def _address(one: "Connection | Socket") -> str:
     return one.client[0] if one.client else ""
 
 
-class Connection(Portions, HttpToolsProtocol):
+class Connection(Chunked, HttpToolsProtocol):
     """One HTTP connection, until it becomes a WebSocket."""
 
     seconds = REQUEST_SECONDS
@@ -79,10 +147,10 @@ class Connection(Portions, HttpToolsProtocol):
         """The first request must come; 503 where one address has too many connections at work."""
         super().connection_made(transport)
         self.flow = Flow(transport, self)
-        CALLERS.come(self)
+        OPEN.come(self)
         self._begin()
-        if not CALLERS.room_for(self):
-            text = f"more than {CALLERS.most} connections from {_address(self)}"
+        if not OPEN.room_for(self):
+            text = f"more than {OPEN.most} connections from {_address(self)}"
             self._refuse(HTTPStatus.SERVICE_UNAVAILABLE, text)
 
     def held(self) -> bool:
@@ -101,7 +169,7 @@ class Connection(Portions, HttpToolsProtocol):
         super().data_received(data)
 
     def take(self, data: bytes) -> None:
-        """One portion; 431 for a head that is too long."""
+        """One chunk; 431 for a head that is too long."""
         self._head += len(data)
         super().take(data)
         if self._in_head and self._head > HEAD_MAX and not self.transport.is_closing():
@@ -134,7 +202,7 @@ class Connection(Portions, HttpToolsProtocol):
     def handle_websocket_upgrade(self) -> None:
         """From here on the WebSocket's own pings watch."""
         self._end()
-        CALLERS.go(self)
+        OPEN.go(self)
         super().handle_websocket_upgrade()
         rest, self._rest = self._rest, b""
         if rest:
@@ -143,7 +211,7 @@ class Connection(Portions, HttpToolsProtocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """Nothing more is to be waited for."""
         self._end()
-        CALLERS.go(self)
+        OPEN.go(self)
         super().connection_lost(exc)
 
     def _begin(self) -> None:
@@ -164,17 +232,17 @@ class Connection(Portions, HttpToolsProtocol):
         self.transport.close()
 
 
-class Socket(Portions, WebSocketsSansIOProtocol):
+class Socket(Chunked, WebSocketsSansIOProtocol):
     """One WebSocket; a message that is no text ends it with 1007, without an error of uvicorn's in our log."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """It counts as the connection that it was."""
         super().connection_made(transport)
-        CALLERS.come(self)
+        OPEN.come(self)
 
     def connection_lost(self, exc: Exception | None) -> None:
         """One less."""
-        CALLERS.go(self)
+        OPEN.go(self)
         super().connection_lost(exc)
 
     def held(self) -> bool:
@@ -182,7 +250,7 @@ class Socket(Portions, WebSocketsSansIOProtocol):
         return self.read_paused
 
     def take(self, data: bytes) -> None:
-        """Understand one portion."""
+        """Understand one chunk."""
         try:
             super().take(data)
         except InvalidState:  # it was to be closed once more

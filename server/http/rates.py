@@ -13,7 +13,7 @@ from enum import Enum, auto
 from server.http.errors import TryLater
 
 CLIENTS_MAX = 10_000
-"""Clients that a kind remembers; beyond, all begin anew: strangers must not fill the memory."""
+"""Clients that a kind remembers; beyond, all begin again: strangers must not fill the memory."""
 
 
 class TooOften(TryLater):
@@ -37,7 +37,7 @@ SESSION = Rate("requests", 400, 200)
 """A page that drags, draws and plots makes fewer than 20 a second beside its socket; a script may poll at 100 Hz."""
 HEAVY = Rate("plans, previews, exports, uploads and figures", 60, 5)
 """Each keeps a core or the disk busy for 10 ms to seconds; a page plans 7 times a second at most, while one draws."""
-STRANGER = Rate("requests without a session", 300, 20)
+ANONYMOUS = Rate("requests without a session", 300, 20)
 """A page and its scripts are 30; a lab may be behind one address."""
 SIGN_IN = Rate("sign-ins", 150, 1)
 """A class of 100 may come in at once; of wrong tokens `auth.FAILURES` a minute are heard."""
@@ -100,7 +100,7 @@ class Rates:
     """A bucket of each kind; `factor` multiplies all limits."""
 
     def __init__(self, factor: float = 1.0, now: Callable[[], float] = time.monotonic) -> None:
-        requests, sockets = (SESSION, HEAVY, STRANGER, SIGN_IN), (MESSAGE, FLOOD)
+        requests, sockets = (SESSION, HEAVY, ANONYMOUS, SIGN_IN), (MESSAGE, FLOOD)
         self._session, self._heavy, self._stranger, self._sign_in = (Bucket(kind, factor, now) for kind in requests)
         self._message, self._flood = (Bucket(kind, factor, now) for kind in sockets)
         self._told = Bucket(TOLD, 1.0, now)

@@ -1,4 +1,4 @@
-"""What was refused, counted: a rising number is somebody's mistake, or somebody's attempt."""
+"""What was refused, counted: a rising number is someone's mistake, or someone's attempt."""
 
 from collections import Counter
 from dataclasses import dataclass, field

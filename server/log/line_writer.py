@@ -10,7 +10,7 @@ from server.log.event_file import EventFile, Line
 
 QUEUED = 10_000
 """Lines that wait at most, some 5 MB: more than the rates let in within a minute."""
-PATIENCE = 10.0
+DISK_TIMEOUT_S = 10.0
 """A disk that takes none for so long is trouble [s]."""
 LAST = 2.0
 """Longest wait for the last lines at the end [s]."""
@@ -25,7 +25,7 @@ class LineWriter(Generic[Line]):
         self._queue: queue.SimpleQueue[Line | threading.Event | None] = queue.SimpleQueue()
         self._left_out = 0
         self._problem, self._told, self._due = "", False, 0.0
-        self.worker = Worker(name, self._run, PATIENCE)
+        self.worker = Worker(name, self._run, DISK_TIMEOUT_S)
         self.worker.start()
 
     def append(self, line: Line) -> None:
@@ -45,7 +45,7 @@ class LineWriter(Generic[Line]):
         now = time.monotonic()
         if not self._left_out or now < self._due or self._queue.qsize() >= self._queued // 2:
             return ""
-        self._due, count, self._left_out = now + PATIENCE, self._left_out, 0
+        self._due, count, self._left_out = now + DISK_TIMEOUT_S, self._left_out, 0
         return f"{count} lines are missing in the {self.worker.name}: its disk was too slow"
 
     def flush(self, timeout: float = LAST) -> bool:

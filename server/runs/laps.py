@@ -8,7 +8,7 @@ from controller.errors import ParameterError
 from controller.kernels.control.inverse import TOLERANCE
 from controller.kernels.model.statics import StaticMap
 from controller.reference.feasible.bounds import place_of_row, stretches, window_rows, worst
-from controller.reference.feasible.travel import SHORTEST, Pose, held_by, travel
+from controller.reference.feasible.travel import TRAVEL_MIN_S, Pose, held_by, travel
 from controller.reference.feasible.within_reach import projected
 from controller.reference.reference import Reference
 from controller.schema.parameters import REFERENCE_ROWS, RigParameters, Settings
@@ -119,7 +119,7 @@ def first_leg(smap: StaticMap, lap: Lap, laps: int | None, u: Array) -> Leg:
     """From the torques u (2,) [N m] at which the rig is, for these laps. ParameterError beyond the limits."""
     first = lap.lead[0] if len(lap.lead) else lap.p[0]
     here, there = held_by(smap, u), Pose(first, lap.u[0])
-    least = SHORTEST if _stands_at(here, there) else APPROACH
+    least = TRAVEL_MIN_S if _stands_at(here, there) else APPROACH
     p, led_u = travel(smap, here, there, lap.allowed.travel, lap.allowed.dt, least)
     led = np.vstack([p, lap.lead])
     unjudged = np.ones(len(led), bool)

@@ -1,1 +1,1 @@
-"""The 3D view: one live scene for all, and a seat of its own for every frame that looks at it."""
+"""The 3D view: one live scene for all, and a session of its own for every frame that looks at it."""

@@ -11,7 +11,7 @@ from controller.arrays import Array
 from server.scene.colours import DANGER, GHOST, MEASURED, REFERENCE, Colour
 from server.scene.messages import Role
 
-LONGEST = 2000
+DASHES_MAX = 2000
 """Most dashes of one path: a longer path has longer dashes."""
 
 
@@ -25,7 +25,7 @@ class Look:
     thickness: float
 
 
-LOOKS: dict[Role, Look] = {
+STYLES: dict[Role, Look] = {
     "reference": Look(REFERENCE, 0.007, 0.004, 0.0016),
     "ghost": Look(GHOST, 0.002, 0.003, 0.002),
     "outside": Look(DANGER, 0.007, 0.002, 0.0022),
@@ -44,7 +44,7 @@ class Paths:
         """Show in this role the lines through points (n,2) [m], and nothing else."""
         if (old := self._shown.pop(role, None)) is not None:
             old.remove()
-        look = LOOKS[role]
+        look = STYLES[role]
         ends = np.concatenate([np.empty((0, 2, 2)), *(dashes(points, look) for points in lines)])
         if len(ends):
             self._shown[role] = _segments(self._scene, f"/path/{role}", raised(ends, self._z), look)
@@ -75,7 +75,7 @@ def dashes(points: Array, look: Look) -> Array:
     s = np.concatenate([[0.0], np.cumsum(lengths)])
     if s[-1] <= 0.0:
         return np.empty((0, 2, 2))
-    stretch = max(1.0, s[-1] / ((look.dash + look.gap) * LONGEST))
+    stretch = max(1.0, s[-1] / ((look.dash + look.gap) * DASHES_MAX))
     begin = np.arange(0.0, s[-1], stretch * (look.dash + look.gap))
     ends = np.minimum(np.stack([begin, begin + stretch * look.dash], axis=1), s[-1])
     return np.stack([np.interp(ends, s, points[:, j]) for j in range(2)], axis=-1)

@@ -11,7 +11,7 @@ from server.scene.colours import MEASURED
 
 RESIDUAL_GAIN = 5.0
 """Residual arrows are drawn this many times as long as they are, as in the plan view."""
-SHORTEST = 1e-3
+ARROW_MIN_M = 1e-3
 """Shorter arrows are not drawn, nor smaller changes of one sent [m]."""
 USED, UNUSED = (MEASURED, 0.005), ((175, 222, 204), 0.0028)
 """Colour and radius [m] of the balls."""
@@ -48,11 +48,11 @@ class Markers:
     def _place_arrow(self, arrow: Any, observed: Values, measured: Values, used: bool) -> None:
         """Its foot is a pose and in step with the body; its end may come an update later."""
         end = RESIDUAL_GAIN * (measured - observed)
-        arrow.visible = used and bool(np.linalg.norm(end) >= SHORTEST)
+        arrow.visible = used and bool(np.linalg.norm(end) >= ARROW_MIN_M)
         if not arrow.visible:
             return
         arrow.position = (observed[0], observed[1], self._z)
-        if np.linalg.norm(end - arrow.points[0, 1, :2]) >= SHORTEST:
+        if np.linalg.norm(end - arrow.points[0, 1, :2]) >= ARROW_MIN_M:
             arrow.points = _from_foot(*end)
 
 

@@ -27,7 +27,7 @@ from server.operate.hand import Hands
 from server.scene.drag import Drag
 from server.scene.messages import Scheme, SeatId, View
 from server.scene.scene import GivenScene, Scene
-from server.scene.seat import Seat
+from server.scene.view_session import ViewSession
 
 router = APIRouter(include_in_schema=False)
 
@@ -46,7 +46,7 @@ class Way:
     rates: Rates
     sessions: Sessions
 
-    async def connect(self, browser: WebSocket, who: Identity, seat: Seat | None) -> None:
+    async def connect(self, browser: WebSocket, who: Identity, session: ViewSession | None) -> None:
         """Pass messages on: downward as they are, upward only what `Drag` lets through."""
         drag = Drag(who, self.hands, self.scene)
         verdict = partial(self.rates.message, f"viser {who.id}")
@@ -57,7 +57,7 @@ class Way:
                 url, subprotocols=protocols, max_size=None, compression=None, ping_interval=None, proxy=None
             ) as viser:
                 await browser.accept(subprotocol=viser.subprotocol)
-                with _seated(self.scene, viser.local_address[1], seat):
+                with _attached(self.scene, viser.local_address[1], session):
                     up = _up(browser, viser, drag, verdict)
                     await until_one_ends(_down(viser, browser), up, self.sessions.ended(who))
         except (WebSocketException, OSError):
@@ -75,10 +75,10 @@ GivenWay = Annotated[Way, given(Way)]
 async def seat_page(
     request: Request, scene: GivenScene, who: Me, id: SeatId, view: View | None = None, scheme: Scheme | None = None
 ) -> Response:
-    """Viser's page on a seat of its own; `view` and `scheme` choose camera and ground."""
-    seat = scene.seat(id, who)
+    """Viser's page in a view session of its own; `view` and `scheme` choose camera and ground."""
+    session = scene.view_session(id, who)
     if scheme is not None:
-        seat.look(scheme, view)
+        session.look(scheme, view)
     if view is not None:
         return RedirectResponse(f"/viser/seat/{id}/?{scene.camera(view).query}", 307)
     return await page(request, scene)
@@ -109,22 +109,22 @@ async def page(request: Request, scene: GivenScene, path: str = "") -> Response:
 
 @router.websocket("/viser/seat/{id}")
 async def seat_socket(browser: WebSocket, way: GivenWay, who: Me, id: SeatId) -> None:
-    """Viser's socket of the page on this seat."""
-    await way.connect(browser, who, way.scene.seat(id, who))
+    """Viser's socket of the page of this view session."""
+    await way.connect(browser, who, way.scene.view_session(id, who))
 
 
 @router.websocket("/viser")
 @router.websocket("/viser/{path:path}")
 async def socket(browser: WebSocket, way: GivenWay, who: Me) -> None:
-    """Viser's socket of a page without a seat: it sees the live scene as all do."""
+    """Viser's socket of a page without a view session: it sees the live scene as all do."""
     await way.connect(browser, who, None)
 
 
 @contextlib.contextmanager
-def _seated(scene: Scene, port: int, seat: Seat | None) -> Iterator[None]:
-    """While this lasts, viser's client that connected from `port` sits on `seat`."""
-    if seat is not None:
-        scene.expect(port, seat)
+def _attached(scene: Scene, port: int, session: ViewSession | None) -> Iterator[None]:
+    """While this lasts, viser's client that connected from `port` belongs to `session`."""
+    if session is not None:
+        scene.expect(port, session)
     try:
         yield
     finally:

@@ -8,7 +8,7 @@ import numpy as np
 from fastapi import APIRouter
 
 from controller.errors import CommandRefused
-from recordings.read.tape import Tape, read_tape
+from recordings.read.playback import PlaybackRows, read_playback
 from server.http.who import Me
 from server.recorder.folder import GivenFolder, GivenReader, GivenRecorder, Reader
 from server.scene.messages import Playback, PlaybackBody, Role, SeatId, SeatLook, SeatPath
@@ -21,14 +21,14 @@ router = APIRouter(tags=["scene"])
 @router.put("/api/scene/{seat}/look", status_code=204)
 async def change_look(seat: SeatId, body: SeatLook, scene: GivenScene, who: Me) -> None:
     """Ground and camera of this view alone."""
-    scene.seat(seat, who).look(body.scheme, body.view)
+    scene.view_session(seat, who).look(body.scheme, body.view)
 
 
 @router.put("/api/scene/{seat}/path/{role}", status_code=204)
 async def change_path(seat: SeatId, role: Role, body: SeatPath, scene: GivenScene, who: Me) -> None:
     """Show a path in this view alone."""
     lines = [np.array(line) for line in body.lines]
-    await asyncio.to_thread(scene.seat(seat, who).show_path, role, lines)
+    await asyncio.to_thread(scene.view_session(seat, who).show_path, role, lines)
 
 
 @router.put("/api/scene/{seat}/playback")
@@ -42,14 +42,14 @@ async def play(
     who: Me,
 ) -> Playback:
     """Play a recording in this view alone, from a time on, or stand there; 404 without such a recording."""
-    place, state = scene.seat(seat, who), recorder.state()
+    session, state = scene.view_session(seat, who), recorder.state()
     if state.recording and state.id == body.recording:
         raise CommandRefused("this recording is still written: stop it first")
     path = await folder.look(folder.store.path, body.recording)
-    player = place.player
+    player = session.player
     if player is None or player.id != body.recording:
-        player = Player(body.recording, await asyncio.to_thread(_tape, path, reader))
-        place.play(player)
+        player = Player(body.recording, await asyncio.to_thread(_playback, path, reader))
+        session.play(player)
     player.control(body)
     return player.state()
 
@@ -57,10 +57,10 @@ async def play(
 @router.delete("/api/scene/{seat}/playback", status_code=204)
 async def end_playback(seat: SeatId, scene: GivenScene, who: Me) -> None:
     """Show the rig as it is now again."""
-    scene.seat(seat, who).play(None)
+    scene.view_session(seat, who).play(None)
 
 
 @lru_cache(maxsize=2)
-def _tape(path: Path, reader: Reader) -> Tape:
-    """Tapes that were asked for last: several pages may play the same one."""
-    return reader.call(read_tape, path)
+def _playback(path: Path, reader: Reader) -> PlaybackRows:
+    """Those that were asked for last: several pages may play the same one."""
+    return reader.call(read_playback, path)

@@ -26,7 +26,7 @@ from server.scene.camera import Camera, camera_of
 from server.scene.gizmo import Gizmo, Point, gizmo_point
 from server.scene.messages import View
 from server.scene.playback import TRAIL
-from server.scene.seat import GROUND, Seat, Seats
+from server.scene.view_session import GROUND, ViewSession, ViewSessions
 
 log = logging.getLogger(__name__)
 
@@ -45,18 +45,18 @@ class Scene:
     ) -> None:
         """`light` leaves out what software rendering is slow at."""
         self._newest, self._wanted = newest, actuator
-        with contextlib.redirect_stdout(io.StringIO()):  # its banner names an address that nobody should open
+        with contextlib.redirect_stdout(io.StringIO()):  # its banner names an address that no one should open
             self._viser = viser.ViserServer(host="127.0.0.1", port=0, label="Tendril", verbose=False)
         # Any client may ask for a public tunnel; there is none to be had.
         setattr(self._viser, "request_share_url", lambda *_, **__: None)  # noqa: B010
         logging.getLogger("websockets.server").setLevel(logging.CRITICAL)
         self._dragged, self._dirty, self._closed = threading.Event(), threading.Event(), threading.Event()
-        self._seats, self._entering = Seats(light), dict[int, Seat]()
+        self._sessions, self._entering = ViewSessions(light), dict[int, ViewSession]()
         self._trail: deque[tuple[float, Point]] = deque(maxlen=round(TRAIL * RATE))
         self._logged = set[type[Exception]]()
         self._furnish()
         self._build(actuator())
-        self._viser.on_client_connect(self._sit)
+        self._viser.on_client_connect(self._attach)
         self._viser.on_client_disconnect(self._leave)
         self.worker = Worker("scene", self._run)
         self.worker.start()
@@ -70,13 +70,13 @@ class Scene:
         """Where the camera stands in this view of the rig's actuator."""
         return camera_of(view, self._actuator.length)
 
-    def seat(self, id: str, who: Identity) -> Seat:
-        """The seat `id` of `who`, new when there is none; NotAllowed when it is someone else's."""
-        return self._seats.take(id, who, self._actuator)
+    def view_session(self, id: str, who: Identity) -> ViewSession:
+        """The view session `id` of `who`, new when there is none; NotAllowed when it is someone else's."""
+        return self._sessions.take(id, who, self._actuator)
 
-    def expect(self, port: int, seat: Seat) -> None:
-        """The client of viser that comes from this local port sits on `seat`."""
-        self._entering[port] = seat
+    def expect(self, port: int, session: ViewSession) -> None:
+        """The client of viser that comes from this local port belongs to `session`."""
+        self._entering[port] = session
 
     def gone(self, port: int) -> None:
         """The connection from this local port is closed."""
@@ -126,8 +126,8 @@ class Scene:
             self.worker.turn()
             try:
                 shown = self._refresh(shown)
-                for seat in self._seats:
-                    seat.refresh()
+                for session in self._sessions:
+                    session.refresh()
             except Exception as error:  # the view must come back after any surprise in one row
                 if type(error) not in self._logged:  # there are 30 a second
                     log.exception("the 3D view could not be updated")
@@ -164,17 +164,17 @@ class Scene:
         self._body.remove()
         self._trail.clear()
         self._build(self._wanted())
-        for seat in self._seats:
-            seat.meet(self._actuator)
+        for session in self._sessions:
+            session.meet(self._actuator)
 
-    def _sit(self, client: Any) -> None:
-        seat = self._entering.get(self._local_port(client))
-        if seat is not None:
-            seat.sit(client)
+    def _attach(self, client: Any) -> None:
+        session = self._entering.get(self._local_port(client))
+        if session is not None:
+            session.attach(client)
 
     def _leave(self, client: Any) -> None:
-        for seat in self._seats:
-            seat.leave(client)
+        for session in self._sessions:
+            session.leave(client)
 
     def _local_port(self, client: Any) -> int:
         """Port from which this client's connection comes: viser keeps it, but offers no way to ask."""

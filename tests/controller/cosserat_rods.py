@@ -53,7 +53,7 @@ def tip_course(
 
 
 def energy(rod: CosseratRod, motion: RodMotion) -> float:
-    """Kinetic, strain and gravity's [J], written down anew."""
+    """Kinetic, strain and gravity's [J], written down again."""
     q, v = motion.q, motion.v
     d = np.diff(q[:2], axis=1, prepend=0.0)
     t, n = np.array([np.cos(q[2]), np.sin(q[2])]), np.array([-np.sin(q[2]), np.cos(q[2])])

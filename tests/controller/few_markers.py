@@ -45,7 +45,7 @@ class Came(NamedTuple):
 
 
 def dragged(rig: RigParameters, course: Course, sensed: int, law: Law, drags: int) -> Came:
-    """Drags one after the other, half of them with a rest; after a stop the rig begins anew."""
+    """Drags one after the other, half of them with a rest; after a stop the rig begins again."""
     random, goal = np.random.default_rng(course.seed), np.zeros(2)
     trial, came = fresh(rig, sensed, law), []
     for _ in range(drags):

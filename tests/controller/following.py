@@ -74,7 +74,7 @@ def parameters(course: Course) -> RigParameters:
 
 
 def came_of(course: Course, count: int, patient: bool = False) -> Came:
-    """`count` clicks or drags one after the other; after a stop the rig begins anew.
+    """`count` clicks or drags one after the other; after a stop the rig begins again.
 
     `patient`: an arm that still swings after STILL is given as long again.
     """

@@ -18,7 +18,7 @@ from controller.schema.messages import Command, CommandReply
 from controller.schema.modes import Request
 from controller.system.keys import read_key
 
-PATIENCE = 200.0
+TIMEOUT_S = 200.0
 """A cold cache compiles the whole loop [s]."""
 
 
@@ -95,7 +95,7 @@ def live_rig(folder: Path, command: list[str] | None = None, **fields: Any) -> I
     command = [sys.executable, *(command or ["-m", "controller.realtime"]), settings.model_dump_json()]
     with subprocess.Popen(command) as process, ExitStack() as cleanup:
         cleanup.callback(process.kill)
-        wait_for(lambda: (folder / "ready.json").exists() or process.poll() is not None, PATIENCE)
+        wait_for(lambda: (folder / "ready.json").exists() or process.poll() is not None, TIMEOUT_S)
         assert process.poll() is None
         ready = RigReady.model_validate_json((folder / "ready.json").read_bytes())
         operator = Operator(ready.endpoint, settings.rig, key_file)

@@ -33,7 +33,7 @@ BARS = {
     "preview_s": 1.0,
     "first_ghost_s": 0.5,
 }
-PERIOD = 0.02
+PERIOD_S = 0.02
 """Time between two moves of the pointer [s]."""
 SETTLE = 10.0
 """Seconds after which growth is counted."""
@@ -189,7 +189,7 @@ def drag(page: Page, seconds: float) -> None:
             x, y = 235 - 20 * np.sin(phase) ** 2, 60 * np.sin(phase / 2)
             page.mouse.move(*page.evaluate(f"window.__tendril.toPixel({x}, {y})"))
             phase += 0.02
-            time.sleep(PERIOD)
+            time.sleep(PERIOD_S)
         page.mouse.up()
 
 

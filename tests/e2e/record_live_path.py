@@ -24,7 +24,7 @@ from tests.e2e.product import Product
 
 OUT = Path("controller/reference/data/live_path.csv")
 SEED, SECONDS, ATTEMPTS = 214, 30.0, 6
-PERIOD = 0.01
+PERIOD_S = 0.01
 """Time between two moves of the pointer [s]."""
 EVEN = 0.015
 """A drag whose targets are nowhere further apart is good enough [m]."""
@@ -95,7 +95,7 @@ async def drag(page: Page, mouse: CDPSession, strokes: list[Stroke]) -> None:
         x, y = corners[0] + points(strokes, np.array([now]))[0] * scale
         move = {"type": "mouseMoved", "x": x, "y": y, "button": "left", "buttons": 1}
         moves.append(asyncio.ensure_future(mouse.send("Input.dispatchMouseEvent", move)))
-        await asyncio.sleep(PERIOD - now % PERIOD)
+        await asyncio.sleep(PERIOD_S - now % PERIOD_S)
     await asyncio.gather(*moves)
     await page.mouse.up()
 

@@ -40,7 +40,7 @@ class SimulatedAvr:
         quiet = ctypes.c_uint32(0)
         lib.avr_ioctl(self._chip, control("uas0"), ctypes.byref(quiet))
         self.said = bytearray()
-        """What the serial port sent and nobody took."""
+        """What the serial port sent and no one took."""
         self.pins: dict[str, int] = {}
         """Newest level of the pins that are watched, as "D3"."""
         self._kept: list[object] = []

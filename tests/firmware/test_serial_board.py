@@ -29,7 +29,7 @@ def test_the_board_says_what_it_is(bench: Bench) -> None:
 def test_a_board_obeys_only_after_it_was_vented(bench: Bench) -> None:
     device = bench.device()
     said = stays(device, outlet(50e3), 0.05)
-    assert {one.stopped for one in said} == {"it started anew"}
+    assert {one.stopped for one in said} == {"it started again"}
     assert wait_for(lambda: bench.vented)
     assert answer(device, VENT).stopped == ""
     stays(device, outlet(50e3), 0.03)
@@ -122,9 +122,9 @@ def test_a_reset_is_seen_and_the_board_waits_for_a_vent(bench: Bench) -> None:
     device = bench.driven()
     stays(device, outlet(50e3), 0.03)
     bench.peer.reset()
-    assert wait_for(lambda: answer(device, outlet(50e3)).stopped == "it started anew")
+    assert wait_for(lambda: answer(device, outlet(50e3)).stopped == "it started again")
     assert wait_for(lambda: bench.vented)
-    assert stays(device, outlet(50e3), 0.05)[-1].stopped == "it started anew"
+    assert stays(device, outlet(50e3), 0.05)[-1].stopped == "it started again"
     assert device.board is not None
     assert device.board.boot == 2
     answer(device, VENT)
@@ -132,7 +132,7 @@ def test_a_reset_is_seen_and_the_board_waits_for_a_vent(bench: Bench) -> None:
     assert wait_for(lambda: not bench.vented)
 
 
-def test_a_board_that_hangs_says_nothing_and_begins_anew_vented(bench: Bench) -> None:
+def test_a_board_that_hangs_says_nothing_and_begins_again_vented(bench: Bench) -> None:
     device = bench.driven()
     stays(device, outlet(50e3), 0.03)
     bench.peer.freeze()

@@ -52,7 +52,7 @@ def test_the_board_vents_within_120_ms_of_a_killed_host(bench: Bench) -> None:
     found: list[float] = []
     while not found or (
         found[-1] > 0.12 and len(found) < TRIES
-    ):  # a chip shares its time with nobody, this process does
+    ):  # a chip shares its time with no one, this process does
         found.append(vent_after_kill(bench))
     print(f"vented after {[round(one * 1e3, 2) for one in found]} ms")
     assert 0.1 <= min(found) <= 0.12

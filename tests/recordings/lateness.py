@@ -6,7 +6,7 @@ import time
 from collections import deque
 from pathlib import Path
 
-PERIOD = 10e-3
+PERIOD_S = 10e-3
 SPAN = 0.5
 """What a row is late comes from the last of this time: longer than one is on its way [s]."""
 TASKS = Path("/proc/self/task")
@@ -29,10 +29,10 @@ class Lateness:
     def _run(self) -> None:
         before = time.monotonic()
         while True:
-            time.sleep(PERIOD)
+            time.sleep(PERIOD_S)
             now = time.monotonic()
             more = sum(self._more(thread, now - before) for thread in os.listdir(TASKS))
-            self._totals.append((now, self._totals[-1][1] + more + max(0.0, now - before - 2.0 * PERIOD)))
+            self._totals.append((now, self._totals[-1][1] + more + max(0.0, now - before - 2.0 * PERIOD_S)))
             while now - self._totals[1][0] > SPAN:
                 self._totals.popleft()
             before = now

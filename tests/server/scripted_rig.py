@@ -23,7 +23,7 @@ from controller.schema.parameters import RigParameters, Settings
 from controller.schema.states import MOVING, next_mode
 from server.access.permit import Permit
 
-PERIOD, BATCH = 0.02, 20
+PERIOD_S, BATCH = 0.02, 20
 SERVER_HOLD = 0.5
 KEPT = 30.0
 """What the ring holds [s]: rows of a longer cut are lost."""
@@ -93,7 +93,7 @@ class ScriptedRig:
         loop = asyncio.get_running_loop()
         self.known_boot, self._heard = self.boot_id, loop.time()
         while True:
-            await asyncio.sleep(PERIOD)
+            await asyncio.sleep(PERIOD_S)
             self._serve(loop)
             self._tick()
             if not self.cut:
@@ -101,7 +101,7 @@ class ScriptedRig:
 
     def _serve(self, loop: asyncio.AbstractEventLoop) -> None:
         """One request a batch, as the operator's thread has them."""
-        self._silent = self._silent + PERIOD if self.cut and self.deaf else 0.0
+        self._silent = self._silent + PERIOD_S if self.cut and self.deaf else 0.0
         if self._silent > SERVER_HOLD and self.mode in MOVING:
             self.move(Mode.HOLD, Cause.SERVER_LOST)
         if not self._asked:
@@ -154,7 +154,7 @@ class ScriptedRig:
             rows["cause"][self.ticks - self.tracked :] = self.cause
         self.tracked += BATCH
         self._unsent.append(rows)
-        del self._unsent[: -round(KEPT / PERIOD)]
+        del self._unsent[: -round(KEPT / PERIOD_S)]
 
     def _send(self, now: float) -> None:
         if self.boot_id != self.known_boot:

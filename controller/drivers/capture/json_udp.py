@@ -30,7 +30,7 @@ LocalHost = Annotated[str, spelled(r"^[0-9.]{0,15}$", "an IPv4 address of this m
 LARGEST = 65535
 MOST = 512
 """More points or angles than this are refused."""
-LONGEST = 64
+LABEL_MAX_LETTERS = 64
 """Letters of a label."""
 FURTHEST = 1e3
 """Bound of every coordinate [m], arc length [m] and angle [rad]."""
@@ -150,7 +150,7 @@ class JsonCapture(CaptureDevice[JsonOptions]):
             if "ask" in told:
                 self._answered(told, arrived)
                 return None
-            if peer != self._peer:  # begun anew, with another clock perhaps
+            if peer != self._peer:  # begun again, with another clock perhaps
                 self._peer, self._two_way, self._quick = peer, TwoWayClock(), QUICK
             return self._frame(told, arrived)
         except _Refused:
@@ -246,8 +246,8 @@ def _labels(value: object, count: int) -> tuple[str, ...]:
     if value is None:
         return ()
     labels = tuple("" if label is None else label for label in _rows(value))
-    if len(labels) != count or not all(isinstance(label, str) and len(label) <= LONGEST for label in labels):
-        raise _Refused(f"labels are not {count} texts of at most {LONGEST} letters")
+    if len(labels) != count or not all(isinstance(label, str) and len(label) <= LABEL_MAX_LETTERS for label in labels):
+        raise _Refused(f"labels are not {count} texts of at most {LABEL_MAX_LETTERS} letters")
     return labels  # type: ignore[return-value]
 
 

@@ -26,7 +26,7 @@ from controller.spelled import spelled
 
 OPENING = 5.0
 """A connection that is not there after this is given up [s]."""
-LONGEST = 1 << 18
+LINE_MAX_BYTES = 1 << 18
 """No line is longer [bytes]."""
 MOST = 512
 """More bodies than this are no view of one actuator."""
@@ -144,7 +144,7 @@ class Vendor(CaptureDevice[VendorOptions]):
                 more = os.read(self._out.fileno(), 65536)
             except ValueError as error:  # another thread closed it
                 raise DeviceError(f"{self.name} is not open") from error
-            if not more or len(self._rest) > LONGEST:
+            if not more or len(self._rest) > LINE_MAX_BYTES:
                 raise DeviceError(f"{self.name}: the connection ended")
             self._rest += more
         line, _, self._rest = self._rest.partition(b"\n")

@@ -54,7 +54,7 @@ def check_driver(
 
     `only` the checks of these names, if there are any; `tell` hears each row at once.
 
-    Pressures are commanded only with a bench, or with `drive`: then nobody may be near the actuator. Raises
+    Pressures are commanded only with a bench, or with `drive`: then no one may be near the actuator. Raises
     ParameterError where there is no such driver, or it does not take the options.
     """
     kind = driver_class(driver) if isinstance(driver, str) else driver

@@ -51,7 +51,7 @@ class Command(NamedTuple):
     flags: int
     sequence: int
     session: int
-    """Drawn anew whenever we open the target: a target takes no old command of another."""
+    """Drawn again whenever we open the target: a target takes no old command of another."""
     time: int
     """When it was sent, on our clock [ns]; a target sends it back."""
     pressures: tuple[float, ...]

@@ -21,7 +21,7 @@ TIP = 1 << 9
 """The bit of the sensor at the tip."""
 
 
-class Seat(Group):
+class ReseatState(Group):
     """Memory of `reseat`: how far it is, and the pose to which it leads."""
 
     off: Array
@@ -83,7 +83,7 @@ class Observer(Group):
     """The telemetry's backbone points (21)."""
     points: Array
     """The model's position at the sensors (10,2) [m]."""
-    seat: Seat
+    seat: ReseatState
 
 
 class Replay(Group):
@@ -111,12 +111,12 @@ class HeldSample(NamedTuple):
     age: Array
 
 
-def make_seat(rods: int, sensors: int) -> Seat:
+def make_reseat_state(rods: int, sensors: int) -> ReseatState:
     """Nothing is wrong with a chain of `rods`, tracked at `sensors` points."""
     off, cost = np.zeros((2, 1))
     stage, made = np.zeros((2, 1), np.int64)
     (u, step), (begin, theta) = np.zeros((2, 2)), np.zeros((2, rods))
-    return Seat(off, stage, made, begin, u, step, cost, theta, np.zeros((3, rods)), np.zeros((3, sensors, 2)))
+    return ReseatState(off, stage, made, begin, u, step, cost, theta, np.zeros((3, rods)), np.zeros((3, sensors, 2)))
 
 
 @kernel

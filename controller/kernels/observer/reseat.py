@@ -14,7 +14,7 @@ from controller.kernels.model.energy import open_ledger
 from controller.kernels.model.equilibrium import energy, under_pressure
 from controller.kernels.model.polygon import nearest_admissible
 from controller.kernels.model.statics import points_on, pose, static_pose
-from controller.kernels.observer.observer import Observer, Seat
+from controller.kernels.observer.observer import Observer, ReseatState
 
 LOOK_EVERY = 0.1
 """From one look at the pose to the next [s]."""
@@ -53,7 +53,7 @@ def reseat(sensing: Sensing, control: Control, observer: Observer, out_telemetry
 
 
 @kernel
-def is_moved_over(seat: Seat) -> bool:
+def is_moved_over(seat: ReseatState) -> bool:
     """Whether the model is on its way to another pose: its tip is no tip to feed back then, nor is S its own.
 
     Not in the paper: see `reseat`.
@@ -62,7 +62,7 @@ def is_moved_over(seat: Seat) -> bool:
 
 
 @kernel
-def wound(state: Record, sensing: Sensing, observer: Observer, control: Control, seat: Seat) -> bool:
+def wound(state: Record, sensing: Sensing, observer: Observer, control: Control, seat: ReseatState) -> bool:
     """Whether a slow arm's model has been far from the pose of its torques for long. Not in the paper: see `reseat`.
 
     In place: control.scratch, seat.off.
@@ -82,7 +82,7 @@ def wound(state: Record, sensing: Sensing, observer: Observer, control: Control,
 
 
 @kernel
-def begin_fit(observer: Observer, seat: Seat) -> None:
+def begin_fit(observer: Observer, seat: ReseatState) -> None:
     """Begin with the torques that the model believes in. Not in the paper: see `reseat`. In place: seat."""
     seat.stage[0], seat.cost[0] = 1, math.inf
     for j in range(2):
@@ -90,7 +90,7 @@ def begin_fit(observer: Observer, seat: Seat) -> None:
 
 
 @kernel
-def fit(used: int, sensing: Sensing, observer: Observer, control: Control, seat: Seat) -> None:
+def fit(used: int, sensing: Sensing, observer: Observer, control: Control, seat: ReseatState) -> None:
     """One step of Gauss-Newton on the torques whose static pose fits the used markers, or half of the one before.
 
     Not in the paper: see `reseat`. In place: control.scratch, seat.
@@ -112,7 +112,7 @@ def fit(used: int, sensing: Sensing, observer: Observer, control: Control, seat:
 
 @kernel
 def distance_left(
-    used: int, u: Pair, row: int, sensing: Sensing, observer: Observer, control: Control, seat: Seat
+    used: int, u: Pair, row: int, sensing: Sensing, observer: Observer, control: Control, seat: ReseatState
 ) -> float:
     """Sum of the squared distances [m^2] of the used markers from the static pose at u [N m].
 
@@ -130,7 +130,7 @@ def distance_left(
 
 
 @kernel
-def best_step(used: int, probe: float, epsilon: float, sensing: Sensing, seat: Seat) -> Pair:
+def best_step(used: int, probe: float, epsilon: float, sensing: Sensing, seat: ReseatState) -> Pair:
     """(J^T J + epsilon I)^-1 J^T r [N m] of the used points, by the differences over `probe` [N m].
 
     As Eq. FF: paper, "Quasi-Static Feedforward Control", there for the tip alone.
@@ -149,7 +149,7 @@ def best_step(used: int, probe: float, epsilon: float, sensing: Sensing, seat: S
 
 
 @kernel
-def better(used: int, sensing: Sensing, control: Control, observer: Observer, seat: Seat) -> bool:
+def better(used: int, sensing: Sensing, control: Control, observer: Observer, seat: ReseatState) -> bool:
     """Whether the pose that was fitted has less energy than the model's, under the same torques and springs.
 
     The model is at a minimum, so a pose that has less is another one: no arm that is pushed, nor a poor model, can be
@@ -181,7 +181,7 @@ def potential(used: int, theta: Array, points: Array, sensing: Sensing, observer
 
 
 @kernel
-def move_over(observer: Observer, seat: Seat) -> None:
+def move_over(observer: Observer, seat: ReseatState) -> None:
     """Move the model on towards the pose that was fitted: it begins and ends smoothly, and without velocity.
 
     Not in the paper: see `reseat`. In place: observer, seat.

@@ -14,7 +14,7 @@ from controller.reference.feasible.reach import static_tips
 
 PointsAndTorques = tuple[Array, Array]
 """Places (n, 2) [m] and the torques (n, 2) [N m] that hold them."""
-SHORTEST = 0.1
+TRAVEL_MIN_S = 0.1
 """No travel takes less time [s]."""
 TRIES, SLOWER = 60, 1.05
 EASE, SAME = 0.1, 1e-7
@@ -41,14 +41,14 @@ def held_by(smap: StaticMap, u: Array) -> Pose:
 
 
 def travel(
-    smap: StaticMap, start: Pose, end: Pose, limits: Limits, dt: float, least: float = SHORTEST
+    smap: StaticMap, start: Pose, end: Pose, limits: Limits, dt: float, least: float = TRAVEL_MIN_S
 ) -> PointsAndTorques:
     """Rows from `start` on towards `end`, which would be the next row, and their torques [N m].
 
     A quintic in u, as `blended`, in `least` [s] or in as much more as `limits` ask for: what lies between two
     admissible torques is admissible, too, and its tip within reach.
     """
-    ticks = round(max(least, SHORTEST) / dt) - 2 * window_rows(dt)
+    ticks = round(max(least, TRAVEL_MIN_S) / dt) - 2 * window_rows(dt)
     for _ in range(TRIES):
         u = blended_torques(start.u, end.u, ticks)
         p, u = joined(start, (static_tips(smap, u), u), end, dt)

@@ -17,7 +17,7 @@ from controller.research.bench.tick_bench import closed_loop
 from controller.schema.actuator import PRESETS
 from controller.schema.modes import Integrator
 from controller.schema.parameters import DT, ControllerParameters, RigParameters
-from controller.system.progress import Told, untold
+from controller.system.progress import ProgressCallback, no_progress
 
 TORQUE = 0.02
 """Step of torque on the last rod [N m]."""
@@ -52,8 +52,8 @@ class Figures(TypedDict):
     """None where PyElastica is not installed."""
 
 
-def bench(quick: bool = False, told: Told = untold) -> Figures:
-    """All figures but the live loop's; `told` as of `Told`. Raises TendrilError when a state is not finite."""
+def bench(quick: bool = False, told: ProgressCallback = no_progress) -> Figures:
+    """All figures but the live loop's; `told` hears how far. Raises TendrilError when a state is not finite."""
     rounds = 31 if quick else 201
     rod, mujoco = time_beside_mujoco(rounds)
     told(0.1)

@@ -13,9 +13,9 @@ from controller.link import RigClient
 from controller.realtime.ring import BASELINE_LOST, CAPACITY, Ring, find_ring, remove_rings
 from controller.realtime.settings import RigSettings
 from controller.realtime.supervisor import Supervisor
-from controller.system.progress import Told, untold
+from controller.system.progress import ProgressCallback, no_progress
 
-LOOK = 1.0
+POLL_S = 1.0
 """Pause between two readings of the ring [s], far below the time it holds."""
 COLUMNS = np.dtype([("slot", "<i8"), ("t_ns", "<i8"), ("lateness_ns", "<i8")])
 
@@ -53,7 +53,9 @@ def bench_rig(settings: RigSettings) -> Iterator[Supervisor]:
         remove_rings(settings.rig, settings.folder)
 
 
-def measure_loop(client: RigClient, seconds: float, folder: Path | None = None, told: Told = untold) -> LoopFigures:
+def measure_loop(
+    client: RigClient, seconds: float, folder: Path | None = None, told: ProgressCallback = no_progress
+) -> LoopFigures:
     """Loop figures over `seconds` [s] from now, of the rig on this machine that `client` is connected to.
 
     The rows come straight from the shared ring (in `folder`, None for the usual places), so the link has no more to do.
@@ -77,12 +79,12 @@ def measure_loop(client: RigClient, seconds: float, folder: Path | None = None, 
     )
 
 
-def collect(ring: Ring, seconds: float, told: Told = untold) -> np.ndarray:
+def collect(ring: Ring, seconds: float, told: ProgressCallback = no_progress) -> np.ndarray:
     """The COLUMNS of every row written within `seconds` [s] from now."""
     end = time.monotonic() + seconds
     following, parts = ring.head, []
     while (left := end - time.monotonic()) > 0.0:
-        time.sleep(min(LOOK, left))
+        time.sleep(min(POLL_S, left))
         start, rows = ring.read(following, CAPACITY)
         if start != following or not len(rows):
             raise RigUnreachable("the loop stood still, or its ring was not read in time")

@@ -58,7 +58,7 @@ def require_toml(out: Path) -> None:
 def fit_text(result: Result) -> str:
     """The file, read back once. The twin's numbers are all that the default file has, so that one can take its place.
 
-    Raises TendrilError for a text that nobody could read.
+    Raises TendrilError for a text that no one could read.
     """
     setup = result.problem.space.decode(result.best.z)
     foreign = setup.twin.plant == "cosserat"

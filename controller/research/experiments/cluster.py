@@ -49,7 +49,7 @@ class Cluster(Executor):
         return self._calls.submit(fn, *args, **kwargs)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Leave the cluster as it is; what nobody waits for any more is dropped there."""
+        """Leave the cluster as it is; what no one waits for any more is dropped there."""
         self._calls.shutdown(wait=wait and not cancel_futures)
         self._client.close()
 

@@ -102,7 +102,7 @@ class Pool:
             return
         if at_once and self.scheduler is None:
             for worker in set(multiprocessing.active_children()) - self._strangers:
-                worker.terminate()  # nobody waits for what has begun
+                worker.terminate()  # no one waits for what has begun
         executor.shutdown(wait=True, cancel_futures=True)
 
 

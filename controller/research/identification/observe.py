@@ -14,7 +14,7 @@ from controller.research.identification.offline import estimate, in_plane, offli
 from controller.research.identification.plane import PlaneMotion, project
 from controller.research.identification.score import Score, Scored, ScoringTask, score
 from controller.schema.actuator import Actuator, Tracking
-from controller.system.progress import Told, untold
+from controller.system.progress import ProgressCallback, no_progress
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Observed:
     scores: Scores
 
 
-def observe_decays(request: ObserverTask, told: Told = untold) -> Observed:
+def observe_decays(request: ObserverTask, told: ProgressCallback = no_progress) -> Observed:
     """Run the observer over every chosen decay of more than 150 samples, and score it.
 
     `told` is told the share of the decays that were observed.

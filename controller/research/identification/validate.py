@@ -13,7 +13,7 @@ from controller.research.identification.observe import observed_motion, to_score
 from controller.research.identification.plane import project
 from controller.research.identification.score import Score, Scored, ScoringTask, score
 from controller.schema.actuator import Actuator
-from controller.system.progress import Told, untold
+from controller.system.progress import ProgressCallback, no_progress
 
 RATES = 1.0, 2000.0
 """Bounds of the observer's rate [rad/s]."""
@@ -25,7 +25,7 @@ FORMS = {
     "geometric, directional": Form(geometric=True, directional=True),
 }
 CHOSEN = "as identified"
-"""What `tendril identify` chooses, anew from the others for each decay left out."""
+"""What `tendril identify` chooses, again from the others for each decay left out."""
 
 
 class Trial(NamedTuple):
@@ -58,7 +58,11 @@ class Validated(TypedDict):
 
 
 def validate(
-    decays: Sequence[Decay], base: Actuator, task: ScoringTask, tried: Sequence[Trial], told: Told = untold
+    decays: Sequence[Decay],
+    base: Actuator,
+    task: ScoringTask,
+    tried: Sequence[Trial],
+    told: ProgressCallback = no_progress,
 ) -> list[Validated]:
     """Leave-one-out scores of every trial, those with directions only for decays in space.
 

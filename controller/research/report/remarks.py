@@ -28,7 +28,7 @@ def needs_remark(row: ResultRow) -> bool:
 
 
 def remark(row: ResultRow, known: Mapping[str, str]) -> str:
-    """Why `row` is where it is; UNKNOWN if nobody knows, nothing where nothing needs to be said."""
+    """Why `row` is where it is; UNKNOWN if no one knows, nothing where nothing needs to be said."""
     if not needs_remark(row):
         return ""
     return row.failed or known.get(name(row), UNKNOWN)

@@ -66,7 +66,7 @@ class Rig {
 
   void begin() {
 #if defined(__AVR__)
-    wdt_enable(WDTO_120MS);  // a core that hangs starts anew, and so vents
+    wdt_enable(WDTO_120MS);  // a core that hangs starts again, and so vents
     ADCSRA = static_cast<uint8_t>((ADCSRA & ~7) | 5);  // four times faster: four sensors in 0.1 of each millisecond
 #endif
     for (const ValvePair& pair : wiring_.valves) pair.begin();

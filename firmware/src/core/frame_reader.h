@@ -1,4 +1,4 @@
-// Cuts the stream at zeros: whatever came before, the next zero begins anew.
+// Cuts the stream at zeros: whatever came before, the next zero begins again.
 #pragma once
 #include "frames.h"
 

@@ -1438,7 +1438,7 @@ export interface paths {
     get: operations["read_rig_file"];
     /**
      * Write Rig File
-     * @description Check, write and start the rig anew; 409 unless it is VENTED, ours, and nothing is recorded.
+     * @description Check, write and restart the rig; 409 unless it is VENTED, ours, and nothing is recorded.
      *
      *     422 names field, value and bound. A rig that does not tick with it goes back to what ticked last, and the log says
      *     why; the file then holds what was written.
@@ -1794,7 +1794,7 @@ export interface components {
      * Actuator
      * @description A planar pneumatic actuator (paper, table "Model Parameters"), as a chain of `table_rods` rods.
      *
-     *     The model may have another number of rods: it keeps the static map of this table (`controller/build/rod.py`).
+     *     The model may have another number of rods: it keeps the static map of this table (`controller/assembly/rod.py`).
      */
     Actuator: {
       /** Name */
@@ -2106,7 +2106,7 @@ export interface components {
     };
     /**
      * Bookmark
-     * @description A place in a recording that somebody marked while it ran.
+     * @description A place in a recording that someone marked while it ran.
      */
     Bookmark: {
       /**
@@ -2433,7 +2433,7 @@ export interface components {
       /**
        * Feedback Lag
        * @description Time constant with which P follows the error in FOLLOW and HOLD (ours; paper: 0). It rolls P off below the arm's
-       *     first mode, whose damping nobody measured: with a damping ratio of 0.1 the paper's law swings.
+       *     first mode, whose damping no one measured: with a damping ratio of 0.1 the paper's law swings.
        * @default 0.2
        */
       feedback_lag: number;
@@ -4560,7 +4560,7 @@ export interface components {
       rig: string;
       /**
        * Operator
-       * @description Who operated when it began, "" for nobody.
+       * @description Who operated when it began, "" for no one.
        * @default
        */
       operator: string;
@@ -4871,7 +4871,7 @@ export interface components {
     };
     /**
      * Restart
-     * @description The rig ended, killed perhaps, and began again: its ticks begin anew, and none are counted as missing.
+     * @description The rig ended, killed perhaps, and was restarted: its ticks begin again, and none are counted as missing.
      */
     Restart: {
       /**

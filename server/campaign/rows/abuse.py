@@ -49,7 +49,7 @@ MESSAGES: tuple[str | bytes, ...] = (
 
 
 def malformed(scene: Scene) -> Seen:
-    """From somebody who is signed in; strangers are refused before anything is read."""
+    """From someone who is signed in; strangers are refused before anything is read."""
     scene.track()
     process, boot = scene.server_process, scene.boot
     abuser, gaps = Person(scene.url), _Gaps(scene)

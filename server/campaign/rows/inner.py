@@ -9,7 +9,7 @@ from server.access.tokens import TokenFile
 from server.campaign import trace
 from server.campaign.processes import held, restarted
 from server.campaign.rows.files import recording
-from server.campaign.scene import PATIENCE, Scene
+from server.campaign.scene import DISK_TIMEOUT_S, Scene
 from server.campaign.waiting import Seen, require, wait
 from server.settings import ServerSettings
 
@@ -61,7 +61,7 @@ def disk_hung(scene: Scene) -> Seen:
     require((rows["mode"] == Mode.TRACK).all(), f"the rig did not go on: {trace.told(rows[-1])}")
     stop = _stops(scene)
     require(time.monotonic_ns() - start < 1e9 * HANGING, "the disk was back before the E-STOP")
-    time.sleep(HANGING - PATIENCE)
+    time.sleep(HANGING - DISK_TIMEOUT_S)
     scene.acts_again()
     recording(scene)
     scene.operator.ask("DELETE", "/api/recordings/current")
@@ -69,7 +69,7 @@ def disk_hung(scene: Scene) -> Seen:
 
 
 def loop_stuck(scene: Scene) -> Seen:
-    """Nobody is heard meanwhile; the operator's thread goes on repeating."""
+    """No one is heard meanwhile; the operator's thread goes on repeating."""
     scene.track()
     mark, start = len(scene.operator.log), time.monotonic_ns()
     scene.break_inside(scene.server_process, stand=STANDING)

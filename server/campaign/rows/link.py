@@ -12,7 +12,7 @@ from server.campaign.waiting import Seen, require
 AWAY = 3.0
 """For which the link is gone [s]."""
 BAD = 4.0
-"""For which the link is bad before somebody presses E-STOP [s]."""
+"""For which the link is bad before someone presses E-STOP [s]."""
 SAFE = (Mode.TRACK, Mode.HOLD)
 
 

@@ -76,7 +76,7 @@ def busy(scene: Scene) -> Seen:
 
 
 def hung(scene: Scene) -> Seen:
-    """The worker lives on, and must not speak for a page that nobody can use."""
+    """The worker lives on, and must not speak for a page that no one can use."""
     with _dragging(scene) as page:
         start = time.monotonic_ns()
         page.evaluate(f"() => {{ setTimeout({SPIN}, 0, {HUNG}) }}")

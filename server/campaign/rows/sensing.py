@@ -37,7 +37,7 @@ def latched(scene: Scene, mode: Mode, cause: Cause, seconds: float, **faults: An
         inject(scene, **NONE)
     require(row["cause"] == cause, f"{trace.told(row)} instead of {cause.name}")
     scene.stays_calm()
-    require(scene.mode == mode, f"in {scene.mode.name} though nobody cleared it")
+    require(scene.mode == mode, f"in {scene.mode.name} though no one cleared it")
     scene.acts_again()
     return Seen(f"{trace.told(row)}, latched; page: {line}", (row["t_ns"] - start) * 1e-6)
 

@@ -1,7 +1,7 @@
 """Strangers at the rig's port who forge, answer in its place, keep silent, flood and repeat: nothing comes of it.
 
 Each attack is made by four at once: a client, a peer and a router of zenoh without the key, and one who got past the
-session, which nobody without the key does, so that what is signed has to hold alone; a flood by the first three.
+session, which no one without the key does, so that what is signed has to hold alone; a flood by the first three.
 """
 
 import base64

@@ -79,12 +79,12 @@ def board_reset(scene: Scene) -> Seen:
 
 
 def board_hung(scene: Scene) -> Seen:
-    """The port is there, and nobody answers."""
+    """The port is there, and no one answers."""
     return _latched(scene, ("freeze", "thaw"), Mode.E_STOP, Cause.PRESSURES_LOST)
 
 
 def modbus_timeout(scene: Scene) -> Seen:
-    """The connection is there, and nobody answers."""
+    """The connection is there, and no one answers."""
     return _latched(scene, ("freeze", "thaw"), Mode.E_STOP, Cause.PRESSURES_LOST)
 
 
@@ -125,7 +125,7 @@ def ghosts(scene: Scene) -> Seen:
 
 
 def unnamed_swapped(scene: Scene) -> Seen:
-    """Who is who is found anew in every frame."""
+    """Who is who is found again in every frame."""
     return _unmoved(scene, ("swap 3 10", "mend"))
 
 
@@ -143,7 +143,7 @@ def _latched(scene: Scene, lines: tuple[str, str], mode: Mode, cause: Cause) -> 
         scene.virtual.do(lines[1])
     require(row["cause"] == cause, f"{trace.told(row)} instead of {cause.name}")
     scene.stays_calm()
-    require(scene.mode == mode, f"in {scene.mode.name} though nobody cleared it")
+    require(scene.mode == mode, f"in {scene.mode.name} though no one cleared it")
     scene.acts_again()
     return Seen(f"{trace.told(row)}, latched; page: {line}", (row["t_ns"] - start) * 1e-6)
 

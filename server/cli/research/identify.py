@@ -15,7 +15,7 @@ from controller.system.progress import progress
 
 def run_identify(task: IdentificationTask, out: Path, report: Path | None, console: Console) -> None:
     """Fit, write and show; TendrilError says what is wrong with data, base or files."""
-    with progress(console, "Fitting"):  # when a solver will have settled nobody can say
+    with progress(console, "Fitting"):  # when a solver will have settled no one can say
         fits = identify(task)
         save(task, fits, out, report)
     for fit in fits:

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from controller.errors import TendrilError
-from controller.research.experiments.campaign import Progress as Told
+from controller.research.experiments.campaign import Progress as RunProgress
 from controller.research.experiments.catalogue import LIVE_PATH
 from controller.research.experiments.reproduce import Order, reproduce
 from controller.research.experiments.results import Results
@@ -112,7 +112,7 @@ def origin_of_results(results: Results) -> Origin:
 
 
 @contextmanager
-def progress(order: Order, console: Console) -> Iterator[Told]:
+def progress(order: Order, console: Console) -> Iterator[RunProgress]:
     """A bar over all runs that names the last one that ended."""
     columns = (
         TextColumn("Running"),

@@ -11,7 +11,7 @@ import sys
 import time
 from collections.abc import Callable
 
-PERIOD = 1 / 120
+PERIOD_S = 1 / 120
 TURN = 0.5
 """Turns a second."""
 TOPIC = "0/rods/tip"
@@ -26,7 +26,7 @@ def lsl(stream: str) -> Send:
     """Samples in millimetres; LSL's clock is the monotonic one here."""
     import pylsl
 
-    info = pylsl.StreamInfo(stream, "MoCap", 3, 1 / PERIOD, "float32", f"tendril-{stream}")
+    info = pylsl.StreamInfo(stream, "MoCap", 3, 1 / PERIOD_S, "float32", f"tendril-{stream}")
     channels = info.desc().append_child("channels")
     for axis in "XYZ":
         channels.append_child("channel").append_child_value("label", f"tip_{axis}")
@@ -60,7 +60,7 @@ def main(kind: str, place: str, radius: str) -> None:
         now = time.monotonic_ns()
         turned = 2.0 * math.pi * TURN * now * 1e-9
         send(now, float(radius) * math.cos(turned), float(radius) * math.sin(turned))
-        time.sleep(PERIOD)
+        time.sleep(PERIOD_S)
 
 
 if __name__ == "__main__":

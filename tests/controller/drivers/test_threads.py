@@ -130,7 +130,7 @@ def test_markers_and_pressures_reach_the_loop_as_one_record() -> None:
     assert np.allclose(loop.newest["markers"], REST)
     camera, valves = (thread.status() for thread in threads)
     assert camera.frames > 0 and 0 <= camera.latency < 0.1 and camera.clock == "two-way"
-    assert valves.latency == -1, "a clock that nobody knows gives no latency"
+    assert valves.latency == -1, "a clock that no one knows gives no latency"
     assert valves.values["pressures"] == [1e3, 2e3, 3e3, 4e3]
 
 
@@ -225,7 +225,7 @@ def test_frames_that_the_device_numbered_and_that_did_not_come_are_counted() -> 
     thread.start()
     until(lambda: thread.status().frames == 6)
     thread.stop()
-    assert thread.status().lost == 2, "a device that began anew has lost nothing"
+    assert thread.status().lost == 2, "a device that began again has lost nothing"
 
 
 def test_numbers_that_are_none_are_shown_as_none() -> None:

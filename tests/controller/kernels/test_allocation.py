@@ -61,7 +61,7 @@ def called_by(kernel: CPUDispatcher) -> Iterator[CPUDispatcher]:
 def allocators(kernel: CPUDispatcher, arguments: tuple[Any, ...]) -> set[str]:
     """Names of allocators in the code of `kernel`, which holds that of all it calls: in its LLVM, and in what runs.
 
-    Both as they lie in the cache, for which numba has members of its own only; to compile them anew takes a minute.
+    Both as they lie in the cache, for which numba has members of its own only; to compile them again takes a minute.
     """
     signature = tuple(typeof(argument) for argument in arguments)
     kernel.compile(signature)

@@ -69,7 +69,7 @@ def code_of(function: Any) -> str:
 
 
 def test_the_second_process_has_them_from_the_cache() -> None:
-    """A rig that had to compile begins anew, once: it must be told so of what it calls apart, too."""
+    """A rig that had to compile begins again, once: it must be told so of what it calls apart, too."""
     told = """
 from controller.assembly.rig import build_rig
 from controller.assembly.stages import compiled_here, stages_of

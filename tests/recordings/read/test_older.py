@@ -11,9 +11,9 @@ from recordings.exporting.export import export, export_for_viewer
 from recordings.exporting.table import Choice
 from recordings.format.messages import Profile
 from recordings.format.signals import GROUPS
+from recordings.read.playback import read_playback
 from recordings.read.quick import prepare
 from recordings.read.reader import read_groups, read_rows
-from recordings.read.tape import read_tape
 from recordings.write import rrd
 from recordings.write.rrd import About, RrdFile
 from tests.recordings.synthetic import rig_info, telemetry_rows
@@ -44,9 +44,9 @@ def test_its_rows_are_whole_and_what_it_lacks_is_zero(older: Path) -> None:
 
 
 def test_it_is_looked_at_and_played(older: Path) -> None:
-    quick, tape = prepare(older), read_tape(older)
+    quick, playback = prepare(older), read_playback(older)
     assert quick.rows == 400 and all(signal.values for signal in quick.signals)
-    np.testing.assert_allclose(tape.row(0.2)["p_ref"], telemetry_rows(400)["p_ref"][200], atol=1e-3)
+    np.testing.assert_allclose(playback.row(0.2)["p_ref"], telemetry_rows(400)["p_ref"][200], atol=1e-3)
 
 
 def test_it_is_exported_without_what_it_lacks(older: Path) -> None:

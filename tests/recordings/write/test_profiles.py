@@ -11,8 +11,8 @@ from controller.schema.messages import Telemetry
 from controller.schema.parameters import Settings
 from recordings.format import tool
 from recordings.format.profiles import CLOCK, PROFILES, RESOLUTION, SLOW_FIELDS
+from recordings.read.playback import read_playback
 from recordings.read.reader import read_rows, read_times
-from recordings.read.tape import read_tape
 from recordings.size import megabytes_per_hour, twin_rows
 from recordings.store.store import Store
 from recordings.write.session import Context
@@ -60,7 +60,7 @@ def test_rerun_finds_nothing_wrong_before_and_after_compaction(standard: tuple[R
     tool.run("rrd", "verify", str(path), timeout=60)
     assert Store(path.parent).compact(path.stem).rows == len(rows)
     tool.run("rrd", "verify", str(path), timeout=60)
-    assert read_tape(path).duration == pytest.approx(2.0, abs=0.05)
+    assert read_playback(path).duration == pytest.approx(2.0, abs=0.05)
 
 
 @pytest.mark.process

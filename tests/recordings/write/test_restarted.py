@@ -12,9 +12,9 @@ from controller.schema.parameters import Settings
 from recordings.format.annotations import Approach
 from recordings.format.messages import Profile
 from recordings.read.metrics import metrics_of
+from recordings.read.playback import KEEP_EVERY, read_playback
 from recordings.read.quick import prepare
 from recordings.read.reader import read_rows
-from recordings.read.tape import PERIOD, read_tape
 from recordings.store.store import Store
 from recordings.write.session import Context
 from recordings.write.writer import Recorder
@@ -64,11 +64,13 @@ def made(tmp_path: Path, profile: Profile, boots: tuple[Rows, Rows]) -> Made:
 
 
 def test_it_is_played_in_the_order_in_which_it_was(made: Made, boots: tuple[Rows, Rows]) -> None:
-    tape, rows = read_tape(made(0)), np.concatenate(boots)
+    playback, rows = read_playback(made(0)), np.concatenate(boots)
     t = (rows["t_ns"] - rows["t_ns"][0]) * 1e-9
-    assert (np.diff(tape.t) > 0.0).all() and tape.duration == pytest.approx(t[rows["tick"] % PERIOD == 0][-1])
-    for i in np.flatnonzero(rows["tick"] % PERIOD == 0):
-        row = tape.row(t[i] + 1e-9)
+    assert (np.diff(playback.t) > 0.0).all() and playback.duration == pytest.approx(
+        t[rows["tick"] % KEEP_EVERY == 0][-1]
+    )
+    for i in np.flatnonzero(rows["tick"] % KEEP_EVERY == 0):
+        row = playback.row(t[i] + 1e-9)
         for field in ("p_ref", "p_meas", "backbone", "twin_backbone"):
             np.testing.assert_allclose(row[field], rows[field][i], atol=2e-5, err_msg=f"{field}, row {i}")
         np.testing.assert_allclose(row["markers"], rows["markers"][i], atol=2e-5)

@@ -9,8 +9,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from server.http.connections import CALLERS, HEAD_MAX, Connection
-from server.http.portions import PORTION
+from server.http.connections import CHUNK_BYTES, HEAD_MAX, OPEN, Connection
 from tests.server.live_server import TestServer, wait_for
 
 
@@ -106,7 +105,7 @@ def test_what_is_no_request_ends_its_own_connection_only(garbage: bytes, server:
 def test_of_too_many_connections_those_that_ask_nothing_make_room(
     server: TestServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(CALLERS, "most", 5)
+    monkeypatch.setattr(OPEN, "most", 5)
     with contextlib.ExitStack() as stack:
         many = [stack.enter_context(raw(server)) for _ in range(12)]
         assert [answer(one) for one in many[:6]] == [b""] * 6, "the oldest went"
@@ -124,7 +123,7 @@ def test_an_address_with_too_many_sockets_is_told_so(server: TestServer, monkeyp
     with page.live() as first, page.live() as second:
         assert first.wait("hello")
         assert second.wait("hello")
-        monkeypatch.setattr(CALLERS, "most", 2)
+        monkeypatch.setattr(OPEN, "most", 2)
 
         def told() -> bytes:
             with raw(server) as late:
@@ -167,9 +166,9 @@ def test_a_connection_that_sends_much_does_not_hold_up_another(server: TestServe
         many = f"GET /x HTTP/1.1\r\nhost: {host}\r\n\r\n".encode() * 3000
         threading.Thread(target=flood.sendall, args=[many]).start()
         assert page.get("/api/session").status_code == 200
-        found = next(iter(one for one in CALLERS._open.get("127.0.0.1", {}) if getattr(one, "pipeline", None)), None)
+        found = next(iter(one for one in OPEN._open.get("127.0.0.1", {}) if getattr(one, "pipeline", None)), None)
         waiting = len(found.pipeline) if isinstance(found, Connection) else 0
-        assert waiting <= PORTION // 20, "what is not answered waits unread"
+        assert waiting <= CHUNK_BYTES // 20, "what is not answered waits unread"
         answers = b""
         while answers.count(b"HTTP/1.1 ") < 3000:
             piece = flood.recv(1 << 16)

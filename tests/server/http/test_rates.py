@@ -8,6 +8,7 @@ from websockets.exceptions import ConnectionClosed
 
 from controller.schema.modes import Mode
 from server.http.rates import (
+    ANONYMOUS,
     CLIENTS_MAX,
     FLOOD,
     HEAVY,
@@ -15,7 +16,6 @@ from server.http.rates import (
     POLICY,
     SESSION,
     SIGN_IN,
-    STRANGER,
     Bucket,
     Rate,
     Rates,
@@ -145,7 +145,7 @@ def test_refusals_do_not_push_out_what_happened(server: TestServer, monkeypatch:
 def test_a_foreign_page_spends_nothing_of_the_session(server: TestServer, monkeypatch: pytest.MonkeyPatch) -> None:
     page, now = server.page().sign_in(), time.monotonic()
     monkeypatch.setattr(server.services.rates._stranger, "_now", lambda: now)  # no token comes back, however slow it is
-    asked = [page.post("/api/lease", headers={"origin": "http://elsewhere"}) for _ in range(int(STRANGER.burst) + 50)]
+    asked = [page.post("/api/lease", headers={"origin": "http://elsewhere"}) for _ in range(int(ANONYMOUS.burst) + 50)]
     assert {answer.status_code for answer in asked} == {403, 429}
     assert page.get("/api/session").status_code == 200
 

@@ -72,7 +72,7 @@ def test_what_is_said_again_counts_up_in_one_line_and_buries_nothing(tmp_path: P
     assert len(path.read_text().splitlines()) == 101, "the file has every line"
 
 
-def test_what_was_said_long_ago_is_said_anew() -> None:
+def test_what_was_said_long_ago_is_said_again() -> None:
     log = EventLog()
     log.add("late", "warning", "alarm late")
     log.recent[0] = log.recent[0].model_copy(update={"time": log.recent[0].time - REPEATED - timedelta(seconds=1)})

@@ -1,4 +1,4 @@
-"""The webhook against a real HTTP server: what it is told, when it fails, and that nobody waits for it."""
+"""The webhook against a real HTTP server: what it is told, when it fails, and that no one waits for it."""
 
 import json
 import threading
@@ -140,10 +140,10 @@ def test_a_redirection_is_not_followed_and_nobody_there_is_a_failure(receiver: R
     receiver.status = 302
     hook.post(notice())
     assert "302" in heard(hook)
-    nobody = Webhook("http://127.0.0.1:9/", pause=0.01)
-    nobody.post(notice())
-    assert "ConnectError" in heard(nobody)
-    nobody.close()
+    refusing = Webhook("http://127.0.0.1:9/", pause=0.01)
+    refusing.post(notice())
+    assert "ConnectError" in heard(refusing)
+    refusing.close()
 
 
 def test_a_receiver_that_does_not_answer_holds_up_nobody_and_fills_no_memory(receiver: Receiver, hook: Webhook) -> None:

@@ -1,4 +1,4 @@
-"""Seats: what one page's 3D view has for itself, and what it may not touch."""
+"""ViewSessions: what one page's 3D view has for itself, and what it may not touch."""
 
 from typing import Any
 
@@ -6,8 +6,8 @@ import msgpack
 import numpy as np
 import zstandard
 
-from recordings.read.tape import Tape
-from server.scene.lines import LOOKS, dashes
+from recordings.read.playback import PlaybackRows
+from server.scene.lines import STYLES, dashes
 from server.scene.messages import PlaybackBody
 from server.scene.playback import Player
 from tests.server.live_server import Page, TestServer, wait_for
@@ -17,7 +17,7 @@ SEAT, OTHER = "seat0000one", "seat0000two"
 
 
 class Eye:
-    """A client of viser on a seat, and what it was told and nobody asked for yet."""
+    """A client of viser on a seat, and what it was told and no one asked for yet."""
 
     def __init__(self, page: Page, seat: str) -> None:
         self.socket = page.connect(f"/viser/seat/{seat}", subprotocols=[VERSION], close_timeout=1)
@@ -69,7 +69,7 @@ def test_a_recording_plays_in_one_view_and_the_others_stay_live(server: TestServ
     assert not playing.hear("SetSceneNodeVisibilityMessage", "/live", own=True)["visible"]
     playing.hear("SetPositionMessage", "/played/rod10")
     live.hear("SetPositionMessage", "/live/rod10")
-    seats = {id: seat for id, seat in server.services.scene._seats._seats.items() if seat.player is not None}
+    seats = {id: seat for id, seat in server.services.scene._sessions._sessions.items() if seat.player is not None}
     assert list(seats) == [SEAT]
     assert viewer.delete(f"/api/scene/{SEAT}/playback").status_code == 204
     assert viewer.put(f"/api/scene/{SEAT}/playback", json={"recording": "none"}).status_code == 404
@@ -80,21 +80,21 @@ def test_a_recording_plays_in_one_view_and_the_others_stay_live(server: TestServ
 def test_a_player_runs_at_its_rate_on_the_servers_clock_and_stands_at_the_end() -> None:
     clock = [100.0]
     tip = np.column_stack([np.linspace(0.0, 0.5, 51), np.zeros(51)])
-    tape = Tape(np.linspace(0.0, 1.0, 51), {"p_meas": tip}, None)  # type: ignore[arg-type]
-    player = Player("one", tape, lambda: clock[0])
+    playback = PlaybackRows(np.linspace(0.0, 1.0, 51), {"p_meas": tip}, None)  # type: ignore[arg-type]
+    player = Player("one", playback, lambda: clock[0])
     player.control(PlaybackBody(recording="one", at=0.2, rate=2.0))
     clock[0] += 0.2
     assert abs(player.at - 0.6) < 1e-9
-    assert abs(tape.row(player.at)["p_meas"][0] - 0.3) < 1e-9
-    assert len(tape.trail(player.at, 0.1)) == 5
+    assert abs(playback.row(player.at)["p_meas"][0] - 0.3) < 1e-9
+    assert len(playback.trail(player.at, 0.1)) == 5
     clock[0] += 5.0
     assert (player.at, player.state().playing) == (1.0, False)
 
 
 def test_dashes_lie_on_the_line_and_cover_their_share_of_it() -> None:
     square = np.array([[0.0, 0.0], [0.1, 0.0], [0.1, 0.1]])
-    ends = dashes(square, LOOKS["reference"])
+    ends = dashes(square, STYLES["reference"])
     lengths = np.linalg.norm(np.diff(ends, axis=1)[:, 0], axis=1)
     assert abs(lengths.sum() / 0.2 - 7 / 11) < 0.05
     assert np.all((np.abs(ends[..., 1]) < 1e-12) | (np.abs(ends[..., 0] - 0.1) < 1e-12))
-    assert dashes(square[:1], LOOKS["ghost"]).shape == (0, 2, 2)
+    assert dashes(square[:1], STYLES["ghost"]).shape == (0, 2, 2)

@@ -42,7 +42,7 @@ class Names:
     """Names of the markers of each marker set, in the order in which frames give their positions."""
 
     def own_sets(self) -> dict[str, tuple[str, ...]]:
-        """Sets that somebody made: Motive adds one for each body, and one of all markers, which tell nothing new.
+        """Sets that someone made: Motive adds one for each body, and one of all markers, which tell nothing new.
 
         A marker is called by its name alone where only one such set has that name, else "set.marker".
         """

@@ -251,7 +251,7 @@ class NatNet(CaptureDevice[NatNetOptions]):
         self._ask_clock(link)
         if not self.options.multicast_address:
             link.send(KEEP_ALIVE)
-        if now - self._framed > BEAT:  # it may have begun anew, and not know us
+        if now - self._framed > BEAT:  # it may have begun again, and not know us
             version = self.version or VERSIONS[-1]
             link.send(CONNECT, connect_request(version))
             if version != self._info.version:

@@ -58,7 +58,7 @@ class Link:
         Motive sends unicast frames to the port that asked; others send them to the data port of the machine.
         """
         if not group:
-            with suppress(OSError):  # taken by somebody else: Motive needs it not
+            with suppress(OSError):  # taken by someone else: Motive needs it not
                 self._socket((self._local, port), shared=True)
             return
         data = self._socket((group, port), shared=True)
@@ -109,7 +109,7 @@ class Link:
         return None
 
     def connect(self, version: Version) -> ServerInfo:
-        """Become a client, and ask for frames of `version`; raises DeviceError where nobody answers."""
+        """Become a client, and ask for frames of `version`; raises DeviceError where no one answers."""
         info = self.ask(CONNECT, (connect_request(version),), _server_info)
         if info is None:
             raise DeviceError(

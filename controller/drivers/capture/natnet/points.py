@@ -35,7 +35,7 @@ class Naming:
     def points(self, frame: Frame, wanted: Wanted) -> tuple[Array, tuple[str, ...], Array]:
         """Positions (M,3) [m] with nan for what is not seen, labels, quality (M,); raises Malformed.
 
-        "labelled" has a row for each marker of a set that somebody made, seen or not.
+        "labelled" has a row for each marker of a set that someone made, seen or not.
         """
         with np.errstate(invalid="ignore"):  # of signalling nan
             return self._points(frame, wanted)

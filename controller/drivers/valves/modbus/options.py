@@ -46,7 +46,7 @@ class ModbusOptions(Model):
     input_registers: bool = False
     """registers: pressures are read as input registers (function 4), else as holding registers."""
     read_gap: Annotated[int, Bounds(ge=0, le=100)] = 8
-    """Registers that nobody asked for and that are read along, if one request is saved by it."""
+    """Registers that no one asked for and that are read along, if one request is saved by it."""
     signed: bool = True
     """registers: words are two's complement, as openings need, which are negative where a valve exhausts."""
     pressure_scale: Annotated[float, Bounds(ge=1e-3, le=1e5)] = 100.0

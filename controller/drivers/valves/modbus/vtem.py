@@ -15,7 +15,7 @@ BOTH, ONE = 3 << 6, 1 << 6
 """Application control: regulate both ports; what goes with an acknowledgement."""
 NOT_READY, READY, RUNNING, FAILED = range(4)
 STATES = ("is not ready", "is ready, its app does not run", "runs", "has failed")
-LOOK = 0.02
+POLL_S = 0.02
 """Pause between two looks at a slot that starts [s]."""
 
 WATCHDOG = 46100
@@ -75,7 +75,7 @@ def start(wire: Wire, slots: tuple[Slot, ...], within: float, timeout: float) ->
                 break
             if time.monotonic() > until:
                 raise DeviceError(f"VTEM slot {slot.number} {_said(status)} after {within:g} s")
-            time.sleep(LOOK)
+            time.sleep(POLL_S)
 
 
 def _status(wire: Wire, slot: Slot, timeout: float) -> Status:

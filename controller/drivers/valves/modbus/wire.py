@@ -25,7 +25,7 @@ logging.getLogger("pymodbus.logging").setLevel(logging.CRITICAL)  # it logs each
 
 HEADER = struct.Struct(">HHHB")
 """Transaction, protocol (0), bytes that follow, unit."""
-LONGEST = 254
+LENGTH_MAX_BYTES = 254
 """Most bytes after the length field: unit and 253 of function and data."""
 UNANSWERED = 5
 """Requests in succession without an answer, after which a connection is held to be dead."""
@@ -64,7 +64,7 @@ def take_frame(buffer: bytearray) -> Frame | None:
     if len(buffer) < HEADER.size:
         return None
     transaction, protocol, length, unit = HEADER.unpack_from(buffer)
-    if protocol != 0 or not 2 <= length <= LONGEST:
+    if protocol != 0 or not 2 <= length <= LENGTH_MAX_BYTES:
         raise DeviceError(f"the device speaks no Modbus: protocol {protocol}, length {length}")
     end = HEADER.size - 1 + length
     if len(buffer) < end:
@@ -112,7 +112,7 @@ class Wire:
         self.rejected = 0
 
     def connect(self, timeout: float) -> None:
-        """Within `timeout` [s]; OSError where nobody listens."""
+        """Within `timeout` [s]; OSError where no one listens."""
         self.close()
         try:
             found = socket.create_connection(self._at, timeout=timeout)

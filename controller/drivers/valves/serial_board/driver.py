@@ -19,7 +19,7 @@ from controller.schema.layout import Quantity as Q
 log = logging.getLogger(__name__)
 
 ASK_AGAIN = 0.1
-"""Pause between two greetings [s]: an Arduino starts anew when its port is opened, and hears none for a second."""
+"""Pause between two greetings [s]: an Arduino starts again when its port is opened, and hears none for a second."""
 CLOCK_EVERY_NS = 100_000_000
 """The quickest answer of so long is one for the clock [ns]."""
 WRAP = 2**32
@@ -125,7 +125,7 @@ class SerialBoard(ValveDevice[SerialOptions]):
         if len(state.pressures) != board.channels:
             raise DeviceError(f"the board had {board.channels} channels and has {len(state.pressures)}")
         if state.boot != board.boot:
-            log.warning("%s: the board started anew", self.name)
+            log.warning("%s: the board started again", self.name)
             self._greet(self.options.timeout * 5)
         self._count(state)
         self._clock.answered(asked_ns, state.received_us, answered_ns)
@@ -221,7 +221,7 @@ def apart(later_us: int, earlier_us: int) -> int:
 def reasons(stopped: int, board: HelloReply) -> str:
     """Why the board drives nothing, in words; "" where it obeys."""
     words = {
-        frames.BOOT: "it started anew",
+        frames.BOOT: "it started again",
         frames.GREETED: "it has not been vented since it was connected",
         frames.WATCHDOG: f"its watchdog vented: no command for {board.watchdog_ms} ms",
         frames.OVER_PRESSURE: f"a pressure was above its {board.pressure_trip} Pa",

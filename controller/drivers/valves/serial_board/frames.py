@@ -26,7 +26,7 @@ OPENING_END = 32767
 BROKEN = -(2**31)
 """Instead of a pressure: the sensor is broken."""
 CHANNELS_MAX = 16
-LONGEST = 24 + 4 * CHANNELS_MAX + 2
+FRAME_MAX_BYTES = 24 + 4 * CHANNELS_MAX + 2
 """Bytes of the longest frame, with its checksum."""
 
 _HEAD = struct.Struct("<BBHI")
@@ -110,8 +110,8 @@ def sealed(body: bytes) -> bytes:
 
 def opened(stuffed: bytes) -> bytes:
     """What stood between two zeros, without stuffing and checksum; FrameError where it is damaged."""
-    if len(stuffed) > LONGEST + 1:
-        raise FrameError(f"{len(stuffed)} bytes without a zero, at most {LONGEST + 1} are a frame")
+    if len(stuffed) > FRAME_MAX_BYTES + 1:
+        raise FrameError(f"{len(stuffed)} bytes without a zero, at most {FRAME_MAX_BYTES + 1} are a frame")
     parts, at = [], 0
     while at < len(stuffed):
         code = stuffed[at]
@@ -165,7 +165,7 @@ def _state(body: bytes) -> State:
 
 
 class Cutter:
-    """Cuts what arrives at zeros: whatever came before, the next zero begins anew."""
+    """Cuts what arrives at zeros: whatever came before, the next zero begins again."""
 
     def __init__(self) -> None:
         self.rejected = 0
@@ -175,7 +175,7 @@ class Cutter:
     def feed(self, data: bytes) -> list[HelloReply | State]:
         """The board's whole frames that end in `data`. Raises VersionError, and what came with it is lost."""
         *ended, self._rest = (self._rest + data).split(b"\0")
-        self._rest = self._rest[: LONGEST + 2]  # enough to know that it is too long
+        self._rest = self._rest[: FRAME_MAX_BYTES + 2]  # enough to know that it is too long
         return [frame for stuffed in ended if stuffed and (frame := self._frame(stuffed))]
 
     def _frame(self, stuffed: bytes) -> HelloReply | State | None:

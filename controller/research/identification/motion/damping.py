@@ -81,7 +81,7 @@ def log_decrement(decays: Sequence[tuple[Array, Array]]) -> Decrement:
 
     ln |s_j| = c - j delta / 2 over the half periods j: one line per decay with a common slope. The variance of ln |s_j|
     is (noise / s_j)^2 plus a common one, as large as the scatter asks for: real damping changes with amplitude. A
-    decay's own rest is corrected with it and the peaks found anew.
+    decay's own rest is corrected with it and the peaks found again.
     DataError when too few peaks stand out of the noise: 3 in one decay, or 2 in each of two.
     """
     signals = list(decays)

@@ -10,7 +10,7 @@ from controller.arrays import Array
 from controller.errors import DataError
 from controller.research.identification.tables import MeasuredTable, choose_ids, points_in, read_measured
 
-PERIOD = 0.01
+SAMPLE_S = 0.01
 """Between samples, where the file has no column t [s]."""
 
 LONG = 150
@@ -68,7 +68,7 @@ def long_ones(decays: list[Decay], what: str, path: Path) -> list[Decay]:
 
 def _times(table: MeasuredTable, rows: slice) -> Array:
     if "t" not in table.columns:
-        return PERIOD * np.arange(rows.stop - rows.start)
+        return SAMPLE_S * np.arange(rows.stop - rows.start)
     t = table.columns["t"][rows]
     if (back := np.flatnonzero(np.diff(t) <= 0.0)).size:
         line = table.lines[rows][back[0] + 1]

@@ -13,7 +13,7 @@ from controller.research.report.figures.plate import Plate, panel
 
 OURS: Any = {"color": "#0072B2", "marker": "o", "markersize": 3.5, "linewidth": 1.1}
 SECOND: Any = {"color": "#882255", "marker": "s", "markersize": 3.2, "linewidth": 1.1, "linestyle": (0, (5, 1.5))}
-LOOKS = ("-", (0, (5, 1.5)), "-.", ":")
+LINE_STYLES = ("-", (0, (5, 1.5)), "-.", ":")
 """Line styles of the pressure steps that one drawing holds."""
 MEASURED = "#009E73"
 
@@ -82,7 +82,7 @@ def _frequencies(axes: Axes, frequencies: list[float]) -> None:
 
 def _draw_pressure(kind: str, steps: list[PressureStep], figure: Figure) -> None:
     axes = figure.add_subplot()
-    for step, style in zip(steps, LOOKS * len(steps), strict=False):
+    for step, style in zip(steps, LINE_STYLES * len(steps), strict=False):
         name = f"{step.begin * KPA:.0f} to {step.end * KPA:.0f} kPa"
         axes.plot(step.t, step.pressure * KPA, color=MEASURED, linestyle=style, linewidth=1.2, label=name)
         setpoint = [step.begin * KPA, step.begin * KPA, step.end * KPA, step.end * KPA]

@@ -147,7 +147,7 @@ def test_a_server_that_vanishes_is_lost_within_three_seconds_and_found_when_it_i
         assert named(frames(device, 2)[-1][0]) == SHOWN
 
 
-def test_a_server_that_begins_anew_streams_again_though_it_forgot_us(opened):
+def test_a_server_that_begins_again_streams_again_though_it_forgot_us(opened):
     server = NatNetServer("4.1", ("tip", "hidden", "mid"))
     with showing(server):
         device = opened(driver(server, version="4.0"))
@@ -160,7 +160,7 @@ def test_a_server_that_begins_anew_streams_again_though_it_forgot_us(opened):
 
 
 def test_a_client_that_reads_is_kept_alive(opened, monkeypatch):
-    monkeypatch.setattr(natnet_server, "PATIENCE", 0.8)
+    monkeypatch.setattr(natnet_server, "CLIENT_TIMEOUT_S", 0.8)
     server = NatNetServer("3.0", ("tip",))
     with showing(server, period=0.02):
         device = opened(driver(server))

@@ -21,7 +21,7 @@ from controller.virtual.registry import CAPTURE_PEERS, VALVE_PEERS
 
 pytestmark = [pytest.mark.alone, pytest.mark.keyed()]
 
-PATIENCE = 0.2
+WATCHDOG_S = 0.2
 
 
 class BenchInMemory:
@@ -43,7 +43,7 @@ class BenchInMemory:
         self.speaks = False
 
     def driven(self) -> Driven:
-        if time.monotonic() - self.heard > PATIENCE:
+        if time.monotonic() - self.heard > WATCHDOG_S:
             self.tell(np.zeros(CHANNELS), vent=True)
         return self.chambers.drive
 
@@ -265,7 +265,7 @@ def test_each_bad_driver_fails_the_check_that_is_meant_for_it(
 
 
 def test_a_device_that_goes_on_without_its_host_fails(bench: BenchInMemory, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tests.controller.drivers.conformance.test_conformance.PATIENCE", 60.0)
+    monkeypatch.setattr("tests.controller.drivers.conformance.test_conformance.WATCHDOG_S", 60.0)
     monkeypatch.setattr("controller.drivers.conformance.valves.LOST_LIMIT", 0.4)
     (row,) = check_driver(Good, {}, bench, only=["vents when the host dies"])
     assert row.passed is False and "the valves go on for more than 0.4 s" in row.detail

@@ -18,7 +18,7 @@ from controller.virtual.bench import Chambers
 from controller.virtual.peers import Drive
 
 PAGE = (ROOT / "docs" / "drivers.md").read_text()
-PATIENCE = 0.2
+WATCHDOG_S = 0.2
 
 
 class LineBoard:
@@ -59,7 +59,7 @@ class LineBoard:
         self._speaks = False
 
     def driven(self) -> Driven:
-        if time.monotonic() - self._heard > PATIENCE:
+        if time.monotonic() - self._heard > WATCHDOG_S:
             self._tell(np.zeros(CHANNELS), True)
         return self.chambers.drive
 

@@ -231,7 +231,7 @@ def test_half_an_answer_is_none_and_what_follows_is_no_modbus(peer: ModbusPeer, 
     assert valves.exchange(wanted(), 0.1) is not None
 
 
-def test_a_terminal_that_lost_its_power_is_started_anew(peer: ModbusPeer, valves: ModbusValves, plant: Plant) -> None:
+def test_a_terminal_that_lost_its_power_is_started_again(peer: ModbusPeer, valves: ModbusValves, plant: Plant) -> None:
     valves.exchange(wanted(), 0.1)
     peer.reset()
     assert plant.drive.vent

@@ -80,7 +80,7 @@ FAMILY = [(zeta, delay) for zeta in (0.1, 0.5) for delay in (0.04, 0.07)]
 def test_where_the_tip_is_led_by_hand_the_loop_is_stable_whatever_the_arm_s_damping(
     actuator: str, sensed: tuple[int, ...]
 ) -> None:
-    """No damping that nobody measured, nor a longer air line: the feedback rolls off below the first mode."""
+    """No damping that no one measured, nor a longer air line: the feedback rolls off below the first mode."""
     asked = question(actuator, sensed)
     for zeta, delay in FAMILY:
         plant = asked.parameters.model_copy(update={"twin": TwinParameters(zeta=zeta, dead_time=delay)})

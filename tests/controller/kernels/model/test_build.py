@@ -136,7 +136,7 @@ def test_finer_rods_need_substeps() -> None:
 
 
 def test_a_rig_that_would_take_longer_than_a_minute_to_come_to_rest_does_not_start() -> None:
-    """Each watchdog's time is bounded; what comes after it was not, and a rig nobody serves kept its pressure."""
+    """Each watchdog's time is bounded; what comes after it was not, and a rig no one serves kept its pressure."""
     for rate, seconds in ((1e-9, r"6e\+07"), (0.99e-3, "60.61")):
         with pytest.raises(ParameterError, match=rf"rest_rate = {rate:g} N m/s takes {seconds} s .* u_max = 0.06 N m"):
             build_rig(RigParameters(controller=ControllerParameters(rest_rate=rate)), 1)

@@ -1,4 +1,4 @@
-"""The static pose under gravity, tip load and rest curvature, against minima of an energy written down anew here."""
+"""The static pose under gravity, tip load and rest curvature, against minima of an energy written down again here."""
 
 import json
 from concurrent.futures import ThreadPoolExecutor

@@ -72,7 +72,7 @@ seeds = some.integers(0, 2**32 - 1)
 
 
 def driven(model: RodModel, seed: int, torque: float, force: float, spans: int = 30) -> Run:
-    """From a random throw under inputs drawn anew for each span: u up to `torque` [N m], forces up to `force` [N]."""
+    """From a random throw under inputs drawn again for each span: u up to `torque` [N m], forces up to `force` [N]."""
     random, count = np.random.default_rng(seed), model.L.size
     state, load, work, ledger = thrown(model, seed, 0.2, 1.0), make_load(count), make_work(count), make_ledger()
     dt = STEP / max(model.omega_B, float(np.abs(natural_modes(model, state.q[2])).max()))

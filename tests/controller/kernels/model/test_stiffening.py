@@ -1,4 +1,4 @@
-"""Hinges that pressure stiffens: statics, observer, twin and the loop's figures, against energies written down anew."""
+"""Hinges that pressure stiffens: statics, observer, twin and the loop's figures, against energies written out here."""
 
 from typing import Any
 

@@ -12,19 +12,19 @@ from controller.schema.actuator import PRESETS
 from controller.schema.layout import to_record
 from controller.schema.parameters import DT, RigParameters, Settings
 
-PERIOD, COUNT, TIP, OLD = 10, 40, 9, 0.05
+PERIOD_TICKS, COUNT, TIP, OLD = 10, 40, 9, 0.05
 GAINS = Settings()
 
 
 def wave() -> np.ndarray:
     """A tip that swings across (COUNT,2) [m]."""
-    t = DT * PERIOD * np.arange(COUNT)
+    t = DT * PERIOD_TICKS * np.arange(COUNT)
     return np.stack([0.25 - 0.2 * t**2, 0.05 * np.sin(12 * t)], axis=1)
 
 
 def speed(tip: np.ndarray) -> np.ndarray:
     v = np.zeros_like(tip)
-    v[1:] = np.diff(tip, axis=0) / (PERIOD * DT)
+    v[1:] = np.diff(tip, axis=0) / (PERIOD_TICKS * DT)
     return v
 
 
@@ -37,13 +37,13 @@ def live(tip: np.ndarray) -> np.ndarray:
     for k in range(COUNT):
         points_on(observer.state.q, observer.sensors, found[k])
         sensing.p[TIP], sensing.v[TIP] = tip[k], v[k]
-        for step in range(PERIOD):
+        for step in range(PERIOD_TICKS):
             sensing.age[0] = step * DT + 0.5 * DT  # as `sense` has it
             observe(sensing, settings, 1, state, observer)
     return found
 
 
-def recorded(tip: np.ndarray, ticks: int = PERIOD, old: float = OLD) -> np.ndarray:
+def recorded(tip: np.ndarray, ticks: int = PERIOD_TICKS, old: float = OLD) -> np.ndarray:
     observer = build_rig(RigParameters(actuator=PRESETS["P1"]), 1).observer
     rods, load = observer.model.L.size, make_load(observer.model.L.size, 10)
     load.springs.K[:], load.springs.B[:] = GAINS.K_o, GAINS.B_o

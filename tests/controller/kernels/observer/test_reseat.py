@@ -1,4 +1,4 @@
-"""An observer that a whip has wound is found out and set anew; one that is right, or merely off, is left alone."""
+"""An observer that a whip has wound is found out and set again; one that is right, or merely off, is left alone."""
 
 from typing import Any
 
@@ -34,7 +34,7 @@ def wind(trial: Trial, turn: float) -> None:
 
 @pytest.mark.parametrize("sensed", [TIP, TIP | ROD_6], ids=["tip", "tip and rod 6"])
 @pytest.mark.parametrize("name", PRESETS)
-def test_a_wound_observer_begins_anew_from_the_pose_of_the_arm(name: str, sensed: int) -> None:
+def test_a_wound_observer_begins_again_from_the_pose_of_the_arm(name: str, sensed: int) -> None:
     trial = bent(name, sensed=sensed)
     right = float(trial.rig.observer.state.q[2, -1])
     wind(trial, -2 * np.pi)

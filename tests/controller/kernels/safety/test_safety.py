@@ -18,7 +18,7 @@ ALLOWED = {
     X: {Request.CLEAR: V},
     E: {Request.CLEAR: V},
 }
-"""The transitions of docs/safety.md, written anew. NONE is always taken and E_STOP always stops."""
+"""The transitions of docs/safety.md, written again. NONE is always taken and E_STOP always stops."""
 LIVE, MOVING = (H, F, T), (F, T)
 
 
@@ -85,7 +85,7 @@ def test_without_its_operator_the_rig_holds_and_needs_a_fresh_request(mode: Mode
 
 
 def test_two_servers_that_repeat_their_commands_are_no_operator() -> None:
-    """Each repeats its own last presence, so the number changes all the time; nobody is there."""
+    """Each repeats its own last presence, so the number changes all the time; no one is there."""
     desk = Desk()
     desk.into(F)
     desk.operator = False

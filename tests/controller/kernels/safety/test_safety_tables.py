@@ -40,7 +40,7 @@ def test_every_bound_is_a_limit_and_every_limit_bounds_something() -> None:
 
 
 def absent(name: str, limit: str) -> Callable[[Desk, float], None]:
-    """Whoever is called `name` on the desk falls silent for `share` of a limit."""
+    """The sender called `name` on the desk falls silent for `share` of a limit."""
 
     def act(desk: Desk, share: float) -> None:
         setattr(desk, name, False)

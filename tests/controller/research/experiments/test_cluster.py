@@ -21,7 +21,7 @@ NOT_THERE = "dask.distributed is not installed: pip install 'tendril-softrobotic
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[Any]:
-    """A scheduler on this machine with two workers of one thread, each with a process that starts it anew."""
+    """A scheduler on this machine with two workers of one thread, each with a process that starts it again."""
     distributed = pytest.importorskip("distributed", reason=NOT_THERE)
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, silence_logs=50

@@ -1,4 +1,4 @@
-"""A seat: what one frame that shows the 3D view has for itself. Nobody else sees it, so it needs no lease."""
+"""A view session: what one frame that shows the 3D view has for itself. No one else sees it, so it needs no lease."""
 
 import threading
 from collections.abc import Iterator, Sequence
@@ -22,7 +22,7 @@ GRID: dict[Scheme, tuple[int, int]] = {"dark": (46, 74), "light": (232, 206)}
 """Grey of fine and coarse lines."""
 
 
-class Seat:
+class ViewSession:
     """Wishes are kept here, and put into the scene of viser's client when there is one (or another: it reconnects)."""
 
     def __init__(self, who: Identity, actuator: Actuator, plain: bool) -> None:
@@ -38,10 +38,10 @@ class Seat:
 
     @property
     def taken(self) -> bool:
-        """Whether a client of viser sits here."""
+        """Whether a client of viser is attached."""
         return self._client is not None
 
-    def sit(self, client: Any) -> None:
+    def attach(self, client: Any) -> None:
         """Show this client of viser everything that was wished so far."""
         with self._lock:
             self._client, self._screen = client, None
@@ -113,30 +113,30 @@ class Seat:
             self._paths.show(role, lines)
 
 
-class Seats:
-    """All seats; the ones that were empty for longest go first."""
+class ViewSessions:
+    """All view sessions; those that had no client for longest go first."""
 
     MOST = 64
 
     def __init__(self, plain: bool) -> None:
         self._plain = plain
-        self._seats: dict[str, Seat] = {}
+        self._sessions: dict[str, ViewSession] = {}
         self._lock = threading.Lock()
 
-    def __iter__(self) -> Iterator[Seat]:
+    def __iter__(self) -> Iterator[ViewSession]:
         with self._lock:
-            return iter(list(self._seats.values()))
+            return iter(list(self._sessions.values()))
 
-    def take(self, id: str, who: Identity, actuator: Actuator) -> Seat:
-        """The seat `id` of `who`, new when there is none; NotAllowed when it is someone else's."""
+    def take(self, id: str, who: Identity, actuator: Actuator) -> ViewSession:
+        """The view session `id` of `who`, new when there is none; NotAllowed when it is someone else's."""
         with self._lock:
-            seat = self._seats.pop(id, None) or Seat(who, actuator, self._plain)
-            self._seats[id] = seat
-            for old in [key for key, found in self._seats.items() if not found.taken][: -self.MOST]:
-                del self._seats[old]
-        if seat.who.id != who.id:
+            session = self._sessions.pop(id, None) or ViewSession(who, actuator, self._plain)
+            self._sessions[id] = session
+            for old in [key for key, found in self._sessions.items() if not found.taken][: -self.MOST]:
+                del self._sessions[old]
+        if session.who.id != who.id:
             raise NotAllowed("this 3D view belongs to another page")
-        return seat
+        return session
 
 
 def _grid(scene: Any, actuator: Actuator, scheme: Scheme) -> None:

@@ -13,14 +13,14 @@ from recordings.format.chunks import numbers, widened
 from recordings.format.signals import BACKBONES, GROUPS, MARKERS, flip
 from recordings.read.reader import read_about
 
-PERIOD = 20
+KEEP_EVERY = 20
 """One tick of this many is kept."""
 PLAN = {group.path: group for group in GROUPS if group.path in ("/tip/x", "/tip/y", "/state")}
 WIDTHS = {**{path: len(group.series) for path, group in PLAN.items()}, **dict.fromkeys(BACKBONES, 42), MARKERS: 20}
 FIELDS = ("target", "p_ref", "p_meas", "mode", "sensed", "markers", "backbone", "twin_backbone")
 
 
-class Tape:
+class PlaybackRows:
     """Rows of FIELDS at times `t` (n,) [s] from the start, n >= 1, of a recording of `actuator`."""
 
     def __init__(self, t: Values, fields: dict[str, Values], actuator: Actuator) -> None:
@@ -44,8 +44,8 @@ class Tape:
         return np.asarray(points[np.isfinite(points).all(axis=1)])
 
 
-def read_tape(path: Path) -> Tape:
-    """The tape of the recording in `path`; RecordingError if it holds no rows or cannot be read."""
+def read_playback(path: Path) -> PlaybackRows:
+    """Rows for the playback of the recording in `path`; RecordingError if it holds no rows or cannot be read."""
     try:
         found = _collect(path)
         info, _ = read_about(path)
@@ -58,7 +58,7 @@ def read_tape(path: Path) -> Tape:
     fields["markers"] = _at(found[MARKERS], t).reshape(-1, 10, 2)
     for entity, name in BACKBONES.items():
         fields[name] = flip(_at(found[entity], t).reshape(-1, 21, 2))
-    return Tape((t - t[0]) * 1e-9, fields, info.parameters.actuator)
+    return PlaybackRows((t - t[0]) * 1e-9, fields, info.parameters.actuator)
 
 
 def _collect(path: Path) -> dict[str, tuple[Values, Values]]:
@@ -83,7 +83,7 @@ def _thinned(batch: Any, entity: str) -> tuple[Values, Values] | None:
     t, tick = batch.column("t").cast("int64").to_numpy(), batch.column("tick").to_numpy()
     values = widened(np.asarray(numbers(batch.column(component)), np.float32), len(tick), WIDTHS[entity])
     # Markers come when they are measured, not on the grid of ticks.
-    keep = np.ones(len(tick), bool) if entity == MARKERS else tick % PERIOD == 0
+    keep = np.ones(len(tick), bool) if entity == MARKERS else tick % KEEP_EVERY == 0
     return t[keep], values[keep]
 
 
