@@ -52,3 +52,10 @@ def test_version_and_names_are_the_same_in_citation_changelog_and_licence() -> N
 @pytest.mark.parametrize("package", ["controller", "recordings", "server"])
 def test_who_imports_us_gets_our_types(package: str) -> None:
     assert (ROOT / package / "py.typed").exists()
+
+
+def test_the_changelog_is_read_a_line_at_a_time() -> None:
+    lines = (ROOT / "CHANGELOG.md").read_text().splitlines()
+    assert [line for line in lines if len(line) > 102] == []  # "- " and at most 100 characters
+    entries = [line for line in lines if line and not line.startswith("#")][1:]
+    assert entries and all(line.startswith("- ") for line in entries)
