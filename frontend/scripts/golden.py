@@ -15,7 +15,7 @@ from controller.schema.messages import Telemetry
 from server.plots.feed import encode_frame, encode_plot
 from server.rig.history import Bins
 
-TARGET = Path(__file__).parents[1] / "src" / "rig" / "__fixtures__" / "golden.json"
+TARGET = Path(__file__).parents[1] / "src" / "live" / "__fixtures__" / "golden.json"
 
 
 def numbered_row() -> np.ndarray[Any, Any]:

@@ -7,10 +7,10 @@ import {
 } from "@mantine/core";
 import { IconDeviceTv, IconKeyboard, IconMoon, IconSun } from "@tabler/icons-react";
 import { memo } from "react";
-import { Unprotected } from "../access/Unprotected";
+import { Unprotected } from "./Unprotected";
 import { Health } from "../health/Health";
 import { PageStore, usePage } from "../live/page";
-import { NotifyButton } from "../notify/NotifyButton";
+import { NotifyButton } from "../health/notify/NotifyButton";
 import { LockButton } from "../operate/lock/LockButton";
 import { LeaseControl } from "../operate/lease/LeaseControl";
 import { PrimaryAction } from "../operate/PrimaryAction";

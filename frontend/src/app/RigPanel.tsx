@@ -1,8 +1,8 @@
 import { SegmentedControl } from "@mantine/core";
-import { Lacking } from "../commissioning/CommissioningBar";
-import { CommissioningPanel } from "../commissioning/CommissioningPanel";
-import { lackingText } from "../commissioning/steps";
-import { useCommissioningState } from "../commissioning/useCommissioning";
+import { Lacking } from "../hardware/commissioning/CommissioningBar";
+import { CommissioningPanel } from "../hardware/commissioning/CommissioningPanel";
+import { lackingText } from "../hardware/commissioning/steps";
+import { useCommissioningState } from "../hardware/commissioning/useCommissioning";
 import { DriversPanel } from "../hardware/DriversPanel";
 import { RigFilePanel } from "../hardware/RigFilePanel";
 import { PageStore, usePage, type Page } from "../live/page";

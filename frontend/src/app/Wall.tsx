@@ -1,8 +1,8 @@
 import { Button, Progress } from "@mantine/core";
 import { Live } from "../live/live";
 import { PageStore, usePage } from "../live/page";
-import { MODE_WORD, whyText } from "../rig/modes";
-import { CHAMBERS } from "../rig/telemetry";
+import { MODE_WORD, whyText } from "../live/modes";
+import { CHAMBERS } from "../live/telemetry";
 import { lapText } from "../runs/facts";
 import { DASH, percent, plain } from "../ui/format";
 import { LiveText } from "../ui/LiveText";

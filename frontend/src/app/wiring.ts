@@ -1,5 +1,5 @@
 import { LiveSocket, socketUrl } from "../api/socket";
-import { Commissioning } from "../commissioning/commissioning";
+import { Commissioning } from "../hardware/commissioning/commissioning";
 import { Drawing } from "../drawing/drawing";
 import { keepDrawing } from "../drawing/kept";
 import { References } from "../drawing/library/references";
@@ -10,7 +10,7 @@ import { Alarms } from "../health/alarms";
 import { Connection } from "../live/connection";
 import { Live } from "../live/live";
 import { PageStore } from "../live/page";
-import { Notices } from "../notify/notices";
+import { Notices } from "../health/notify/notices";
 import { TouchLock } from "../operate/lock/lock";
 import { isTouchScreen } from "../operate/lock/LockButton";
 import { Operations, type Notify } from "../operate/operations";

@@ -3,7 +3,7 @@ import { usePage } from "../live/page";
 import { ControlButton } from "../operate/ControlButton";
 import { Operations } from "../operate/operations";
 import { useWhyNot } from "../operate/permission";
-import { MODE } from "../rig/modes";
+import { MODE } from "../live/modes";
 import { useService } from "../ui/services";
 import { useStore } from "../ui/store";
 import type { Problem } from "./problem";

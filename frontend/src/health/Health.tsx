@@ -3,7 +3,7 @@ import { IconChevronDown } from "@tabler/icons-react";
 import { useMemo } from "react";
 import { Live } from "../live/live";
 import { usePage } from "../live/page";
-import type { TelemetryField } from "../rig/telemetry";
+import type { TelemetryField } from "../live/telemetry";
 import { wholeNumber } from "../ui/format";
 import { useService } from "../ui/services";
 import { useSampled } from "../ui/ticker";

@@ -4,7 +4,7 @@ import { api, told } from "../api/rest";
 import type { LoopHealth } from "../api/types";
 import { Live } from "../live/live";
 import { usePage } from "../live/page";
-import type { TelemetryField } from "../rig/telemetry";
+import type { TelemetryField } from "../live/telemetry";
 import { DASH, microseconds, milliseconds, percent, plain, wholeNumber } from "../ui/format";
 import { useService } from "../ui/services";
 import { GAUGES, gradeOf, meaningOf, type Measure } from "./health";

@@ -1,7 +1,7 @@
 import { api, forgetAnswers, isOutdated, Refusal, told } from "../api/rest";
 import { LayoutError, type LiveSocket } from "../api/socket";
 import type { FromServer, Health, Session } from "../api/types";
-import { asCause, asMode } from "../rig/modes";
+import { asCause, asMode } from "./modes";
 import type { Store } from "../ui/store";
 import type { Live } from "./live";
 import { keep, withLines, type Page } from "./page";

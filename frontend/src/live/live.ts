@@ -1,6 +1,6 @@
 import { decodeBinary } from "../api/socket";
 import type { Field, PlotChannel, PlotChoice } from "../api/types";
-import { Telemetry } from "../rig/telemetry";
+import { Telemetry } from "./telemetry";
 import { Store } from "../ui/store";
 import { OnTime } from "./onTime";
 import { keep } from "./page";

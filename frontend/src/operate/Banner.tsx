@@ -7,7 +7,7 @@ import {
 } from "@tabler/icons-react";
 import { Live } from "../live/live";
 import { usePage, type Page } from "../live/page";
-import { clearing, isLatched, MODE, remedy, whyText } from "../rig/modes";
+import { clearing, isLatched, MODE, remedy, whyText } from "../live/modes";
 import { seconds } from "../ui/format";
 import { LiveText } from "../ui/LiveText";
 import { useService } from "../ui/services";

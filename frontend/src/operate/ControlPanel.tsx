@@ -1,7 +1,7 @@
 import { Switch, TextInput, Tooltip } from "@mantine/core";
 import type { CommandBody, Settings } from "../api/types";
 import { PageStore, usePage, type Page } from "../live/page";
-import { CAUSE_TEXT, isLatched, isSwing, MODE, MODE_WORD, remedy } from "../rig/modes";
+import { CAUSE_TEXT, isLatched, isSwing, MODE, MODE_WORD, remedy } from "../live/modes";
 import { rounded } from "../ui/format";
 import { useService } from "../ui/services";
 import { ControlButton } from "./ControlButton";

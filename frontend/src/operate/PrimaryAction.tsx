@@ -1,6 +1,6 @@
 import type { ReactNode } from "react";
 import { usePage, type Page } from "../live/page";
-import { clearing, isLatched, MODE } from "../rig/modes";
+import { clearing, isLatched, MODE } from "../live/modes";
 import { useService } from "../ui/services";
 import { ControlButton } from "./ControlButton";
 import { Operations } from "./operations";

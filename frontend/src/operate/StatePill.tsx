@@ -12,7 +12,7 @@ import {
 import type { Icon } from "@tabler/icons-react";
 import type { Mode } from "../api/types";
 import { usePage } from "../live/page";
-import { isLatched, isUnasked, MODE_MEANING, MODE_WORD, whyText } from "../rig/modes";
+import { isLatched, isUnasked, MODE_MEANING, MODE_WORD, whyText } from "../live/modes";
 import { isPaused } from "./permission";
 
 const LOOK: Record<Mode, { icon: Icon; colour: string }> = {

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { MODE } from "../rig/modes";
+import { MODE } from "../live/modes";
 import { whyNot, type Control, type Situation } from "./permission";
 
 const operating: Situation = {

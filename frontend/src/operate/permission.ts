@@ -1,6 +1,6 @@
 import type { Mode, Role } from "../api/types";
 import { usePage, type Page } from "../live/page";
-import { isLatched, isMovable, MODE, MODE_WORD } from "../rig/modes";
+import { isLatched, isMovable, MODE, MODE_WORD } from "../live/modes";
 
 /** What depends on the rig's state. */
 type OfRig = "arm" | "disarm" | "hold" | "follow" | "clear" | "drag" | "run" | "record" | "mark" | "time";

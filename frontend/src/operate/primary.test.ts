@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import { EMPTY_PAGE } from "../live/page";
-import { MODE } from "../rig/modes";
+import { MODE } from "../live/modes";
 import { primaryOf, type Primary } from "./PrimaryAction";
 
 const mine = { ...EMPTY_PAGE.lease, held: true, mine: true };

@@ -1,7 +1,7 @@
 import { Button } from "@mantine/core";
 import { useEffect, useRef, useState } from "react";
 import { usePage, type Page } from "../../live/page";
-import { isMovable, MODE } from "../../rig/modes";
+import { isMovable, MODE } from "../../live/modes";
 import { useService } from "../../ui/services";
 import { Ticker } from "../../ui/ticker";
 import { place } from "./guidePlace";

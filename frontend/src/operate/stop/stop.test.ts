@@ -2,7 +2,7 @@ import { expect, test } from "vitest";
 import { Refusal, Unreachable } from "../../api/rest";
 import type { CommandReply } from "../../api/types";
 import { EMPTY_PAGE, type Page, type StopNews } from "../../live/page";
-import { MODE } from "../../rig/modes";
+import { MODE } from "../../live/modes";
 import { Store } from "../../ui/store";
 import { EmergencyStop, watchLatch } from "./stop";
 

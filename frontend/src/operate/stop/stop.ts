@@ -1,7 +1,7 @@
 import { api, Refusal, told } from "../../api/rest";
 import type { CommandReply } from "../../api/types";
 import type { Page, StopNews } from "../../live/page";
-import { MODE } from "../../rig/modes";
+import { MODE } from "../../live/modes";
 import { textOf } from "../../ui/format";
 import type { Store } from "../../ui/store";
 

@@ -2,7 +2,7 @@ import { expect, test } from "vitest";
 import type { FromBrowser } from "../../api/types";
 import { Live } from "../../live/live";
 import { EMPTY_PAGE, type Page } from "../../live/page";
-import { MODE } from "../../rig/modes";
+import { MODE } from "../../live/modes";
 import { Store } from "../../ui/store";
 import { Operations } from "../operations";
 import { Aim } from "./target";

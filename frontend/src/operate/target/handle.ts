@@ -1,5 +1,5 @@
 import type { Mode, Point } from "../../api/types";
-import { isMovable, MODE } from "../../rig/modes";
+import { isMovable, MODE } from "../../live/modes";
 
 /** Where the target handle stands, whether the rig has it already, and whether it may be moved in this state. */
 export interface Handle {

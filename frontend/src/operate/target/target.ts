@@ -2,7 +2,7 @@ import type { LiveSocket } from "../../api/socket";
 import type { FromBrowser, Point } from "../../api/types";
 import type { Live } from "../../live/live";
 import type { Page } from "../../live/page";
-import { MODE } from "../../rig/modes";
+import { MODE } from "../../live/modes";
 import type { Store } from "../../ui/store";
 import type { Operations } from "../operations";
 import { handleOf, type Handle, type Wish } from "./handle";

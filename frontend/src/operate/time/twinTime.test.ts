@@ -1,7 +1,7 @@
 import { expect, test, vi } from "vitest";
 import { api } from "../../api/rest";
 import { EMPTY_PAGE, type Page } from "../../live/page";
-import { MODE } from "../../rig/modes";
+import { MODE } from "../../live/modes";
 import { Store } from "../../ui/store";
 import { Operations } from "../operations";
 import { TwinTime } from "./twinTime";

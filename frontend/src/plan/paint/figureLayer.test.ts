@@ -1,8 +1,8 @@
 import { beforeEach, expect, test } from "vitest";
 import type { Field, Point } from "../../api/types";
 import { Trail } from "../../live/trail";
-import { Telemetry } from "../../rig/telemetry";
-import golden from "../../rig/__fixtures__/golden.json";
+import { Telemetry } from "../../live/telemetry";
+import golden from "../../live/__fixtures__/golden.json";
 import { INK } from "../../ui/colours";
 import { sheetOf, type Look } from "./canvas";
 import type { Figure } from "./figure";

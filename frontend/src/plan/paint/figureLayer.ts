@@ -1,4 +1,4 @@
-import { markersOf } from "../../sensing/residual";
+import { markersOf } from "../../operate/sensing/residual";
 import type { Look, Sheet } from "./canvas";
 import { arrowOf, backbone, paintFigure, type Figure } from "./figure";
 

@@ -3,7 +3,7 @@ import { useEffect, useState } from "react";
 import type { MacroStep } from "../../api/types";
 import { SavedDrawings } from "../../drawing/saved";
 import { usePage } from "../../live/page";
-import { presets } from "../../presets/presets";
+import { presets } from "../../operate/presets/presets";
 import { rounded } from "../../ui/format";
 import { NumberField } from "../../ui/numbers/NumberField";
 import { useService } from "../../ui/services";

@@ -1,0 +1,229 @@
+import { FileButton, Loader } from "@mantine/core";
+import { IconFileUpload } from "@tabler/icons-react";
+import { useEffect, useState } from "react";
+import type { RigInfo } from "../api/types";
+import { usePage } from "../live/page";
+import { ControlButton } from "../operate/ControlButton";
+import { Operations } from "../operate/operations";
+import { Facts } from "../ui/Facts";
+import { kilopascals, millimetres, plain, seconds } from "../ui/format";
+import { LiveText } from "../ui/LiveText";
+import { useService } from "../ui/services";
+import { AskActuator } from "../operate/presets/AskActuator";
+import { presets, type ActuatorBody, type ActuatorChoice, type Plant } from "../operate/presets/presets";
+import { useWhyNoRestart } from "../operate/presets/useWhyNoRestart";
+
+type Actuator = RigInfo["parameters"]["actuator"];
+const GRAM = 1e3;
+/** Longest file that is read. */
+const FILE_MAX = 400_000;
+
+/** What simulates the actuator, in the order in which it is offered. */
+const PLANTS = [
+  {
+    plant: "rod",
+    word: "Rigid rods",
+    called: "a plant of rigid rods",
+    meaning: "A finer chain of rods, of the kind that the observer has",
+  },
+  {
+    plant: "cosserat",
+    word: "Cosserat rod",
+    called: "a Cosserat rod as plant",
+    meaning: "Foreign to the observer: it stretches, shears, and pressure stiffens it",
+  },
+] as const satisfies readonly { readonly plant: Plant; word: string; called: string; meaning: string }[];
+
+/** An actuator or a plant that was chosen: said by name, asked for by its body. */
+interface Wanted {
+  readonly name: string;
+  readonly body: ActuatorBody | Plant;
+}
+
+/** The rig's actuator, and others to start it with. */
+export function ActuatorPanel() {
+  const operations = useService(Operations);
+  const rig = usePage((page) => page.rig);
+  const online = usePage((page) => page.online);
+  const starting = usePage((page) => page.starting);
+  const boot = rig?.boot;
+  const [choice, setChoice] = useState<ActuatorChoice | null>(null);
+  const [asked, setAsked] = useState<Wanted | null>(null);
+  const [checked, setChecked] = useState<string | null>(null);
+  useEffect(() => {
+    // Whether the rig is the server's own, and how it started with the last choice, is known by the server alone.
+    if (!online) return;
+    void operations.attempt("Actuators not known", async () => {
+      setChoice(await presets.actuators());
+    });
+  }, [operations, online, boot, starting]);
+  if (!rig) return <p className="panel note">Waiting for the rig.</p>;
+  const change = async ({ name, body }: Wanted) => {
+    setAsked(null);
+    setChecked(name);
+    await operations.attempt(typeof body === "string" ? "Plant not changed" : "Actuator not changed", () =>
+      typeof body === "string" ? presets.plant(body) : presets.change(body),
+    );
+    setChecked(null);
+  };
+  return (
+    <div className="panel">
+      <Choice
+        choice={choice}
+        current={rig.parameters.actuator.name}
+        plant={rig.twin ? rig.parameters.twin.plant : null}
+        checked={checked}
+        want={setAsked}
+      />
+      <Facts facts={actuatorFacts(rig.parameters.actuator)} testId="actuator-facts" />
+      <AskActuator
+        wanted={asked?.name ?? null}
+        onClose={() => {
+          setAsked(null);
+        }}
+        onYes={() => {
+          if (asked) void change(asked);
+        }}
+      />
+    </div>
+  );
+}
+
+/** Why no other actuator can be chosen now, null when one can. */
+function useWhyNot(choice: ActuatorChoice | null, checked: string | null): string | null {
+  const because = useWhyNoRestart();
+  if (!choice) return "Waiting for the server";
+  if (choice.reason !== "") return choice.reason;
+  return checked === null ? because : `Checking that ${checked} stands and moves`;
+}
+
+interface ChoiceProps {
+  readonly choice: ActuatorChoice | null;
+  readonly current: string;
+  /** What simulates it; null on hardware. */
+  readonly plant: Plant | null;
+  /** The actuator that the server looks at before the rig is ended. */
+  readonly checked: string | null;
+  readonly want: (wanted: Wanted) => void;
+}
+
+function Choice({ choice, current, plant, checked, want }: ChoiceProps) {
+  const operations = useService(Operations);
+  const starting = usePage((page) => page.starting);
+  const because = useWhyNot(choice, checked);
+  const waiting = checked !== null || starting !== "";
+  const read = (file: File | null) => {
+    if (file)
+      void operations.attempt("File not read", async () => {
+        if (file.size > FILE_MAX)
+          throw new Error(`${file.name} has ${file.size} bytes, more than ${FILE_MAX}`);
+        want({ name: file.name, body: { name: null, toml: await file.text() } });
+      });
+  };
+  return (
+    <>
+      <div className="row" role="group" aria-label="Actuator">
+        {choice?.names.map((name) => (
+          <ControlButton
+            key={name}
+            control="settings"
+            because={name === current ? "The rig has it" : because}
+            variant="default"
+            className="actuator"
+            aria-pressed={name === current}
+            testId={`actuator-${name}`}
+            meaning={`Start the rig again with ${name}`}
+            onClick={() => {
+              want({ name, body: { name, toml: null } });
+            }}
+          >
+            {name}
+          </ControlButton>
+        ))}
+        <FileButton accept=".toml" onChange={read}>
+          {({ onClick }) => (
+            <ControlButton
+              control="settings"
+              because={because}
+              variant="default"
+              leftSection={<IconFileUpload size={15} />}
+              testId="actuator-file"
+              meaning="Start the rig again with an actuator described in a TOML file"
+              onClick={onClick}
+            >
+              From a file
+            </ControlButton>
+          )}
+        </FileButton>
+        {waiting ? <Loader size="xs" aria-hidden /> : null}
+      </div>
+      {plant === null ? null : (
+        <div className="row" role="group" aria-label="Simulated by">
+          <span className="note">Simulated by</span>
+          {PLANTS.map(({ plant: one, word, called, meaning }) => (
+            <ControlButton
+              key={one}
+              control="settings"
+              because={one === plant ? "The rig has it" : because}
+              variant="default"
+              className="actuator"
+              aria-pressed={one === plant}
+              testId={`plant-${one}`}
+              meaning={`${meaning}; the rig starts again`}
+              onClick={() => {
+                want({ name: called, body: one });
+              }}
+            >
+              {word}
+            </ControlButton>
+          ))}
+        </div>
+      )}
+      {choice && choice.failure !== "" && !waiting ? (
+        <p className="note" role="alert" data-testid="actuator-failure">
+          {choice.failure}
+        </p>
+      ) : null}
+      <p className="note" role="status" data-testid="actuator-status">
+        {because ?? "Choosing one starts the rig again, vented."}
+        {waiting ? <Elapsed key={`${checked ?? ""}${starting}`} /> : null}
+      </p>
+    </>
+  );
+}
+
+/** How long this has been going on. */
+function Elapsed() {
+  const [begin] = useState(() => performance.now());
+  return (
+    <span className="number" aria-hidden>
+      {" · "}
+      <LiveText read={() => seconds((performance.now() - begin) / 1e3)} rate={4} />
+    </span>
+  );
+}
+
+/** What is said about an actuator: name and value of each fact. */
+function actuatorFacts(actuator: Actuator): [string, string][] {
+  const { name, length, width, height, mass, u_max, pressure_max, pressure_map, stiffening, tip_load, k } =
+    actuator;
+  const facts: [string, string][] = [
+    ["Name", name],
+    ["Length", millimetres(length, 0)],
+    ["Width × height", `${plain(width * 1e3, 1)} × ${millimetres(height)}`],
+    ["Mass", `${plain(mass * GRAM, 0)} g`],
+    ["Joint stiffness", `${range(k)} N m/rad`],
+    ["Torque limit", `${plain(u_max * 1e3, 0)} mN m`],
+    ["Highest pressure", kilopascals(pressure_max)],
+  ];
+  const stiffer = stiffening.map((share, j) => `${plain(100 * share * u_max * pressure_map[j], 0)} %`);
+  if (stiffening.some((share) => share > 0)) facts.push(["Stiffer at that torque by", stiffer.join(", ")]);
+  if (tip_load > 0) facts.push(["Tip load", `${plain(tip_load * GRAM, 0)} g`]);
+  return facts;
+}
+
+/** A profile as one number, or from its lowest to its highest. */
+function range(profile: readonly number[]): string {
+  const [low, high] = [Math.min(...profile), Math.max(...profile)].map((value) => value.toPrecision(3));
+  return low === high ? low : `${low} … ${high}`;
+}

@@ -1,0 +1,20 @@
+import { api, named, told } from "../../api/rest";
+import type { components } from "../../api/schema";
+
+type Schemas = components["schemas"];
+
+export type GainPreset = Schemas["GainPreset"];
+export type ActuatorChoice = Schemas["ActuatorChoice"];
+export type ActuatorBody = Schemas["ActuatorBody"];
+export type Plant = Schemas["PlantBody"]["plant"];
+
+/** Presets of gains, and the choice of actuator and plant. */
+export const presets = {
+  gains: () => told(api.GET("/api/gains")),
+  save: (name: string) => told(api.PUT("/api/gains/{name}", named(name))),
+  remove: (name: string) => told(api.DELETE("/api/gains/{name}", named(name))),
+  actuators: () => told(api.GET("/api/rig/actuator")),
+  plant: (plant: Plant) => api.PUT("/api/rig/plant", { body: { plant } }),
+  observerKappa: (kappa: number) => api.PUT("/api/rig/observer-kappa", { body: { kappa } }),
+  change: (body: ActuatorBody) => api.PUT("/api/rig/actuator", { body }),
+};
